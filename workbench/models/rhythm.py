@@ -1,0 +1,123 @@
+"""Rhythms of notes on a bar of 24 steps (thesis 3.3.7), and the events they are played as."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import require
+from workbench.kernels import kernel
+
+STEPS = 24
+"""Steps in a bar."""
+SHORTEST_BAR_S, LONGEST_BAR_S = 0.45, 0.75
+"""The thesis's range of bars."""
+NOTE_FLOATS = 3
+"""Floats a note takes in a table: step, length in steps, amplitude."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """One note: it starts at `step` (0 to 23) and lasts `length` whole steps within the bar; `amplitude` 0 to 1."""
+
+    step: int
+    length: int
+    amplitude: float
+
+    def __post_init__(self) -> None:
+        require(0 <= self.step < STEPS, "step", self.step, "0 to 23")
+        require(
+            1 <= self.length <= STEPS - self.step, "length", self.length, f"1 to {STEPS - self.step} from this step"
+        )
+        require(0.0 <= self.amplitude <= 1.0, "amplitude", self.amplitude, "0 to 1")
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """A bar of notes, one at a time and in order, played `repeats` times (0: for ever).
+
+    The first note is the accent that anchors the bar: it starts at step 0 and none is stronger.
+
+    >>> Rhythm("two", 0.5, 3, (Note(0, 6, 1.0), Note(12, 6, 0.5))).onsets_s()[:3]
+    [0.0, 0.25, 0.5]
+    """
+
+    name: str
+    bar_s: float
+    repeats: int
+    notes: tuple[Note, ...]
+
+    def __post_init__(self) -> None:
+        require(SHORTEST_BAR_S <= self.bar_s <= LONGEST_BAR_S, "bar_s", self.bar_s, "0.45 to 0.75 s")
+        require(self.repeats in (0, 3, 4), "repeats", self.repeats, "3, 4, or 0 for ever")
+        require(len(self.notes) > 0, "notes", self.notes, "at least one")
+        require(self.notes[0].step == 0, "first step", self.notes[0].step, "0")
+        for note, after in zip(self.notes, self.notes[1:], strict=False):
+            require(
+                after.step >= note.step + note.length, "step", after.step, f"{note.step + note.length} or later here"
+            )
+            require(
+                after.amplitude <= self.notes[0].amplitude, "amplitude", after.amplitude, "at most the first note's"
+            )
+
+    def onsets_s(self, bars: int = 1) -> list[float]:
+        """The onsets in seconds from the start, over all repeats, or over `bars` bars of a rhythm without end."""
+        return [self.bar_s * (bar + note.step / STEPS) for bar in range(self.repeats or bars) for note in self.notes]
+
+    def table(self) -> NDArray[np.float64]:
+        """The notes as the flat float64 array that `play` takes."""
+        return np.array([value for note in self.notes for value in (note.step, note.length, note.amplitude)], float)
+
+
+def rhythm(name: str, bar_s: float, repeats: int, *notes: tuple[int, int, float]) -> Rhythm:
+    """A rhythm from its notes as (step, length, amplitude)."""
+    return Rhythm(name, bar_s, repeats, tuple(Note(*note) for note in notes))
+
+
+RHYTHMS = (
+    rhythm("R1", 0.60, 3, (0, 4, 1.0), (6, 4, 0.6), (12, 4, 0.6), (18, 4, 0.6)),
+    rhythm("R2", 0.75, 3, (0, 10, 1.0), (12, 4, 0.6), (18, 4, 0.6)),
+    rhythm("R3", 0.45, 4, (0, 3, 1.0), (4, 3, 0.6), (8, 13, 0.7)),
+    rhythm("R4", 0.60, 4, (0, 6, 1.0), (8, 6, 0.6), (16, 6, 0.6)),
+    rhythm("R5", 0.70, 3, (0, 7, 1.0), (9, 7, 0.6), (18, 5, 0.8)),
+    rhythm("R6", 0.50, 4, (0, 15, 1.0), (20, 2, 0.5)),
+    rhythm("R7", 0.75, 3, (0, 2, 1.0), (3, 2, 0.5), (6, 2, 0.5), (9, 2, 0.5), (12, 2, 0.5)),
+    rhythm("R8", 0.65, 4, (0, 5, 1.0), (6, 2, 0.5), (9, 5, 0.7), (15, 2, 0.5), (18, 5, 0.7)),
+)
+"""Eight distinct rhythms. The thesis shows its own only as a picture (3.5); these are designed in its spirit: four even
+notes, long and two short, a gallop, a triplet, 3+3+2, one long with an upbeat, a run and a rest, and five notes of two
+lengths in turn."""
+
+
+@kernel
+def play(notes, bar_frames, repeats, start, frame, n, rate, events):
+    """Write the notes whose onset's frame lies in [frame, frame + n) to `events` and give their count.
+
+    `notes` is a table (`Rhythm.table`), `start` the session frame (float64, sub-sample) of the first bar, `repeats` 0
+    for ever. An event is (time in session frames, amplitude, duration in s); repeat r of a note has
+    `start + (r + step / 24) bar_frames`, computed afresh each time, so nothing drifts. `bar_frames` below 48 count as
+    48; with them and `start` kept, stretches partition the rhythm: no note is lost or doubled. Notes without room in
+    `events` (3 floats each) are left out.
+
+    >>> events = np.zeros(30)
+    >>> count = play(RHYTHMS[0].table(), 28800.0, 3, 0.5, 0, 20000, 48000.0, events)
+    >>> events[: 3 * count : 3]
+    array([5.00000e-01, 7.20050e+03, 1.44005e+04])
+    """
+    bar = max(bar_frames, 2.0 * STEPS)
+    count = 0
+    repeat = max(int((frame - start) / bar) - 1, 0)
+    while repeats == 0 or repeat < repeats:
+        if start + repeat * bar >= frame + n:
+            break
+        for i in range(0, notes.size, NOTE_FLOATS):
+            time = start + (repeat + notes[i] / STEPS) * bar
+            onset = math.floor(time)
+            if onset >= frame and onset < frame + n and 3 * count + 3 <= events.size:
+                events[3 * count] = time
+                events[3 * count + 1] = notes[i + 2]
+                events[3 * count + 2] = notes[i + 1] / STEPS * bar / rate
+                count += 1
+        repeat += 1
+    return count

@@ -1,0 +1,224 @@
+"""Parameters, declared once.
+
+The line that declares a parameter is read by the inspector's control and tooltip, the check of a file, the node
+reference, the command line's help and the random stress test.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from workbench.errors import BadValue
+
+IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
+"""What an id (of a node, tile or port) looks like."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What every parameter has. `name` is the attribute it is declared as; files and wires use that name."""
+
+    default: Any
+    doc: str = field(default="", kw_only=True)
+    label: str = field(default="", kw_only=True)
+    name: str = field(default="", init=False, compare=False)
+    kind: ClassVar[str] = "any"
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        object.__setattr__(self, "name", name)
+        if not self.label:
+            object.__setattr__(self, "label", name.replace("_", " ").capitalize())
+
+    @property
+    def allowed(self) -> str:
+        """What may be given, in words."""
+        raise AssertionError(f"{type(self).__name__} says nothing of what it allows")
+
+    def check(self, value: Any) -> Any:
+        """The value as the program uses it, or `BadValue` in one line."""
+        raise AssertionError(f"{type(self).__name__} checks nothing")
+
+    def refuse(self, value: Any) -> BadValue:
+        text = repr(value)
+        return BadValue(f"{self.name} is {text if len(text) <= 60 else text[:57] + '...'}; allowed: {self.allowed}")
+
+
+@dataclass(frozen=True)
+class Number(Parameter):
+    """A real number from `low` to `high`, in `unit`. It moves in a ramp; `wire` says whether a wire may drive it.
+
+    `wire` is "" (no), "span" (read once a span) or "audio" (one value a frame).
+
+    >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
+    Traceback (most recent call last):
+    workbench.errors.BadValue:  is 3; allowed: 0 to 2 m
+    """
+
+    low: float = 0.0
+    high: float = 1.0
+    unit: str = field(default="", kw_only=True)
+    scale: str = field(default="linear", kw_only=True)
+    wire: str = field(default="", kw_only=True)
+    kind: ClassVar[str] = "number"
+
+    @property
+    def allowed(self) -> str:
+        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+
+    def check(self, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise self.refuse(value)
+        if not self.low <= value <= self.high:
+            raise self.refuse(value)
+        return float(value)
+
+    def position(self, value: float) -> float:
+        """Where `value` stands on the control, 0 to 1."""
+        if self.scale == "log":
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+    def value(self, position: float) -> float:
+        """The value at a control's `position`, 0 to 1; the inverse of `position`."""
+        if self.scale == "log":
+            return min(max(self.low * (self.high / self.low) ** position, self.low), self.high)
+        return self.low + (self.high - self.low) * position
+
+
+@dataclass(frozen=True)
+class Count(Parameter):
+    """A whole number from `low` to `high`. Changing it makes the program anew, faded in."""
+
+    low: int = 0
+    high: int = 1
+    unit: str = field(default="", kw_only=True)
+    kind: ClassVar[str] = "count"
+
+    @property
+    def allowed(self) -> str:
+        return f"whole numbers {self.low} to {self.high} {self.unit}".rstrip()
+
+    def check(self, value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value // 1:
+            raise self.refuse(value)
+        if not self.low <= value <= self.high:
+            raise self.refuse(value)
+        return int(value)
+
+
+@dataclass(frozen=True)
+class Choice(Parameter):
+    """One of a few names. Changing it makes the program anew, faded in."""
+
+    options: tuple[str, ...] = ()
+    kind: ClassVar[str] = "choice"
+
+    @property
+    def allowed(self) -> str:
+        return ", ".join(self.options)
+
+    def check(self, value: Any) -> str:
+        if value not in self.options:
+            raise self.refuse(value)
+        return str(value)
+
+
+@dataclass(frozen=True)
+class Numbers(Parameter):
+    """A list of `least` to `most` numbers, each from `low` to `high`."""
+
+    low: float = 0.0
+    high: float = 1.0
+    least: int = field(default=1, kw_only=True)
+    most: int = field(default=200, kw_only=True)
+    unit: str = field(default="", kw_only=True)
+    kind: ClassVar[str] = "numbers"
+
+    @property
+    def allowed(self) -> str:
+        return f"a list of {self.least} to {self.most} numbers, each {self.low:g} to {self.high:g} {self.unit}".rstrip()
+
+    def check(self, value: Any) -> tuple[float, ...]:
+        if not isinstance(value, Sequence) or isinstance(value, str) or not self.least <= len(value) <= self.most:
+            raise self.refuse(value)
+        for item in value:
+            if isinstance(item, bool) or not isinstance(item, int | float) or not self.low <= item <= self.high:
+                raise self.refuse(value)
+        return tuple(float(item) for item in value)
+
+
+@dataclass(frozen=True)
+class Rows(Parameter):
+    """A list of up to `most` rows of numbers; `columns` names each column with its lowest and highest value."""
+
+    columns: tuple[tuple[str, float, float], ...] = ()
+    most: int = field(default=200, kw_only=True)
+    kind: ClassVar[str] = "rows"
+
+    @property
+    def allowed(self) -> str:
+        columns = ", ".join(f"{name} {low:g} to {high:g}" for name, low, high in self.columns)
+        return f"up to {self.most} rows of [{columns}]"
+
+    def check(self, value: Any) -> tuple[tuple[float, ...], ...]:
+        if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > self.most:
+            raise self.refuse(value)
+        for row in value:
+            if not isinstance(row, Sequence) or isinstance(row, str) or len(row) != len(self.columns):
+                raise self.refuse(value)
+            for item, (_, low, high) in zip(row, self.columns, strict=True):
+                if isinstance(item, bool) or not isinstance(item, int | float) or not low <= item <= high:
+                    raise self.refuse(value)
+        return tuple(tuple(float(item) for item in row) for row in value)
+
+
+@dataclass(frozen=True)
+class Text(Parameter):
+    """A line of text, such as the path of a sound file."""
+
+    most: int = field(default=1000, kw_only=True)
+    kind: ClassVar[str] = "text"
+
+    @property
+    def allowed(self) -> str:
+        return f"text of at most {self.most} characters"
+
+    def check(self, value: Any) -> str:
+        if not isinstance(value, str) or len(value) > self.most or "\0" in value:
+            raise self.refuse(value)
+        return value
+
+
+@dataclass(frozen=True)
+class FilePath(Text):
+    """The path of a file, looked for beside the patch unless it is absolute."""
+
+    kind: ClassVar[str] = "file"
+
+
+@dataclass(frozen=True)
+class Tiles(Parameter):
+    """Which tiles a node is for: "all", or tile ids joined by "+"."""
+
+    default: str = "all"
+    kind: ClassVar[str] = "tiles"
+
+    @property
+    def allowed(self) -> str:
+        return 'all, or tile ids joined by "+"'
+
+    def check(self, value: Any) -> str:
+        if not isinstance(value, str) or not all(IDENTIFIER.fullmatch(tile) for tile in value.split("+")):
+            raise self.refuse(value)
+        return value
+
+    @staticmethod
+    def has(value: str, tile: str) -> bool:
+        """Whether `value` names `tile`.
+
+        >>> Tiles.has("t1+t2", "t2"), Tiles.has("all", "t9"), Tiles.has("t1", "t2")
+        (True, True, False)
+        """
+        return value == "all" or tile in value.split("+")
