@@ -14,7 +14,7 @@ STEPS = 24
 SHORTEST_BAR_S, LONGEST_BAR_S = 0.45, 0.75
 """The thesis's range of bars."""
 NOTE_FLOATS = 3
-"""Floats a note takes in a table: step, length in steps, amplitude."""
+"""Floats a note takes in a table: onset and length as fractions of the bar, and amplitude."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,8 @@ class Rhythm:
 
     def table(self) -> NDArray[np.float64]:
         """The notes as the flat float64 array that `play` takes."""
-        return np.array([value for note in self.notes for value in (note.step, note.length, note.amplitude)], float)
+        rows = [(note.step / STEPS, note.length / STEPS, note.amplitude) for note in self.notes]
+        return np.array(rows, dtype=np.float64).ravel()
 
 
 def rhythm(name: str, bar_s: float, repeats: int, *notes: tuple[int, int, float]) -> Rhythm:
@@ -77,7 +78,7 @@ def rhythm(name: str, bar_s: float, repeats: int, *notes: tuple[int, int, float]
 
 RHYTHMS = (
     rhythm("R1", 0.60, 3, (0, 4, 1.0), (6, 4, 0.6), (12, 4, 0.6), (18, 4, 0.6)),
-    rhythm("R2", 0.75, 3, (0, 10, 1.0), (12, 4, 0.6), (18, 4, 0.6)),
+    rhythm("R2", 0.75, 3, (0, 11, 1.0), (12, 5, 0.6), (18, 5, 0.6)),
     rhythm("R3", 0.45, 4, (0, 3, 1.0), (4, 3, 0.6), (8, 13, 0.7)),
     rhythm("R4", 0.60, 4, (0, 6, 1.0), (8, 6, 0.6), (16, 6, 0.6)),
     rhythm("R5", 0.70, 3, (0, 7, 1.0), (9, 7, 0.6), (18, 5, 0.8)),
@@ -106,18 +107,19 @@ def play(notes, bar_frames, repeats, start, frame, n, rate, events):
     array([5.00000e-01, 7.20050e+03, 1.44005e+04])
     """
     bar = max(bar_frames, 2.0 * STEPS)
+    bar_s = bar / rate
     count = 0
     repeat = max(int((frame - start) / bar) - 1, 0)
     while repeats == 0 or repeat < repeats:
         if start + repeat * bar >= frame + n:
             break
         for i in range(0, notes.size, NOTE_FLOATS):
-            time = start + (repeat + notes[i] / STEPS) * bar
+            time = start + (repeat + notes[i]) * bar
             onset = math.floor(time)
             if onset >= frame and onset < frame + n and 3 * count + 3 <= events.size:
                 events[3 * count] = time
                 events[3 * count + 1] = notes[i + 2]
-                events[3 * count + 2] = notes[i + 1] / STEPS * bar / rate
+                events[3 * count + 2] = notes[i + 1] * bar_s
                 count += 1
         repeat += 1
     return count

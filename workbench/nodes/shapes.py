@@ -1,7 +1,7 @@
 """Nodes that shape and join signals."""
 
 from workbench.parameters import Number
-from workbench.patch.node import Input, Output, emit, node, run_kernel
+from workbench.patch.node import Input, Output, node, run_kernel
 
 
 @node("gain", "Shapes")
@@ -77,24 +77,3 @@ class Scale:
         for i in range(n):
             share = min(max((signal[i] - low) * slope, 0.0), 1.0)
             out[i] = out_low + share * (out_high - out_low)
-
-
-@node("join", "Timing")
-class Join:
-    """The events of two wires on one; events in the same frame add."""
-
-    a = Input(kind="event")
-    b = Input(kind="event")
-    out = Output(kind="event")
-
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        a, b = e[0], e[1]
-        i = j = 0
-        while i < a[0] or j < b[0]:
-            if j >= b[0] or (i < a[0] and a[3 * i + 1] <= b[3 * j + 1]):
-                emit(o[0], a[3 * i + 1], a[3 * i + 2], a[3 * i + 3])
-                i += 1
-            else:
-                emit(o[0], b[3 * j + 1], b[3 * j + 2], b[3 * j + 3])
-                j += 1

@@ -102,6 +102,24 @@ def frames(pointer, count):
 
 
 @kernel
+def event_list(events):
+    """The events of a list in or out as the flat array that models take: [time, strength, duration, time, ...]."""
+    return carray(events, 1 + 3 * int(events[0]))[1:]
+
+
+@kernel
+def room(events, count):
+    """Room for `count` more events at the end of a list out, as a flat array; `grow` says how many were written."""
+    return carray(events, 1 + 3 * (int(events[0]) + count))[1 + 3 * int(events[0]) :]
+
+
+@kernel
+def grow(events, count):
+    """Take the `count` events that were written into `room` into the list."""
+    events[0] += count
+
+
+@kernel
 def emit(events, time, strength, duration):
     """Append an event to a list of events out; one in the last one's frame is added to it, at their weighted time."""
     count = int(events[0])

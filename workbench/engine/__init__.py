@@ -1,0 +1,1 @@
+"""Real time, in its own process; and the same, offline."""

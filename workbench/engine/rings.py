@@ -1,0 +1,137 @@
+"""Lock-free rings in shared memory: one writer, any number of readers, none of whom can make the writer wait.
+
+The supervisor creates and unlinks them. The writer copies its rows and then publishes how many it has ever written, with
+release order; a reader takes that number with acquire order, copies, and takes it again: what was overwritten meanwhile
+is dropped, and said.
+"""
+
+from dataclasses import dataclass
+from multiprocessing.shared_memory import SharedMemory
+
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+
+from workbench.kernels import kernel
+
+_HEADER = 64  # bytes: a cache line of its own for the count
+
+
+@intrinsic
+def _publish(context, header, count):
+    def code(context, builder, signature, args):
+        array = context.make_array(signature.args[0])(context, builder, args[0])
+        builder.store_atomic(args[1], array.data, "release", 8)
+        return context.get_dummy_value()
+
+    return types.void(header, types.int64), code
+
+
+@intrinsic
+def _written(context, header):
+    def code(context, builder, signature, args):
+        array = context.make_array(signature.args[0])(context, builder, args[0])
+        return builder.load_atomic(array.data, "acquire", 8)
+
+    return types.int64(header), code
+
+
+@kernel
+def write_rows(header, rows, new, n):
+    """Append the first `n` rows of `new` to the ring and publish them."""
+    at = header[0]
+    for i in range(n):
+        for j in range(rows.shape[1]):
+            rows[(at + i) % rows.shape[0], j] = new[i, j]
+    _publish(header, at + n)
+
+
+@kernel
+def _copy(header, rows, first, out):
+    """Copy rows from `first` on into `out`; the number of rows ever written when the copy was done."""
+    for i in range(out.shape[0]):
+        for j in range(rows.shape[1]):
+            out[i, j] = rows[(first + i) % rows.shape[0], j]
+    return _written(header)
+
+
+@kernel
+def _count(header):
+    return _written(header)
+
+
+@dataclass(frozen=True)
+class RingName:
+    """What another process needs to find a ring."""
+
+    name: str
+    dtype: str
+    width: int
+    capacity: int
+
+
+class Ring:
+    """A ring of `capacity` rows of `width` numbers. `create` in the supervisor, `open` elsewhere."""
+
+    def __init__(self, memory: SharedMemory, where: RingName, owned: bool) -> None:
+        self._memory, self.where, self._owned = memory, where, owned
+        buffer = memory.buf
+        self.header = np.ndarray((1,), np.int64, buffer)
+        self.rows = np.ndarray((where.capacity, where.width), where.dtype, buffer, offset=_HEADER)
+
+    @staticmethod
+    def create(width: int, capacity: int, dtype: str = "float32") -> "Ring":
+        size = _HEADER + capacity * width * np.dtype(dtype).itemsize
+        memory = SharedMemory(create=True, size=size)
+        memory.buf[:_HEADER] = bytes(_HEADER)
+        return Ring(memory, RingName(memory.name, dtype, width, capacity), owned=True)
+
+    @staticmethod
+    def open(where: RingName) -> "Ring":
+        return Ring(SharedMemory(where.name), where, owned=False)
+
+    def write(self, new: np.ndarray, n: int) -> None:
+        """Append the first `n` rows of `new`, which has the ring's type and width. Allocates nothing."""
+        write_rows(self.header, self.rows, new, n)
+
+    def skip(self, count: int) -> None:
+        """Begin at row number `count`, before the first row is written."""
+        self.header[0] = count
+
+    @property
+    def written(self) -> int:
+        """Rows ever written."""
+        return int(_count(self.header))
+
+    def close(self) -> None:
+        """Let go of the memory; the one who created it removes it."""
+        del self.header, self.rows
+        self._memory.close()
+        if self._owned:
+            self._memory.unlink()
+
+
+class Reader:
+    """Reads a ring from `start` on (the present end by default); keeps its own place."""
+
+    def __init__(self, ring: Ring, start: int | None = None) -> None:
+        self.ring = ring
+        self.next = ring.written if start is None else start
+
+    def read(self, most: int | None = None) -> tuple[int, np.ndarray]:
+        """The number of the first row, and the rows that are new since the last read, at most `most` of them.
+
+        Rows that were overwritten before they could be read are missing: the first row's number tells.
+        """
+        ring = self.ring
+        capacity = ring.where.capacity
+        end = ring.written
+        self.next = min(self.next, end)
+        first = max(self.next, end - capacity + capacity // 8)
+        if most is not None:
+            end = min(end, first + most)
+        out = np.empty((max(end - first, 0), ring.where.width), ring.where.dtype)
+        now = _copy(ring.header, ring.rows, first, out)
+        spoilt = min(max(now - capacity - first, 0), len(out))
+        self.next = end
+        return first + spoilt, out[spoilt:]

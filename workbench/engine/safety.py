@@ -1,0 +1,134 @@
+"""Between a program and the shakers: nothing reaches a shaker but through here.
+
+Each channel: level, DC block, limit of the running mean square, limit of the peak, ramps of start, stop and panic; and
+silence where a value is not finite. Sample by sample, so that the result does not depend on the block.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.clock import FADE, RAMP
+from workbench.kernels import kernel
+
+DC_HZ = 5.0
+"""Corner of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
+RMS_SECONDS = 0.5
+"""Time over which the mean square is taken: of the order of a voice coil's heating that one can still hear coming."""
+RELEASE_SECONDS = 0.1
+"""Time in which a limited channel comes back."""
+
+_X, _Y, _SQUARE, _PEAK_GAIN, _WIDTH = range(5)
+_STILL = 1e-12
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one channel may get, of full scale, and how many m/s^2 full scale is."""
+
+    acceleration_per_unit: float = 20.0
+    peak: float = 0.95
+    rms: float = 0.35
+
+
+class Safety:
+    """The last stage for `limits`, one for each row; writes float32 [frame, channel] into `out`.
+
+    `channels[row]` is the channel of a row, or -1 for a tile that has none.
+    """
+
+    def __init__(self, limits: list[Limits], channels: list[int], rate: float, block: int, width: int) -> None:
+        self.out = np.zeros((block, width), np.float32)
+        self._limits = np.array([(1.0 / m.acceleration_per_unit, m.peak, m.rms) for m in limits])
+        self._channels = np.array(channels, np.int64)
+        self._state = np.zeros((len(limits), _WIDTH))
+        self._state[:, _PEAK_GAIN] = 1.0
+        self._coefficients = np.array(
+            [
+                math.exp(-2.0 * math.pi * DC_HZ / rate),
+                1.0 - math.exp(-1.0 / (RMS_SECONDS * rate)),
+                1.0 - math.exp(-1.0 / (RELEASE_SECONDS * rate)),
+            ]
+        )
+        self._level = np.array([1.0, 1.0, -float(RAMP)])  # from, to, first frame
+        self._open = np.array([0.0, 0.0, -float(FADE)])
+        self.faults = np.zeros(1, np.int64)
+        self.peaks = np.zeros(len(limits))
+
+    def level(self, gain: float, frame: int) -> None:
+        """Go to `gain`, 0 to 1, in a ramp from `frame` on."""
+        self._turn(self._level, min(max(gain, 0.0), 1.0), frame, RAMP)
+
+    def open(self, on: bool, frame: int) -> None:
+        """Let sound out, or close, in a ramp of 10 ms from `frame` on."""
+        self._turn(self._open, float(on), frame, FADE)
+
+    @staticmethod
+    def _turn(ramp: np.ndarray, target: float, frame: int, length: int) -> None:
+        ramp[0] = _along(ramp, float(frame), length)
+        ramp[1], ramp[2] = target, frame
+
+    def apply(self, acceleration: np.ndarray, still: np.ndarray, frame: int, n: int) -> None:
+        """Turn `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out`. Allocates nothing."""
+        _protect(
+            acceleration,
+            still,
+            self.out,
+            self._limits,
+            self._channels,
+            self._state,
+            self._coefficients,
+            self._level,
+            self._open,
+            self.faults,
+            self.peaks,
+            frame,
+            n,
+        )
+
+
+@kernel
+def _along(ramp, frame, length):
+    share = min(max((frame - ramp[2]) / length, 0.0), 1.0)
+    return ramp[0] + (ramp[1] - ramp[0]) * share
+
+
+@kernel
+def _protect(x, still, out, limits, channels, state, coefficients, level, opening, faults, peaks, frame, n):
+    keep, follow, release = coefficients[0], coefficients[1], coefficients[2]
+    for i in range(n):
+        for j in range(out.shape[1]):
+            out[i, j] = 0.0
+    for row in range(x.shape[0]):
+        channel = channels[row]
+        s = state[row]
+        peaks[row] *= 0.5 ** (n / 4800.0)
+        if channel < 0 or (still[row] != 0 and s[_X] == s[_Y] == s[_SQUARE] == 0.0 and s[_PEAK_GAIN] == 1.0):
+            continue
+        scale, most, rms = limits[row, 0], limits[row, 1], limits[row, 2]
+        largest = 0.0
+        for i in range(n):
+            now = x[row, i] * scale
+            if not math.isfinite(now):
+                faults[0] += 1
+                now = 0.0
+            now *= _along(level, float(frame + i), RAMP)
+            y = now - s[_X] + keep * s[_Y]
+            s[_X] = now
+            s[_Y] = y if abs(y) > _STILL else 0.0
+            s[_SQUARE] += follow * (y * y - s[_SQUARE])
+            if s[_SQUARE] < _STILL:
+                s[_SQUARE] = 0.0
+            if s[_SQUARE] > rms * rms:
+                y *= rms / math.sqrt(s[_SQUARE])
+            s[_PEAK_GAIN] += release * (1.0 - s[_PEAK_GAIN])
+            if s[_PEAK_GAIN] > 1.0 - _STILL:
+                s[_PEAK_GAIN] = 1.0
+            if abs(y) * s[_PEAK_GAIN] > most:
+                s[_PEAK_GAIN] = most / abs(y)
+            y *= s[_PEAK_GAIN] * _along(opening, float(frame + i), FADE)
+            y = min(max(y, -most), most)
+            largest = max(largest, abs(y))
+            out[i, channel] = y
+        peaks[row] = max(peaks[row], largest)

@@ -1,0 +1,241 @@
+"""A walker on a floor: ground reaction force, roll of the foot, footfalls, and their split over a tile's corners.
+
+A footfall's vertical force has the double hump of walking: up to a first peak (weight accepted), down to a valley (the
+other leg swings by), up to a second peak (push-off) and down to 0. While a walker keeps to its mean height the
+ground gives its weight back exactly, so a footfall's impulse is weight times step time; this fixes the contact time.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import require
+from workbench.models.random import normal, stream_key
+
+PEAK1_PHASE, VALLEY_PHASE, PEAK2_PHASE = 0.22, 0.50, 0.77
+"""Where in the contact the extremes lie, as usual in walking at a comfortable speed."""
+
+
+def vertical_force(phase: ArrayLike, peak1: float, valley: float, peak2: float) -> NDArray[np.float64]:
+    """The vertical force at each `phase` (0 contact on, 1 off), in the unit of its extremes; 0 outside.
+
+    Quarter sines to the first and from the second peak, raised cosines between: no overshoot, no corner inside.
+
+    >>> vertical_force([0.0, 0.22, 0.5, 0.77, 1.0], 1.1, 0.7, 1.05)
+    array([0.  , 1.1 , 0.7 , 1.05, 0.  ])
+    """
+    p = np.asarray(phase, dtype=np.float64)
+    rise = peak1 * np.sin(0.5 * np.pi * np.clip(p, 0.0, PEAK1_PHASE) / PEAK1_PHASE)
+    fall = peak2 * np.sin(0.5 * np.pi * np.clip(1.0 - p, 0.0, 1.0 - PEAK2_PHASE) / (1.0 - PEAK2_PHASE))
+    first = _raised_cosine((p - PEAK1_PHASE) / (VALLEY_PHASE - PEAK1_PHASE))
+    second = _raised_cosine((p - VALLEY_PHASE) / (PEAK2_PHASE - VALLEY_PHASE))
+    return np.where(p < VALLEY_PHASE, rise + (valley - peak1) * first, fall + (valley - peak2) * (1.0 - second))
+
+
+def mean_force(peak1: float, valley: float, peak2: float) -> float:
+    """The mean of `vertical_force` over the contact, in closed form.
+
+    >>> round(mean_force(1.1, 0.7, 1.1), 3)
+    0.81
+    """
+    ends = 2.0 / math.pi * (PEAK1_PHASE * peak1 + (1.0 - PEAK2_PHASE) * peak2)
+    first = 0.5 * (peak1 + valley) * (VALLEY_PHASE - PEAK1_PHASE)
+    return ends + first + 0.5 * (valley + peak2) * (PEAK2_PHASE - VALLEY_PHASE)
+
+
+def roll(phase: ArrayLike) -> NDArray[np.float64]:
+    """Where the centre of pressure is, as a fraction of the foot's length from the heel: from 0.05 to 0.95.
+
+    It leaves the heel and reaches the toes fast and crosses the middle slowly; it never goes back.
+
+    >>> roll([0.0, 0.5, 1.0])
+    array([0.05, 0.5 , 0.95])
+    """
+    p = np.clip(np.asarray(phase, dtype=np.float64), 0.0, 1.0)
+    return 0.05 + 0.9 * (p + 0.3 * np.sin(2.0 * np.pi * p) / (2.0 * np.pi))
+
+
+@dataclass(frozen=True)
+class Walker:
+    """Who walks: weight, cadence (steps a minute, both feet), feet, and how much footfalls vary.
+
+    Peaks and valley are in body weights. `variation` is the relative deviation of forces and of the step time, and in
+    units of 0.3 m of the places. Raises `BadValue` outside the ranges below.
+
+    >>> round(Walker().contact_s, 3)
+    0.673
+    """
+
+    weight_n: float = 700.0
+    cadence_per_min: float = 110.0
+    foot_length_m: float = 0.26
+    step_length_m: float = 0.66
+    step_width_m: float = 0.10
+    toe_out_deg: float = 6.0
+    peak1: float = 1.10
+    valley: float = 0.72
+    peak2: float = 1.08
+    variation: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in WALKER_RANGES.items():
+            value = getattr(self, name)
+            require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+
+    @property
+    def step_s(self) -> float:
+        """Seconds from one foot's onset to the other's."""
+        return 60.0 / self.cadence_per_min
+
+    @property
+    def contact_s(self) -> float:
+        """Seconds a foot is down, so that each footfall's impulse is the weight times `step_s`."""
+        return self.step_s / mean_force(self.peak1, self.valley, self.peak2)
+
+
+WALKER_RANGES = {
+    "weight_n": (50.0, 3000.0),
+    "cadence_per_min": (20.0, 200.0),
+    "foot_length_m": (0.1, 0.4),
+    "step_length_m": (0.0, 1.5),
+    "step_width_m": (0.0, 0.5),
+    "toe_out_deg": (-45.0, 45.0),
+    "peak1": (0.9, 2.0),
+    "valley": (0.2, 1.0),
+    "peak2": (0.9, 2.0),
+    "variation": (0.0, 0.2),
+}
+"""The allowed range of each of a walker's parameters."""
+
+
+@dataclass(frozen=True)
+class Footfall:
+    """One foot on the floor: when, where (heel, in the floor's frame), which way, which foot, and its forces."""
+
+    side: str
+    start_s: float
+    duration_s: float
+    heel_x_m: float
+    heel_y_m: float
+    heading_rad: float
+    length_m: float
+    peak1_n: float
+    valley_n: float
+    peak2_n: float
+
+    def force_n(self, time_s: ArrayLike) -> NDArray[np.float64]:
+        """The vertical force at each of `time_s`; 0 before and after."""
+        return vertical_force(self._phase(time_s), self.peak1_n, self.valley_n, self.peak2_n)
+
+    def centre_m(self, time_s: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The centre of pressure (x, y) at each of `time_s`, held at heel and toe outside the contact."""
+        along = self.length_m * roll(self._phase(time_s))
+        return self.heel_x_m + along * math.cos(self.heading_rad), self.heel_y_m + along * math.sin(self.heading_rad)
+
+    def _phase(self, time_s: ArrayLike) -> NDArray[np.float64]:
+        return (np.asarray(time_s, dtype=np.float64) - self.start_s) / self.duration_s
+
+
+def footfalls(
+    walker: Walker, path: Sequence[tuple[float, float]], seconds: float, seed: int = 1, start_s: float = 0.2
+) -> list[Footfall]:
+    """The footfalls that begin in [start_s, seconds), left and right in turn, in order of time.
+
+    The walker follows `path`, points (x, y) in metres, and turns round at its end; a path that ends where it began is
+    walked round and round, and a single point is stepped on the spot. The middles of the feet lie `step_width_m`
+    apart beside the path. The same seed gives the same walk, and a longer one begins with it. Raises `BadValue` for an
+    empty path or one that is not of finite points, and for seconds or start_s that are not finite.
+
+    >>> steps = footfalls(Walker(variation=0.0), [(0.0, 0.0), (2.0, 0.0)], 1.0)
+    >>> [(step.side, round(step.start_s, 3), round(step.heel_y_m, 3)) for step in steps]
+    [('left', 0.2, 0.036), ('right', 0.745, -0.036)]
+    """
+    points = np.asarray(path, dtype=np.float64)
+    require(points.ndim == 2 and points.shape[-1] == 2 and len(points) > 0, "path", path, "points (x, y)")
+    require(bool(np.isfinite(points).all()), "path", path, "finite points")
+    require(math.isfinite(seconds), "seconds", seconds, "a finite time")
+    require(math.isfinite(start_s), "start_s", start_s, "a finite time")
+    key = stream_key(seed, "walker")
+    count = max(0, math.ceil((seconds - start_s) / walker.step_s) + 2)
+    steps = [_footfall(walker, points, step, key, start_s) for step in range(count)]
+    return [step for step in sorted(steps, key=lambda step: step.start_s) if start_s <= step.start_s < seconds]
+
+
+def corner_forces(force_n: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, sensors_m: ArrayLike) -> NDArray[np.float64]:
+    """What four sensors at the corners of a rectangle read of a force at (x, y): the bilinear split, shape (..., 4).
+
+    `sensors_m` is (4, 2), in metres, in any order; `force_n`, `x_m` and `y_m` broadcast. The four add up to the force
+    and their centroid is (x, y), also beyond the corners, where some are negative. Raises `BadValue` if the sensors
+    are not the corners of a rectangle.
+
+    >>> corner_forces(100.0, 0.1, 0.0, [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
+    array([50.,  0.,  0., 50.])
+    """
+    sensors = np.asarray(sensors_m, dtype=np.float64)
+    require(sensors.shape == (4, 2), "sensors_m", sensors_m, "four points (x, y)")
+    centre = sensors.mean(axis=0)
+    across = sensors - sensors[0]
+    near, middle, _ = sorted(across[1:], key=lambda edge: float(edge @ edge))
+    size = float(np.abs(across).max())
+    corners = np.array([[0.0, 0.0], near, middle, near + middle])
+    apart = np.abs(across[:, None] - corners[None, :]).max(axis=2).min(axis=0)
+    is_rectangle = apart.max() <= 1e-6 * size and abs(near @ middle) <= 1e-6 * size**2 and near @ near > 1e-12 * size**2
+    require(bool(is_rectangle), "sensors_m", sensors.tolist(), "the corners of a rectangle")
+    place = np.stack(np.broadcast_arrays(np.asarray(x_m, float), np.asarray(y_m, float)), axis=-1) - centre
+    weights = np.full(4, 0.25)
+    for edge in (near, middle):
+        half = edge / 2.0
+        reach = half @ half
+        weights = weights * (1.0 + (place @ half)[..., None] / reach * np.sign((sensors - centre) @ half))
+    return np.asarray(force_n, dtype=np.float64)[..., None] * weights
+
+
+def _raised_cosine(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    return 0.5 * (1.0 - np.cos(np.pi * np.clip(u, 0.0, 1.0)))
+
+
+def _footfall(walker: Walker, points: NDArray[np.float64], step: int, key: np.uint64, start_s: float) -> Footfall:
+    vary = [walker.variation * normal(key, 8 * step + draw) for draw in range(7)]
+    x, y, heading = _along(points, step * walker.step_length_m)
+    turn = 1.0 if step % 2 == 0 else -1.0
+    aside = 0.5 * turn * walker.step_width_m
+    x += -aside * math.sin(heading) + 0.3 * vary[0]
+    y += aside * math.cos(heading) + 0.3 * vary[1]
+    heading += turn * math.radians(walker.toe_out_deg)
+    # The first foot comes down on time, so that a walk begins where it was asked to.
+    late = walker.step_s * vary[2] if step > 0 else 0.0
+    return Footfall(
+        side="left" if turn > 0 else "right",
+        start_s=start_s + step * walker.step_s + late,
+        duration_s=walker.contact_s * (1.0 + vary[3]),
+        heel_x_m=x - 0.5 * walker.foot_length_m * math.cos(heading),
+        heel_y_m=y - 0.5 * walker.foot_length_m * math.sin(heading),
+        heading_rad=heading,
+        length_m=walker.foot_length_m,
+        peak1_n=walker.weight_n * walker.peak1 * (1.0 + vary[4]),
+        valley_n=walker.weight_n * walker.valley * (1.0 + vary[5]),
+        peak2_n=walker.weight_n * walker.peak2 * (1.0 + vary[6]),
+    )
+
+
+def _along(points: NDArray[np.float64], distance: float) -> tuple[float, float, float]:
+    """Place and heading after `distance` along the path, there and back again, or round and round if it is closed."""
+    edges = np.diff(points, axis=0)
+    lengths = np.hypot(edges[:, 0], edges[:, 1])
+    total = float(lengths.sum())
+    if total == 0.0:
+        return float(points[0, 0]), float(points[0, 1]), 0.0
+    closed = len(points) > 2 and bool((points[0] == points[-1]).all())
+    place = distance % (total if closed else 2.0 * total)
+    back = place > total
+    if back:
+        place = 2.0 * total - place
+    ends = np.cumsum(lengths)
+    edge = min(int(np.searchsorted(ends, place, side="right")), int(np.flatnonzero(lengths)[-1]))
+    share = (place - (ends[edge] - lengths[edge])) / lengths[edge]
+    x, y = points[edge] + share * edges[edge]
+    heading = math.atan2(edges[edge, 1], edges[edge, 0]) + (math.pi if back else 0.0)
+    return float(x), float(y), heading

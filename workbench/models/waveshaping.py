@@ -1,0 +1,186 @@
+"""Harmonic tones by Chebyshev waveshaping (thesis 3.1, 3.2) on a phasor that does not drift, and their roughness.
+
+True sines, phases included: `sum a_k sin(k th) = sin(th) sum a_k U_(k-1)(cos th)`, k from 1, so there is no DC. The
+printed `T_k(sin th)` has other phases and a DC term (errata). The sum over U is Clenshaw's recurrence: one sine, one
+cosine and N multiplications a frame, a span's frames side by side.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import require
+from workbench.kernels import kernel
+
+STATE_SIZE = 2
+"""Floats of dynamic state `run` and `roughen` each need: the phase and its rounding remainder, in Hz times frames."""
+LANES = 32
+"""Frames that `run` takes side by side, a span."""
+WORK_SHAPE = (5, LANES)
+"""Shape of the float64 memory that `run` works in."""
+_SINE, _TWICE, _SUM, _BEFORE, _PITCH = range(5)
+
+
+def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> NDArray[np.float64]:
+    """A tone of `round(seconds * rate)` frames: `sum a_k sin(2 pi k f0 t)`, k = 1 ... len(amplitudes), t from 0.
+
+    Harmonics at or above half the rate are left out; `audible_harmonics` tells how many remain. Raises `BadValue` for
+    f0_hz or rate not above 0, seconds below 0, and amplitudes that are not a row of finite numbers.
+
+    >>> tone(50.0, [1.0], 0.02, 400.0).round(3)[:3]
+    array([0.   , 0.707, 1.   ])
+    """
+    require(math.isfinite(f0_hz) and f0_hz > 0, "f0_hz", f0_hz, "above 0")
+    require(math.isfinite(rate) and rate > 0, "rate", rate, "above 0")
+    require(math.isfinite(seconds) and seconds >= 0, "seconds", seconds, "0 or more")
+    weights = np.ascontiguousarray(amplitudes, dtype=np.float64)
+    require(weights.ndim == 1 and weights.size > 0, "amplitudes", amplitudes, "a row of at least one number")
+    require(bool(np.isfinite(weights).all()), "amplitudes", amplitudes, "finite numbers")
+    y = np.empty(round(seconds * rate))
+    run(np.zeros(STATE_SIZE), np.array([float(f0_hz)]), weights, float(rate), np.zeros(WORK_SHAPE), y, y.size)
+    return y
+
+
+def peak_bound(amplitudes: ArrayLike, roughness: float = 0.0) -> float:
+    """No sample of the tone, roughened to depth `roughness`, exceeds this: `(1 + |m|) sum |a_k|`.
+
+    >>> peak_bound([1.0, -0.5], 0.5)
+    2.25
+    """
+    return (1.0 + abs(roughness)) * float(np.abs(amplitudes).sum())
+
+
+@kernel
+def audible_harmonics(f0_hz, count, rate):
+    """How many of `count` harmonics of `f0_hz` lie below half the rate; the rest are left out.
+
+    >>> audible_harmonics(3000.0, 10, 48000.0)
+    7
+    """
+    half = 0.5 * rate
+    pitch = abs(f0_hz)
+    if count * pitch < half:
+        return count
+    below = int(half / pitch)
+    if below * pitch >= half:
+        below -= 1
+    return min(count, below)
+
+
+@kernel
+def run(s, f0_hz, amplitudes, rate, work, y, n):
+    """Fill `n` frames of `y` with the tone and move the phase in `s` (STATE_SIZE; zeros: the tone begins at phase 0).
+
+    `f0_hz` holds one value for the whole stretch or one a frame; the phase is its running sum, so a ramp glides.
+    `amplitudes` are a_1, a_2, ...; `work` (WORK_SHAPE) is memory whose contents mean nothing between calls. At |f0| of
+    half the rate and above nothing is audible and the phase stands.
+    """
+    moves = 1 if f0_hz.size > 1 else 0
+    high, low, per_rate = s[0], s[1], 1.0 / rate
+    for first in range(0, n, LANES):
+        count = min(LANES, n - first)
+        for j in range(count):
+            f0 = f0_hz[(first + j) * moves]
+            work[_PITCH, j] = abs(f0)
+            work[_SINE, j] = (high + low) * per_rate
+            high, low = next_phase(high, low, f0, rate)
+        _sum_harmonics(work, amplitudes, 0.5 * rate)
+        for j in range(count):
+            y[first + j] = work[_SINE, j] * work[_SUM, j]
+    s[0], s[1] = high, low
+
+
+@kernel
+def _sum_harmonics(work, amplitudes, half):
+    """From the turns in row _SINE: the sine there, and the sum over U in row _SUM, of all lanes side by side.
+
+    Every lane is computed, used or not, by the same instructions: a frame's bits do not depend on its place.
+    """
+    for j in range(LANES):
+        sine, cosine = sin_cos(work[_SINE, j])
+        work[_SINE, j] = sine
+        work[_TWICE, j] = 2.0 * cosine
+        work[_SUM, j] = work[_BEFORE, j] = 0.0
+    n = amplitudes.size
+    for k in range(n + n % 2, 0, -2):
+        upper = amplitudes[k - 1] if k <= n else 0.0
+        lower = amplitudes[k - 2]
+        for j in range(LANES):
+            heard = upper if k * work[_PITCH, j] < half else 0.0
+            b = heard + work[_TWICE, j] * work[_SUM, j] - work[_BEFORE, j]
+            heard = lower if (k - 1) * work[_PITCH, j] < half else 0.0
+            work[_SUM, j] = heard + work[_TWICE, j] * b - work[_SUM, j]
+            work[_BEFORE, j] = b
+
+
+@kernel
+def roughen(s, x, depth, frequency_hz, rate, y, n):
+    """Multiply `n` frames of `x` by `1 + m sin(2 pi f_r t)` into `y` (they may be the same array).
+
+    `depth` (m) and `frequency_hz` (f_r; thesis: 25 Hz) each hold one value for the stretch or one a frame; `s` is the
+    modulation's own phase (STATE_SIZE).
+    """
+    deepens = 1 if depth.size > 1 else 0
+    moves = 1 if frequency_hz.size > 1 else 0
+    high, low, per_rate = s[0], s[1], 1.0 / rate
+    for i in range(n):
+        sine, _ = sin_cos((high + low) * per_rate)
+        y[i] = x[i] * (1.0 + depth[i * deepens] * sine)
+        high, low = next_phase(high, low, frequency_hz[i * moves], rate)
+    s[0], s[1] = high, low
+
+
+@kernel
+def next_phase(high, low, frequency_hz, rate):
+    """The phase one frame later, as `high + low` within half a rate of 0, in Hz times frames (a turn is `rate`).
+
+    Frequencies are summed as they are given, undivided, and what each addition rounds off is kept in `low`; the turn
+    is taken off where that subtraction is exact. So a constant frequency does not drift.
+    """
+    half = 0.5 * rate
+    if not abs(frequency_hz) < half:
+        return high, low
+    total = high + frequency_hz
+    part = total - high
+    low += (high - (total - part)) + (frequency_hz - part)
+    if abs(total) >= half:
+        total -= math.copysign(rate, total)
+        high = total + low
+        return high, low - (high - total)
+    return total, low
+
+
+@kernel
+def sin_cos(turns):
+    """Sine and cosine of `2 pi turns`, |turns| at most 1: Taylor series on an eighth of a turn, within 3e-16.
+
+    >>> sin_cos(0.5)[1]
+    -1.0
+    """
+    quarter = math.floor(4.0 * turns + 0.5)
+    x = 2.0 * math.pi * (turns - 0.25 * quarter)
+    z = x * x
+    sine = -1.0 / 1307674368000.0
+    sine = 1.0 / 6227020800.0 + z * sine
+    sine = -1.0 / 39916800.0 + z * sine
+    sine = 1.0 / 362880.0 + z * sine
+    sine = -1.0 / 5040.0 + z * sine
+    sine = 1.0 / 120.0 + z * sine
+    sine = -1.0 / 6.0 + z * sine
+    sine = x + x * z * sine
+    cosine = 1.0 / 20922789888000.0
+    cosine = -1.0 / 87178291200.0 + z * cosine
+    cosine = 1.0 / 479001600.0 + z * cosine
+    cosine = -1.0 / 3628800.0 + z * cosine
+    cosine = 1.0 / 40320.0 + z * cosine
+    cosine = -1.0 / 720.0 + z * cosine
+    cosine = 1.0 / 24.0 + z * cosine
+    cosine = -0.5 + z * cosine
+    cosine = 1.0 + z * cosine
+    which = int(quarter) & 3
+    if which & 1:
+        sine, cosine = cosine, -sine
+    if which & 2:
+        sine, cosine = -sine, -cosine
+    return sine, cosine
