@@ -1,12 +1,14 @@
-"""How kernels are compiled: Numba without the interpreter lock, cached on disk, in float64, bit-exact for any split."""
+"""How kernels are compiled: Numba without the interpreter lock, cached on disk, in strict float64.
+
+Strict, because a kernel exists more than once: on its own, inlined in its callers, and in each of the processes' caches.
+Where the compiler may contract or re-order, these copies differ in their last bits (measured: a tone's bytes changed
+between the process that compiled it and the next one, which loaded it), and the same patch must give the same bytes.
+"""
 
 from numba import njit
 
-#: Flags that keep NaN tests true and give the same bits whatever the length of the loop.
-EXACT = {"contract", "nsz", "arcp"}
+kernel = njit(nogil=True, cache=True, error_model="numpy")
+"""Compile a kernel whose bits do not depend on how a stretch of frames is split, nor on who compiled it."""
 
-kernel = njit(nogil=True, cache=True, fastmath=EXACT, error_model="numpy")
-"""Compile a kernel whose result may not depend on how a stretch of frames is split."""
-
-modal_kernel = njit(nogil=True, cache=True, fastmath=EXACT | {"reassoc"}, error_model="numpy")
-"""Compile a kernel whose inner loop runs over modes: sums over modes may be re-associated, sums over frames do not occur."""
+modal_kernel = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp", "reassoc"})
+"""Compile a kernel whose inner loop runs over modes: it may contract, and re-associate sums over modes."""

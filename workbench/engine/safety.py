@@ -19,6 +19,9 @@ RMS_SECONDS = 0.5
 RELEASE_SECONDS = 0.1
 """Time in which a limited channel comes back."""
 
+PANIC = 48
+"""Frames in which a panic ramps down."""
+
 _X, _Y, _SQUARE, _PEAK_GAIN, _WIDTH = range(5)
 _STILL = 1e-12
 
@@ -51,8 +54,8 @@ class Safety:
                 1.0 - math.exp(-1.0 / (RELEASE_SECONDS * rate)),
             ]
         )
-        self._level = np.array([1.0, 1.0, -float(RAMP)])  # from, to, first frame
-        self._open = np.array([0.0, 0.0, -float(FADE)])
+        self._level = np.array([1.0, 1.0, 0.0, 1.0])  # from, to, first frame, length
+        self._open = np.array([0.0, 0.0, 0.0, 1.0])
         self.faults = np.zeros(1, np.int64)
         self.peaks = np.zeros(len(limits))
 
@@ -64,13 +67,21 @@ class Safety:
         """Let sound out, or close, in a ramp of 10 ms from `frame` on."""
         self._turn(self._open, float(on), frame, FADE)
 
+    def panic(self, frame: int) -> int:
+        """Close in a ramp of 1 ms from `frame` on; how many frames that takes."""
+        self._turn(self._open, 0.0, frame, PANIC)
+        return PANIC
+
     @staticmethod
     def _turn(ramp: np.ndarray, target: float, frame: int, length: int) -> None:
-        ramp[0] = _along(ramp, float(frame), length)
-        ramp[1], ramp[2] = target, frame
+        now = ramp[0] + (ramp[1] - ramp[0]) * min(max((frame - ramp[2]) / ramp[3], 0.0), 1.0)
+        ramp[:] = now, target, frame, length
 
-    def apply(self, acceleration: np.ndarray, still: np.ndarray, frame: int, n: int) -> None:
-        """Turn `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out`. Allocates nothing."""
+    def apply(self, acceleration: np.ndarray, still: np.ndarray, frame: int, at: int, n: int) -> None:
+        """Turn `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out` from its row `at` on.
+
+        `still` marks rows that are zero throughout. Allocates nothing.
+        """
         _protect(
             acceleration,
             still,
@@ -84,20 +95,21 @@ class Safety:
             self.faults,
             self.peaks,
             frame,
+            at,
             n,
         )
 
 
 @kernel
-def _along(ramp, frame, length):
-    share = min(max((frame - ramp[2]) / length, 0.0), 1.0)
+def _along(ramp, frame):
+    share = min(max((frame - ramp[2]) / ramp[3], 0.0), 1.0)
     return ramp[0] + (ramp[1] - ramp[0]) * share
 
 
 @kernel
-def _protect(x, still, out, limits, channels, state, coefficients, level, opening, faults, peaks, frame, n):
+def _protect(x, still, out, limits, channels, state, coefficients, level, opening, faults, peaks, frame, at, n):
     keep, follow, release = coefficients[0], coefficients[1], coefficients[2]
-    for i in range(n):
+    for i in range(at, at + n):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
     for row in range(x.shape[0]):
@@ -113,7 +125,7 @@ def _protect(x, still, out, limits, channels, state, coefficients, level, openin
             if not math.isfinite(now):
                 faults[0] += 1
                 now = 0.0
-            now *= _along(level, float(frame + i), RAMP)
+            now *= _along(level, float(frame + i))
             y = now - s[_X] + keep * s[_Y]
             s[_X] = now
             s[_Y] = y if abs(y) > _STILL else 0.0
@@ -127,8 +139,8 @@ def _protect(x, still, out, limits, channels, state, coefficients, level, openin
                 s[_PEAK_GAIN] = 1.0
             if abs(y) * s[_PEAK_GAIN] > most:
                 s[_PEAK_GAIN] = most / abs(y)
-            y *= s[_PEAK_GAIN] * _along(opening, float(frame + i), FADE)
+            y *= s[_PEAK_GAIN] * _along(opening, float(frame + i))
             y = min(max(y, -most), most)
             largest = max(largest, abs(y))
-            out[i, channel] = y
+            out[at + i, channel] = y
         peaks[row] = max(peaks[row], largest)

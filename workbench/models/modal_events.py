@@ -6,18 +6,20 @@ whatever the calls. An event adds its response, tabulated once, to the rest of i
 phasors at the block's end; hence the same bits however the frames are split into calls.
 
 A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and contiguous:
-`s` holds the block's output and the phasors at its end, `t` the poles' powers, the amplitudes and the response.
+`s` holds the block's output and the phasors at its end; `t` the response to an event and the modes' tables.
 """
 
 import math
 
-from workbench.kernels import kernel, modal_kernel
+from workbench.kernels import kernel
 
 BLOCK = 64
-_HEAD = 8  # s: modes in use, events in the block; t: modes, floor squared
-_ROWS = _HEAD + BLOCK  # then rows of one number a mode
-_X, _Y, _U, _V = range(4)  # rows of s: phasors at the block's end, and a working copy
-_AMPLITUDES, _P1, _P2, _P3, _P4, _P16, _P64, _SPARE = 0, 1, 3, 5, 7, 9, 11, 13  # of t: pairs, real and imaginary
+_PATIENCE = 8 * BLOCK  # how often modes that fell below the floor are looked for
+_OUTPUT = 8  # before it, in s: modes in use, events of late; in t: modes, floor squared
+_MODES = _OUTPUT + BLOCK  # in s: real and imaginary parts; in t: a table a mode:
+_STEPS = 16  # powers 0 to 15 of its pole, real parts, then imaginary parts, then
+_P16, _P64, _AMPLITUDE = 32, 34, 36
+_TABLE = 40
 
 
 @kernel
@@ -25,9 +27,9 @@ def state_size(modes):
     """The floats of `s`.
 
     >>> state_size(10)
-    136
+    92
     """
-    return _ROWS + 4 * _padded(modes)
+    return _MODES + 2 * modes
 
 
 @kernel
@@ -35,9 +37,9 @@ def tuning_size(modes):
     """The floats of `t`.
 
     >>> tuning_size(10)
-    312
+    492
     """
-    return _ROWS + 15 * _padded(modes)
+    return _MODES + (_TABLE + 2) * modes
 
 
 @kernel
@@ -52,27 +54,12 @@ def tune(t, frequencies_hz, decays_per_s, amplitudes, rate_hz, floor):
     t[:] = 0.0
     t[0] = modes
     t[1] = floor * floor
-    table = _rows(t, 15, modes)
     for m in range(modes):
         if frequencies_hz[m] < 0.5 * rate_hz:
-            size = math.exp(-decays_per_s[m] / rate_hz)
-            angle = 2.0 * math.pi * (frequencies_hz[m] / rate_hz)
-            x, y = size * math.cos(angle), size * math.sin(angle)
-            x2, y2 = _squared(x, y)
-            x4, y4 = _squared(x2, y2)
-            x8, y8 = _squared(x4, y4)
-            table[_AMPLITUDES, m] = amplitudes[m]
-            table[_P1, m], table[_P1 + 1, m] = x, y
-            table[_P2, m], table[_P2 + 1, m] = x2, y2
-            table[_P3, m], table[_P3 + 1, m] = x2 * x - y2 * y, x2 * y + y2 * x
-            table[_P4, m], table[_P4 + 1, m] = x4, y4
-            table[_P16, m], table[_P16 + 1, m] = _squared(x8, y8)
-            # From block to block errors would add up, so this power is its own, of an angle reduced exactly.
-            size = math.exp(-decays_per_s[m] * BLOCK / rate_hz)
-            angle = 2.0 * math.pi * (frequencies_hz[m] * BLOCK % rate_hz / rate_hz)
-            table[_P64, m], table[_P64 + 1, m] = size * math.cos(angle), size * math.sin(angle)
-            table[_SPARE, m] = amplitudes[m]
-    _free_block(table, _SPARE, table, table.shape[1], t)
+            _tabulate(t, _MODES + _TABLE * m, frequencies_hz[m], decays_per_s[m], rate_hz)
+            t[_MODES + _TABLE * m + _AMPLITUDE] = amplitudes[m]
+            t[_MODES + _TABLE * modes + 2 * m] = amplitudes[m]
+    _free_block(t[_OUTPUT:_MODES], t, t[_MODES + _TABLE * modes :], modes)
 
 
 @kernel
@@ -82,138 +69,110 @@ def ring(s, t, events, count, out, frame, n):
     `events` is flat, (time, strength, duration) for each of `count` events, in order of time; one acts from the
     frame that its time lies in. One before `frame` acts at once.
     """
-    modes = int(t[0])
-    rows = _rows(s, 4, modes)
-    table = _rows(t, 15, modes)
     done = 0
     event = 0
     while done < n:
         start = (frame + done) % BLOCK
         if start == 0:
-            _begin_block(s, rows, t, table)
+            if (frame + done) % _PATIENCE == 0:
+                _drop(s, t)
+            _free_block(s[_OUTPUT:_MODES], t, s[_MODES:], int(s[0]))
         length = min(BLOCK - start, n - done)
         while event < count and events[3 * event] < frame + done + length:
             at = int(math.floor(events[3 * event])) - (frame + done)
-            _strike(s, rows, t, table, start + max(at, 0), events[3 * event + 1])
+            _strike(s, t, start + max(at, 0), events[3 * event + 1])
             event += 1
         for i in range(length):
-            out[done + i] = s[_HEAD + start + i]
+            out[done + i] = s[_OUTPUT + start + i]
         done += length
 
 
 @kernel
 def rest(s, t):
     """An upper bound of |output| from here on, if nothing strikes again."""
-    rows = _rows(s, 4, int(t[0]))
     bound = 0.0
-    for i in range(_HEAD, _ROWS):
+    for i in range(_OUTPUT, _MODES):
         bound = max(bound, abs(s[i]))
     for m in range(int(s[0])):
-        bound += math.sqrt(rows[_X, m] ** 2 + rows[_Y, m] ** 2)
+        bound += math.hypot(s[_MODES + 2 * m], s[_MODES + 2 * m + 1])
     return bound
 
 
 @kernel
-def _padded(modes):
-    """The length of a row: vector loops over whole eights have no remainder."""
-    return (modes + 7) // 8 * 8
+def _tabulate(t, o, frequency_hz, decay_per_s, rate_hz):
+    """Write the powers of a mode's pole at `t[o]`."""
+    size = math.exp(-decay_per_s / rate_hz)
+    angle = 2.0 * math.pi * (frequency_hz / rate_hz)
+    a, b = size * math.cos(angle), size * math.sin(angle)
+    x, y = 1.0, 0.0
+    for k in range(_STEPS):
+        t[o + k], t[o + _STEPS + k] = x, y
+        x, y = x * a - y * b, y * a + x * b
+    t[o + _P16], t[o + _P16 + 1] = x, y
+    # From block to block errors would add up, so this power is its own, of an angle reduced exactly.
+    size = math.exp(-decay_per_s * BLOCK / rate_hz)
+    angle = 2.0 * math.pi * (frequency_hz * BLOCK % rate_hz / rate_hz)
+    t[o + _P64], t[o + _P64 + 1] = size * math.cos(angle), size * math.sin(angle)
 
 
 @kernel
-def _rows(array, count, modes):
-    """The rows of `s` or `t`, one number a mode in each. (Made once a call: a view costs more than a mode's block.)"""
-    row = _padded(modes)
-    return array[_ROWS : _ROWS + count * row].reshape((count, row))
+def _free_block(block, t, phasors, modes):
+    """Fill `block` with the free ringing of the first `modes` modes, and move their phasors to its end.
+
+    Four phasors, 16 frames apart, share a table of 16 powers; the inner loop runs over frames.
+    """
+    block[:] = 0.0
+    for m in range(modes):
+        o = _MODES + _TABLE * m
+        x, y = phasors[2 * m], phasors[2 * m + 1]
+        a, b = t[o + _P16], t[o + _P16 + 1]
+        x1, y1 = x * a - y * b, y * a + x * b
+        x2, y2 = x1 * a - y1 * b, y1 * a + x1 * b
+        x3, y3 = x2 * a - y2 * b, y2 * a + x2 * b
+        for k in range(_STEPS):
+            c, d = t[o + k], t[o + _STEPS + k]
+            block[k] = (block[k] + y * c) + x * d
+            block[k + 16] = (block[k + 16] + y1 * c) + x1 * d
+            block[k + 32] = (block[k + 32] + y2 * c) + x2 * d
+            block[k + 48] = (block[k + 48] + y3 * c) + x3 * d
+        a, b = t[o + _P64], t[o + _P64 + 1]
+        phasors[2 * m], phasors[2 * m + 1] = x * a - y * b, y * a + x * b
 
 
 @kernel
-def _squared(x, y):
-    return x * x - y * y, 2.0 * x * y
+def _advanced(t, o, x, y, frames):
+    """The phasor x + iy after 0 to 64 `frames`."""
+    a, b = t[o + _P16], t[o + _P16 + 1]
+    for _ in range(frames // _STEPS):
+        x, y = x * a - y * b, y * a + x * b
+    a, b = t[o + frames % _STEPS], t[o + _STEPS + frames % _STEPS]
+    return x * a - y * b, y * a + x * b
 
 
-@modal_kernel
-def _begin_block(s, rows, t, table):
-    """Fill the block with the free ringing of what sounds, and move the phasors to its end."""
-    active = int(s[0])
-    if s[1] == 0.0 and active > 0:  # a block with events may still be building a mode up
+@kernel
+def _drop(s, t):
+    """Set modes under the floor to exactly 0, unless events of late may still be building them up."""
+    if s[1] == 0.0:
         last = 0
-        for m in range(active):
-            x, y = rows[_X, m], rows[_Y, m]
-            sounds = x * x + y * y > t[1]
-            rows[_X, m] = x if sounds else 0.0
-            rows[_Y, m] = y if sounds else 0.0
-            last = max(last, m + 1 if sounds else 0)
-        active = _padded(last)
-        s[0] = active
+        for m in range(int(s[0])):
+            x, y = s[_MODES + 2 * m], s[_MODES + 2 * m + 1]
+            if x * x + y * y > t[1]:
+                last = m + 1
+            else:
+                s[_MODES + 2 * m] = s[_MODES + 2 * m + 1] = 0.0
+        s[0] = last
     s[1] = 0.0
-    if active == 0:
-        for i in range(_HEAD, _ROWS):
-            s[i] = 0.0
-        return
-    for m in range(active):
-        rows[_U, m] = rows[_X, m]
-        rows[_V, m] = rows[_Y, m]
-    _free_block(rows, _U, table, active, s)
-    _turn(rows, _X, table, _P64, active)
 
 
 @kernel
-def _strike(s, rows, t, table, at, strength):
+def _strike(s, t, at, strength):
     """Add an event at frame `at` of the block: the tabulated response, and its phasors at the block's end."""
     for i in range(BLOCK - at):
-        s[_HEAD + at + i] += strength * t[_HEAD + i]
-    row = rows.shape[1]
-    for m in range(row):
-        rows[_U, m] = table[_AMPLITUDES, m]
-        rows[_V, m] = 0.0
-    left = BLOCK - at
-    for _ in range(left // 16):
-        _turn(rows, _U, table, _P16, row)
-    for _ in range(left % 16 // 4):
-        _turn(rows, _U, table, _P4, row)
-    if left % 4 > 0:
-        _turn(rows, _U, table, _P1 + 2 * (left % 4 - 1), row)
-    for m in range(row):
-        rows[_X, m] += strength * rows[_U, m]
-        rows[_Y, m] += strength * rows[_V, m]
-    s[0] = row
+        s[_OUTPUT + at + i] += strength * t[_OUTPUT + i]
+    for m in range(int(t[0])):
+        o = _MODES + _TABLE * m
+        x, y = _advanced(t, o, strength * t[o + _AMPLITUDE], 0.0, BLOCK - at)
+        s[_MODES + 2 * m] += x
+        s[_MODES + 2 * m + 1] += y
+    s[0] = t[0]
     s[1] = 1.0
-
-
-@kernel
-def _turn(rows, x, table, power, active):
-    """Advance the phasors in rows `x` and `x + 1` by a tabulated power of their poles."""
-    for m in range(active):
-        u, v = rows[x, m], rows[x + 1, m]
-        a, b = table[power, m], table[power + 1, m]
-        rows[x, m] = u * a - v * b
-        rows[x + 1, m] = v * a + u * b
-
-
-@modal_kernel
-def _free_block(rows, x, table, active, block):
-    """64 frames of Im(sum of phasors) into a block; the phasors in rows `x` and `x + 1` are used up.
-
-    Sixteen sums at a time stay in registers: four phasors, four frames apart, times three tabulated powers.
-    """
-    for k in range(_HEAD, _ROWS, 16):
-        a0 = a1 = a2 = a3 = b0 = b1 = b2 = b3 = c0 = c1 = c2 = c3 = d0 = d1 = d2 = d3 = 0.0
-        for m in range(active):
-            u, v = rows[x, m], rows[x + 1, m]
-            x1, y1 = table[_P1, m], table[_P1 + 1, m]
-            x2, y2 = table[_P2, m], table[_P2 + 1, m]
-            x3, y3 = table[_P3, m], table[_P3 + 1, m]
-            x4, y4 = table[_P4, m], table[_P4 + 1, m]
-            a0, a1, a2, a3 = a0 + v, a1 + (v * x1 + u * y1), a2 + (v * x2 + u * y2), a3 + (v * x3 + u * y3)
-            u, v = u * x4 - v * y4, v * x4 + u * y4
-            b0, b1, b2, b3 = b0 + v, b1 + (v * x1 + u * y1), b2 + (v * x2 + u * y2), b3 + (v * x3 + u * y3)
-            u, v = u * x4 - v * y4, v * x4 + u * y4
-            c0, c1, c2, c3 = c0 + v, c1 + (v * x1 + u * y1), c2 + (v * x2 + u * y2), c3 + (v * x3 + u * y3)
-            u, v = u * x4 - v * y4, v * x4 + u * y4
-            d0, d1, d2, d3 = d0 + v, d1 + (v * x1 + u * y1), d2 + (v * x2 + u * y2), d3 + (v * x3 + u * y3)
-        block[k], block[k + 1], block[k + 2], block[k + 3] = a0, a1, a2, a3
-        block[k + 4], block[k + 5], block[k + 6], block[k + 7] = b0, b1, b2, b3
-        block[k + 8], block[k + 9], block[k + 10], block[k + 11] = c0, c1, c2, c3
-        block[k + 12], block[k + 13], block[k + 14], block[k + 15] = d0, d1, d2, d3
-        if k < _ROWS - 16:
-            _turn(rows, x, table, _P16, active)

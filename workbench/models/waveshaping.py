@@ -95,7 +95,7 @@ def run(s, f0_hz, amplitudes, rate, work, y, n):
 def _sum_harmonics(work, amplitudes, half):
     """From the turns in row _SINE: the sine there, and the sum over U in row _SUM, of all lanes side by side.
 
-    Every lane is computed, used or not, by the same instructions: a frame's bits do not depend on its place.
+    Every lane is computed, used or not, so the loops have one length and become vector instructions.
     """
     for j in range(LANES):
         sine, cosine = sin_cos(work[_SINE, j])

@@ -16,7 +16,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 from workbench.clock import RAMP, SPAN
-from workbench.kernels import EXACT, kernel
+from workbench.kernels import kernel
 from workbench.patch.tables import (
     CONTROL_AT,
     CONTROL_MEMORY,
@@ -43,7 +43,7 @@ from workbench.patch.tables import (
     tables_at,
 )
 
-_inner = njit(nogil=True, fastmath=EXACT, error_model="numpy", forceinline=True)
+_inner = njit(nogil=True, error_model="numpy", forceinline=True)
 
 NAP = 4 * SPAN
 QUIET = 1e-9

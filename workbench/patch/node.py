@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numba import carray, cfunc, types
 
-from workbench.kernels import EXACT, kernel
+from workbench.kernels import kernel
 from workbench.parameters import Number, Parameter
 
 _P = types.CPointer(types.float64)
@@ -79,7 +79,7 @@ class RowKernel:
 
     @cached_property
     def address(self) -> int:
-        self._compiled = cfunc(self.signature, nopython=True, cache=True, fastmath=EXACT, error_model="numpy")(
+        self._compiled = cfunc(self.signature, nopython=True, cache=True, error_model="numpy")(
             self.function
         )
         return self._compiled.address

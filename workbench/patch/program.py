@@ -88,13 +88,11 @@ class Program:
             p.signal_ramp[q, 1], p.signal_start[q], p.signal_moving[q] = value, frame, 1
 
     def strike(self, id: str, tile: str, time: float, strength: float, duration: float = 0.0) -> None:
-        """Bring an event at `time` (session frames, not run yet) to a node that can be struck."""
-        if id not in self._index:
-            return
-        k = self._index[id]
-        require(self._types[k].is_struck, "node", id, "a node that can be struck")
+        """Bring an event at `time` (session frames, not run yet) to a node that can be struck; "" is every such node."""
         require(tile in self.tiles, "tile", tile, ", ".join(self.tiles))
-        self._pending.append((k, self.tiles.index(tile), time, strength, duration))
+        for k in self._struck:
+            if id in ("", self.node_ids[k]):
+                self._pending.append((k, self.tiles.index(tile), time, strength, duration))
         self._pending.sort(key=lambda event: event[2])
 
     def take_over(self, old: "Program", frame: int) -> None:

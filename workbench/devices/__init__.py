@@ -1,0 +1,1 @@
+"""The outside world: where force comes from and vibration goes."""

@@ -1,0 +1,178 @@
+"""From force samples to the signals that a program reads: tared, gated, linear between samples.
+
+A sample that belongs to frame s is on its way from frame s to s + period, so that the next one is always known: the
+force at audio rate is delayed by exactly one sample period, live and offline. Where samples are missing the last force is
+held for 20 ms and then ramped to 0 in 20 ms. A tile's signals are exactly 0 while nobody stands on it; between, a gate
+opens or closes in 5 ms.
+"""
+
+import numpy as np
+
+from workbench.clock import RAMP
+from workbench.devices.device import MOST, ForceSource
+from workbench.floor import tracking
+from workbench.floor.contacts import ContactTracker
+from workbench.kernels import kernel
+
+HOLD_S = 0.020
+"""How long a force is held in a gap, and how long it then takes to 0."""
+
+_QUEUE = 1024
+_SIGNALS = 3
+# A queued sample: from which frame it is gone to, at which frame it is reached, force, x, y, in contact or not.
+_FROM, _TO, _FORCE, _X, _Y, _ON, _ENTRY = range(7)
+# A row: the two ends of its present line (frame, then force, x, y), its gate, where the gate goes, head and tail.
+_T0, _V0, _T1, _V1, _GATE, _OPEN, _HEAD, _TAIL, _LAST, _ROW = 0, 1, 4, 5, 8, 9, 10, 11, 12, 13
+
+
+class Intake:
+    """Turns the samples of `source` into force and centroid (tile frame) of each tile, frame by frame."""
+
+    def __init__(self, source: ForceSource, rate: float) -> None:
+        self.source = source
+        self.tracker = ContactTracker(source.floor, source.rate_hz)
+        tiles = len(source.floor.tiles)
+        self._seconds = np.zeros(MOST)
+        self._rate = rate
+        self._period = rate / source.rate_hz
+        self._queue = np.zeros((tiles, _QUEUE, _ENTRY))
+        self._rows = np.zeros((tiles, _ROW))
+        self._rows[:, [_T0, _T1, _LAST]] = -1e18
+        self.signals = np.zeros((_SIGNALS, tiles, 1))
+        self.loud = np.zeros(tiles, np.uint8)
+        self.taken = 0
+
+    def take(self, end: int) -> int:
+        """Take the samples before session frame `end` from the source; `source` holds them until the next call."""
+        count = self.source.pull(end)
+        self.taken = count
+        if count:
+            np.multiply(self.source.stamps, 1.0 / self._rate, out=self._seconds)
+            self._follow(count)
+        return count
+
+    def _follow(self, count: int) -> None:
+        begin = 0
+        while self.tracker._opening is not None and begin < count:
+            self.tracker.feed(self._seconds[begin : begin + 1], self.source.forces[begin : begin + 1])
+            begin += 1
+        p = self.tracker
+        _follow(
+            begin,
+            count,
+            self._seconds,
+            self.source.stamps,
+            self.source.arrivals,
+            self.source.forces,
+            p._plates,
+            p._gaps_m,
+            p._tiles,
+            p._clock,
+            p._ring,
+            p._window,
+            p._rows,
+            p._events,
+            self._queue,
+            self._rows,
+            self._period,
+        )
+
+    def fill(self, force_n: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, frame: int, n: int) -> None:
+        """Write `n` frames from session frame `frame` on: three float64 arrays [tile, frame]."""
+        _fill(force_n, x_m, y_m, self._queue, self._rows, frame, n, self._period, HOLD_S * self._rate)
+
+    def tare(self) -> None:
+        """Take what every tile reads now as its zero."""
+        self.tracker.tare()
+
+
+@kernel
+def _follow(
+    begin, count, seconds, stamps, arrivals, forces, plates, gaps_m, tiles, clock, ring, window, rows, events, queue, lines, period
+):
+    for i in range(begin, count):
+        tracking.follow(
+            seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events
+        )
+        for k in range(len(tiles)):
+            tile, plate, line = tiles[k], plates[k], lines[k]
+            entry = queue[k, int(line[_TAIL]) % queue.shape[1]]
+            start = max(line[_LAST], stamps[i] - period, arrivals[i] - period)
+            entry[_FROM] = start
+            entry[_TO] = stamps[i] if stamps[i] > start else start + period
+            entry[_FORCE] = tile.load_n
+            dx, dy = tile.x_m - plate.centre_m[0], tile.y_m - plate.centre_m[1]
+            entry[_X] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy if tile.on else 0.0
+            entry[_Y] = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy if tile.on else 0.0
+            entry[_ON] = 1.0 if tile.on else 0.0
+            line[_LAST] = entry[_TO]
+            line[_TAIL] += 1.0
+
+
+@kernel
+def _fill(force_n, x_m, y_m, queue, lines, frame, n, period, hold):
+    for k in range(len(lines)):
+        line = lines[k]
+        begin = 0
+        while begin < n:
+            # One straight stretch at a time: up to the frame at which the next sample's line begins.
+            now = frame + begin - period
+            while line[_HEAD] < line[_TAIL] and queue[k, int(line[_HEAD]) % queue.shape[1], _FROM] <= now:
+                _next_line(line, queue[k, int(line[_HEAD]) % queue.shape[1]], hold)
+            end = n
+            if line[_HEAD] < line[_TAIL]:
+                next_from = queue[k, int(line[_HEAD]) % queue.shape[1], _FROM]
+                end = min(n, max(begin + 1, int(np.ceil(next_from + period)) - frame))
+            if line[_GATE] == 0.0 and line[_OPEN] == 0.0:
+                for i in range(begin, end):
+                    force_n[k, i] = 0.0
+                    x_m[k, i] = 0.0
+                    y_m[k, i] = 0.0
+            else:
+                _draw(force_n[k], x_m[k], y_m[k], line, frame, begin, end, period, hold)
+            begin = end
+
+
+@kernel
+def _next_line(line, entry, hold):
+    """Go on from where the signals are as the entry's line begins."""
+    share = _share(line, entry[_FROM])
+    held = _held(line, entry[_FROM], hold)
+    for j in range(_SIGNALS):
+        line[_V0 + j] += (line[_V1 + j] - line[_V0 + j]) * share
+        # A centroid is held where there is no contact: on its way to 0 it would wander over the tile.
+        line[_V1 + j] = entry[_FORCE + j] if j == 0 or entry[_ON] != 0.0 else line[_V0 + j]
+        if j > 0 and line[_OPEN] == 0.0 and entry[_ON] != 0.0:
+            line[_V0 + j] = entry[_FORCE + j]
+    line[_V0] *= held
+    line[_T0], line[_T1] = entry[_FROM], entry[_TO]
+    line[_OPEN] = entry[_ON]
+    line[_HEAD] += 1.0
+
+
+@kernel
+def _share(line, now):
+    return min(max((now - line[_T0]) / (line[_T1] - line[_T0]), 0.0), 1.0) if line[_T1] > line[_T0] else 1.0
+
+
+@kernel
+def _held(line, now, hold):
+    """What is left of a force that no sample has renewed: 1, then down to 0 over as long again."""
+    return min(max(2.0 - (now - line[_T1]) / hold, 0.0), 1.0)
+
+
+@kernel
+def _draw(force, x, y, line, frame, begin, end, period, hold):
+    for i in range(begin, end):
+        now = frame + i - period
+        share, held = _share(line, now), _held(line, now, hold)
+        target = line[_OPEN] if held > 0.0 else 0.0
+        gate = line[_GATE]
+        gate = min(gate + 1.0 / RAMP, target) if gate < target else max(gate - 1.0 / RAMP, target)
+        line[_GATE] = gate
+        if gate == 0.0:
+            force[i], x[i], y[i] = 0.0, 0.0, 0.0
+            continue
+        force[i] = (line[_V0] + (line[_V1] - line[_V0]) * share) * held * gate
+        x[i] = line[_V0 + 1] + (line[_V1 + 1] - line[_V0 + 1]) * share
+        y[i] = line[_V0 + 2] + (line[_V1 + 2] - line[_V0 + 2]) * share

@@ -1,0 +1,366 @@
+"""Contacts: what stands on the floor, followed sample by sample under ids that last.
+
+Corner forces come in as they are read, with whatever tare the sensors have. A tile in contact has one centroid
+(thesis 5.3, with the signs of the errata): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines.
+Nothing is clipped, because real corner forces go negative. Tiles that carry one foot are merged (thesis 5.2.1): `x =
+sum F_k x_k / sum F_k`.
+
+A sensor's baseline is the median of its tile's quiet samples, over the second that ended 0.2 s ago: an approaching
+walker bends real plates before the foot is on them (by 1 N a corner), and a drifting tare must not be averaged over
+minutes. It is held in contact and renewed after 0.5 s of quiet. Three cases need a rule of their own:
+
+- The first 50 ms of a stream decide what a tile begins with. Below 20 N, or below 100 N and steady, it is empty and
+  what it reads is its tare; else it is loaded: it uses zero and is `untared` until it has been quiet.
+- A tile that reads less than nothing (below minus the on-threshold) for 0.1 s was tared with a load on it, and takes
+  what it reads as its baseline.
+- A residue that would keep a contact alive for ever (steady for 0.5 s below the on-threshold, or below 100 N where
+  the tile is untared) is no foot: the contact ended when it became steady, and the residue is the new baseline.
+
+Where no sample comes for 40 ms there is a gap. A contact ends at it, and one behind it is new: both are `cut`.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import require
+from workbench.floor import tracking
+from workbench.floor.layout import Floor
+
+GAP_S = 0.040
+"""No sample for longer than this is a gap: force at audio rate has been ramped to 0 by then (CONTRACTS)."""
+
+CURVE_S = 10.0
+"""How much of a contact's curve is kept. No step is longer; a person may stand for hours."""
+
+SLAB = 256
+"""Samples that one call of the kernel follows: what its buffers hold."""
+
+
+@dataclass(frozen=True)
+class ContactRows:
+    """One row a contact and sample, in order of time: arrays of length n, and `on_tile` (n, tiles).
+
+    Ids in `contact` count from 1, places are in the floor's frame. `on_tile` says which tiles a contact stands on.
+    """
+
+    time_s: NDArray[np.float64]
+    contact: NDArray[np.int64]
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    on_tile: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def select(self, which: slice | NDArray[np.bool_]) -> "ContactRows":
+        """The rows that an index, slice or mask picks."""
+        return ContactRows(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+    def tiles(self, floor: Floor) -> list[str]:
+        """The tiles of each row by name, as tables have them: "t1", "t1+t2"."""
+        kinds, which = np.unique(self.on_tile, axis=0, return_inverse=True)
+        names = ["+".join(floor.tiles[k].id for k in np.flatnonzero(kind)) for kind in kinds]
+        return [names[i] for i in which.reshape(-1)]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact that is over. `tiles` are the rows of its tiles in the floor, the one that took most of the impulse
+    first.
+
+    The curve (`time_s`, `force_n`, `x_m`, `y_m`, each of length n, floor frame) is of the contact's first ten
+    seconds. `lead_s` and `lead_n` are time and load of the sample before it began, NaN where there was none. It is
+    `cut` if it began or ended out of sight: at the recording's ends, at a gap, or on an untared tile.
+    """
+
+    id: int
+    start_s: float
+    end_s: float
+    tiles: tuple[int, ...]
+    cut: bool
+    lead_s: float
+    lead_n: float
+    time_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Present:
+    """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own."""
+
+    id: int
+    x_m: float
+    y_m: float
+    force_n: float
+    tiles: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What a chunk of forces brought to light: rows, and contacts that are over, in the order in which they ended."""
+
+    rows: ContactRows
+    finished: tuple[Contact, ...]
+
+
+class ContactTracker:
+    """Follows the contacts on a floor in a stream of corner forces at about `rate_hz` (20 to 100,000).
+
+    Whatever chunks the stream comes in, the rows and contacts given out are the same. They are held back while it is
+    open whether two tiles carry one foot: until the later one has reached 50 N, for 0.4 s at most; and for the first
+    50 ms of the stream. `present` and the loads are never held back otherwise.
+
+    >>> from workbench.floor.layout import default_floor
+    >>> tracker = ContactTracker(default_floor(1, 1), rate_hz=1000.0)
+    >>> time_s = np.arange(1000) / 1000.0
+    >>> force_n = np.full((1000, 1, 4), 12.0)  # the sensors' tare
+    >>> force_n[400:900] += 100.0
+    >>> followed = tracker.feed(time_s, force_n)
+    >>> contact, = followed.finished
+    >>> contact.id, contact.start_s, contact.end_s, float(contact.force_n.max()), followed.rows.tiles(tracker.floor)[0]
+    (1, 0.4, 0.899, 400.0, 't1')
+    """
+
+    def __init__(self, floor: Floor, rate_hz: float) -> None:
+        require(20.0 <= rate_hz <= 100_000.0, "rate_hz", rate_hz, "20 to 100000 Hz")
+        self.floor = floor
+        count = len(floor.tiles)
+        every = max(1, round(rate_hz / 250.0))
+
+        def taken(seconds: float) -> int:
+            return max(5, math.ceil(seconds * rate_hz / every))
+
+        self._clock = np.zeros(1, tracking.CLOCK)
+        self._clock["every"] = every
+        self._clock["guard"] = taken(tracking.GUARD_S)
+        self._clock["first"] = taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S)
+        self._clock["renewal"] = max(taken(tracking.RENEW_S), taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S))
+        self._clock["recent"] = taken(tracking.RECENT_S)
+        self._clock["gap_s"] = max(GAP_S, 2.5 / rate_hz)
+        self._ring = np.zeros((count, taken(tracking.GUARD_S) + taken(tracking.WINDOW_S) + 1, 5))
+        self._window = np.zeros((count, 5, taken(tracking.WINDOW_S)))
+        self._plates = tracking.plates(floor)
+        self._gaps_m = floor.gaps_m()
+        self._tiles = np.zeros(count, tracking.TILE)
+        self._tiles["need"] = self._clock["first"]
+        self._tiles["negative_s"] = math.nan
+        self._rows = np.zeros(SLAB * count, tracking.ROW)
+        self._events = np.zeros(4 * SLAB * count, tracking.EVENT)
+        self._held = self._rows[:0]
+        self._told: list[np.void] = []
+        self._foot_of = np.zeros(256, np.int64)
+        self._open: dict[int, _Open] = {}
+        self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
+        self._opening_length = max(8, math.ceil(tracking.MINIMUM_S * rate_hz))
+        # Kernels are loaded here, not when the first foot comes down.
+        self._follow_slab(np.zeros(0), np.zeros((0, count, 4)))
+        self._join(self._held)
+        self.tare()
+
+    def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> Followed:
+        """Follow the next samples: `time_s` (n,), ascending, and `force_n` (n, tiles, 4), in newtons.
+
+        A tile whose sample is NaN has no row at that sample, and otherwise stays as it was. Raises `BadValue` for
+        other shapes.
+        """
+        times = np.ascontiguousarray(time_s, dtype=np.float64)
+        forces = np.ascontiguousarray(force_n, dtype=np.float64)
+        require(times.ndim == 1, "the shape of time_s", times.shape, "(n,)")
+        allowed = (len(times), len(self._tiles), 4)
+        require(forces.shape == allowed, "the shape of force_n", forces.shape, str(allowed))
+        if self._opening is not None:
+            self._opening.append((times.copy(), forces.copy()))
+            if sum(len(chunk) for chunk, _ in self._opening) < self._opening_length:
+                return self._flush()
+            times, forces = self._open_stream(self._opening)
+        return self._follow(times, forces)
+
+    def finish(self) -> Followed:
+        """End the stream: what was held back, and the contacts that still last, which are cut."""
+        opened = [self._follow(*self._open_stream(self._opening))] if self._opening else []
+        happened = tracking.end_all(self._tiles, self._clock, self._events)
+        self._learn(self._events[:happened])
+        return _chain([*opened, self._flush(int(self._clock["count"][0]) + 1)], len(self._tiles))
+
+    def tare(self) -> None:
+        """Take what every tile read in the last 0.1 s as its baseline. Contacts end with the next sample."""
+        tracking.renew_all(self._tiles, self._clock, self._ring, self._window)
+
+    def present(self) -> tuple[Present, ...]:
+        """The contacts at the latest sample, provisional ones as they stand."""
+        on: dict[int, list[int]] = {}
+        for k in np.flatnonzero(self._tiles["on"]):
+            root = k
+            while self._tiles["foot"][root] == 0 and self._tiles["partner"][root] >= 0:
+                root = self._tiles["partner"][root]
+            on.setdefault(int(self._tiles["foot"][root]) or -1 - int(root), []).append(int(k))
+        return tuple(self._present(max(foot, 0), tiles) for foot, tiles in on.items())
+
+    @property
+    def loads_n(self) -> NDArray[np.float64]:
+        """The load on each tile at the latest sample, less its baseline: shape (tiles,)."""
+        return self._tiles["load_n"].copy()
+
+    @property
+    def baseline_n(self) -> NDArray[np.float64]:
+        """What each sensor reads unloaded: shape (tiles, 4)."""
+        return self._tiles["base_n"].copy()
+
+    @property
+    def noise_n(self) -> NDArray[np.float64]:
+        """The noise of each tile's unloaded sum, 1.4826 times its median absolute deviation: shape (tiles,)."""
+        return self._tiles["noise_n"].copy()
+
+    @property
+    def untared(self) -> NDArray[np.bool_]:
+        """Which tiles were loaded from the first sample on, and not quiet since: shape (tiles,)."""
+        return self._tiles["untared"].copy()
+
+    def _open_stream(
+        self, chunks: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Decide with which baseline each tile begins, from the stream's first samples."""
+        self._opening = None
+        times = np.concatenate([chunk for chunk, _ in chunks])
+        forces = np.concatenate([chunk for _, chunk in chunks])
+        sums = forces[: self._opening_length].sum(axis=2)
+        for k, tile in enumerate(self._tiles):
+            finite = np.flatnonzero(np.isfinite(sums[:, k]))
+            if not len(finite):
+                continue
+            level = np.median(sums[finite[:5], k])
+            leaves = np.flatnonzero(~(np.abs(sums[:, k] - level) < tracking.ON_N))
+            quiet = finite[finite < leaves[0]] if len(leaves) else finite
+            is_steady = len(quiet) >= len(finite) / 2
+            tile["untared"] = level >= tracking.TARE_N or (level >= tracking.ON_N and not is_steady)
+            if not tile["untared"] and len(quiet):
+                tile["base_n"] = np.median(forces[quiet, k], axis=0)
+        return times, forces
+
+    def _follow(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> Followed:
+        slabs = (slice(i, i + SLAB) for i in range(0, len(times), SLAB))
+        return _chain([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
+
+    def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> Followed:
+        written, happened, until = tracking.follow(
+            times, forces, self._plates, self._gaps_m, self._tiles, self._clock, self._ring, self._window, self._rows,
+            self._events,
+        )  # fmt: skip
+        if written:
+            rows = self._rows[:written]
+            self._held = np.concatenate([self._held, rows]) if len(self._held) else rows.copy()
+        if happened:
+            self._learn(self._events[:happened])
+        return self._flush(until)
+
+    def _learn(self, events: NDArray[np.void]) -> None:
+        """Keep events until they may be told, and note which foot each contact of a tile was decided to be."""
+        self._told.extend(events.copy())
+        for event in events[events["kind"] == tracking.DECIDED]:
+            token = int(event["token"])
+            if token >= len(self._foot_of):
+                self._foot_of = np.concatenate([self._foot_of, np.zeros(max(token, 256), np.int64)])
+            self._foot_of[token] = event["foot"]
+
+    def _flush(self, until: int = 0) -> Followed:
+        """Give out what happened before sample `until`."""
+        if not len(self._held) and not self._told:
+            return Followed(_no_rows(len(self._tiles)), ())
+        ready = int(np.searchsorted(self._held["sample"], until))
+        rows = self._join(self._held[:ready])
+        self._held = self._held[ready:]
+        over: list[_Open] = []
+        while self._told and self._told[0]["sample"] < until:
+            event = self._told.pop(0)
+            foot = int(self._foot_of[event["token"]])
+            if event["kind"] == tracking.BEGAN:
+                one = self._open.setdefault(foot, _Open(foot, event["cut"], event["time_s"], event["value"]))
+                one.standing += 1
+            elif event["kind"] == tracking.ENDED:
+                one = self._open[foot]
+                one.standing -= 1
+                one.cut = bool(one.cut or event["cut"])
+                one.end_s = max(one.end_s, float(event["time_s"]))
+                tile = int(event["tile"])
+                one.impulse_ns[tile] = one.impulse_ns.get(tile, 0.0) + float(event["value"])
+                if one.standing == 0:
+                    over.append(one)
+        if len(rows):
+            for foot, one in self._open.items():
+                one.take(rows, foot)
+        for one in over:
+            del self._open[one.id]
+        return Followed(rows, tuple(one.close() for one in over))
+
+    def _join(self, rows: NDArray[np.void]) -> ContactRows:
+        joined = _no_rows(len(self._tiles), len(rows))
+        columns = (getattr(joined, name) for name in joined.__dataclass_fields__)
+        return joined.select(slice(tracking.join(rows, self._foot_of[rows["token"]], *columns)))
+
+    def _present(self, id: int, tiles: Sequence[int]) -> Present:
+        rows = self._tiles[list(tiles)]
+        force_n = float(rows["load_n"].sum())
+        share = rows["load_n"] / force_n
+        return Present(id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles))
+
+
+@dataclass
+class _Open:
+    """A contact that lasts, on `standing` tiles."""
+
+    id: int
+    cut: bool
+    lead_s: float
+    lead_n: float
+    standing: int = 0
+    end_s: float = -math.inf
+    impulse_ns: dict[int, float] = field(default_factory=dict)
+    parts: list[ContactRows] = field(default_factory=list)
+
+    def take(self, rows: ContactRows, foot: int) -> None:
+        if not self.parts or rows.time_s[0] - self.parts[0].time_s[0] <= CURVE_S:
+            mine = rows.select(rows.contact == foot)
+            if len(mine):
+                self.parts.append(mine)
+
+    def close(self) -> Contact:
+        curve = {name: np.concatenate([getattr(part, name) for part in self.parts]) for name in _CURVE}
+        start_s = float(curve["time_s"][0])
+        kept = curve["time_s"] <= min(self.end_s, start_s + CURVE_S)
+        tiles = tuple(sorted(self.impulse_ns, key=lambda tile: -self.impulse_ns[tile]))
+        return Contact(
+            id=self.id,
+            start_s=start_s,
+            end_s=self.end_s,
+            tiles=tiles,
+            cut=self.cut,
+            lead_s=math.nan if self.cut else self.lead_s,
+            lead_n=self.lead_n,
+            **{name: column[kept] for name, column in curve.items()},
+        )
+
+
+_CURVE = ("time_s", "force_n", "x_m", "y_m")
+
+
+def _no_rows(tiles: int, length: int = 0) -> ContactRows:
+    def zeros() -> NDArray[np.float64]:
+        return np.zeros(length)
+
+    on_tile = np.zeros((length, tiles), np.bool_)
+    return ContactRows(zeros(), np.zeros(length, np.int64), zeros(), zeros(), zeros(), on_tile)
+
+
+def _chain(parts: Sequence[Followed], tiles: int) -> Followed:
+    if len(parts) == 1:
+        return parts[0]
+    rows = [part.rows for part in parts if len(part.rows)] or [_no_rows(tiles)]
+    columns = (np.concatenate([getattr(row, name) for row in rows]) for name in ContactRows.__dataclass_fields__)
+    return Followed(ContactRows(*columns), tuple(contact for part in parts for contact in part.finished))

@@ -1,0 +1,137 @@
+"""Force CSV: `time_s`, then one column a sensor, `<tile>.<1 to 4>`, in newtons."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import BadFile
+from workbench.files import read_file
+from workbench.floor.layout import Floor
+
+GAP_PERIODS = 1.5
+"""Two samples further apart than this many median periods have a gap between them."""
+
+LARGEST = 1e12
+"""What no force in newtons and no time in seconds exceeds; arithmetic on it stays finite."""
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Corner forces of a whole floor: `time_s` (n,) ascending, `force_n` (n, tiles, 4) with the floor's tiles in
+    order.
+
+    `rate_hz` is one over the median period. Times are the file's own: where samples are missing they stay missing.
+    """
+
+    time_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    rate_hz: float
+
+    def gaps(self) -> NDArray[np.intp]:
+        """The samples that a gap follows: shape (gaps,).
+
+        >>> Forces(np.array([0.0, 0.1, 0.2, 0.5, 0.6]), np.zeros((5, 1, 4)), 10.0).gaps()
+        array([2])
+        """
+        return np.flatnonzero(np.diff(self.time_s) > GAP_PERIODS / self.rate_hz)
+
+
+def floor_beside(path: str | Path) -> Path:
+    """Where the floor of a force CSV is looked for: walk.csv has walk.floor.json beside it.
+
+    >>> floor_beside("data/walk.csv").name
+    'walk.floor.json'
+    """
+    return Path(path).with_suffix(".floor.json")
+
+
+def read_forces(path: str | Path, floor: Floor) -> Forces:
+    """The forces in a CSV file, at least two samples of every sensor of `floor`, in any order of columns.
+
+    Raises `BadFile`, one line that names the file and the line in it: a file that cannot be read or is not text, a
+    column that is missing, given twice or of no sensor of the floor, a cell that is not a number (nor may it be inf
+    or nan), a line with a cell too many or too few, and a time that is not later than the one before.
+    """
+    data = read_file(path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        raise BadFile(f"{path} is not a text file; a force CSV is UTF-8 text")
+    lines = text.splitlines()
+    if not any(line.strip() for line in lines):
+        raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{floor.ids[0]}.1,...")
+    order = _columns(path, [name.strip() for name in lines[0].split(",")], floor)
+    if sum(1 for line in lines[1:] if line.strip()) < 2:
+        raise BadFile(f"{path} has {sum(1 for line in lines[1:] if line.strip())} samples; allowed: 2 or more")
+    try:
+        table = np.loadtxt(lines[1:], delimiter=",", comments=None, ndmin=2)
+    except ValueError as error:
+        raise _fault(path, lines) or BadFile(f"{path}: {error}") from None
+    if (
+        table.shape[1] != len(order)
+        or not (np.abs(table) <= LARGEST).all()
+        or (np.diff(table[:, order[0]]) <= 0.0).any()
+    ):
+        raise _fault(path, lines) or BadFile(f"{path} is no force CSV that can be read")
+    time_s = np.ascontiguousarray(table[:, order[0]])
+    force_n = np.ascontiguousarray(table[:, order[1:]]).reshape(len(table), len(floor.tiles), 4)
+    return Forces(time_s, force_n, float(1.0 / np.median(np.diff(time_s))))
+
+
+def _columns(path: str | Path, names: list[str], floor: Floor) -> list[int]:
+    """Where time and each sensor of the floor stand in the file."""
+    expected = ["time_s", *(f"{id}.{sensor}" for id in floor.ids for sensor in range(1, 5))]
+    known = set(expected)
+    for column, name in enumerate(names, start=1):
+        if name in known:
+            continue
+        id, dot, sensor = name.rpartition(".")
+        place = f"{path}: line 1, column {column} is {name[:60]!r}"
+        if dot and id in floor.ids:
+            raise BadFile(f"{place}; allowed: {id}.1 to {id}.4, a tile has four sensors")
+        if dot and re.fullmatch(r"[1-9][0-9]*", sensor):
+            raise BadFile(f"{place}; allowed: tiles of the floor ({_some(floor.ids)})")
+        raise BadFile(f"{place}; allowed: time_s and <tile>.<1 to 4>")
+    for name in expected:
+        if name not in names:
+            raise BadFile(f"{path}: line 1 has no column {name}; allowed: time_s and four columns of every tile")
+        if names.count(name) > 1:
+            raise BadFile(f"{path}: line 1 has the column {name} {names.count(name)} times; allowed: once")
+    return [names.index(name) for name in expected]
+
+
+def _fault(path: str | Path, lines: list[str]) -> BadFile | None:
+    """The first thing wrong in a file that could not be used, found line by line."""
+    names = [name.strip() for name in lines[0].split(",")]
+    when = names.index("time_s")
+    before = -np.inf
+    for number, line in enumerate(lines[1:], start=2):
+        if not line.strip():
+            continue
+        cells = line.split(",")
+        if len(cells) != len(names):
+            return BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in line 1")
+        for name, cell in zip(names, cells, strict=True):
+            if not _is_number(cell):
+                return BadFile(f"{path}: line {number}, column {name} is {cell.strip()[:60]!r}; allowed: a number")
+        now = float(cells[when])
+        if now <= before:
+            return BadFile(f"{path}: line {number}, time_s is {now!r} after {before!r}; allowed: a later time")
+        before = now
+    return None
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return "_" not in cell and abs(float(cell)) <= LARGEST
+    except ValueError:
+        return False
+
+
+def _some(ids: tuple[str, ...]) -> str:
+    return ", ".join(ids) if len(ids) <= 6 else f"{', '.join(ids[:5])}, ... {ids[-1]}"

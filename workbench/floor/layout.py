@@ -1,0 +1,249 @@
+"""Tiles: where they lie, where their sensors are, and which channel drives the shaker under each.
+
+Two frames are used, both in metres. A tile's own has its origin at the tile's centre and its axes along the tile's
+edges; the floor's is common to all tiles. A tile's x axis points `rotation_deg` counter-clockwise of the floor's.
+"""
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import BadFile, BadValue, require
+from workbench.files import read_file, write_file
+from workbench.parameters import IDENTIFIER
+
+FORMAT = "underfoot-floor"
+VERSION = 1
+
+Point = tuple[float, float]
+
+
+class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One rigid plate on four sensors. Raises `BadValue` for what cannot be a tile.
+
+    `size_m` and `sensors_m` (exactly four points, in the order of the force columns) are in the tile's frame,
+    `centre_m` in the floor's. `sensor_depth_m` is how far the sensors lie below the surface that is walked on.
+    `output` is the zero-based channel of the tile's shaker; None means the tile's own place in the floor.
+
+    >>> tile = Tile("t1", (0.3, 0.3), (1.0, 0.0), 90.0, ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1)))
+    >>> tile.to_floor([0.1, 0.0])
+    array([1. , 0.1])
+    >>> tile.to_tile([[1.0, 0.1], [0.95, 0.05]]).round(9) + 0.0
+    array([[0.1 , 0.  ],
+           [0.05, 0.05]])
+    """
+
+    id: str
+    size_m: Point
+    centre_m: Point
+    rotation_deg: float = 0.0
+    sensors_m: tuple[Point, ...] = ()
+    sensor_depth_m: float = 0.0
+    output: int | None = None
+
+    def __post_init__(self) -> None:
+        require(bool(IDENTIFIER.fullmatch(self.id)), "id", self.id, "letters, digits, - and _")
+        require(
+            all(0.0 < side <= 100.0 for side in self.size_m), "size_m", self.size_m, "two lengths above 0, up to 100 m"
+        )
+        require(all(map(_is_place, self.centre_m)), "centre_m", self.centre_m, "two lengths within 10 km of 0")
+        require(abs(self.rotation_deg) <= 3600.0, "rotation_deg", self.rotation_deg, "-3600 to 3600")
+        require(len(self.sensors_m) == 4, "sensors_m", self.sensors_m, "exactly four points")
+        places = [length for point in self.sensors_m for length in point]
+        require(all(map(_is_place, places)), "sensors_m", self.sensors_m, "lengths within 10 km of 0")
+        require(0.0 <= self.sensor_depth_m <= 100.0, "sensor_depth_m", self.sensor_depth_m, "0 to 100 m")
+        require(self.output is None or self.output >= 0, "output", self.output, "a channel, 0 or above")
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """The tile's axes in the floor's frame, one a row: shape (2, 2)."""
+        turn = math.radians(self.rotation_deg)
+        return np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+
+    def to_floor(self, points_m: ArrayLike) -> NDArray[np.float64]:
+        """Points of the tile's frame, shape (..., 2), in the floor's."""
+        return np.asarray(points_m, dtype=np.float64) @ self.axes + self.centre_m
+
+    def to_tile(self, points_m: ArrayLike) -> NDArray[np.float64]:
+        """Points of the floor's frame, shape (..., 2), in the tile's."""
+        return (np.asarray(points_m, dtype=np.float64) - self.centre_m) @ self.axes.T
+
+    def corners_m(self) -> NDArray[np.float64]:
+        """The four corners in the floor's frame, counter-clockwise: shape (4, 2)."""
+        half = np.array(self.size_m) / 2.0
+        return self.to_floor([half, half * (-1, 1), -half, half * (1, -1)])
+
+    def distance_m(self, points_m: ArrayLike) -> NDArray[np.float64]:
+        """How far points of the floor, shape (..., 2), are from the tile: shape (...), 0 on it.
+
+        >>> default_floor().tiles[0].distance_m([[0.1, 0.1], [0.1, -0.2]])
+        array([0. , 0.2])
+        """
+        beyond = np.abs(self.to_tile(points_m)) - np.array(self.size_m) / 2.0
+        return np.hypot(*np.moveaxis(np.maximum(beyond, 0.0), -1, 0))
+
+
+class Floor(msgspec.Struct, frozen=True):
+    """Tiles in the order of their rows in every array. Raises `BadValue` for no tiles and for an id given twice.
+
+    >>> Floor.loads(default_floor().dumps()) == default_floor()
+    True
+    >>> default_floor().index("t3")
+    2
+    """
+
+    tiles: tuple[Tile, ...]
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        require(len(self.tiles) > 0, "tiles", self.tiles, "at least one tile")
+        seen: set[str] = set()
+        for place, tile in enumerate(self.tiles):
+            require(tile.id not in seen, f"tiles[{place}].id", tile.id, "an id that no other tile has")
+            seen.add(tile.id)
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """The tiles' ids."""
+        return tuple(tile.id for tile in self.tiles)
+
+    def index(self, id: str) -> int:
+        """The row of the tile with this id; `BadValue` where there is none."""
+        require(id in self.ids, "tile", id, ", ".join(self.ids))
+        return self.ids.index(id)
+
+    def sensors_m(self) -> NDArray[np.float64]:
+        """All sensors, each in its tile's frame: shape (tiles, 4, 2)."""
+        return np.array([tile.sensors_m for tile in self.tiles], dtype=np.float64)
+
+    def gaps_m(self) -> NDArray[np.float64]:
+        """How far each tile's edge is from each other's, shape (tiles, tiles); 0 where they touch or overlap.
+
+        >>> default_floor(1, 3).gaps_m().round(3)
+        array([[0.   , 0.005, 0.315],
+               [0.005, 0.   , 0.005],
+               [0.315, 0.005, 0.   ]])
+        """
+        # Two rectangles that lie apart are nearest at a corner of one of them.
+        corners = np.array([tile.corners_m() for tile in self.tiles])
+        gaps = np.array([tile.distance_m(corners).min(axis=-1) for tile in self.tiles])
+        return np.minimum(gaps, gaps.T)
+
+    def dumps(self) -> bytes:
+        """The floor as JSON, in a fixed order."""
+        tiles = [{key: v for key, v in msgspec.to_builtins(tile).items() if v is not None} for tile in self.tiles]
+        title = {"title": self.title} if self.title else {}
+        return msgspec.json.format(
+            msgspec.json.encode({"format": FORMAT, "version": VERSION, **title, "tiles": tiles}), indent=1
+        )
+
+    @staticmethod
+    def loads(text: bytes | str, source: str = "floor") -> "Floor":
+        """The floor in `text`; `BadFile` names `source`, the place in it, the value and what is allowed.
+
+        >>> Floor.loads('{"format": "underfoot-floor", "version": 7}', "a.floor.json")
+        Traceback (most recent call last):
+        workbench.errors.BadFile: a.floor.json: $.version is 7; allowed: 1 (a newer Underfoot may have written it)
+        """
+        try:
+            raw = json.loads(text)
+        except UnicodeDecodeError:
+            raise BadFile(f"{source} is not JSON: it is not text") from None
+        except (ValueError, RecursionError) as error:
+            raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
+        if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+            given = raw.get("format") if isinstance(raw, dict) else raw
+            raise BadFile(f'{source}: $.format is {_short(given)}; allowed: "{FORMAT}"')
+        version = raw.get("version")
+        if version != VERSION or isinstance(version, bool):
+            newer = " (a newer Underfoot may have written it)" if isinstance(version, int) and version > VERSION else ""
+            raise BadFile(f"{source}: $.version is {_short(version)}; allowed: {VERSION}{newer}")
+        try:
+            file = msgspec.convert(raw, _FloorFile)
+            return Floor(file.tiles, file.title)
+        except msgspec.ValidationError as error:
+            raise BadFile(f"{source}: {_placed(error, raw)}") from None
+        except BadValue as error:
+            raise BadFile(f"{source}: $.{error}") from None
+
+    @staticmethod
+    def load(path: str | Path) -> "Floor":
+        """The floor in a file; `BadFile` as `loads` says."""
+        return Floor.loads(read_file(path), str(path))
+
+    def save(self, path: str | Path) -> None:
+        """Write the floor beside `path` and move it into place."""
+        write_file(path, self.dumps() + b"\n")
+
+
+def default_floor(rows: int = 2, columns: int = 2) -> Floor:
+    """Tiles of the thesis, 30.5 cm square and 2 cm thick (sections 3.3 and 5.1), in rows along x from a corner at 0,
+    0.
+
+    They stand 5 mm apart. The sensors lie under the corners: square pads 38 mm wide, flush with the edges,
+    counter-clockwise from the corner at +x, +y. Ids are t1, t2, ... row by row. Raises `BadValue` unless there are 1
+    to 32 rows and columns.
+
+    >>> default_floor(1, 2).tiles[1].centre_m
+    (0.4625, 0.1525)
+    """
+    for name, count in (("rows", rows), ("columns", columns)):
+        require(1 <= count <= 32, name, count, "1 to 32")
+    side, apart = 0.305, 0.310
+    inset = side / 2.0 - 0.019
+    return Floor(
+        tuple(
+            Tile(
+                id=f"t{row * columns + column + 1}",
+                size_m=(side, side),
+                centre_m=(round(side / 2.0 + column * apart, 6), round(side / 2.0 + row * apart, 6)),
+                sensors_m=((inset, inset), (-inset, inset), (-inset, -inset), (inset, -inset)),
+                sensor_depth_m=0.02,
+            )
+            for row in range(rows)
+            for column in range(columns)
+        ),
+        title=f"{rows} x {columns} tiles",
+    )
+
+
+class _FloorFile(msgspec.Struct, forbid_unknown_fields=True):
+    format: str
+    version: int
+    tiles: tuple[Tile, ...]
+    title: str = ""
+
+
+def _is_place(length_m: float) -> bool:
+    return abs(length_m) <= 10_000.0
+
+
+def _placed(error: msgspec.ValidationError, raw: Any) -> str:
+    """The library's message with its place in front and, where it says only a type, the value that was there."""
+    message, _, place = str(error).partition(" - at `")
+    place = place.rstrip("`") or "$"
+    value = raw
+    try:
+        for key, index in re.findall(r"\.([A-Za-z0-9_-]+)|\[(\d+)\]", place):
+            value = value[key] if key else value[int(index)]
+    except (KeyError, IndexError, TypeError):
+        value = raw
+    if message.startswith("Expected") and place != "$":
+        return f"{place} is {_short(value)}; allowed: {message[9:].partition(', got')[0].replace('`', '')}"
+    return f"{place}.{message}" if "; allowed: " in message else f"{place}: {_lower(message)}"
+
+
+def _short(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _lower(error: object) -> str:
+    text = str(error)
+    return text[:1].lower() + text[1:]

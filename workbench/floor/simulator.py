@@ -1,0 +1,151 @@
+"""The floor that is not there: what four sensors under each tile read of walkers and hands.
+
+A foot is nine points along its sole, whose shares move from heel to toe with the centre of pressure; each point presses
+on the tile that it is on, which splits it over its corners bilinearly (SCIENCE 13), so forces and centroids are exact.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.floor.layout import Floor
+from workbench.floor.tracking import PLATE
+from workbench.kernels import kernel
+from workbench.models import gait
+
+POINTS = 9
+SPREAD = 0.15
+"""Half-width of the loaded part of the sole, as a fraction of the foot's length."""
+_PHASES = 2048
+HAND_SHARE = 0.12
+"""Share of the way that a pressing hand goes in one sample: a time constant of 8 ms at 1 kHz."""
+
+_START, _DURATION, _X, _Y, _COS, _SIN, _LENGTH, _PEAK1, _VALLEY, _PEAK2 = range(10)
+
+def plates(floor: Floor) -> NDArray[np.void]:
+    """Where the tiles lie, as the kernels read it: shape (tiles,)."""
+    table = np.zeros(len(floor.tiles), PLATE)
+    for plate, tile in zip(table, floor.tiles, strict=True):
+        plate["sensors_m"], plate["centre_m"], plate["axes"] = tile.sensors_m, tile.centre_m, tile.axes
+        plate["half_m"] = np.array(tile.size_m) / 2.0
+    return table
+
+
+def footfall_table(floor: Floor, seconds: float, seed: int) -> NDArray[np.float64]:
+    """A walk round the floor as the kernels read it, shape (footfalls, 10), the first footfall at 0.2 s.
+
+    The path is a rectangle halfway between the floor's middle and its edges, and steps are short where the floor is.
+    """
+    corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle, half = (low + high) / 2.0, (high - low) / 4.0
+    path = [tuple(middle + half * turn) for turn in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
+    walker = gait.Walker(step_length_m=min(0.66, 0.9 * float(half.sum())))
+    steps = gait.footfalls(walker, [(float(x), float(y)) for x, y in path], seconds, seed)
+    return np.array(
+        [
+            (
+                s.start_s,
+                s.duration_s,
+                s.heel_x_m,
+                s.heel_y_m,
+                math.cos(s.heading_rad),
+                math.sin(s.heading_rad),
+                s.length_m,
+                s.peak1_n,
+                s.valley_n,
+                s.peak2_n,
+            )
+            for s in steps
+        ]
+    )
+
+
+def curves() -> NDArray[np.float64]:
+    """A footfall's force per unit of first peak, valley and second peak, and its roll, over the phase: shape (4, 2049).
+
+    The force is linear in its three extremes, so the models of `gait` need be asked only once.
+    """
+    phase = np.linspace(0.0, 1.0, _PHASES + 1)
+    ones = np.eye(3)
+    return np.array([*(gait.vertical_force(phase, *one) for one in ones), gait.roll(phase)])
+
+
+@kernel
+def walk(forces, stamps, count, rate, tiles, steps, shapes):
+    """Add to the first `count` of `forces` (n, tiles, 4) the footfalls at session frames `stamps`, over and over."""
+    length = steps[-1, _START] + steps[-1, _DURATION]
+    longest = 0.0
+    for step in range(len(steps)):
+        longest = max(longest, steps[step, _DURATION])
+    for i in range(count):
+        now = (stamps[i] / rate) % length
+        first = np.searchsorted(steps[:, _START], now - longest)
+        for k in range(first, len(steps)):
+            if steps[k, _START] > now:
+                break
+            phase = (now - steps[k, _START]) / steps[k, _DURATION]
+            if phase < 1.0:
+                _tread(forces[i], tiles, steps[k], shapes, phase)
+
+
+@kernel
+def press(forces, count, tiles, hands):
+    """Add hands to the first `count` of `forces`: `hands` (tiles, 4) are x, y, force asked for and force now."""
+    for i in range(count):
+        for k in range(len(tiles)):
+            hands[k, 3] += HAND_SHARE * (hands[k, 2] - hands[k, 3])
+            if hands[k, 3] < 1e-3 and hands[k, 2] == 0.0:
+                hands[k, 3] = 0.0
+            if hands[k, 3] > 0.0:
+                _split(forces[i, k], tiles[k], hands[k, 0], hands[k, 1], hands[k, 3])
+
+
+@kernel
+def _tread(forces, tiles, step, shapes, phase):
+    at = phase * _PHASES
+    i = min(int(at), _PHASES - 1)
+    share = at - i
+    force = roll = 0.0
+    for j in range(3):
+        force += step[_PEAK1 + j] * (shapes[j, i] + share * (shapes[j, i + 1] - shapes[j, i]))
+    roll = shapes[3, i] + share * (shapes[3, i + 1] - shapes[3, i])
+    total = 0.0
+    for j in range(POINTS):
+        total += max(0.0, SPREAD - abs((j + 0.5) / POINTS - roll))
+    for j in range(POINTS):
+        weight = max(0.0, SPREAD - abs((j + 0.5) / POINTS - roll))
+        if weight > 0.0:
+            along = (j + 0.5) / POINTS * step[_LENGTH]
+            x, y = step[_X] + along * step[_COS], step[_Y] + along * step[_SIN]
+            _press_floor(forces, tiles, x, y, force * weight / total)
+
+
+@kernel
+def _press_floor(forces, tiles, x, y, force):
+    """A point force on the floor goes to the tile that it is on; beside the tiles it goes into the ground."""
+    for k in range(len(tiles)):
+        tile = tiles[k]
+        dx, dy = x - tile.centre_m[0], y - tile.centre_m[1]
+        along = tile.axes[0, 0] * dx + tile.axes[0, 1] * dy
+        across = tile.axes[1, 0] * dx + tile.axes[1, 1] * dy
+        if abs(along) <= tile.half_m[0] and abs(across) <= tile.half_m[1]:
+            _split(forces[k], tile, along, across, force)
+            return
+
+
+@kernel
+def _split(forces, tile, x, y, force):
+    """A force at (x, y) of a tile's frame, split bilinearly over sensors at the corners of an upright rectangle."""
+    centre_x = centre_y = half_x = half_y = 0.0
+    for j in range(4):
+        centre_x += 0.25 * tile.sensors_m[j, 0]
+        centre_y += 0.25 * tile.sensors_m[j, 1]
+    for j in range(4):
+        half_x = max(half_x, abs(tile.sensors_m[j, 0] - centre_x))
+        half_y = max(half_y, abs(tile.sensors_m[j, 1] - centre_y))
+    for j in range(4):
+        right = 1.0 if tile.sensors_m[j, 0] > centre_x else -1.0
+        up = 1.0 if tile.sensors_m[j, 1] > centre_y else -1.0
+        forces[j] += 0.25 * force * (1.0 + right * (x - centre_x) / half_x) * (1.0 + up * (y - centre_y) / half_y)
