@@ -19,7 +19,7 @@ LONGEST_S = 600.0
 class SimulatedFloor:
     """Forces on `floor` as its sensors would read them, noise-free and tared; the same for the same seed.
 
-    Everything a walker will do is known, so every sample arrives in time. `walk` and `press` act from the next sample on.
+    Everything a walker will do is known, so every sample arrives in time. `walk` and `press` act from the next one on.
     """
 
     def __init__(self, floor: Floor, rate: float = RATE_HZ, seed: int = 1, walking: bool = True) -> None:
@@ -54,9 +54,7 @@ class SimulatedFloor:
         if count:
             _stand(self.forces, self.stamps, self.arrivals, self._sample, count, self._period)
             if self._walking[0] > 0.0:
-                simulator.walk(
-                    self.forces, self.stamps, count, self._rate, self._plates, self._steps, self._shapes
-                )
+                simulator.walk(self.forces, self.stamps, count, self._rate, self._plates, self._steps, self._shapes)
             simulator.press(self.forces, count, self._plates, self._hands)
             self._sample += count
         return count

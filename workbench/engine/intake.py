@@ -1,8 +1,8 @@
 """From force samples to the signals that a program reads: tared, gated, linear between samples.
 
-A sample that belongs to frame s is on its way from frame s to s + period, so that the next one is always known: the
-force at audio rate is delayed by exactly one sample period, live and offline. Where samples are missing the last force is
-held for 20 ms and then ramped to 0 in 20 ms. A tile's signals are exactly 0 while nobody stands on it; between, a gate
+The force goes to the sample of frame s from frame s to s + period, so that the next one is always known: the force at
+audio rate is delayed by exactly one sample period, live and offline. Where samples are missing the last force is held
+for 20 ms and then ramped to 0 in 20 ms. A tile's signals are exactly 0 while nobody stands on it; between, a gate
 opens or closes in 5 ms.
 """
 
@@ -88,12 +88,26 @@ class Intake:
 
 @kernel
 def _follow(
-    begin, count, seconds, stamps, arrivals, forces, plates, gaps_m, tiles, clock, ring, window, rows, events, queue, lines, period
+    begin,
+    count,
+    seconds,
+    stamps,
+    arrivals,
+    forces,
+    plates,
+    gaps_m,
+    tiles,
+    clock,
+    ring,
+    window,
+    rows,
+    events,
+    queue,
+    lines,
+    period,
 ):
     for i in range(begin, count):
-        tracking.follow(
-            seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events
-        )
+        tracking.follow(seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events)
         for k in range(len(tiles)):
             tile, plate, line = tiles[k], plates[k], lines[k]
             entry = queue[k, int(line[_TAIL]) % queue.shape[1]]

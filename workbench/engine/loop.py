@@ -91,11 +91,14 @@ class Loop:
         while at < n:
             stop = n
             while self._commands:
-                due = self._commands[0][0]
+                due, command = self._commands[0]
+                if self._old is not None and isinstance(command, Program):
+                    due = max(due, self._fade_from + FADE)  # one fade after the other
                 if due <= self.frame + at:
                     edge = next_span(self.frame + at)
                     if edge == self.frame + at:
-                        self._apply(self._commands.popleft()[1], edge)
+                        self._commands.popleft()
+                        self._apply(command, edge)
                         continue
                     due = edge
                 stop = min(stop, due - self.frame)

@@ -20,7 +20,7 @@ _PEAK_CHUNK = 0x1050  # SFC_SET_ADD_PEAK_CHUNK: it would carry a time stamp, and
 
 @dataclass(frozen=True)
 class Rendered:
-    """What came out: float32 [frame, channel], full scale at most 1; node ids that ran, slept throughout, were left out."""
+    """What came out: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, were left out."""
 
     samples: np.ndarray
     rate_hz: float
@@ -53,7 +53,7 @@ def render(
     folder: Path | None = None,
     commands: tuple[tuple[int, Command], ...] = ((0, Play(True)),),
 ) -> Rendered:
-    """Run `patch` on the force of `source` for `seconds`. `commands` (frame, command) take effect as in a live session."""
+    """Run `patch` on the force of `source`. `commands` (frame, command) take effect as in a live session."""
     require(0.0 < seconds <= 24 * 3600.0, "seconds", seconds, "above 0, up to a day")
     require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
     require(8000.0 <= rate <= 192_000.0, "rate", rate, "8000 to 192000 Hz")
@@ -77,7 +77,7 @@ def render(
 
 
 def write_wav(path: str | Path, samples: np.ndarray, rate: float) -> None:
-    """Write float32 [frame, channel] as a float WAV, beside `path` and moved into place; the same samples, the same bytes."""
+    """Write float32 [frame, channel] as a float WAV, beside `path` and moved into place: same samples, same bytes."""
     import soundfile
 
     path = Path(path)

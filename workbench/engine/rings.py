@@ -1,8 +1,8 @@
 """Lock-free rings in shared memory: one writer, any number of readers, none of whom can make the writer wait.
 
-The supervisor creates and unlinks them. The writer copies its rows and then publishes how many it has ever written, with
-release order; a reader takes that number with acquire order, copies, and takes it again: what was overwritten meanwhile
-is dropped, and said.
+The supervisor creates and unlinks them. The writer copies its rows and then publishes how many it has ever written,
+with release order; a reader takes that number with acquire order, copies, and takes it again: what was overwritten
+meanwhile is dropped, and said.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,9 @@ _HEADER = 64  # bytes: a cache line of its own for the count
 
 
 @intrinsic
-def _publish(context, header, count):
+def publish(context, header, count):
+    """Let readers see that `count` rows were written."""
+
     def code(context, builder, signature, args):
         array = context.make_array(signature.args[0])(context, builder, args[0])
         builder.store_atomic(args[1], array.data, "release", 8)
@@ -43,7 +45,7 @@ def write_rows(header, rows, new, n):
     for i in range(n):
         for j in range(rows.shape[1]):
             rows[(at + i) % rows.shape[0], j] = new[i, j]
-    _publish(header, at + n)
+    publish(header, at + n)
 
 
 @kernel
@@ -83,7 +85,7 @@ class Ring:
     def create(width: int, capacity: int, dtype: str = "float32") -> "Ring":
         size = _HEADER + capacity * width * np.dtype(dtype).itemsize
         memory = SharedMemory(create=True, size=size)
-        memory.buf[:_HEADER] = bytes(_HEADER)
+        np.ndarray((1,), np.int64, memory.buf)[0] = 0
         return Ring(memory, RingName(memory.name, dtype, width, capacity), owned=True)
 
     @staticmethod

@@ -44,7 +44,7 @@ class Safety:
     def __init__(self, limits: list[Limits], channels: list[int], rate: float, block: int, width: int) -> None:
         self.out = np.zeros((block, width), np.float32)
         self._limits = np.array([(1.0 / m.acceleration_per_unit, m.peak, m.rms) for m in limits])
-        self._channels = np.array(channels, np.int64)
+        self.channels = np.array(channels, np.int64)
         self._state = np.zeros((len(limits), _WIDTH))
         self._state[:, _PEAK_GAIN] = 1.0
         self._coefficients = np.array(
@@ -87,7 +87,7 @@ class Safety:
             still,
             self.out,
             self._limits,
-            self._channels,
+            self.channels,
             self._state,
             self._coefficients,
             self._level,

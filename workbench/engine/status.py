@@ -32,7 +32,7 @@ class Status:
     @staticmethod
     def create() -> "Status":
         memory = SharedMemory(create=True, size=_PANIC + 8)
-        memory.buf[:] = bytes(len(memory.buf))
+        np.ndarray((memory.size,), np.uint8, memory.buf)[:] = 0
         return Status(memory, owned=True)
 
     @staticmethod
@@ -59,6 +59,10 @@ class Status:
     def get(self, field: int) -> float:
         """Read one number."""
         return float(self._numbers[field])
+
+    def stopped(self) -> None:
+        """Note that the engine is gone, whatever it wrote last."""
+        self._numbers[[RUNNING, LOAD, PEAK, AWAKE]] = 0.0
 
     def health(self) -> Health:
         """All numbers."""

@@ -33,6 +33,9 @@ from workbench.floor.layout import Floor
 GAP_S = 0.040
 """No sample for longer than this is a gap: force at audio rate has been ramped to 0 by then (CONTRACTS)."""
 
+OPENING_S, STEADY_N = 0.050, 5.0
+"""What a tile begins with is decided from this much; a tare keeps within this (or five sigma) for half of it."""
+
 CURVE_S = 10.0
 """How much of a contact's curve is kept. No step is longer; a person may stand for hours."""
 
@@ -158,7 +161,7 @@ class ContactTracker:
         self._foot_of = np.zeros(256, np.int64)
         self._open: dict[int, _Open] = {}
         self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
-        self._opening_length = max(8, math.ceil(tracking.MINIMUM_S * rate_hz))
+        self._opening_length = max(8, math.ceil(OPENING_S * rate_hz))
         # Kernels are loaded here, not when the first foot comes down.
         self._follow_slab(np.zeros(0), np.zeros((0, count, 4)))
         self._join(self._held)
@@ -167,7 +170,7 @@ class ContactTracker:
     def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> Followed:
         """Follow the next samples: `time_s` (n,), ascending, and `force_n` (n, tiles, 4), in newtons.
 
-        A tile whose sample is NaN has no row at that sample, and otherwise stays as it was. Raises `BadValue` for
+        A tile of which a sample is NaN is taken to be as it was before. Raises `BadValue` for
         other shapes.
         """
         times = np.ascontiguousarray(time_s, dtype=np.float64)
@@ -230,18 +233,22 @@ class ContactTracker:
         self._opening = None
         times = np.concatenate([chunk for chunk, _ in chunks])
         forces = np.concatenate([chunk for _, chunk in chunks])
-        sums = forces[: self._opening_length].sum(axis=2)
         for k, tile in enumerate(self._tiles):
-            finite = np.flatnonzero(np.isfinite(sums[:, k]))
-            if not len(finite):
+            corners = forces[: self._opening_length, k]
+            corners = corners[np.isfinite(corners).all(axis=1)]
+            if not len(corners):
                 continue
-            level = np.median(sums[finite[:5], k])
-            leaves = np.flatnonzero(~(np.abs(sums[:, k] - level) < tracking.ON_N))
-            quiet = finite[finite < leaves[0]] if len(leaves) else finite
-            is_steady = len(quiet) >= len(finite) / 2
-            tile["untared"] = level >= tracking.TARE_N or (level >= tracking.ON_N and not is_steady)
-            if not tile["untared"] and len(quiet):
-                tile["base_n"] = np.median(forces[quiet, k], axis=0)
+            sums = corners.sum(axis=1)
+            level = np.median(sums[:5])
+            # The noise is taken from sample to sample: a foot that comes down has none.
+            noise = 1.4826 * float(np.median(np.abs(np.diff(sums)))) / math.sqrt(2.0) if len(sums) > 1 else 0.0
+            loaded = level >= tracking.ON_N
+            leaves = np.abs(sums - level) >= max(STEADY_N if loaded else tracking.ON_N, tracking.ON_SIGMAS * noise)
+            quiet = int(leaves.argmax()) if leaves.any() else len(sums)
+            tile["untared"] = level >= tracking.TARE_N or (loaded and quiet < len(sums) / 2)
+            if not tile["untared"]:
+                tile["base_n"] = np.median(corners[: max(quiet, 1)], axis=0)
+                tile["noise_n"] = noise
         return times, forces
 
     def _follow(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> Followed:

@@ -58,7 +58,7 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         places = [length for point in self.sensors_m for length in point]
         require(all(map(_is_place, places)), "sensors_m", self.sensors_m, "lengths within 10 km of 0")
         require(0.0 <= self.sensor_depth_m <= 100.0, "sensor_depth_m", self.sensor_depth_m, "0 to 100 m")
-        require(self.output is None or self.output >= 0, "output", self.output, "a channel, 0 or above")
+        require(self.output is None or 0 <= self.output <= 4095, "output", self.output, "a channel, 0 to 4095")
 
     @property
     def axes(self) -> NDArray[np.float64]:

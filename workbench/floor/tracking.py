@@ -18,9 +18,12 @@ from workbench.kernels import kernel
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
 """On at `max(ON_N, ON_SIGMAS` times the noise`)`, off at `OFF_SHARE` of that (SCIENCE 14)."""
 
-GUARD_S, WINDOW_S, RENEW_S, RECENT_S, MINIMUM_S = 0.2, 1.0, 0.5, 0.1, 0.05
+GUARD_S, WINDOW_S, RENEW_S, RECENT_S, MINIMUM_S = 0.2, 1.0, 0.5, 0.1, 0.1
 """A baseline leaves out the last `GUARD_S` and is of `WINDOW_S` before that, of `MINIMUM_S` at least; after a contact
 it waits for `RENEW_S` of quiet; begun anew it is of the last `RECENT_S`."""
+
+BLIP_S = 0.05
+"""A contact shorter than this is no end of quiet: noise that has been thought too small must not keep itself so."""
 
 TARE_N, SETTLED_S, SETTLED_N, SETTLED_SIGMAS, NEGATIVE_S = 100.0, 0.5, 10.0, 8.0, 0.1
 """No tare exceeds `TARE_N`. A load within `SETTLED_N` or `SETTLED_SIGMAS` times the noise for `SETTLED_S` is steady;
@@ -151,7 +154,8 @@ def follow(time_s, force_n, plates, gaps_m, tiles, clock, ring, window, rows, ev
             if not math.isfinite(tile.load_n):
                 tile.load_n = before_n
                 tile.quiet = 0
-                continue
+                if not gap:
+                    continue
             if tile.on:
                 tile.impulse_ns += 0.0 if gap else 0.5 * (before_n + tile.load_n) * (now - at.time_s)
                 settled = not gap and _is_settled(tile, now)
@@ -159,6 +163,10 @@ def follow(time_s, force_n, plates, gaps_m, tiles, clock, ring, window, rows, ev
                     happened = _end(tiles, k, at, tile.steady_s if settled else at.time_s, gap, events, happened)
                     if settled:
                         _begin_anew(tile, ring[k], window[k], at, 1 if take else 0)
+                elif now - tile.onset_s >= BLIP_S:
+                    tile.quiet = 0
+                elif take and tile.quiet > 0:
+                    _slide(tile, ring[k], window[k], at)
             if not tile.on:
                 on_n = max(ON_N, ON_SIGMAS * tile.noise_n)
                 if tile.load_n >= on_n:
@@ -297,8 +305,8 @@ def _end(tiles, k, at, last_s, cut, events, happened):
         happened = _settle(tiles, k, at, events, happened)
     tile = tiles[k]
     tile.on = False
-    tile.quiet = 0
-    tile.need = at.first if tile.untared else at.renewal
+    if tile.quiet == 0:
+        tile.need = at.first if tile.untared else at.renewal
     tile.negative_s = math.nan
     return _tell(events, happened, ENDED, at.count, tile, k, last_s, tile.impulse_ns, cut)
 
@@ -329,22 +337,30 @@ def _rest(tile, ring, window, at, now, on_n, take):
     tile.negative_s = math.nan
     if not take:
         return
+    n = _slide(tile, ring, window, at)
+    if tile.quiet >= tile.need:
+        for sensor in range(4):
+            tile.base_n[sensor] = _median(window[sensor], n)
+        # Few samples may show less noise than there is.
+        unsure = 1.0 + 2.0 / math.sqrt(n) if n < window.shape[1] else 1.0
+        tile.noise_n = unsure * 1.4826 * _spread(window[4], n)
+        tile.untared = False
+
+
+@kernel
+def _slide(tile, ring, window, at):
+    """Count a quiet sample, and let the one that is `guard` older into the baseline; returns how many that has."""
     tile.quiet += 1
     length = window.shape[1]
-    had = min(max(tile.quiet - 1 - at.guard, 0), length)
-    if tile.quiet <= at.guard:
-        return
+    had = min(tile.quiet - 1 - at.guard, length)
+    if had < 0:
+        return 0
     comes = ring[(at.taken - at.guard) % ring.shape[0]]
     goes = ring[(at.taken - at.guard - length) % ring.shape[0]]
     for channel in range(5):
         kept = _remove(window[channel], had, goes[channel]) if had == length else had
         _insert(window[channel], kept, comes[channel])
-    n = min(had + 1, length)
-    if tile.quiet >= tile.need:
-        for sensor in range(4):
-            tile.base_n[sensor] = _median(window[sensor], n)
-        tile.noise_n = 1.4826 * _spread(window[4], n)
-        tile.untared = False
+    return min(had + 1, length)
 
 
 @kernel

@@ -10,7 +10,7 @@ import math
 
 from workbench.kernels import kernel
 from workbench.models.fracture_draws import binomial, poisson
-from workbench.models.fracture_motion import frame_step
+from workbench.models.fracture_motion import frame_step, resolved
 from workbench.models.random import exponential
 
 #: Models of damage: the position of each is its code.
@@ -25,6 +25,9 @@ WEIBULL, UNIFORM = range(2)
 MODEL, LAW, FIBRES, POOL, SHAPE, PER_SHAPE, SCALE, STIFFNESS, KAPPA, GAMMA, CREEP, GAIN = range(12)
 MAXIMUM, STIFFENING, COMPOUND, PRESSURE, LIMIT, RENEWAL, STRENGTH, EXPONENT, HELD = range(12, 21)
 TUNING_SIZE = 21
+
+#: No bundle gets stiffer than this times its first stiffness.
+_STIFFEST = 1e6
 
 #: Draws that one frame may use: the counter of a draw is its frame times this, plus its number.
 DRAWS = 64
@@ -41,9 +44,7 @@ def tune(t, rate_hz, model, law, fibres, shape, scale, stiffness, mass, damping,
     `run` on.
     """
     frame_s = 1.0 / rate_hz
-    inertia = max(mass, 1e-3 * frame_s * (damping + creep), 1e-6 * frame_s * frame_s * stiffness)
-    if stiffness * frame_s * frame_s > math.pi**2 * inertia:  # would ring above half the rate
-        damping = max(damping, math.sqrt(stiffness * inertia))
+    mass, damping = resolved(frame_s, stiffness, damping, creep, mass)
     t[MODEL] = model
     t[LAW] = law
     t[FIBRES] = fibres
@@ -52,10 +53,10 @@ def tune(t, rate_hz, model, law, fibres, shape, scale, stiffness, mass, damping,
     t[PER_SHAPE] = 1.0 / shape
     t[SCALE] = scale
     t[STIFFNESS] = stiffness
-    t[KAPPA] = stiffness * frame_s * frame_s / inertia
-    t[GAMMA] = damping * frame_s / inertia
-    t[CREEP] = creep * frame_s / inertia
-    t[GAIN] = frame_s * frame_s / inertia
+    t[KAPPA] = stiffness * frame_s * frame_s / mass
+    t[GAMMA] = damping * frame_s / mass
+    t[CREEP] = creep * frame_s / mass
+    t[GAIN] = frame_s * frame_s / mass
 
 
 @kernel
@@ -139,7 +140,7 @@ def stiffness_left(t, failed, peak):
         return 0.0 if t[HELD] != 0.0 and left * t[FIBRES] < 0.5 else left
     share = failed / t[POOL] if model == INVERSE else -math.expm1(-hazard(t, peak))
     if t[COMPOUND] != 0.0:
-        return (1.0 + t[STIFFENING] * share) ** t[MAXIMUM]
+        return min((1.0 + t[STIFFENING] * share) ** t[MAXIMUM], _STIFFEST)
     return 1.0 + t[STIFFENING] * t[MAXIMUM] * share
 
 

@@ -132,8 +132,8 @@ def grid(
 # The tuning goes on where the bundle's ends.
 _COLUMNS, _ROWS, _WIDTH, _DEPTH, _SHARPNESS, _COUPLING, _RUBBLE = range(TUNING_SIZE, TUNING_SIZE + 7)
 
-# The state: two common values, then arrays of one value a cell; all zero is fresh ground at rest. Those from BREAKING on only
-# serve while a block runs. WORN: 0 fresh, else 1 and the frames since the last load.
+# The state: two common values, then arrays of one value a cell; all zero is fresh ground at rest. The arrays from
+# BREAKING on serve within a call only. WORN: 0 fresh, else 1 and the frames since the last load.
 _WORN, _LOAD, _COMMON = range(3)
 _STRAIN, _SPEED, _FAILED, _NEXT, _SHARE, _NEW_SHARE, _BREAKING, _FORMER, _PULL, _PULL_AHEAD, _STEP = range(11)
 _ARRAYS = _STEP + 8
@@ -189,7 +189,7 @@ def rest(s, t):
     if s[_WORN] > 0.0:
         return math.inf
     cells = int(t[_COLUMNS] * t[_ROWS])
-    c = s[_COMMON:].reshape(_ARRAYS, cells)
+    c = s[_COMMON : _COMMON + _ARRAYS * cells].reshape(_ARRAYS, cells)
     energy = 0.0
     for cell in range(cells):
         energy += (t[KAPPA] + 8.0 * t[_COUPLING]) * c[_STRAIN, cell] ** 2 + c[_SPEED, cell] ** 2
@@ -201,7 +201,7 @@ def _run(s, t, key, frame, force, x_m, y_m, strain, events, failures, energies):
     """`run`, which besides fills the last two where they have frames."""
     columns, rows = int(t[_COLUMNS]), int(t[_ROWS])
     cells = columns * rows
-    c = s[_COMMON:].reshape(_ARRAYS, cells)
+    c = s[_COMMON : _COMMON + _ARRAYS * cells].reshape(_ARRAYS, cells)
     for cell in range(cells):
         c[_BREAKING, cell] = threshold_strain(t, c[_NEXT, cell]) if s[_WORN] > 0.0 else math.inf
         _set_step(c, t, cell, columns, rows)

@@ -34,10 +34,11 @@ class Avalanches:
 
 
 def ring(thresholds: ArrayLike, stiffness: float = 1.0, locality: float = 1.0) -> Avalanches:
-    """Raise the load on a ring of fibres, whose breaking strains are `thresholds` in their order, until all have broken.
+    """Raise the load on a ring of fibres until all have broken.
 
-    `stiffness` is k_F per fibre; `locality`, 0 to 1, the share of a broken fibre's load that its neighbours take.
-    The cost grows with the square of the number of fibres: 20,000 take about half a second. Raises `BadValue`.
+    `thresholds` are their breaking strains in order, `stiffness` is k_F per fibre; `locality`, 0 to 1, the share
+    of a broken fibre's load that its neighbours take. The cost grows with the square of the number of fibres:
+    20,000 take about half a second. Raises `BadValue`.
 
     >>> broken = ring([1.0, 1.6, 9.0, 9.0, 9.0, 1.1], locality=1.0)  # the sixth is the first one's neighbour
     >>> broken.fibres.tolist(), broken.load.round(3).tolist()

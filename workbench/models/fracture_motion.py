@@ -8,6 +8,8 @@ theorem: one path for light, critical and heavy damping and for no spring at all
 function, to rounding error.
 """
 
+import math
+
 import numpy as np
 
 from workbench.kernels import kernel
@@ -77,3 +79,22 @@ def frame_step(kappa, gamma, gain):
         gain * (response - first),
         gain * first,
     )
+
+
+@kernel
+def resolved(frame_s, stiffness, damping, creep, mass):
+    """A mass and a damping that frames can show, for a system whose damping is `damping` + `creep`.
+
+    The mass is raised until what it slows down settles within a frame, and the damping of what would ring above half
+    the rate to half the critical one. So 0 is allowed for both; where frames resolve the motion, nothing changes.
+
+    >>> resolved(1e-3, 1.0, 0.0065, 0.0, 1e-3)
+    (0.001, 0.0065)
+    >>> mass, damping = resolved(1e-3, 1.0, 0.0, 0.0, 0.0)
+    >>> 0.0 < mass < 1e-9, 0.0 < damping < 1e-5
+    (True, True)
+    """
+    mass = max(mass, 1e-3 * frame_s * (damping + creep), 1e-6 * frame_s * frame_s * stiffness)
+    if stiffness * frame_s * frame_s > math.pi**2 * mass:
+        damping = max(damping, math.sqrt(stiffness * mass))
+    return mass, damping

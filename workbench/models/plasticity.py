@@ -24,7 +24,7 @@ from workbench.errors import require
 from workbench.kernels import kernel
 from workbench.models.fracture import finite_signal
 from workbench.models.fracture_damage import crossing
-from workbench.models.fracture_motion import frame_step
+from workbench.models.fracture_motion import frame_step, resolved
 from workbench.models.random import stream_key, uniform
 
 
@@ -139,12 +139,10 @@ def tune(t, rate_hz, mass_kg, damping_ns_m, stiffness_n_m, plastic_stiffness_n_m
     """
     frame_s = 1.0 / rate_hz
     whole = stiffness_n_m + plastic_stiffness_n_m
-    inertia = max(mass_kg, 1e-3 * frame_s * damping_ns_m, 1e-6 * frame_s * frame_s * whole)
-    if whole * frame_s * frame_s > math.pi**2 * inertia:  # would ring above half the rate
-        damping_ns_m = max(damping_ns_m, math.sqrt(whole * inertia))
-    t[_KAPPA] = whole * frame_s * frame_s / inertia
-    t[_GAMMA] = damping_ns_m * frame_s / inertia
-    t[_GAIN] = frame_s * frame_s / inertia
+    mass_kg, damping_ns_m = resolved(frame_s, whole, damping_ns_m, 0.0, mass_kg)
+    t[_KAPPA] = whole * frame_s * frame_s / mass_kg
+    t[_GAMMA] = damping_ns_m * frame_s / mass_kg
+    t[_GAIN] = frame_s * frame_s / mass_kg
     t[_PLASTIC_STIFFNESS] = plastic_stiffness_n_m
     t[_MEAN_THRESHOLD] = threshold_n
     t[_SPREAD] = spread
@@ -283,7 +281,9 @@ def slip_displacement(force_n, energy_j, stiffness_n_m):
 
 @kernel
 def power_law(chance, least, log_range, power):
-    """The quantile `chance` of p(E) ~ E^-gamma, errata chapter 5, from `least` to `least` exp(`log_range`); `power` = 1 - gamma.
+    """The quantile `chance` of p(E) ~ E^-gamma from `least` to `least` exp(`log_range`), where `power` is 1 - gamma.
+
+    A truncated power law, as errata chapter 5 has it.
 
     >>> round(power_law(0.5, 1.0, math.log(100.0), 1.0 - 1.0), 9)  # gamma = 1: even in the logarithm
     10.0

@@ -78,10 +78,12 @@ class RowKernel:
         self.signature = signature
 
     @cached_property
+    def _compiled(self) -> Any:
+        return cfunc(self.signature, cache=True, error_model="numpy")(self.function)
+
+    @property
     def address(self) -> int:
-        self._compiled = cfunc(self.signature, nopython=True, cache=True, error_model="numpy")(
-            self.function
-        )
+        """Where the compiled kernel is."""
         return self._compiled.address
 
 
@@ -196,6 +198,11 @@ class NodeType:
     def output_ports(self) -> Mapping[str, Port]:
         return {port.name: port for port in self.outputs}
 
+    def compile(self) -> None:
+        """Have the kernels compiled, or loaded from the cache."""
+        for compiled in (self.run, self.rest):
+            assert compiled is None or compiled.address
+
     def values(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Every parameter's value: the given ones checked, the others at their defaults."""
         return {
@@ -213,8 +220,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     The class may say: `run` (required), `rest`; `state` and `tuning`, each a number of float64 values or a function of
     (values, rate); `prepare(values, rate)`, an array for `d`; `muted_by`, the names of signals any of which at exactly
-    zero makes the output exactly zero; `is_sink`, when its output is what a tile plays; `is_struck`, when the engine may
-    bring it events, as the last of its event inputs.
+    zero makes the output exactly zero; `is_sink`, when its output is what a tile plays; `is_struck`, when the engine
+    may bring it events, as the last of its event inputs.
     """
 
     def declare(cls: Any) -> NodeType:

@@ -24,8 +24,8 @@ class Program:
     """What `patch` does for each of `tiles`, ready to run in blocks of up to `block` frames.
 
     Only nodes that reach a sink, or an output named in `scopes` ("node.port"), are built; the others are in `left_out`.
-    `output` is float64 [tiles, block] in m/s^2, `hosts[name]` is what the engine fills before each run, `scope[name]` the
-    frames of a scope. Building allocates, compiles and reads files; running does none of these.
+    `output` is float64 [tiles, block] in m/s^2, `hosts[name]` is what the engine fills before each run, `scope[name]`
+    the frames of a scope. Building allocates, compiles and reads files; running does none of these.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Program:
             p.signal_ramp[q, 1], p.signal_start[q], p.signal_moving[q] = value, frame, 1
 
     def strike(self, id: str, tile: str, time: float, strength: float, duration: float = 0.0) -> None:
-        """Bring an event at `time` (session frames, not run yet) to a node that can be struck; "" is every such node."""
+        """Bring an event at `time` (session frames, not run yet) to a node that can be struck; "" is every such."""
         require(tile in self.tiles, "tile", tile, ", ".join(self.tiles))
         for k in self._struck:
             if id in ("", self.node_ids[k]):
@@ -108,12 +108,12 @@ class Program:
                 ("state", tables.STATE, tables.STATE_AT),
                 ("tuning", tables.TUNING, tables.TUNING_AT),
             ):
-                count = int(p.nodes[k, size]) * len(self.tiles)
-                here, there = int(p.nodes[k, at]), int(q.nodes[j, at])
+                count = p.nodes[k, size] * len(self.tiles)
+                here, there = p.nodes[k, at], q.nodes[j, at]
                 getattr(p, memory)[here : here + count] = getattr(q, memory)[there : there + count]
-            p.asleep[k] = q.asleep[j] & (p.masked[k] == q.masked[j])
-            outs = int(p.nodes[k, tables.OUTS])
-            here, there = int(p.nodes[k, tables.OUT_AT]), int(q.nodes[j, tables.OUT_AT])
+            p.asleep[k] = np.where(np.equal(p.masked[k], q.masked[j]), q.asleep[j], 0)
+            outs = p.nodes[k, tables.OUTS]
+            here, there = p.nodes[k, tables.OUT_AT], q.nodes[j, tables.OUT_AT]
             p.carry[here : here + outs] = q.carry[there : there + outs]
             for name in self._types[k].parameters:
                 self._take_control(old, k, j, name, frame)
@@ -130,9 +130,11 @@ class Program:
         }
 
     def shares(self) -> dict[str, float]:
-        """Each node's share of the cycles spent so far."""
-        total = max(int(self.tables.cycles.sum()), 1)
-        return {id: float(self.tables.cycles[k]) / total for id, k in self._index.items()}
+        """Each node's share of the cycles spent since this was last asked."""
+        spent = self.tables.cycles.tolist()
+        self.tables.cycles[:] = 0
+        total = max(sum(spent), 1)
+        return {id: spent[k] / total for id, k in self._index.items()}
 
     def awake(self) -> dict[str, int]:
         """How many tiles each node is awake for."""
@@ -183,7 +185,11 @@ class Program:
         self._controls: dict[tuple[int, str], int] = {}
         self._signals: dict[tuple[int, str], int] = {}
         self._struck: dict[int, int] = {}
-        signal_lanes, signal_values, drivers, ramp, control = [], [], [], [], []
+        signal_lanes: list[int] = []
+        signal_values: list[float] = []
+        drivers: list[int] = []
+        ramp: list[tuple[float, float, float, float]] = []
+        control: list[float] = []
         state = tuning = data = 0
         data_parts: list[np.ndarray] = []
         awake_at_first = np.zeros(count, bool)
@@ -227,13 +233,13 @@ class Program:
             nodes[k, [tables.CONTROLS, tables.CONTROL_AT]] = len(type.controls), len(drivers)
             nodes[k, tables.CONTROL_MEMORY] = len(control)
             numbers = []
-            for parameter in type.controls:
-                source = wire_to.get(f"{id}.{parameter.name}")
-                self._controls[k, parameter.name] = len(drivers)
+            for control_of in type.controls:
+                source = wire_to.get(f"{id}.{control_of.name}")
+                self._controls[k, control_of.name] = len(drivers)
                 drivers.append(lane_of[source] if source else -1)
                 nodes[k, tables.DRIVEN] |= source is not None
-                value = _number(parameter, values[parameter.name])
-                low, high = (parameter.low, parameter.high) if isinstance(parameter, Number) else (value, value)
+                value = _number(control_of, values[control_of.name])
+                low, high = (control_of.low, control_of.high) if isinstance(control_of, Number) else (value, value)
                 numbers.append(value)
                 ramp.append((value, value, low, high))
             control.extend(numbers * rows)

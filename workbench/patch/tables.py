@@ -1,6 +1,6 @@
 """A program as arrays: what each holds, and how all of them are handed to compiled code at once."""
 
-from collections import namedtuple
+from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 from llvmlite import ir
@@ -8,53 +8,65 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
-TABLES = (
-    ("nodes", types.int64, 2),  # [node, column]
-    ("keys", types.uint64, 2),  # [node, row]
-    ("masked", types.uint8, 2),  # [node, row]: not for this tile
-    ("asleep", types.uint8, 2),  # [node, row]
-    ("ran", types.int64, 2),  # [node, row]: frames that were not slept
-    ("cycles", types.int64, 1),  # [node]: processor cycles spent
-    ("moving", types.uint8, 1),  # [node]: a control is in its ramp
-    ("signals_in", types.int64, 1),  # lanes of inputs, node after node
-    ("watched", types.int64, 1),  # lanes whose silence lets a node sleep
-    ("events_in", types.int64, 1),  # event lists of inputs
-    ("last_event", types.int64, 2),  # [entry of events_in, row]: session frame of the last event taken
-    ("cursor", types.int64, 1),  # [entry of events_in]: the next event of this block
-    ("lanes", types.float64, 1),  # all lanes
-    ("bits", types.int64, 1),  # the same memory
-    ("lane_at", types.int64, 1),  # [lane]: where row 0 of a lane begins
-    ("lane_step", types.int64, 1),  # [lane]: from a row to the next; 0 where rows share the lane
-    ("clean", types.uint8, 1),  # [lane]: all frames are known to be zero
-    ("loud", types.uint8, 2),  # [lane, nap]: some frame of the nap so far is not zero
-    ("carry", types.uint8, 2),  # [lane, row]: the part of this nap before this block was loud
-    ("hosts", types.int64, 1),  # lanes that the engine fills
-    ("events", types.float64, 2),  # [list, 1 + 3 * block]
-    ("event_step", types.int64, 1),  # [list]: 1 where the list has a row for each tile
-    ("stage", types.float64, 2),  # [input, 1 + 3 * block]: the events of one stretch
-    ("control", types.float64, 1),  # controls, node after node, row after row
-    ("drivers", types.int64, 1),  # [control]: the lane that drives it, or -1
-    ("ramp", types.float64, 2),  # [control, (from, to, low, high)]
-    ("ramp_start", types.int64, 1),  # [control]
-    ("signal_controls", types.int64, 1),  # lanes that hold a parameter
-    ("signal_ramp", types.float64, 2),  # [signal control, (from, to)]
-    ("signal_start", types.int64, 1),  # [signal control]
-    ("signal_moving", types.uint8, 1),  # [signal control]: 1 in its ramp, 2 still to be filled
-    ("state", types.float64, 1),  # node after node, row after row
-    ("tuning", types.float64, 1),  # the same
-    ("data", types.float64, 1),  # node after node
-    ("sinks", types.int64, 1),  # lanes that are played
-    ("output", types.float64, 2),  # [row, frame]
-    ("still", types.uint8, 1),  # [row]: the output is known to be zero
-    ("scopes", types.int64, 1),  # lanes that somebody looks at
-    ("scope", types.float64, 3),  # [scope, row, frame]
-    ("fault", types.int64, 1),  # [3]: node or -1, row, session frame of the first value that was not finite
-    ("pointers", types.int64, 1),  # room for the pointers of one call
-    ("settings", types.float64, 1),  # the rate
-)
-"""A program as arrays: name, type and dimensions of each. Columns of `nodes` are named by the constants below."""
+B1 = Annotated[np.ndarray, types.uint8, 1]
+B2 = Annotated[np.ndarray, types.uint8, 2]
+F1 = Annotated[np.ndarray, types.float64, 1]
+F2 = Annotated[np.ndarray, types.float64, 2]
+F3 = Annotated[np.ndarray, types.float64, 3]
+I1 = Annotated[np.ndarray, types.int64, 1]
+I2 = Annotated[np.ndarray, types.int64, 2]
+U2 = Annotated[np.ndarray, types.uint64, 2]
 
-Tables = namedtuple("Tables", [name for name, _, _ in TABLES])
+
+class Tables(NamedTuple):
+    """A program as arrays, each with its type and dimensions. The constants below name the columns of `nodes`."""
+
+    nodes: I2  # [node, column]
+    keys: U2  # [node, row]
+    masked: B2  # [node, row]: not for this tile
+    asleep: B2  # [node, row]
+    ran: I2  # [node, row]: frames that were not slept
+    cycles: I1  # [node]: processor cycles spent
+    moving: B1  # [node]: a control is in its ramp
+    signals_in: I1  # lanes of inputs, node after node
+    watched: I1  # lanes whose silence lets a node sleep
+    events_in: I1  # event lists of inputs
+    last_event: I2  # [entry of events_in, row]: session frame of the last event taken
+    cursor: I1  # [entry of events_in]: the next event of this block
+    lanes: F1  # all lanes
+    bits: I1  # the same memory
+    lane_at: I1  # [lane]: where row 0 of a lane begins
+    lane_step: I1  # [lane]: from a row to the next; 0 where rows share the lane
+    clean: B1  # [lane]: all frames are known to be zero
+    loud: B2  # [lane, nap]: some frame of the nap so far is not zero
+    carry: B2  # [lane, row]: the part of this nap before this block was loud
+    hosts: I1  # lanes that the engine fills
+    events: F2  # [list, 1 + 3 * block]
+    event_step: I1  # [list]: 1 where the list has a row for each tile
+    stage: F2  # [input, 1 + 3 * block]: the events of one stretch
+    control: F1  # controls, node after node, row after row
+    drivers: I1  # [control]: the lane that drives it, or -1
+    ramp: F2  # [control, (from, to, low, high)]
+    ramp_start: I1  # [control]
+    signal_controls: I1  # lanes that hold a parameter
+    signal_ramp: F2  # [signal control, (from, to)]
+    signal_start: I1  # [signal control]
+    signal_moving: B1  # [signal control]: 1 in its ramp, 2 still to be filled
+    state: F1  # node after node, row after row
+    tuning: F1  # the same
+    data: F1  # node after node
+    sinks: I1  # lanes that are played
+    output: F2  # [row, frame]
+    still: B1  # [row]: the output is known to be zero
+    scopes: I1  # lanes that somebody looks at
+    scope: F3  # [scope, row, frame]
+    fault: I1  # [3]: node or -1, row, session frame of the first value that was not finite
+    pointers: I1  # room for the pointers of one call
+    settings: F1  # the rate
+
+
+TABLES = tuple((name, *hint.__metadata__) for name, hint in get_type_hints(Tables, include_extras=True).items())
+"""Name, type and dimensions of each table."""
 
 (
     RUN,

@@ -1,0 +1,110 @@
+"""Sound cards, through PortAudio. Without PortAudio or a card `devices` is empty, and a `Stream` says why."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.errors import DeviceError
+
+MOST_CHANNELS = 32
+"""Channels that one stream carries (PulseAudio's limit)."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """An output device: its name, its channels, and the rate it prefers."""
+
+    name: str
+    channels: int
+    rate_hz: float
+
+
+def devices() -> list[Card]:
+    """The output devices that there are; none where PortAudio is missing or finds no card."""
+    try:
+        import sounddevice
+
+        found = sounddevice.query_devices()
+    except (OSError, ImportError, RuntimeError):
+        return []
+    except Exception as error:  # PortAudioError is only known where sounddevice could be imported
+        if type(error).__name__ != "PortAudioError":
+            raise
+        return []
+    return [
+        Card(str(d["name"]), int(d["max_output_channels"]), float(d["default_samplerate"]))
+        for d in found
+        if d["max_output_channels"] > 0
+    ]
+
+
+class Stream:
+    """An output stream: calls `fill() -> address` for each block of interleaved float32, and plays what is there.
+
+    `fill` is called in PortAudio's thread. `underruns` counts blocks that came too late. `finished` is set when the
+    stream has ended by itself.
+    """
+
+    def __init__(
+        self, name: str, channels: int, rate: float, block: int, fill: Callable[[], int], latency_s: float | str = "low"
+    ) -> None:
+        try:
+            import sounddevice
+        except OSError as error:
+            raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
+        self._sounddevice = sounddevice
+        self.underruns = 0
+        self._fill = fill
+        self._bytes = 4 * channels * block
+        self._move = sounddevice._ffi.memmove
+        self._cast = sounddevice._ffi.cast
+        self.finished = False
+        try:
+            self._stream = sounddevice.RawOutputStream(
+                device=name or None,
+                channels=channels,
+                samplerate=rate,
+                blocksize=block,
+                dtype="float32",
+                latency=latency_s,
+                callback=self._callback,
+                finished_callback=self._finish,
+            )
+        except (sounddevice.PortAudioError, ValueError) as error:
+            text = " ".join(str(error).split())
+            raise DeviceError(
+                f"sound device {name or 'default'!r} cannot play {channels} channels at {rate:g} Hz: {text}"
+            ) from None
+
+    @property
+    def latency_s(self) -> float:
+        """The stream's own latency, as it reports it."""
+        return float(self._stream.latency)
+
+    def start(self) -> None:
+        """Let it play, for the first time or again."""
+        self.finished = False
+        self._stream.stop(ignore_errors=True)
+        try:
+            self._stream.start()
+        except self._sounddevice.PortAudioError as error:
+            raise DeviceError(f"the sound device does not start: {' '.join(str(error).split())}") from None
+
+    def abort(self) -> None:
+        """Stop at once, and drop what is buffered."""
+        self._stream.abort(ignore_errors=True)
+
+    def close(self) -> None:
+        """Let go of the device."""
+        self._stream.close(ignore_errors=True)
+
+    def _callback(self, out: Any, frames: int, time: Any, status: Any) -> None:
+        if status.output_underflow:
+            self.underruns += 1
+        address = self._fill()
+        if address == 0:
+            raise self._sounddevice.CallbackAbort
+        self._move(out, self._cast("char *", address), self._bytes)
+
+    def _finish(self) -> None:
+        self.finished = True

@@ -1,0 +1,142 @@
+"""The compiler's process: fills the kernel cache before the engine needs it, and renders previews.
+
+Compiling holds the interpreter for long stretches; here nobody minds. The engine then only loads what is in the cache.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+from workbench.devices.replay import Replay
+from workbench.devices.simulated import SimulatedFloor
+from workbench.engine.loop import Loop
+from workbench.engine.messages import Compiling, Play, Preview, Strike
+from workbench.errors import UnderfootError
+from workbench.floor.forces import Forces
+from workbench.floor.layout import Floor
+from workbench.models import gait
+from workbench.nodes import REGISTRY
+from workbench.patch.patch import Patch
+
+STEP_S = 0.05
+"""When the foot of a preview comes down."""
+_FORCE_HZ = 1000.0
+
+
+@dataclass(frozen=True)
+class Warm:
+    """Have every kernel of a patch in the cache; answered with `Ready`."""
+
+    ticket: int
+    patch: bytes
+    folder: str = ""
+
+
+@dataclass(frozen=True)
+class Ready:
+    """The kernels of the patch of this ticket are in the cache; or why they are not."""
+
+    ticket: int
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Render what a node does in one step; answered with `Preview`."""
+
+    ticket: int
+    patch: bytes
+    node: str
+    tile: str
+    seconds: float
+    rate: float
+    folder: str = ""
+
+
+def run(connection: Connection) -> None:
+    """The process's main function; returns when the connection ends. Of several requests to look, the newest counts."""
+    try:
+        while True:
+            request = connection.recv()
+            while isinstance(request, Look) and connection.poll():
+                request = connection.recv()
+            if isinstance(request, Warm):
+                connection.send(_warm(request, connection.send))
+            elif isinstance(request, Look):
+                connection.send(_look(request))
+    except (EOFError, OSError):
+        return  # the supervisor is gone
+
+
+def _warm(request: Warm, tell: Callable[[object], None]) -> Ready:
+    try:
+        patch = Patch.loads(request.patch, REGISTRY)
+        types = {node.type for node in patch.nodes}
+        total = len(types) + 1
+        for ready, name in enumerate(sorted(types)):
+            tell(Compiling(ready, total))
+            REGISTRY[name].compile()
+        tell(Compiling(total - 1, total))
+        warm(patch, Path(request.folder) if request.folder else None)
+        tell(Compiling(total, total))
+    except UnderfootError as error:
+        return Ready(request.ticket, str(error))
+    return Ready(request.ticket)
+
+
+def warm(patch: Patch, folder: Path | None = None) -> None:
+    """Run a patch for a moment on a floor of one tile, a swap included, so that all its kernels are compiled."""
+    loop = Loop(patch, REGISTRY, SimulatedFloor(_one_tile("t1")), block=256, folder=folder)
+    loop.send(Play(True))
+    loop.send(loop.build(patch))
+    for _ in range(24):
+        loop.run(256)
+
+
+def _look(request: Look) -> Preview:
+    try:
+        patch = Patch.loads(request.patch, REGISTRY)
+        type = REGISTRY[patch.node(request.node).type]
+        ports = [port.name for port in type.outputs if port.kind == "signal"]
+        scopes = tuple(f"{request.node}.{port}" for port in ports)
+        force, signals = look(patch, scopes, request.tile, request.seconds, request.rate, request.folder)
+    except UnderfootError as error:
+        return Preview(request.ticket, request.rate, np.zeros(0), {}, str(error))
+    return Preview(request.ticket, request.rate, force, signals)
+
+
+def look(
+    patch: Patch, scopes: tuple[str, ...], tile: str, seconds: float, rate: float, folder: str = ""
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """One step on one tile, and a strike as it begins: force in newtons, and the frames of each scope ("node.port")."""
+    time_s = np.arange(round((seconds + 0.1) * _FORCE_HZ)) / _FORCE_HZ
+    walker = gait.Walker(variation=0.0)
+    floor = _one_tile(tile)
+    step = gait.footfalls(walker, [(0.0, 0.0)], STEP_S + 0.01, start_s=STEP_S)[0]
+    along = walker.foot_length_m * (gait.roll((time_s - step.start_s) / step.duration_s) - 0.5)
+    force = step.force_n(time_s)
+    corners = gait.corner_forces(force, along, np.zeros_like(along), floor.tiles[0].sensors_m)
+    source = Replay(Forces(time_s, corners[:, None, :], _FORCE_HZ), floor, rate)
+    loop = Loop(patch, REGISTRY, source, rate=rate, block=1024, scopes=scopes, folder=Path(folder) if folder else None)
+    loop.send(Strike("", tile), round(STEP_S * rate))
+    frames = round(seconds * rate)
+    signals = {name.partition(".")[2]: np.zeros(frames, np.float32) for name in scopes}
+    at = 0
+    while at < frames:
+        n = min(1024, frames - at)
+        loop.run(n)
+        for name, scope in loop.program.scope.items():
+            signals[name.partition(".")[2]][at : at + n] = scope[0, :n]
+        at += n
+    return np.interp(np.arange(frames) / rate, time_s, force).astype(np.float32), signals
+
+
+def _one_tile(id: str) -> Floor:
+    from workbench.floor.layout import Tile
+
+    edge = 0.1335
+    corners = ((edge, edge), (-edge, edge), (-edge, -edge), (edge, -edge))
+    return Floor((Tile(id, (0.305, 0.305), (0.1525, 0.1525), sensors_m=corners),))

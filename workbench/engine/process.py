@@ -1,0 +1,303 @@
+"""The engine's process: one thread takes commands, the output callback (or the clock) runs the loop."""
+
+import gc
+import os
+import sys
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+from workbench.clock import next_span
+from workbench.devices.device import ForceSource
+from workbench.devices.simulated import SimulatedFloor
+from workbench.devices.sound import MOST_CHANNELS, Stream
+from workbench.engine import status as fields
+from workbench.engine.loop import Loop, output_channels
+from workbench.engine.messages import Costs, Fault, Level, Notice, Play, Quit, Started, Swap
+from workbench.engine.rings import Ring, RingName, publish
+from workbench.engine.status import Status
+from workbench.engine.target import Target, source_of
+from workbench.errors import DeviceError, UnderfootError
+from workbench.kernels import kernel
+from workbench.nodes import REGISTRY
+from workbench.patch.patch import Patch
+
+SWITCH_S = 0.0002
+"""How soon a thread of this process must let go of the interpreter."""
+LEAVE_S = 0.012
+"""Time for the ramp down before the process leaves."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All that the engine's process is given: target, patch, the names of what it shares, and where to go on from."""
+
+    target: Target
+    patch: bytes
+    scopes: tuple[str, ...]
+    folder: str
+    status: str
+    vibration: RingName
+    force: RingName
+    scope: RingName
+    frame: int
+    playing: bool
+    level_db: float
+
+
+def run(connection: Connection) -> None:
+    """The process's main function: waits for its `Setup`; returns when the connection ends or `Quit` comes."""
+    try:
+        setup = connection.recv()
+        if isinstance(setup, Setup):
+            Engine(connection, setup).run()
+    except UnderfootError as error:
+        connection.send(Notice(f"the engine stopped: {error}"))
+    except (EOFError, OSError):
+        return  # the supervisor died; there is nobody to tell
+
+
+class Engine:
+    """The loop, what paces it, and the thread that listens to the supervisor."""
+
+    def __init__(self, connection: Connection, setup: Setup) -> None:
+        self._connection = connection
+        self._setup = setup
+        target = setup.target
+        self._status = Status.open(setup.status)
+        self._vibration, self._force = Ring.open(setup.vibration), Ring.open(setup.force)
+        self._scope = Ring.open(setup.scope)
+        frame = next_span(setup.frame)
+        self._vibration.skip(frame)
+        self._scope.skip(frame)
+        wanted = output_channels(target.floor)
+        self._channels = [c if c < MOST_CHANNELS or target.sound is None else -1 for c in wanted]
+        patch = Patch.loads(setup.patch, REGISTRY)
+        folder = Path(setup.folder) if setup.folder else None
+        self._loop = self._make(patch, source_of(target, frame), folder, frame)
+        self._warm(patch, folder)
+        self._loop.send(Level(setup.level_db))
+        if setup.playing:
+            self._loop.send(Play(True))
+        self._address = self._loop.out.ctypes.data
+        self._seconds = target.block / target.rate
+        self._played = np.zeros((target.block, len(target.floor.tiles)), np.float32)
+        self._scoped = np.zeros((target.block, len(target.floor.tiles)), np.float32)
+        self._quit = threading.Event()
+        self._silenced = False
+        self._late = 0
+        self._load = 0.0
+        self._inbox: deque[object] = deque()
+        self._stream: Stream | None = None
+
+    def _make(self, patch: Patch, source: ForceSource, folder: Path | None, frame: int) -> Loop:
+        target = self._setup.target
+        return Loop(
+            patch,
+            REGISTRY,
+            source,
+            rate=target.rate,
+            block=target.block,
+            channels=self._channels,
+            scopes=self._setup.scopes,
+            folder=folder,
+            frame=frame,
+        )
+
+    def _warm(self, patch: Patch, folder: Path | None) -> None:
+        """Load every kernel that the callback will call, on a loop that nobody hears."""
+        target = self._setup.target
+        other = self._make(patch, SimulatedFloor(target.floor, target.rate), folder, 0)
+        other.send(other.build(patch, self._setup.scopes))
+        for _ in range(2 + 4096 // target.block):
+            other.run(target.block)
+        pad = np.zeros((1, self._force.where.width))
+        for ring in (self._vibration, self._force, self._scope):
+            ring.write(np.zeros((0, ring.where.width), ring.where.dtype), 0)
+        _gather(
+            np.zeros((1, 1), np.float32), np.array(self._channels), np.zeros((0, len(self._channels)), np.float32), 0
+        )
+        _look_in(np.zeros((len(self._channels), 1)), np.zeros((0, len(self._channels)), np.float32), 0)
+        _pack(self._force.header, self._force.rows, np.zeros(0), np.zeros(0), pad[:0].reshape(0, 1, 1), 0)
+
+    # --- pacing ---
+
+    def run(self) -> None:
+        notice = self._open_stream()
+        listener = threading.Thread(target=self._listen, name="commands", daemon=True)
+        listener.start()
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        sys.setswitchinterval(SWITCH_S)
+        self._status.put(fields.RUNNING, 1.0)
+        where = "the simulator, without sound" if self._stream is None else "sound card"
+        self._connection.send(Started(where, notice, os.getpid()))
+        if self._stream is not None:
+            self._stream.start()
+        while not self._quit.is_set():
+            if self._stream is None or self._stream.finished:
+                self._run_by_clock()
+            else:
+                self._quit.wait(0.05)
+        self._leave()
+
+    def _open_stream(self) -> str:
+        """Open the sound card, if one is wanted; why there is none, otherwise."""
+        target = self._setup.target
+        if target.sound is None:
+            return ""
+        try:
+            self._stream = Stream(
+                target.sound,
+                self._loop.out.shape[1],
+                target.rate,
+                target.block,
+                self._fill,
+                target.latency_s or "low",
+            )
+        except DeviceError as error:
+            return f"{error}; going on without sound"
+        self._status.put(fields.STREAM_LATENCY, self._stream.latency_s)
+        silent = [t.id for t, c in zip(target.floor.tiles, self._channels, strict=True) if c < 0]
+        return f"tiles without a channel: {', '.join(silent)}" if silent else ""
+
+    def _run_by_clock(self) -> None:
+        """Blocks at their own pace while no stream does it; after a panic, until sound is let out again."""
+        due = time.monotonic()
+        while not self._quit.is_set():
+            if self._stream is not None and not self._status.panic and not self._silenced:
+                self._stream.start()
+                return
+            self._block()
+            due += self._seconds
+            wait = due - time.monotonic()
+            if wait > 0.0:
+                time.sleep(wait)
+            elif wait < -0.05:
+                self._late += 1
+                due = time.monotonic()
+
+    def _fill(self) -> int:
+        """The stream's callback: the address of the next block, or 0 to end the stream and drop what is buffered."""
+        if self._quit.is_set() or self._silenced:
+            return 0
+        self._block()
+        return self._address
+
+    def _block(self) -> None:
+        began = time.perf_counter()
+        loop, status, n = self._loop, self._status, self._setup.target.block
+        if status.panic and not self._silenced:
+            loop.safety.panic(loop.frame)
+        while self._inbox:
+            loop.send(self._inbox.popleft())  # type: ignore[arg-type]
+        loop.run(n)
+        self._silenced = status.panic
+        source = loop.source
+        if loop.intake.taken:
+            _pack(
+                self._force.header, self._force.rows, source.stamps, source.arrivals, source.forces, loop.intake.taken
+            )
+        _gather(loop.out, loop.safety.channels, self._played, n)
+        self._vibration.write(self._played, n)
+        if loop.program.scope_names:
+            _look_in(loop.program.tables.scope[0], self._scoped, n)
+            self._scope.write(self._scoped, n)
+        spent = (time.perf_counter() - began) / self._seconds
+        self._load += 0.01 * (spent - self._load)
+        status.put(fields.LOAD, self._load)
+        if spent > status.get(fields.WORST):
+            status.put(fields.WORST, spent)
+        status.put(fields.FRAME, float(loop.frame))
+        status.put(fields.PEAK, loop.safety.peaks.max())
+        status.put(fields.XRUNS, float(self._late + (self._stream.underruns if self._stream else 0)))
+        status.put(fields.LATENCY, self._seconds + 32.0 / self._setup.target.rate)
+
+    def _leave(self) -> None:
+        """Ramp down, and go."""
+        if self._stream is not None and not self._stream.finished:
+            self._stream.abort()
+        self._status.put(fields.RUNNING, 0.0)
+        if self._stream is not None:
+            self._stream.close()
+
+    # --- commands ---
+
+    def _listen(self) -> None:
+        """Take commands until the supervisor goes away; between them, tell what happened."""
+        told = 0.0
+        try:
+            while True:
+                if self._connection.poll(0.02):
+                    command = self._connection.recv()
+                    if isinstance(command, Quit):
+                        break
+                    self._take(command)
+                while self._loop.done:
+                    self._connection.send(self._loop.done.popleft())
+                now = time.monotonic()
+                if now - told > 0.5:
+                    told = now
+                    self._tell()
+        except (EOFError, OSError):
+            pass  # the supervisor is gone: leave as after Quit
+        self._inbox.append(Play(False))
+        time.sleep(LEAVE_S + 4 * self._seconds + self._status.get(fields.STREAM_LATENCY))
+        self._quit.set()
+
+    def _take(self, command: object) -> None:
+        if isinstance(command, Swap):
+            try:
+                patch = Patch.loads(command.patch, REGISTRY)
+                program: object = self._loop.build(patch, command.scopes)
+            except UnderfootError as error:
+                self._connection.send(Notice(f"the patch is not played: {error}"))
+                return
+            self._inbox.append(program)
+            self._inbox.append(command)
+        else:
+            self._inbox.append(command)
+
+    def _tell(self) -> None:
+        program = self._loop.program
+        load = self._load
+        awake = program.awake()
+        self._status.put(fields.AWAKE, float(max(awake.values(), default=0)))
+        self._connection.send(Costs({id: load * share for id, share in program.shares().items()}, awake))
+        fault = program.fault()
+        if fault is not None:
+            self._connection.send(Fault(*fault))
+
+
+@kernel
+def _gather(out, channels, rows, n):
+    """What each tile plays, from the channels that it goes to; 0 for a tile without one."""
+    for i in range(n):
+        for row in range(rows.shape[1]):
+            rows[i, row] = out[i, channels[row]] if channels[row] >= 0 else 0.0
+
+
+@kernel
+def _look_in(scope, rows, n):
+    for i in range(n):
+        for row in range(rows.shape[1]):
+            rows[i, row] = scope[row, i]
+
+
+@kernel
+def _pack(header, ring, stamps, arrivals, forces, n):
+    """Force samples to their ring: stamp, arrival, then the corners, tile after tile."""
+    at = header[0]
+    for i in range(n):
+        row = ring[(at + i) % ring.shape[0]]
+        row[0], row[1] = stamps[i], arrivals[i]
+        for tile in range(forces.shape[1]):
+            for corner in range(4):
+                row[2 + 4 * tile + corner] = forces[i, tile, corner]
+    publish(header, at + n)

@@ -1,0 +1,338 @@
+"""The supervisor: starts, watches and restarts the engine, the compiler and the recorder of one running target.
+
+It is a plain object in the process that opened the session. `poll` never waits: call it some sixty times a second.
+"""
+
+import multiprocessing
+import time
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+
+import numpy as np
+
+from workbench.engine import compiler, process
+from workbench.engine.compiler import Look, Ready, Warm
+from workbench.engine.messages import (
+    Command,
+    Done,
+    Health,
+    Level,
+    Lost,
+    Notice,
+    Play,
+    Quit,
+    Report,
+    Set,
+    Swap,
+    Walk,
+)
+from workbench.engine.process import Setup
+from workbench.engine.recorder import Recorder
+from workbench.engine.rings import Reader, Ring
+from workbench.engine.status import Status
+from workbench.engine.target import Target
+from workbench.patch.node import Registry
+from workbench.patch.patch import Patch
+
+FIRST_LEVEL_DB = -20.0
+"""The level of a first start: low, whatever is connected."""
+_RING_S = 4.0
+_AGAIN_S = 0.5  # a process that dies sooner after its start than this is not started again at once
+
+__all__ = ["Session", "Target"]
+
+
+class Session:
+    """One running target with the patch that it plays. Nothing starts before `start`; `close` ends all."""
+
+    def __init__(self, target: Target, patch: Patch, registry: Registry, folder: Path | None = None) -> None:
+        self.target, self.registry, self.folder = target, registry, folder
+        self.patch = patch.check(registry)
+        self.scopes: tuple[str, ...] = ()
+        self.playing, self.level_db = True, FIRST_LEVEL_DB
+        tiles = len(target.floor.tiles)
+        self._status = Status.create()
+        self._vibration = Ring.create(tiles, round(_RING_S * target.rate))
+        self._force = Ring.create(2 + 4 * tiles, round(_RING_S * 2000), "float64")
+        self._scope = Ring.create(tiles, round(_RING_S * target.rate))
+        self._rings = (self._vibration, self._force, self._scope)
+        self.vibration, self.scope = VibrationReader(self._vibration), VibrationReader(self._scope)
+        self.force = ForceReader(self._force)
+        self._context = multiprocessing.get_context("spawn")
+        self._engine: _Child | None = None
+        self._compiler: _Child | None = None
+        self._recorder: Recorder | None = None
+        self._running = False
+        self._ticket = 0
+        self._wanted = 0
+        self._reports: list[Report] = []
+        self._closed = False
+
+    # --- life ---
+
+    def start(self) -> None:
+        """Start compiler and engine; returns at once. The engine plays as soon as the kernels are in the cache."""
+        self._compiler = self._spawn("compiler", compiler.run)
+        self._engine = self._spawn("engine", process.run)
+        self._warm()
+
+    def close(self) -> None:
+        """Ramp down, end the processes, and let go of the shared memory."""
+        if self._closed:
+            return
+        self._closed = True
+        self.stop_recording()
+        if self._engine is not None:
+            self._engine.send(Quit())
+        for child in (self._engine, self._compiler):
+            if child is not None:
+                child.end()
+        for ring in self._rings:
+            ring.close()
+        self._status.close()
+
+    def poll(self) -> list[Report]:
+        """What happened since the last call; processes that died are started again."""
+        if self._closed:
+            return []
+        for child in (self._compiler, self._engine):
+            if child is not None:
+                for message in child.receive():
+                    self._hear(message)
+        self._revive()
+        if self._recorder is not None:
+            self._reports.extend(Notice(text) for text in self._recorder.receive())
+        reports, self._reports = self._reports, []
+        return reports
+
+    @property
+    def health(self) -> Health:
+        """How the engine is."""
+        return self._status.health()
+
+    # --- playing ---
+
+    def edit(self, patch: Patch, scopes: tuple[str, ...] = ()) -> None:
+        """Play this patch from now on: moved numbers go in ramps, anything else is built beside and faded in."""
+        moved = _moved_numbers(self.patch, patch, self.registry) if scopes == self.scopes else None
+        self.patch, self.scopes = patch, scopes
+        if moved is None:
+            self._warm()
+        else:
+            for command in moved:
+                self.send(command)
+
+    def send(self, command: Command) -> None:
+        """Send one command to the engine; what it sets outlives the engine."""
+        match command:
+            case Play(on):
+                self.playing = on
+            case Level(db):
+                self.level_db = db
+            case Walk(on):
+                self.target = replace(self.target, walker=on)
+            case Set(node, name, value):
+                self.patch = self.patch.set(node, name, value, self.registry)
+        if self._running and self._engine is not None:
+            self._engine.send(command)
+
+    def play(self) -> None:
+        """Let sound out, also after a panic."""
+        self._status.panic = False
+        self.send(Play(True))
+
+    def stop(self) -> None:
+        """Ramp sound down; the session goes on."""
+        self.send(Play(False))
+
+    def panic(self) -> None:
+        """Silence at once, past everything that waits in buffers, until `play`."""
+        self._status.panic = True
+        self.playing = False
+        self.send(Play(False))
+
+    @property
+    def panicked(self) -> bool:
+        """Whether a panic holds."""
+        return self._status.panic
+
+    def preview(self, patch: Patch, node: str, seconds: float = 0.9) -> int:
+        """Ask what a node of a patch does in one step; a `Preview` with this ticket follows, unless a newer is asked."""
+        self._ticket += 1
+        if self._compiler is not None:
+            tile = self.target.floor.tiles[0].id
+            self._compiler.send(
+                Look(self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, str(self.folder or ""))
+            )
+        return self._ticket
+
+    # --- recording ---
+
+    @property
+    def recording(self) -> Path | None:
+        """The file that is being recorded to."""
+        return self._recorder.path if self._recorder is not None else None
+
+    def record(self, path: str | Path) -> None:
+        """Record forces, vibration and commands to a new file, until `stop_recording`."""
+        self.stop_recording()
+        self._recorder = Recorder(
+            self._context,
+            Path(path),
+            self.target,
+            self.patch,
+            self._force.where,
+            self._vibration.where,
+        )
+
+    def stop_recording(self) -> None:
+        """Close the recording."""
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
+
+    # --- processes ---
+
+    def _spawn(self, name: str, function: object) -> "_Child":
+        ours, theirs = self._context.Pipe()
+        child = self._context.Process(target=function, args=(theirs,), name=f"underfoot {name}", daemon=True)  # type: ignore[arg-type]
+        child.start()
+        theirs.close()
+        return _Child(name, child, ours)
+
+    def _warm(self) -> None:
+        self._ticket += 1
+        self._wanted = self._ticket
+        if self._compiler is not None:
+            self._compiler.send(Warm(self._ticket, self.patch.dumps(), str(self.folder or "")))
+
+    def _hear(self, message: object) -> None:
+        match message:
+            case Ready(ticket, error) if ticket == self._wanted:
+                if error:
+                    self._reports.append(Notice(f"the patch is not played: {error}"))
+                elif self._running and self._engine is not None:
+                    self._engine.send(Swap(self.patch.dumps(), self.scopes))
+                else:
+                    self._go()
+            case Ready():
+                pass
+            case _:
+                if isinstance(message, Done) and self._recorder is not None:
+                    self._recorder.note(message)
+                self._reports.append(message)  # type: ignore[arg-type]
+
+    def _go(self) -> None:
+        """Give the engine, which waits, all that it needs to run."""
+        if self._engine is None:
+            return
+        self._running = True
+        self._engine.send(
+            Setup(
+                target=self.target,
+                patch=self.patch.dumps(),
+                scopes=self.scopes,
+                folder=str(self.folder or ""),
+                status=self._status.name,
+                vibration=self._vibration.where,
+                force=self._force.where,
+                scope=self._scope.where,
+                frame=self._vibration.written,
+                playing=self.playing,
+                level_db=self.level_db,
+            )
+        )
+
+    def _revive(self) -> None:
+        for child in (self._engine, self._compiler):
+            if child is None or child.process.is_alive() or time.monotonic() - child.since < _AGAIN_S:
+                continue
+            self._reports.append(Lost(child.name, _reason(child.process)))
+            child.end()
+            if child is self._engine:
+                self._status.stopped()
+                self._engine = self._spawn("engine", process.run)
+                if self._running:
+                    self._go()
+            else:
+                self._compiler = self._spawn("compiler", compiler.run)
+                self._warm()
+
+
+class _Child:
+    """A process and the connection to it."""
+
+    def __init__(self, name: str, process: BaseProcess, connection: Connection) -> None:
+        self.name, self.process, self._connection = name, process, connection
+        self.since = time.monotonic()
+
+    def send(self, message: object) -> None:
+        try:
+            self._connection.send(message)
+        except OSError:
+            return  # it died; `poll` starts it again with all that it must know
+
+    def receive(self) -> list[object]:
+        messages = []
+        try:
+            while self._connection.poll():
+                messages.append(self._connection.recv())
+        except (EOFError, OSError):
+            return messages  # it died; what it said before counts
+        return messages
+
+    def end(self) -> None:
+        self._connection.close()
+        self.process.join(1.0)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+        self.process.close()
+
+
+class VibrationReader:
+    """What each tile plays: `read` gives the first new session frame, and float32 [frame, tile], of full scale."""
+
+    def __init__(self, ring: Ring) -> None:
+        self._reader = Reader(ring)
+
+    def read(self) -> tuple[int, np.ndarray]:
+        return self._reader.read()
+
+
+class ForceReader:
+    """Force samples: `read` gives session frames, float64 [n], and corner forces, float64 [n, tile, 4], not tared."""
+
+    def __init__(self, ring: Ring) -> None:
+        self._reader = Reader(ring)
+
+    def read(self) -> tuple[np.ndarray, np.ndarray]:
+        _, rows = self._reader.read()
+        return rows[:, 0].copy(), rows[:, 2:].reshape(len(rows), -1, 4).copy()
+
+
+def _moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | None:
+    """The numbers that differ between two patches; None if they differ in anything else that is heard."""
+    if old.wires != new.wires or old.seed != new.seed or len(old.nodes) != len(new.nodes):
+        return None
+    moved = []
+    for before, after in zip(old.nodes, new.nodes, strict=True):
+        if (before.id, before.type) != (after.id, after.type):
+            return None
+        if before.parameters == after.parameters:
+            continue
+        type = registry[after.type]
+        was, now = type.values(before.parameters), type.values(after.parameters)
+        for name, parameter in type.parameters.items():
+            if was[name] != now[name]:
+                if parameter.kind != "number":
+                    return None
+                moved.append(Set(after.id, name, now[name]))
+    return moved
+
+
+def _reason(child: BaseProcess) -> str:
+    code = child.exitcode
+    return f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"

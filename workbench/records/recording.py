@@ -1,0 +1,148 @@
+"""A session on disk: one SQLite file, whole at any moment.
+
+Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The file
+is in WAL mode and committed every 100 ms: killed at any moment, it opens and has lost at most the last block. Where
+frames are missing between blocks there is a gap, and `gaps` lists it.
+"""
+
+import sqlite3
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import BadFile
+
+APPLICATION_ID = 0x55464F54  # "UFOT"
+VERSION = 1
+_TABLES = """
+create table about (key text primary key, value text not null) without rowid;
+create table force (first integer primary key, count integer not null, data blob not null);
+create table vibration (first integer primary key, count integer not null, data blob not null);
+create table command (id integer primary key, frame integer not null, kind text not null, body text not null);
+"""
+
+
+class Writer:
+    """Writes a new recording; what is put in is safe after `commit`."""
+
+    def __init__(self, path: Path, about: dict[str, str]) -> None:
+        if path.exists():
+            raise BadFile(f"{path} is there already; choose another name for the recording")
+        try:
+            self._base = sqlite3.connect(path, isolation_level=None)
+            self._base.execute(f"pragma application_id = {APPLICATION_ID}")
+            self._base.execute(f"pragma user_version = {VERSION}")
+            self._base.execute("pragma journal_mode = wal")
+            self._base.execute("pragma synchronous = normal")
+            self._base.executescript(_TABLES)
+        except sqlite3.Error as error:
+            raise BadFile(f"{path} cannot be written: {error}") from None
+        self._base.execute("begin")
+        self._base.executemany("insert into about values (?, ?)", about.items())
+        self.commit()
+
+    def force(self, first: int, rows: NDArray[np.float64]) -> None:
+        """Force samples: number of the first, and (stamp, arrival, corners...) each."""
+        self._put("force", first, rows, "<f8")
+
+    def vibration(self, first: int, frames: NDArray[np.float32]) -> None:
+        """What the tiles played: first session frame, and [frame, tile]."""
+        self._put("vibration", first, frames, "<f4")
+
+    def command(self, frame: int, kind: str, body: str) -> None:
+        """A command and the frame on which it took effect."""
+        self._base.execute("insert into command (frame, kind, body) values (?, ?, ?)", (frame, kind, body))
+
+    def commit(self) -> None:
+        """Make safe what was put in so far."""
+        self._base.execute("commit")
+        self._base.execute("begin")
+
+    def close(self) -> None:
+        """Commit, fold the log into the file, and close."""
+        self._base.execute("commit")
+        self._base.execute("pragma journal_mode = delete")
+        self._base.close()
+
+    def _put(self, table: str, first: int, rows: NDArray, dtype: str) -> None:
+        if len(rows):
+            data = np.ascontiguousarray(rows, dtype).tobytes()
+            self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Frames (or samples) that are missing: the first, and how many."""
+
+    first: int
+    count: int
+
+
+class Recording:
+    """Reads a recording, also one whose writer was killed.
+
+    `about` has the texts `patch`, `floor`, `rate`, `force_rate` and `target`.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise BadFile(f"{path} cannot be read: there is no such file")
+        try:
+            self._base = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=rw", uri=True)
+            (application,) = self._base.execute("pragma application_id").fetchone()
+            (version,) = self._base.execute("pragma user_version").fetchone()
+        except sqlite3.Error as error:
+            raise BadFile(f"{path} is not a recording: {error}") from None
+        if application != APPLICATION_ID:
+            self._base.close()
+            raise BadFile(f"{path} is not a recording of Underfoot")
+        if version > VERSION:
+            self._base.close()
+            raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
+        self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
+
+    def __enter__(self) -> "Recording":
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def forces(self) -> NDArray[np.float64]:
+        """All force samples: (stamp, arrival, corners...) each, float64."""
+        return self._all("force", "<f8")[1]
+
+    def vibration(self) -> tuple[int, NDArray[np.float32]]:
+        """The first session frame, and what the tiles played, [frame, tile]; 0 in gaps."""
+        return self._all("vibration", "<f4")
+
+    def commands(self) -> list[tuple[int, str, str]]:
+        """(frame, kind, body) of every command, in order."""
+        return list(self._base.execute("select frame, kind, body from command order by id"))
+
+    def gaps(self, table: str = "vibration") -> list[Gap]:
+        """What is missing between the blocks of `vibration` or `force`."""
+        found, end = [], None
+        for first, count in self._base.execute(f"select first, count from {table} order by first"):
+            if end is not None and first > end:
+                found.append(Gap(end, first - end))
+            end = first + count
+        return found
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._base.close()
+
+    def _all(self, table: str, dtype: str) -> tuple[int, NDArray]:
+        blocks = list(self._base.execute(f"select first, count, data from {table} order by first"))
+        if not blocks:
+            return 0, np.zeros((0, 1), dtype)
+        first, end = blocks[0][0], blocks[-1][0] + blocks[-1][1]
+        parts = [(at, np.frombuffer(data, dtype).reshape(count, -1)) for at, count, data in blocks]
+        whole = np.zeros((end - first, parts[0][1].shape[1]), dtype)
+        for at, rows in parts:
+            whole[at - first : at - first + len(rows)] = rows
+        return first, whole
