@@ -1,4 +1,4 @@
-"""Walks of known truth: feet that press with a heel and a ball, on touching tiles, read by noisy sensors that have a tare."""
+"""Walks of known truth: feet that press with heel and ball on touching tiles, read by noisy sensors with a tare."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ def touching_floor(rows, columns, side_m=0.3):
 
 @dataclass(frozen=True)
 class Foot:
-    """One foot on the floor, rolling from heel to ball while it bears a double hump between `first` and `second` peak."""
+    """One foot on the floor, which rolls from heel to ball while it bears a double hump."""
 
     start_s: float
     heel_m: tuple[float, float]
@@ -31,7 +31,7 @@ class Foot:
     peak2_n: float = 780.0
 
     def force_n(self, time_s):
-        """Straight up to each peak's tangent: half sines at the ends, half cosines between the extremes."""
+        """Quarter sines up to the first peak and down from the second, half cosines between the extremes."""
         p = (np.asarray(time_s) - self.start_s) / self.duration_s
         rise = self.peak1_n * np.sin(np.pi / 2 * p / 0.25)
         down = self.valley_n + (self.peak1_n - self.valley_n) * (0.5 + 0.5 * np.cos(np.pi * (p - 0.25) / 0.25))
@@ -49,7 +49,7 @@ class Foot:
         return (1 - share) * np.array(self.heel_m) + share * np.array(self.ball_m)
 
 
-def walk(steps, start_s=0.6, heel_m=(0.15, 0.75), step_m=0.6, width_m=0.12, length_m=0.2, step_s=0.54, **kind):
+def walk(steps, start_s=0.6, heel_m=(0.15, 0.75), step_m=0.6, width_m=0.12, length_m=0.15, step_s=0.54, **kind):
     """Feet in turn along +x, the left one first; `heel_m` is on the line of the walk."""
     feet = []
     for i in range(steps):

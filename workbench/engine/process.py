@@ -52,6 +52,8 @@ class Setup:
 
 def run(connection: Connection) -> None:
     """The process's main function: waits for its `Setup`; returns when the connection ends or `Quit` comes."""
+    # Numba looks for SciPy's BLAS when it loads its first kernel: half a second for what no kernel uses.
+    sys.modules.setdefault("scipy", None)  # type: ignore[arg-type]
     try:
         setup = connection.recv()
         if isinstance(setup, Setup):

@@ -24,7 +24,14 @@ class Recorder:
     """The supervisor's end: starts the process, passes commands on, closes it."""
 
     def __init__(
-        self, context: SpawnContext, path: Path, target: Target, patch: Patch, force: RingName, vibration: RingName
+        self,
+        context: SpawnContext,
+        path: Path,
+        target: Target,
+        patch: Patch,
+        force_rate_hz: float,
+        force: RingName,
+        vibration: RingName,
     ) -> None:
         if path.exists():
             raise BadFile(f"{path} is there already; choose another name for the recording")
@@ -33,6 +40,7 @@ class Recorder:
             "patch": patch.dumps().decode(),
             "floor": target.floor.dumps().decode(),
             "rate": str(target.rate),
+            "force_rate": repr(force_rate_hz),
             "target": target.kind,
         }
         self._connection, theirs = context.Pipe()

@@ -32,7 +32,7 @@ from workbench.engine.process import Setup
 from workbench.engine.recorder import Recorder
 from workbench.engine.rings import Reader, Ring
 from workbench.engine.status import Status
-from workbench.engine.target import Target
+from workbench.engine.target import Target, force_rate_hz
 from workbench.patch.node import Registry
 from workbench.patch.patch import Patch
 
@@ -53,6 +53,7 @@ class Session:
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
         tiles = len(target.floor.tiles)
+        self.force_rate_hz = force_rate_hz(target)
         self._status = Status.create()
         self._vibration = Ring.create(tiles, round(_RING_S * target.rate))
         self._force = Ring.create(2 + 4 * tiles, round(_RING_S * 2000), "float64")
@@ -159,7 +160,7 @@ class Session:
         return self._status.panic
 
     def preview(self, patch: Patch, node: str, seconds: float = 0.9) -> int:
-        """Ask what a node of a patch does in one step; a `Preview` with this ticket follows, unless a newer is asked."""
+        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for."""
         self._ticket += 1
         if self._compiler is not None:
             tile = self.target.floor.tiles[0].id
@@ -183,6 +184,7 @@ class Session:
             Path(path),
             self.target,
             self.patch,
+            self.force_rate_hz,
             self._force.where,
             self._vibration.where,
         )

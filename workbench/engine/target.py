@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from workbench.devices.device import ForceSource
 from workbench.devices.replay import Replay
-from workbench.devices.simulated import SimulatedFloor
+from workbench.devices.simulated import SENSOR_HZ, SimulatedFloor
 from workbench.floor.forces import read_forces
 from workbench.floor.layout import Floor
 
@@ -25,6 +25,11 @@ class Target:
     block: int = 128
     walker: bool = True
     latency_s: float = 0.0
+
+
+def force_rate_hz(target: Target) -> float:
+    """Force samples a second of a target; `BadFile` for a file that cannot be played back."""
+    return read_forces(target.source, target.floor).rate_hz if target.kind == "replay" else SENSOR_HZ
 
 
 def source_of(target: Target, frame: int = 0) -> ForceSource:

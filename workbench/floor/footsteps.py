@@ -21,8 +21,8 @@ from workbench.floor.layout import Floor
 SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
 """A step lasts longer than the touch of a toe and shorter than standing, and bears weight."""
 
-SPIKE_S = 0.050
-"""A first peak within this of the onset is the impact's, not that of the weight taken on, which comes after 0.1 s."""
+SPIKE_S = 0.030
+"""Where 80 % of the first peak are reached within this of the onset, the loading rate is the impact's: a spike."""
 
 PATH_N, PATH_S = 50.0, 0.025
 """The centroid's path is measured above this force, on its force-weighted mean over this time: noise is no path."""
@@ -70,7 +70,7 @@ class Step:
 def is_step(contact: Contact) -> bool:
     """Whether a contact is a step."""
     lasted = SHORTEST_S <= contact.end_s - contact.start_s <= LONGEST_S
-    return lasted and not contact.cut and len(contact.force_n) >= 3 and float(contact.force_n.max()) >= LEAST_N
+    return bool(lasted and not contact.cut and len(contact.force_n) >= 3 and contact.force_n.max() >= LEAST_N)
 
 
 def measure(contact: Contact, floor: Floor) -> Step:
@@ -92,6 +92,7 @@ def measure(contact: Contact, floor: Floor) -> Step:
     later = int(np.searchsorted(time_s, 0.5 * (time_s[0] + time_s[-1]), side="right"))
     peak1 = int(force_n[:later].argmax())
     peak2 = later + int(force_n[later:].argmax())
+    loading_kn_s, loaded_s = _loading(contact, peak1)
     path_m, net_m = _path(contact)
     return Step(
         step=0,
@@ -103,10 +104,10 @@ def measure(contact: Contact, floor: Floor) -> Step:
         valley_n=float(force_n[peak1 : peak2 + 1].min()),
         peak2_n=float(force_n[peak2]),
         impulse_ns=float(np.trapezoid(force_n, time_s)),
-        loading_kn_s=_loading(contact, peak1),
+        loading_kn_s=loading_kn_s,
         path_mm=1e3 * path_m,
         net_mm=1e3 * net_m,
-        spike=bool(time_s[peak1] - time_s[0] < SPIKE_S),
+        spike=bool(loaded_s - time_s[0] < SPIKE_S),
         contact=contact.id,
     )
 
@@ -222,7 +223,9 @@ class _Walker:
             return 0.0
         before, last = self.steps[-2], self.steps[-1]
         onwards = last.place_m - before.place_m
-        along = last.place_m - self.steps[0].place_m if len(self.steps) == 3 else _rolled(before, last)
+        along = last.place_m - self.steps[0].place_m
+        if len(self.steps) < 3 or float(np.hypot(*along)) < PROGRESS_M:
+            along = _rolled(before, last)
         length_m = float(np.hypot(*along))
         if length_m == 0.0 or onwards @ along < PROGRESS_M * length_m:
             return 0.0
@@ -236,13 +239,14 @@ def _rolled(first: _Footfall, second: _Footfall) -> NDArray[np.float64]:
     return first.roll_m + second.roll_m
 
 
-def _loading(contact: Contact, peak: int) -> float:
-    """From 20 to 80 % of the first peak, in kN/s."""
+def _loading(contact: Contact, peak: int) -> tuple[float, float]:
+    """From 20 to 80 % of the first peak, in kN/s, and when 80 % were reached."""
     time_s = np.concatenate([[contact.lead_s], contact.time_s[: peak + 1]])
     force_n = np.concatenate([[contact.lead_n], contact.force_n[: peak + 1]])
     low_n, high_n = 0.2 * force_n[-1], 0.8 * force_n[-1]
-    rise_s = _reached(time_s, force_n, high_n) - _reached(time_s, force_n, low_n)
-    return 1e-3 * float(high_n - low_n) / rise_s if rise_s > 0.0 else math.nan
+    loaded_s = _reached(time_s, force_n, high_n)
+    rise_s = loaded_s - _reached(time_s, force_n, low_n)
+    return 1e-3 * float(high_n - low_n) / rise_s if rise_s > 0.0 else math.nan, loaded_s
 
 
 def _reached(time_s: NDArray[np.float64], force_n: NDArray[np.float64], level_n: float) -> float:

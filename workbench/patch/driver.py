@@ -43,7 +43,7 @@ from workbench.patch.tables import (
     tables_at,
 )
 
-_inner = njit(nogil=True, error_model="numpy", forceinline=True)
+_inner = njit(nogil=True, error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 NAP = 4 * SPAN
 QUIET = 1e-9

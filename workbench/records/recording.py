@@ -1,8 +1,8 @@
 """A session on disk: one SQLite file, whole at any moment.
 
-Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The file
-is in WAL mode and committed every 100 ms: killed at any moment, it opens and has lost at most the last block. Where
-frames are missing between blocks there is a gap, and `gaps` lists it.
+Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The
+file is in WAL mode and committed every 100 ms: killed at any moment, it opens and has lost at most the last block.
+Where frames are missing between blocks there is a gap, and `gaps` lists it.
 """
 
 import sqlite3

@@ -1,0 +1,95 @@
+import numpy as np
+import pytest
+from measured import WALKS, needs_data, walk
+
+from workbench.errors import BadFile
+from workbench.floor.forces import read_forces
+from workbench.floor.layout import default_floor
+
+FLOOR = default_floor(1, 2)
+HEADER = "time_s,t1.1,t1.2,t1.3,t1.4,t2.1,t2.2,t2.3,t2.4"
+ROWS = ["0,1,2,3,4,5,6,7,8", "0.001,1,2,3,4,5,6,7,-8.5", "0.002,1,2,3,4,5,6,7,8"]
+
+
+def read(tmp_path, lines, end="\n"):
+    path = tmp_path / "walk.csv"
+    path.write_bytes(lines if isinstance(lines, bytes) else end.join(lines).encode())
+    return read_forces(path, FLOOR)
+
+
+def test_forces_come_tile_by_tile(tmp_path):
+    forces = read(tmp_path, [HEADER, *ROWS])
+    np.testing.assert_array_equal(forces.time_s, [0.0, 0.001, 0.002])
+    np.testing.assert_array_equal(forces.force_n[1], [[1, 2, 3, 4], [5, 6, 7, -8.5]])
+    assert forces.rate_hz == pytest.approx(1000.0)
+    assert forces.force_n.flags.c_contiguous
+
+
+def test_columns_may_stand_in_any_order(tmp_path):
+    turned = [",".join(line.split(",")[::-1]) for line in [HEADER, *ROWS]]
+    np.testing.assert_array_equal(read(tmp_path, turned).force_n, read(tmp_path, [HEADER, *ROWS]).force_n)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\n\n"])
+def test_line_ends_and_blank_lines_do_not_matter(tmp_path, end):
+    assert len(read(tmp_path, ["\ufeff" + HEADER, *ROWS, ""], end).time_s) == 3
+
+
+def test_a_gap_stays_a_gap_and_does_not_change_the_rate(tmp_path):
+    rows = [f"{time},1,2,3,4,5,6,7,8" for time in (0.0, 0.01, 0.02, 0.5, 0.51, 0.52)]
+    forces = read(tmp_path, [HEADER, *rows])
+    assert len(forces.time_s) == 6
+    assert forces.rate_hz == pytest.approx(100.0)
+    np.testing.assert_array_equal(forces.gaps(), [2])
+
+
+@pytest.mark.parametrize(
+    ("lines", "line"),
+    [
+        ([], "is empty; its first line must name the columns: time_s,t1.1,..."),
+        ([HEADER], "has 0 samples; allowed: 2 or more"),
+        ([HEADER, ROWS[0]], "has 1 samples; allowed: 2 or more"),
+        ([HEADER.replace(",t2.4", ""), *ROWS], "line 1 has no column t2.4"),
+        ([HEADER.replace("time_s", "t1.1"), *ROWS], "line 1 has no column time_s"),
+        ([HEADER.replace("t2.4", "t2.3"), *ROWS], "line 1 has the column t2.3 2 times"),
+        ([HEADER + ",t2.5", *ROWS], "line 1, column 10 is 't2.5'; allowed: t2.1 to t2.4, a tile has four sensors"),
+        ([HEADER + ",t9.1", *ROWS], "line 1, column 10 is 't9.1'; allowed: tiles of the floor (t1, t2)"),
+        ([HEADER + ",heat", *ROWS], "line 1, column 10 is 'heat'; allowed: time_s and <tile>.<1 to 4>"),
+        ([HEADER, ROWS[0], ROWS[1].replace("3", "3x"), ROWS[2]], "line 3, column t1.3 is '3x'; allowed: a number"),
+        ([HEADER, ROWS[0], "", ROWS[1].replace("3", "nan")], "line 4, column t1.3 is 'nan'; allowed: a number"),
+        ([HEADER, ROWS[0], ROWS[1].replace("3", "1e999")], "line 3, column t1.3 is '1e999'; allowed: a number"),
+        ([HEADER, ROWS[0], ROWS[1].replace("3", "1_0")], "line 3, column t1.3 is '1_0'; allowed: a number"),
+        ([HEADER, ROWS[0], ROWS[1].replace("3", "")], "line 3, column t1.3 is ''; allowed: a number"),
+        ([HEADER, ROWS[0], ROWS[1] + ",9"], "line 3 has 10 columns; allowed: 9 as in line 1"),
+        ([HEADER, ROWS[0], "0.001,1"], "line 3 has 2 columns; allowed: 9 as in line 1"),
+        ([HEADER, *(row + ",9" for row in ROWS)], "line 2 has 10 columns; allowed: 9 as in line 1"),
+        ([HEADER, ROWS[1], ROWS[2], ROWS[0]], "line 4, time_s is 0.0 after 0.002; allowed: a later time"),
+        ([HEADER, ROWS[0], ROWS[0]], "line 3, time_s is 0.0 after 0.0; allowed: a later time"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\xff", "is not a text file"),
+        (b"time_s,t1.1\0\n", "is not a text file"),
+    ],
+)
+def test_a_bad_file_names_the_place_in_one_line(tmp_path, lines, line):
+    with pytest.raises(BadFile) as error:
+        read(tmp_path, lines)
+    assert str(error.value).startswith(str(tmp_path / "walk.csv"))
+    assert line in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["no.csv", "."])
+def test_what_cannot_be_read_is_a_bad_file(tmp_path, name):
+    with pytest.raises(BadFile, match="cannot be read"):
+        read_forces(tmp_path / name, FLOOR)
+
+
+@needs_data
+@pytest.mark.parametrize(
+    ("name", "rate_hz"), [*zip(WALKS, (240, 240, 240, 1000, 1000), strict=True), ("floor14/floor", 160)]
+)
+def test_measured_walks_are_read_at_their_rates(name, rate_hz):
+    floor, forces = walk(name)
+    assert forces.rate_hz == pytest.approx(rate_hz, rel=2e-3)
+    assert forces.force_n.shape[1:] == (len(floor.tiles), 4)
+    assert (forces.force_n.min() < -4.0) == name.startswith(("adult", "floor14"))
+    assert not len(forces.gaps())

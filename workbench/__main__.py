@@ -1,0 +1,62 @@
+"""The door: the command line, and the one place that opens the window."""
+
+import sys
+from pathlib import Path
+
+import click
+
+from workbench import __version__
+from workbench.commands import monitor, nodes, render
+from workbench.errors import UnderfootError
+
+
+@click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__)
+@click.option("--target", default="simulator", show_default=True, help="simulator, or a force CSV to play back.")
+@click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
+@click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
+@click.option("--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace here, and exit.")
+@click.pass_context
+def cli(context: click.Context, target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> None:
+    """Underfoot: a workbench for vibrotactile floors. Without a command it opens the window."""
+    if context.invoked_subcommand is None:
+        context.exit(_open_window(target, floor, patch, screenshot))
+
+
+for command in (render, monitor, nodes):
+    cli.add_command(command)
+
+
+def main() -> None:
+    """Run the command line; every error is one line, and exit status 1."""
+    try:
+        status = cli.main(standalone_mode=False)
+    except click.exceptions.Abort:
+        sys.exit(130)
+    except click.UsageError as error:
+        hint = f"; see `{error.ctx.command_path} --help`" if error.ctx else ""
+        _fail(f"{error.format_message().rstrip('.')}{hint}")
+    except click.ClickException as error:
+        _fail(error.format_message())
+    except UnderfootError as error:
+        _fail(str(error))
+    except BrokenPipeError:
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def _fail(line: str) -> None:
+    print(f"underfoot: {' '.join(line.split())}", file=sys.stderr)
+    sys.exit(1)
+
+
+def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> int:
+    from widgets.window import run
+
+    return run(target, floor, patch, screenshot)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,161 @@
+"""Contacts and footsteps of a source, as they happen: what `underfoot monitor` prints and writes."""
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.engine.replayed import is_recording
+from workbench.engine.session import Session, Target
+from workbench.errors import BadFile, BadValue
+from workbench.floor.contacts import ContactRows, ContactTracker
+from workbench.floor.footsteps import Step, StepCounter
+from workbench.floor.forces import Forces, floor_beside, read_forces
+from workbench.floor.layout import Floor, default_floor
+from workbench.records.recording import Recording
+
+_CHUNK = 4096
+_WAIT_S = 0.02
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a chunk of forces brought: contacts at their samples, and footsteps that are over."""
+
+    rows: ContactRows
+    steps: list[Step]
+
+
+class FileStream:
+    """A table of forces, as fast as it goes."""
+
+    def __init__(self, forces: Forces, floor: Floor, seconds: float | None) -> None:
+        self.floor = floor
+        end = len(forces.time_s)
+        if seconds is not None:
+            end = int(np.searchsorted(forces.time_s, forces.time_s[0] + seconds))
+        self._time_s, self._force_n = forces.time_s[:end], forces.force_n[:end]
+        self._steps = _Steps(floor, forces.rate_hz)
+
+    def __iter__(self) -> Iterator[Found]:
+        for at in range(0, len(self._time_s), _CHUNK):
+            yield self._steps.feed(self._time_s[at : at + _CHUNK], self._force_n[at : at + _CHUNK])
+        yield self._steps.finish()
+
+    def warnings(self) -> list[str]:
+        """What the person should know of the data."""
+        return self._steps.warnings()
+
+
+class SessionStream:
+    """A running session, in real time."""
+
+    def __init__(self, target: Target, seconds: float | None, record: Path | None) -> None:
+        from workbench.nodes import REGISTRY
+        from workbench.patch.patch import Patch
+
+        self.floor = target.floor
+        self._seconds = math.inf if seconds is None else seconds
+        self._rate = target.rate
+        self._session = Session(target, Patch(title="monitor"), REGISTRY)
+        self._steps = _Steps(target.floor, self._session.force_rate_hz)
+        if record is not None:
+            self._session.record(record)
+
+    def __iter__(self) -> Iterator[Found]:
+        session = self._session
+        try:
+            session.start()
+            now = 0.0
+            while now < self._seconds:
+                session.poll()
+                frames, forces = session.force.read()
+                if len(frames):
+                    now = float(frames[-1]) / self._rate
+                    kept = frames / self._rate < self._seconds
+                    yield self._steps.feed(frames[kept] / self._rate, forces[kept])
+                else:
+                    time.sleep(_WAIT_S)
+            yield self._steps.finish()
+        finally:
+            session.close()
+
+    def warnings(self) -> list[str]:
+        """What the person should know of the data."""
+        return self._steps.warnings()
+
+
+class _Steps:
+    """Contacts and steps from chunks of samples."""
+
+    def __init__(self, floor: Floor, rate_hz: float) -> None:
+        self._floor = floor
+        self._tracker = ContactTracker(floor, rate_hz)
+        self._counter = StepCounter(floor)
+        self._untared = np.zeros(len(floor.tiles), bool)
+
+    def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
+        followed = self._tracker.feed(time_s, force_n)
+        self._untared |= self._tracker.untared
+        now = float(time_s[-1]) if len(time_s) else -math.inf
+        return Found(followed.rows, self._counter.feed(followed.finished, now))
+
+    def finish(self) -> Found:
+        followed = self._tracker.finish()
+        return Found(followed.rows, self._counter.feed(followed.finished, math.inf) + self._counter.finish())
+
+    def warnings(self) -> list[str]:
+        names = [tile.id for tile, untared in zip(self._floor.tiles, self._untared, strict=True) if untared]
+        return [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
+
+
+def open_stream(
+    source: str, floor: Path | None, seconds: float | None, pace: bool, record: Path | None
+) -> FileStream | SessionStream:
+    """The stream of "simulator", of a force CSV, or of a recording."""
+    if source == "simulator":
+        return SessionStream(Target(Floor.load(floor) if floor else default_floor()), seconds, record)
+    path = Path(source)
+    if is_recording(path):
+        if pace or record is not None:
+            raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
+        return FileStream(*_recorded(path), seconds)
+    beside = floor or floor_beside(path)
+    if not path.is_file():
+        raise BadFile(f"{source} cannot be read: no such file (SOURCE is simulator, a force CSV, or a recording)")
+    if not beside.is_file():
+        raise BadFile(f"{source} has no floor beside it ({beside.name}); say --floor FILE")
+    layout = Floor.load(beside)
+    forces = read_forces(path, layout)
+    if pace or record is not None:
+        length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
+        target = Target(layout, kind="replay", source=str(path))
+        return SessionStream(target, min(length, seconds or math.inf), record)
+    return FileStream(forces, layout, seconds)
+
+
+def _recorded(path: Path) -> tuple[Forces, Floor]:
+    with Recording(path) as recording:
+        floor = Floor.loads(recording.about["floor"], str(path))
+        rows, rate = recording.forces(), float(recording.about["rate"])
+        force_rate = float(recording.about["force_rate"])
+    return Forces(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
+
+
+def line(step: Step) -> str:
+    """A footstep for a person to read."""
+    return (
+        f"{step.step:4d}  {step.start_s:9.3f} s  {step.tile:>6}  {step.side:7}  {step.contact_ms:6.0f} ms  "
+        f"{step.peak1_n:6.0f} {step.valley_n:6.0f} {step.peak2_n:6.0f} N  {step.impulse_ns:6.1f} N s  "
+        f"{step.loading_kn_s:6.1f} kN/s{' (spike)' if step.spike else ''}"
+    )
+
+
+def figures(step: Step) -> dict[str, Any]:
+    """A footstep as data; a figure that there is not is None."""
+    return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in asdict(step).items()}
