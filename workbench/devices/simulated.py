@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.clock import RATE_HZ
 from workbench.devices.device import MOST, room
-from workbench.floor import simulator
+from workbench.floor import simulator, tracking
 from workbench.floor.layout import Floor
 from workbench.kernels import kernel
 
@@ -27,7 +27,7 @@ class SimulatedFloor:
         self.stamps, self.arrivals, self.forces = room(floor)
         self._period = rate / SENSOR_HZ
         self._rate = rate
-        self._plates = simulator.plates(floor)
+        self._plates = tracking.plates(floor)
         self._steps = simulator.footfall_table(floor, LONGEST_S, seed)
         self._shapes = simulator.curves()
         self._walking = np.array([1.0 if walking else 0.0])

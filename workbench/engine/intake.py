@@ -31,6 +31,7 @@ class Intake:
     def __init__(self, source: ForceSource, rate: float) -> None:
         self.source = source
         self.tracker = ContactTracker(source.floor, source.rate_hz)
+        self._memory = self.tracker.memory
         tiles = len(source.floor.tiles)
         self._seconds = np.zeros(MOST)
         self._rate = rate
@@ -53,29 +54,14 @@ class Intake:
 
     def _follow(self, count: int) -> None:
         begin = 0
-        while self.tracker._opening is not None and begin < count:
+        while self.tracker.opening and begin < count:
             self.tracker.feed(self._seconds[begin : begin + 1], self.source.forces[begin : begin + 1])
             begin += 1
-        p = self.tracker
+        source = self.source
         _follow(
-            begin,
-            count,
-            self._seconds,
-            self.source.stamps,
-            self.source.arrivals,
-            self.source.forces,
-            p._plates,
-            p._gaps_m,
-            p._tiles,
-            p._clock,
-            p._ring,
-            p._window,
-            p._rows,
-            p._events,
-            self._queue,
-            self._rows,
-            self._period,
-        )
+            begin, count, self._seconds, source.stamps, source.arrivals, source.forces, *self._memory, self._queue,
+            self._rows, self._period,
+        )  # fmt: skip
 
     def fill(self, force_n: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, frame: int, n: int) -> None:
         """Write `n` frames from session frame `frame` on: three float64 arrays [tile, frame]."""
@@ -88,24 +74,9 @@ class Intake:
 
 @kernel
 def _follow(
-    begin,
-    count,
-    seconds,
-    stamps,
-    arrivals,
-    forces,
-    plates,
-    gaps_m,
-    tiles,
-    clock,
-    ring,
-    window,
-    rows,
-    events,
-    queue,
-    lines,
-    period,
-):
+    begin, count, seconds, stamps, arrivals, forces, plates, gaps_m, tiles, clock, ring, window, rows, events, queue,
+    lines, period,
+):  # fmt: skip
     for i in range(begin, count):
         tracking.follow(seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events)
         for k in range(len(tiles)):

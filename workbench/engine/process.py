@@ -23,6 +23,7 @@ from workbench.engine.rings import Ring, RingName, publish
 from workbench.engine.status import Status
 from workbench.engine.target import Target, source_of
 from workbench.errors import DeviceError, UnderfootError
+from workbench.floor.layout import default_floor
 from workbench.kernels import kernel
 from workbench.nodes import REGISTRY
 from workbench.patch.patch import Patch
@@ -50,18 +51,34 @@ class Setup:
     level_db: float
 
 
+@dataclass(frozen=True)
+class Prepare:
+    """Load what every engine needs, and wait: a spare engine takes over sooner."""
+
+
 def run(connection: Connection) -> None:
     """The process's main function: waits for its `Setup`; returns when the connection ends or `Quit` comes."""
     # Numba looks for SciPy's BLAS when it loads its first kernel: half a second for what no kernel uses.
     sys.modules.setdefault("scipy", None)  # type: ignore[arg-type]
     try:
         setup = connection.recv()
+        if isinstance(setup, Prepare):
+            prepare()
+            setup = connection.recv()
         if isinstance(setup, Setup):
             Engine(connection, setup).run()
     except UnderfootError as error:
         connection.send(Notice(f"the engine stopped: {error}"))
     except (EOFError, OSError):
         return  # the supervisor died; there is nobody to tell
+
+
+def prepare() -> None:
+    """Load the kernels that do not depend on the patch."""
+    loop = Loop(Patch(), REGISTRY, SimulatedFloor(default_floor(1, 1)), block=128)
+    loop.send(loop.build(Patch()))
+    for _ in range(24):
+        loop.run(128)
 
 
 class Engine:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.engine import compiler, process
+from workbench.engine import status as fields
 from workbench.engine.compiler import Look, Ready, Warm
 from workbench.engine.messages import (
     Command,
@@ -25,10 +26,11 @@ from workbench.engine.messages import (
     Quit,
     Report,
     Set,
+    Started,
     Swap,
     Walk,
 )
-from workbench.engine.process import Setup
+from workbench.engine.process import Prepare, Setup
 from workbench.engine.recorder import Recorder
 from workbench.engine.rings import Reader, Ring
 from workbench.engine.status import Status
@@ -39,7 +41,7 @@ from workbench.patch.patch import Patch
 FIRST_LEVEL_DB = -20.0
 """The level of a first start: low, whatever is connected."""
 _RING_S = 4.0
-_AGAIN_S = 0.5  # a process that dies sooner after its start than this is not started again at once
+_MOST_DEATHS, _WITHIN_S = 4, 20.0  # a process that dies more often than this is not started again
 
 __all__ = ["Session", "Target"]
 
@@ -63,12 +65,15 @@ class Session:
         self.force = ForceReader(self._force)
         self._context = multiprocessing.get_context("spawn")
         self._engine: _Child | None = None
+        self._spare: _Child | None = None
         self._compiler: _Child | None = None
+        self._seen = (time.monotonic(), 0)
         self._recorder: Recorder | None = None
         self._running = False
         self._ticket = 0
         self._wanted = 0
         self._reports: list[Report] = []
+        self._deaths: list[float] = []
         self._closed = False
 
     # --- life ---
@@ -87,7 +92,7 @@ class Session:
         self.stop_recording()
         if self._engine is not None:
             self._engine.send(Quit())
-        for child in (self._engine, self._compiler):
+        for child in (self._engine, self._spare, self._compiler):
             if child is not None:
                 child.end()
         for ring in self._rings:
@@ -102,6 +107,8 @@ class Session:
             if child is not None:
                 for message in child.receive():
                     self._hear(message)
+        if self._status.get(fields.RUNNING):
+            self._seen = (time.monotonic(), int(self._status.get(fields.FRAME)))
         self._revive()
         if self._recorder is not None:
             self._reports.extend(Notice(text) for text in self._recorder.receive())
@@ -224,6 +231,9 @@ class Session:
             case _:
                 if isinstance(message, Done) and self._recorder is not None:
                     self._recorder.note(message)
+                if isinstance(message, Started) and self._spare is None:
+                    self._spare = self._spawn("engine", process.run)
+                    self._spare.send(Prepare())
                 self._reports.append(message)  # type: ignore[arg-type]
 
     def _go(self) -> None:
@@ -241,21 +251,33 @@ class Session:
                 vibration=self._vibration.where,
                 force=self._force.where,
                 scope=self._scope.where,
-                frame=self._vibration.written,
+                frame=self._next_frame(),
                 playing=self.playing,
                 level_db=self.level_db,
             )
         )
 
+    def _next_frame(self) -> int:
+        """Where an engine goes on: at the frame that it is now, so that the time without one is a gap."""
+        when, frame = self._seen
+        return frame + round((time.monotonic() - when) * self.target.rate) if frame else 0
+
     def _revive(self) -> None:
         for child in (self._engine, self._compiler):
-            if child is None or child.process.is_alive() or time.monotonic() - child.since < _AGAIN_S:
+            if child is None or child.process.is_alive():
                 continue
             self._reports.append(Lost(child.name, _reason(child.process)))
             child.end()
+            now = time.monotonic()
+            self._deaths = [when for when in self._deaths if now - when < _WITHIN_S] + [now]
+            if len(self._deaths) > _MOST_DEATHS:
+                self._reports.append(Notice(f"the {child.name} fails again and again; it is not started any more"))
+                self._engine = None if child is self._engine else self._engine
+                self._compiler = None if child is self._compiler else self._compiler
+                continue
             if child is self._engine:
                 self._status.stopped()
-                self._engine = self._spawn("engine", process.run)
+                self._engine, self._spare = self._spare or self._spawn("engine", process.run), None
                 if self._running:
                     self._go()
             else:
@@ -268,7 +290,6 @@ class _Child:
 
     def __init__(self, name: str, process: BaseProcess, connection: Connection) -> None:
         self.name, self.process, self._connection = name, process, connection
-        self.since = time.monotonic()
 
     def send(self, message: object) -> None:
         try:
@@ -312,7 +333,7 @@ class ForceReader:
 
     def read(self) -> tuple[np.ndarray, np.ndarray]:
         _, rows = self._reader.read()
-        return rows[:, 0].copy(), rows[:, 2:].reshape(len(rows), -1, 4).copy()
+        return rows[:, 0].copy(), rows[:, 2:].reshape(len(rows), rows.shape[1] // 4, 4).copy()
 
 
 def _moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | None:

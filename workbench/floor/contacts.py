@@ -192,6 +192,18 @@ class ContactTracker:
         self._learn(self._events[:happened])
         return _chain([*opened, self._flush(int(self._clock["count"][0]) + 1)], len(self._tiles))
 
+    @property
+    def opening(self) -> bool:
+        """Whether the stream's first 50 ms are still being collected."""
+        return self._opening is not None
+
+    @property
+    def memory(self) -> tuple[NDArray, ...]:
+        """The arrays that `tracking.follow` takes behind the samples: for callers that may allocate nothing."""
+        return (
+            self._plates, self._gaps_m, self._tiles, self._clock, self._ring, self._window, self._rows, self._events
+        )  # fmt: skip
+
     def tare(self) -> None:
         """Take what every tile read in the last 0.1 s as its baseline. Contacts end with the next sample."""
         tracking.renew_all(self._tiles, self._clock, self._ring, self._window)

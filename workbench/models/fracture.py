@@ -6,7 +6,7 @@ draws which do.
 
 Between failures the motion is exact for a load that is linear between frames. Failures act from the end of their
 frame on, half a frame late on average. The mean models take the damage at the predicted middle of four frames:
-second order.
+second order where frames resolve the motion, first where they do not.
 
 A renewal makes fresh ground: where the load has not been above 0 for the renewal time, the next load meets a new
 bundle with new draws. Until then the damage stays, and no fibre fails below the strain that was reached before
@@ -193,7 +193,7 @@ def _run(s, t, key, frame, load, strain, events, failures, energies, thresholds)
         after = min(max(t[PRESSURE] * load[i], -t[LIMIT]), t[LIMIT])
         if after > 0.0:
             if worn == 0.0:
-                s[_NEXT] = first_hazard(t, key, (frame + i) * DRAWS)
+                s[_NEXT] = first_hazard(t, key, (frame + i) * DRAWS, x)
                 breaking = threshold_strain(t, s[_NEXT])
                 wearing = 0.0 if gradual else math.inf
             worn = 1.0

@@ -80,7 +80,7 @@ def tune_contact(t, rate_hz, pressure, renewal_s, strength, exponent, held):
     """
     t[PRESSURE] = pressure / t[FIBRES]
     t[LIMIT] = 1e9 * t[STIFFNESS] * t[SCALE]
-    t[RENEWAL] = math.ceil(renewal_s * rate_hz)
+    t[RENEWAL] = renewal_s * rate_hz
     t[STRENGTH] = strength * (0.5 * t[STIFFNESS] * t[SCALE] ** 2) ** -exponent
     t[EXPONENT] = exponent
     t[HELD] = held
@@ -108,9 +108,9 @@ def threshold_strain(t, y):
 
 
 @kernel
-def first_hazard(t, key, counter):
-    """The hazard of a fresh bundle's least threshold."""
-    return exponential(key, counter + _FIRST) / t[POOL]
+def first_hazard(t, key, counter, x):
+    """The hazard of a fresh bundle's least threshold; none lies below the strain `x` in which the ground formed."""
+    return hazard(t, x) + exponential(key, counter + _FIRST) / t[POOL]
 
 
 @kernel

@@ -11,6 +11,8 @@ more than the count for a small one.
 
 import math
 
+import numpy as np
+
 from workbench.kernels import kernel
 from workbench.models.random import uniform
 
@@ -62,7 +64,7 @@ def poisson(key, counter, mean):
         level = uniform(key, counter + 1)
         counter += 2
         edge = 0.5 - abs(place)
-        count = math.floor((2.0 * skew / edge + spread) * place + mean + 0.43)
+        count = np.floor((2.0 * skew / edge + spread) * place + mean + 0.43)
         if edge >= 0.07 and level <= squeeze:
             return count
         if count < 0.0 or (edge < 0.013 and level > edge):
@@ -83,7 +85,7 @@ def _binomial_up_to_half(key, counter, trials, chance):
         per_log = 1.0 / math.log1p(-chance)
         count, passed = -1.0, 0.0
         while passed <= trials:
-            passed += math.floor(math.log(uniform(key, counter)) * per_log) + 1.0
+            passed += np.floor(math.log(uniform(key, counter)) * per_log) + 1.0
             counter += 1
             count += 1.0
         return count
@@ -94,13 +96,13 @@ def _binomial_up_to_half(key, counter, trials, chance):
     squeeze = 0.92 - 4.2 / spread
     height = (2.83 + 5.1 / spread) * deviation
     odds = chance / (1.0 - chance)
-    mode = math.floor((trials + 1.0) * chance)
+    mode = np.floor((trials + 1.0) * chance)
     while True:
         place = uniform(key, counter) - 0.5
         level = uniform(key, counter + 1)
         counter += 2
         edge = 0.5 - abs(place)
-        count = math.floor((2.0 * skew / edge + spread) * place + centre)
+        count = np.floor((2.0 * skew / edge + spread) * place + centre)
         if edge >= 0.07 and level <= squeeze:
             return count
         if count < 0.0 or count > trials:

@@ -6,8 +6,8 @@ four neighbours by the `coupling` of the sole, a stiffness per fibre, and a brok
 `rubble`. So what a breaking cell can no longer carry goes to those around it: over a distance of sqrt(coupling /
 k_F) cells. Without coupling each cell is on its own; a large one is the global load sharing of (7.1).
 
-Each cell's own motion is exact over the frame; the pull of its neighbours is taken from their positions and
-speeds at the frame's start, which is second order in the frame. The print is taken at each 32nd session frame and
+Each cell's own motion is exact over the frame; its neighbours pull in one kick between frames. That keeps the
+energy of the coupled motion and is second order in the frame. The print is taken at each 32nd session frame and
 moves linearly in between, one such span late.
 """
 
@@ -129,13 +129,22 @@ def grid(
     return GridFracture(strain, failures.astype(np.int64), energy)
 
 
+#: The square of the fastest motion of the coupled cells, in radians a frame: the kicks are stable up to about 4.
+_FASTEST = 0.25
+
+#: The largest eigenvalue of the ties between cells, for a coupling of 1.
+_TIES = 8.0
+
+#: No cell gets stiffer than this times its first stiffness.
+_STIFFEST = 16.0
+
 # The tuning goes on where the bundle's ends.
 _COLUMNS, _ROWS, _WIDTH, _DEPTH, _SHARPNESS, _COUPLING, _RUBBLE = range(TUNING_SIZE, TUNING_SIZE + 7)
 
 # The state: two common values, then arrays of one value a cell; all zero is fresh ground at rest. The arrays from
 # BREAKING on serve within a call only. WORN: 0 fresh, else 1 and the frames since the last load.
 _WORN, _LOAD, _COMMON = range(3)
-_STRAIN, _SPEED, _FAILED, _NEXT, _SHARE, _NEW_SHARE, _BREAKING, _FORMER, _PULL, _PULL_AHEAD, _STEP = range(11)
+_STRAIN, _SPEED, _FAILED, _NEXT, _SHARE, _NEW_SHARE, _BREAKING, _FORMER, _KICK, _STEP = range(10)
 _ARRAYS = _STEP + 8
 
 
@@ -143,7 +152,7 @@ def state_size(cells: int) -> int:
     """Float64 values of one row's state with `cells` cells.
 
     >>> state_size(16)
-    290
+    274
     """
     return _COMMON + _ARRAYS * cells
 
@@ -161,15 +170,17 @@ def tuning_size() -> int:
 def tune_grid(t, columns, rows, width_m, depth_m, print_m, coupling, rubble):
     """After `tune`, `tune_inverse` and `tune_contact` of `fracture_damage`: the grid's own parameters, as in `grid`.
 
-    The coupling is limited to what one frame resolves: a cell's four ties to a quarter of its mass over the frame
-    squared.
+    Where frames would not resolve the fastest motion of the coupled cells, their mass is raised until they do.
     """
     t[_COLUMNS] = columns
     t[_ROWS] = rows
     t[_WIDTH] = width_m
     t[_DEPTH] = depth_m
     t[_SHARPNESS] = 0.5 / (print_m * print_m)
-    t[_COUPLING] = min(coupling * t[KAPPA], 0.0625)
+    heavier = max((1.0 + _TIES * coupling) * t[KAPPA] / _FASTEST, 1.0)
+    for k in (KAPPA, GAMMA, CREEP, GAIN):
+        t[k] /= heavier
+    t[_COUPLING] = coupling * t[KAPPA]
     t[_RUBBLE] = rubble
 
 
@@ -185,15 +196,24 @@ def run(s, t, key, frame, force, x_m, y_m, strain, events):
 
 @kernel
 def rest(s, t):
-    """A bound of the mean strain's size if no load comes; infinite while worn ground waits for its renewal."""
+    """A bound of the mean strain's size if no load comes; infinite while worn ground waits for its renewal.
+
+    From the energy, with a margin for its swing between kicks.
+    """
     if s[_WORN] > 0.0:
         return math.inf
-    cells = int(t[_COLUMNS] * t[_ROWS])
+    columns, rows = int(t[_COLUMNS]), int(t[_ROWS])
+    cells = columns * rows
     c = s[_COMMON : _COMMON + _ARRAYS * cells].reshape(_ARRAYS, cells)
     energy = 0.0
     for cell in range(cells):
-        energy += (t[KAPPA] + 8.0 * t[_COUPLING]) * c[_STRAIN, cell] ** 2 + c[_SPEED, cell] ** 2
-    return math.sqrt(energy / (t[KAPPA] * cells))
+        x = c[_STRAIN, cell]
+        energy += t[KAPPA] * x * x + c[_SPEED, cell] ** 2
+        if (cell + 1) % columns != 0:
+            energy += t[_COUPLING] * (c[_STRAIN, cell + 1] - x) ** 2
+        if cell + columns < cells:
+            energy += t[_COUPLING] * (c[_STRAIN, cell + columns] - x) ** 2
+    return 1.5 * math.sqrt(energy / (t[KAPPA] * cells))
 
 
 @kernel
@@ -204,7 +224,7 @@ def _run(s, t, key, frame, force, x_m, y_m, strain, events, failures, energies):
     c = s[_COMMON : _COMMON + _ARRAYS * cells].reshape(_ARRAYS, cells)
     for cell in range(cells):
         c[_BREAKING, cell] = threshold_strain(t, c[_NEXT, cell]) if s[_WORN] > 0.0 else math.inf
-        _set_step(c, t, cell, columns, rows)
+        _set_step(c, t, cell)
     count = 0
     for i in range(force.size):
         now = frame + i
@@ -212,7 +232,7 @@ def _run(s, t, key, frame, force, x_m, y_m, strain, events, failures, energies):
         if load > 0.0:
             if s[_WORN] == 0.0:
                 for cell in range(cells):
-                    c[_NEXT, cell] = first_hazard(t, key, (now * cells + cell) * DRAWS)
+                    c[_NEXT, cell] = first_hazard(t, key, (now * cells + cell) * DRAWS, c[_STRAIN, cell])
                     c[_BREAKING, cell] = threshold_strain(t, c[_NEXT, cell])
             s[_WORN] = 1.0
         elif s[_WORN] > 0.0:
@@ -222,7 +242,7 @@ def _run(s, t, key, frame, force, x_m, y_m, strain, events, failures, energies):
                 for cell in range(cells):
                     c[_FAILED, cell] = c[_NEXT, cell] = 0.0
                     c[_BREAKING, cell] = math.inf
-                    _set_step(c, t, cell, columns, rows)
+                    _set_step(c, t, cell)
         if now % SPAN == 0:
             c[_SHARE] = c[_NEW_SHARE]
             _print(c, t, x_m[i], y_m[i], columns, rows)
@@ -243,7 +263,7 @@ def _run(s, t, key, frame, force, x_m, y_m, strain, events, failures, energies):
                 energy += energy_released(t, failed, x)
                 place = min(place, crossing(c[_FORMER, cell], x, c[_BREAKING, cell]))
                 c[_BREAKING, cell] = threshold_strain(t, c[_NEXT, cell])
-                _set_step(c, t, cell, columns, rows)
+                _set_step(c, t, cell)
                 if failures.shape[0]:
                     failures[i, cell] = failed
         events[3 * count] = now + place
@@ -261,24 +281,19 @@ def _move(c, t, columns, rows, before, after, within):
 
     Gives the mean strain, and whether a cell has passed its threshold.
     """
-    x, w, former, pull, ahead = c[_STRAIN], c[_SPEED], c[_FORMER], c[_PULL], c[_PULL_AHEAD]
+    x, w, former, kick = c[_STRAIN], c[_SPEED], c[_FORMER], c[_KICK]
     for row in range(rows):
         for cell in range(row * columns, (row + 1) * columns):
-            strain = speed = 0.0
+            pull = 0.0
             if cell > row * columns:
-                strain += x[cell - 1]
-                speed += w[cell - 1]
+                pull += x[cell - 1] - x[cell]
             if cell < (row + 1) * columns - 1:
-                strain += x[cell + 1]
-                speed += w[cell + 1]
+                pull += x[cell + 1] - x[cell]
             if row > 0:
-                strain += x[cell - columns]
-                speed += w[cell - columns]
+                pull += x[cell - columns] - x[cell]
             if row < rows - 1:
-                strain += x[cell + columns]
-                speed += w[cell + columns]
-            pull[cell] = t[_COUPLING] * strain
-            ahead[cell] = t[_COUPLING] * (strain + speed)
+                pull += x[cell + columns] - x[cell]
+            kick[cell] = t[_COUPLING] * pull
     start, end = within / SPAN, (within + 1.0) / SPAN
     before *= t[GAIN]
     after *= t[GAIN]
@@ -288,23 +303,22 @@ def _move(c, t, columns, rows, before, after, within):
     breaking, passed, total = c[_BREAKING], False, 0.0
     for cell in range(columns * rows):
         growth = new_share[cell] - share[cell]
-        u = before * (share[cell] + start * growth) + pull[cell]
-        v = after * (share[cell] + end * growth) + ahead[cell]
+        u = before * (share[cell] + start * growth)
+        v = after * (share[cell] + end * growth)
+        speed = w[cell] + kick[cell]
         former[cell] = x[cell]
-        x[cell] = c0[cell] * x[cell] + c1[cell] * w[cell] + (c2[cell] * u + c3[cell] * v)
-        w[cell] = c4[cell] * former[cell] + c5[cell] * w[cell] + (c6[cell] * u + c7[cell] * v)
+        x[cell] = c0[cell] * x[cell] + c1[cell] * speed + (c2[cell] * u + c3[cell] * v)
+        w[cell] = c4[cell] * former[cell] + c5[cell] * speed + (c6[cell] * u + c7[cell] * v)
         total += x[cell]
         passed |= x[cell] > breaking[cell]
     return total / (columns * rows), passed
 
 
 @kernel
-def _set_step(c, t, cell, columns, rows):
-    """The coefficients of the cell's motion: its own fibres, or their rubble, and the ties to its neighbours."""
-    column, row = cell % columns, cell // columns
-    ties = (column > 0) + (column < columns - 1) + (row > 0) + (row < rows - 1)
-    left = max(stiffness_left(t, c[_FAILED, cell], 0.0), t[_RUBBLE])
-    step = frame_step(left * t[KAPPA] + ties * t[_COUPLING], left * t[GAMMA] + t[CREEP], 1.0)
+def _set_step(c, t, cell):
+    """The coefficients of the cell's own motion: its fibres', or their rubble's."""
+    left = min(max(stiffness_left(t, c[_FAILED, cell], 0.0), t[_RUBBLE]), _STIFFEST)
+    step = frame_step(left * t[KAPPA], left * t[GAMMA] + t[CREEP], 1.0)
     for k in range(8):
         c[_STEP + k, cell] = step[k]
 

@@ -3,6 +3,8 @@
 `modal_events` rings where excitation is sparse, `modal_signal` where it is dense; both run in real time, row by row.
 """
 
+from numbers import Real
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -31,10 +33,8 @@ def ring(
     frequencies, decays, weights = checked_modes(
         frequencies_hz=frequencies_hz, decays_per_s=decays_per_s, amplitudes=amplitudes
     )
-    signal = np.ascontiguousarray(excitation, dtype=np.float64)
-    require(signal.ndim == 1, "excitation", signal.shape, "one value a frame, in one dimension")
-    require(bool(np.isfinite(signal).all()), "excitation", signal, "finite values")
-    require(bool(np.isfinite(rate)) and rate > 0.0, "rate", rate, "above 0 Hz")
+    signal = numbers("excitation", excitation)
+    checked_number("rate", rate, 1e-6, 1e12, "1e-6 to 1e12 Hz")
     order = np.argsort(decays, kind="stable")
     modes = (frequencies[order], decays[order], weights[order])
     floor = _FLOOR * float(np.abs(weights).max() * np.abs(signal).max(initial=0.0))
@@ -54,19 +54,33 @@ def ring(
     return out
 
 
+def checked_number(name: str, value: object, lowest: float, highest: float, allowed: str) -> None:
+    """Raise `BadValue` unless `value` is a number within `lowest` to `highest`."""
+    require(isinstance(value, Real) and lowest <= float(value) <= highest, name, value, allowed)
+
+
 def checked_modes(**lists: ArrayLike) -> list[NDArray[np.float64]]:
     """Lists of one finite number a mode, as arrays; those of frequencies, decays and masses within their ranges."""
-    arrays = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in lists.items()}
+    arrays = {name: numbers(name, values) for name, values in lists.items()}
     first = next(iter(arrays))
     for name, values in arrays.items():
-        require(values.ndim == 1 and values.size > 0, name, values, "a list with a number for each mode")
-        require(values.size == arrays[first].size, name, values.size, f"{arrays[first].size} numbers, as {first} has")
-        require(bool(np.isfinite(values).all()), name, values, "finite numbers")
+        require(values.size > 0, name, values, "a list with a number for each mode")
+        require(values.size == arrays[first].size, name, values, f"{arrays[first].size} numbers, as {first} has")
         if name in ("frequencies_hz", "decays_per_s"):
             require(bool((values >= 0.0).all()), name, values, "0 or more")
         if name == "masses_kg":
             require(bool((values > 0.0).all()), name, values, "above 0")
     return list(arrays.values())
+
+
+def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Finite numbers in one dimension, as a contiguous array."""
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.full((1, 1), np.nan)
+    require(np.ndim(values) == 1 and bool(np.isfinite(array).all()), name, values, "finite numbers in one dimension")
+    return array
 
 
 def _memory(form, modes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

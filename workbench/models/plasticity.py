@@ -87,7 +87,7 @@ def slip(
     require(renewal_s > 0.0, "renewal_s", renewal_s, "above 0 s")
     tuning, state = np.zeros(tuning_size()), np.zeros(state_size())
     tune(tuning, rate_hz, mass_kg, damping_ns_m, stiffness_n_m, plastic_stiffness_n_m, threshold_n, spread)
-    tune_energy(tuning, gamma, least_j, most_j, 1.0, 1.0)
+    tune_energy(tuning, gamma, least_j, most_j, most_j, 1.0)
     tune_renewal(tuning, rate_hz, renewal_s)
     displacement, plastic = np.zeros((2, load.size))
     events = np.zeros(3 * load.size)
@@ -164,7 +164,7 @@ def tune_energy(t, gamma, least_j, most_j, strength, exponent):
 @kernel
 def tune_renewal(t, rate_hz, renewal_s):
     """After `tune`: the time without force to fresh ground, in seconds."""
-    t[_RENEWAL] = math.ceil(renewal_s * rate_hz)
+    t[_RENEWAL] = renewal_s * rate_hz
 
 
 @kernel

@@ -1,0 +1,331 @@
+"""The slip's end, solved panel by panel: lengths, lattices and ranges follow from the error asked for.
+
+A panel is tried at a length, judged by how fast its Legendre terms (time) and its Fourier terms (place) fall off, and
+taken or cut. When all is done the solution is held against an equation that was not used to find it
+(`friction_boundary.add_above`); where that misses the asked error, all is done again at a tighter tolerance.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.errors import BadValue
+from workbench.models.friction_boundary import (
+    INSTANTS,
+    NODES,
+    PANEL_FIELDS,
+    WEIGHTS,
+    add_above,
+    add_panels,
+    add_start,
+    own_matrix,
+)
+from workbench.models.friction_motion import require_slip, transition
+
+_vander = np.polynomial.legendre.legvander
+TO_LEGENDRE = np.linalg.inv(_vander(NODES, INSTANTS - 1))
+"""[term, instant]: values at the instants to Legendre terms."""
+
+_TO_INTEGRAL = _vander(NODES, INSTANTS) @ np.polynomial.legendre.legint(TO_LEGENDRE, lbnd=-1)
+"""[instant, instant]: values to their integrals from -1 to each instant."""
+
+_PACKET_WIDTH = 1.1
+"""Width of a packet over the lattice spacing: wide enough to interpolate, narrow enough to invert."""
+
+_MOST_PACKETS = 300_000
+_MOST_TRIALS = 60
+_MISSED_TO_ERROR = 10.0
+"""The largest CDF error was 1 to 10 times the largest residual in all sets tried; it is taken as 10."""
+
+_LOOSENESS = 4.0
+"""What one panel may leave out over the asked error: with it the error asked is met 5 to 50 times over."""
+
+
+class Panels(NamedTuple):
+    """F(x, t), the law of the slip's end, as panels of packets (`friction_boundary`)."""
+
+    table: np.ndarray
+    """[panels, PANEL_FIELDS]."""
+    masses: np.ndarray
+    """Flat; the share of all slips a second that each packet of each instant holds."""
+    rates: np.ndarray
+    """[panels, INSTANTS]: density of the slip duration, 1/s."""
+    missed: float
+    """Largest residual, a probability."""
+
+
+def solve(
+    w0: float, zeta: float, noise: float, belt_velocity: float, x0: float, v0: float, t_end: float, error: float
+) -> Panels:
+    """Solve for the law of the slip's end up to `t_end` s, to `error` (largest CDF difference; 1e-6 to 0.1).
+
+    w0 rad/s, zeta 1/s, noise m^2/s^3, belt_velocity m/s, start x0 m and v0 m/s < belt_velocity. `BadValue` for values
+    out of range, and where the work would be out of all proportion.
+
+    >>> panels = solve(1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0, 1e-2)
+    >>> panels.missed < 1e-3
+    True
+    """
+    require_slip(w0, zeta, noise, belt_velocity, x0, v0, t_end, error)
+    aim = error
+    for _ in range(4):
+        march = _March((float(w0), float(zeta), float(noise), float(belt_velocity)), x0, v0, t_end, aim)
+        panels = march.run()
+        if _MISSED_TO_ERROR * panels.missed <= error:
+            return panels
+        aim *= 0.25
+    raise BadValue(f"error is {error!r}; allowed for these values: above {_MISSED_TO_ERROR * panels.missed:.1e}")
+
+
+class _Outlook(NamedTuple):
+    """Where the free motion would end the slip at one time. Stopping at the belt only takes away, so it is a bound."""
+
+    middle: float
+    deviation: float
+    reach: float
+    """Half-width that matters, in deviations; negative: too little to matter."""
+    patience: float
+    """Time in which the mean velocity can move by one of its deviations."""
+
+
+class _Lattice(NamedTuple):
+    first: float
+    spacing: float
+    places: int
+    speed: float
+
+
+class _March:
+    def __init__(self, motion, x0, v0, t_end, error):
+        self.motion = motion
+        self.x0, self.v0, self.t_end = x0, v0, t_end
+        w0, zeta, noise, belt = motion
+        self.quickest = 1.0 / max(w0, zeta)
+        self.tolerance = _LOOSENESS * error
+        self.negligible = 0.03 * error
+        # Where the pull on the line changes sign the slip's end varies over what the belt covers while noise and pull
+        # are even: sqrt(2 D t) = w0^2 v_b t^2 / 2.
+        self.turning = belt * (8.0 * noise / (w0**4 * belt * belt)) ** (1.0 / 3.0)
+        half = 0.5 * zeta
+        slowest = half if half <= w0 else w0 * w0 / (half + math.sqrt(half * half - w0 * w0))
+        self.memory = max(2.0 * math.pi / w0, 1.0 / slowest) if slowest > 0.0 else math.inf
+        self.fineness = 0.7
+        self.growth = 32.0
+        self.finest = self.quickest
+        self.table = np.zeros((64, PANEL_FIELDS))
+        self.masses = np.zeros(1 << 14)
+        self.rates: list[np.ndarray] = []
+        self.hazards: list[np.ndarray] = []
+        self.used = 0
+        self.ended = 0.0
+        self.own: tuple = (None, 0.0)
+
+    def run(self) -> Panels:
+        time = self.first_time()
+        length = 0.5 * time
+        while time < self.t_end * (1.0 - 1e-12) and 1.0 - self.ended > self.negligible:
+            outlook = self.outlook(time)
+            if outlook.reach < 0.0:
+                stride = min(0.3 * outlook.patience, 0.5 * time, self.t_end - time)
+                if self.outlook(time + stride).reach < 0.0:
+                    time += stride
+                    length = min(0.5 * time, outlook.patience)
+                    continue
+            length = min(length, 2.5 * outlook.patience, time, 1.5 / self.motion[0])
+            time, length = self.advance(time, length)
+            if (rate := self.settled(time)) > 0.0:
+                self.decay(time, rate)
+                break
+            if self.used > _MOST_PACKETS:
+                raise BadValue(
+                    f"t_end is {self.t_end!r}; allowed for these values: up to {time:.3g}, or a larger error"
+                )
+        count = len(self.rates)
+        table = self.table[:count].copy()
+        rates = np.array(self.rates).reshape(count, INSTANTS)
+        return Panels(table, self.masses[: self.used].copy(), rates, self.missed())
+
+    def first_time(self) -> float:
+        """A time before which nothing that matters can have ended."""
+        w0, zeta, noise, belt = self.motion
+        gap = belt - self.v0
+        pull = (w0 + zeta) * math.hypot(w0 * self.x0, self.v0)
+        diffusing = gap * gap / (4.0 * noise) / (2.0 * math.log(1.0 / self.negligible) + 10.0)
+        falling = 0.05 * gap / pull if pull > 0.0 else math.inf
+        return min(diffusing, falling, 0.02 * self.quickest, 0.01 * self.t_end)
+
+    def outlook(self, time: float) -> _Outlook:
+        w0, zeta, noise, belt = self.motion
+        a_xx, a_xv, a_vx, a_vv, s_xx, s_xv, s_vv = transition(w0, zeta, noise, time)
+        mean_x = a_xx * self.x0 + a_xv * self.v0
+        mean_v = a_vx * self.x0 + a_vv * self.v0
+        layer = math.sqrt(noise * min(time, self.quickest))
+        missing = belt - mean_v
+        distance = max(0.0, missing - layer) if missing > 0.0 else -missing
+        deviation = math.sqrt(s_xx - s_xv * s_xv / s_vv)
+        middle = mean_x + s_xv / s_vv * missing
+        pull = abs(w0 * w0 * middle + zeta * belt) + 2.0 * noise / layer + 3.0 * w0 * w0 * deviation
+        share = pull * min(self.t_end, 1.0 / w0 + time) / math.sqrt(2.0 * math.pi * s_vv)
+        excess = math.log(share / self.negligible) - 0.5 * distance * distance / s_vv
+        swing = (w0 + zeta) * math.hypot(w0 * mean_x, mean_v)
+        patience = math.sqrt(s_vv) / swing if swing > 0.0 else math.inf
+        return _Outlook(middle, deviation, math.sqrt(2.0 * excess) + 0.3 if excess > 0.0 else -1.0, patience)
+
+    def advance(self, time: float, length: float) -> tuple[float, float]:
+        """Take one panel from `time` on, about `length` long; return where it ends and a length for the next."""
+        left = self.t_end - time
+        trial = left if left < 1.4 * length else 0.5 * left if left < 2.0 * length else length
+        for _ in range(_MOST_TRIALS):
+            late, aliased = self.panel(time, trial)
+            if late <= self.tolerance and aliased <= self.tolerance:
+                longer = late * self.growth < self.tolerance
+                self.growth = max(0.8 * self.growth, 32.0)
+                return time + trial, 2.0 * trial if longer else trial
+            if late > self.tolerance:
+                trial *= 0.5
+                self.growth = max(4.0 * self.growth, 1e3)
+        raise BadValue(f"error is {self.tolerance!r}; allowed for these values: larger (it stalls at {time:.3g} s)")
+
+    def panel(self, time: float, length: float) -> tuple[float, float]:
+        """Solve one panel, and keep it where it is good enough; choose the next lattice's fineness from it.
+
+        Return the weight of its last two Legendre terms and of what its lattice is too coarse for, as probabilities.
+        """
+        lattice = self.lattice(time, length)
+        if lattice is None:
+            return 0.0, 0.0
+        first, spacing, places, speed = lattice
+        w0, zeta, noise, belt = self.motion
+        pull = max(abs(w0 * w0 * x + zeta * belt) for x in (first, first + places * spacing))
+        finest = 0.5 * min(self.quickest, 4.0 * noise / (pull * pull))
+        self.finest = min(self.finest, finest)
+        times = time + 0.5 * length * (1.0 + NODES)
+        known = np.zeros((INSTANTS, places))
+        earlier = (self.table, len(self.rates), self.masses, finest, times)
+        add_start(self.motion, self.x0, self.v0, times, first, spacing, speed, time, known)
+        add_panels(self.motion, *earlier, first, spacing, speed, time, known)
+        masses, law = self.own_solution(lattice, length, finest, known)
+
+        late = float(np.abs(TO_LEGENDRE[-2:] @ law).sum()) * spacing * length
+        spectrum = np.abs(np.fft.rfft(law, axis=1))
+        # A packet lattice takes a wave of this part of its highest for its alias, with this share.
+        part = 2.0 * np.arange(spectrum.shape[1]) / places
+        alias = 1.0 / (1.0 + np.exp(2.0 * math.pi**2 * _PACKET_WIDTH**2 * (1.0 - part)))
+        aliased = math.sqrt(2.0) * length * spacing * float(np.sqrt(((spectrum * alias) ** 2).sum(axis=1)).max())
+        if late <= self.tolerance and aliased <= self.tolerance:
+            self.keep(time, length, lattice, masses)
+        if aliased > 0.1 * self.tolerance:
+            octaves = 0.125 if aliased <= self.tolerance else 0.25 if aliased < 10.0 * self.tolerance else 0.5
+            self.fineness *= 2.0**-octaves
+        elif aliased < 1e-3 * self.tolerance:
+            self.fineness = min(self.fineness * 2.0**0.125, 0.9)
+        return late, aliased
+
+    def lattice(self, time: float, length: float) -> _Lattice | None:
+        times = (time, *(time + 0.5 * length * (1.0 + NODES)), time + length)
+        outlooks = [self.outlook(at) for at in times]
+        belt = self.motion[3]
+        halfway = outlooks[len(outlooks) // 2]
+        # While the law is narrower than what the belt covers in the panel, the lattice goes with it.
+        speed = belt if belt * length > halfway.deviation * max(1.0, halfway.reach) else 0.0
+        low, high = math.inf, -math.inf
+        for at, seen in zip(times, outlooks, strict=True):
+            if seen.reach > 0.0:
+                middle = seen.middle - speed * (at - time)
+                low = min(low, middle - seen.reach * seen.deviation)
+                high = max(high, middle + seen.reach * seen.deviation)
+        if high < low:
+            return None
+        spacing = self.fineness * min(self.turning, *(seen.deviation for seen in outlooks))
+        # Spacings and edges in steps, so that neighbours often share a lattice and with it their own matrix.
+        spacing = 2.0 ** (math.floor(4.0 * math.log2(spacing)) / 4.0)
+        step = 3.0 * spacing
+        edge = math.floor(low / step) - 1
+        places = 3 * (math.ceil(high / step) + 1 - edge) + 1
+        last = self.own[0]
+        if last is not None and last.spacing == spacing and speed == last.speed == 0.0 and places > 0.75 * last.places:
+            end = last.first + (last.places - 1) * spacing
+            if last.first <= low - spacing and high + spacing <= end:
+                return last
+        return _Lattice(edge * step, spacing, places, speed)
+
+    def own_solution(self, lattice, length, finest, known) -> tuple[np.ndarray, np.ndarray]:
+        """Masses and law on a panel, given what start and earlier panels add up to: a few substitutions."""
+        first, spacing, places, speed = lattice
+        if self.own[:2] != (lattice, length):
+            width = _PACKET_WIDTH * spacing
+            matrix = np.empty((INSTANTS, places, INSTANTS, places))
+            own_matrix(self.motion, length, finest, first, spacing, width, speed, matrix)
+            apart = np.subtract.outer(np.arange(places), np.arange(places)) / _PACKET_WIDTH
+            inverse = np.linalg.inv(np.exp(-0.5 * apart * apart) / (math.sqrt(2.0 * math.pi) * width))
+            self.own = (lattice, length, matrix.reshape(INSTANTS * places, -1), inverse)
+        _, _, matrix, inverse = self.own
+        good = 1e-3 * self.negligible / (length * places * spacing)
+        law = known
+        for _ in range(60):
+            masses = law @ inverse
+            better = known + (masses.ravel() @ matrix).reshape(known.shape)
+            if np.abs(better - law).max() <= good:
+                break
+            law = better
+        return masses, better
+
+    def keep(self, time, length, lattice, masses) -> None:
+        """Append a panel, without the outer packets that hold next to nothing."""
+        rates = masses.sum(axis=1)
+        within = 0.5 * length * (rates @ _TO_INTEGRAL.T)
+        self.hazards.append(rates / (1.0 - self.ended - within))
+        self.ended += 0.5 * length * float(WEIGHTS @ rates)
+        weight = np.abs(masses).max(axis=0) * length
+        begin = int(np.searchsorted(np.cumsum(weight), 0.01 * self.negligible))
+        end = masses.shape[1] - int(np.searchsorted(np.cumsum(weight[::-1]), 0.01 * self.negligible))
+        begin, end = (begin, end) if begin < end else (0, 1)
+        count = len(self.rates)
+        held = INSTANTS * (end - begin)
+        if count == len(self.table):
+            self.table = np.concatenate([self.table, np.zeros_like(self.table)])
+        while self.used + held > self.masses.size:
+            self.masses = np.concatenate([self.masses, np.zeros_like(self.masses)])
+        width = _PACKET_WIDTH * lattice.spacing
+        first = lattice.first + begin * lattice.spacing
+        self.table[count] = time, length, first, lattice.spacing, width, lattice.speed, end - begin, self.used
+        self.masses[self.used : self.used + held] = masses[:, begin:end].ravel()
+        self.used += held
+        self.rates.append(rates)
+
+    def settled(self, time: float) -> float:
+        """The rate of an exponential end, once the hazard has stood still for as long as the free motion remembers."""
+        count = len(self.rates)
+        if count == 0 or self.table[0, 0] > time - self.memory or self.table[count - 1, 5] != 0.0:
+            return 0.0
+        recent = np.concatenate([self.hazards[i] for i in range(count) if self.table[i, 0] >= time - self.memory])
+        rate = float(recent[-INSTANTS:].mean())
+        still = np.ptp(recent) * (1.0 - self.ended) <= 0.1 * self.tolerance * rate
+        return rate if rate > 0.0 and still else 0.0
+
+    def decay(self, time: float, rate: float) -> None:
+        """Append panels of the last place law, its mass falling at `rate`."""
+        _, _, first, spacing, _, _, places, place = self.table[len(self.rates) - 1]
+        last = self.masses[int(place) : self.used].reshape(INSTANTS, int(places))
+        shape = (WEIGHTS @ last) / (WEIGHTS @ last).sum()
+        lattice = _Lattice(first, spacing, int(places), 0.0)
+        while time < self.t_end * (1.0 - 1e-12) and 1.0 - self.ended > self.negligible:
+            length = min(1.5 / rate, self.t_end - time)
+            falling = rate * (1.0 - self.ended) * np.exp(-0.5 * rate * length * (1.0 + NODES))
+            self.keep(time, length, lattice, np.outer(falling, shape))
+            time += length
+
+    def missed(self) -> float:
+        """The largest residual: how likely the free block is faster than the belt, less what its ended slips say."""
+        count = len(self.rates)
+        start, length = self.table[:count, 0], self.table[:count, 1]
+        times = np.sort(np.concatenate([start + 0.5 * length, start + length]))
+        left = np.array([self.above(time) for time in times])
+        add_above(self.motion, self.table, count, self.masses, self.finest, times, left)
+        return float(np.abs(left).max(initial=0.0))
+
+    def above(self, time: float) -> float:
+        w0, zeta, noise, belt = self.motion
+        _, _, a_vx, a_vv, _, _, s_vv = transition(w0, zeta, noise, time)
+        return 0.5 * math.erfc((belt - a_vx * self.x0 - a_vv * self.v0) / math.sqrt(2.0 * s_vv))

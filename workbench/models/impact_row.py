@@ -1,0 +1,439 @@
+"""A hammer and a modal object (equations 3.3 and 3.4), one row of real time: sub-steps in contact, phasors out of it.
+
+An event throws the hammer at the surface: contact begins at the event's time, and the frames until the hammer has left
+for good are computed in equal sub-steps (`impact_contact`), as many as the asked error takes. All other frames are free
+ringing, 64 at a time (`modal_phasors`). Blocks lie at multiples of 64 session frames and sub-steps divide frames, so
+that the bits do not depend on how the frames are split into calls.
+
+A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and contiguous.
+"""
+
+import cmath
+import math
+
+from workbench.kernels import kernel, modal_kernel
+from workbench.models.impact_contact import CHANGE, COEFFICIENTS, CURVE, PUSH, TILT, prepare, solve
+from workbench.models.modal_phasors import BLOCK, OWN, TABLE, advanced, free_block, tabulate
+
+MOST_SUBSTEPS = 4096
+"""Of a frame, in real time as offline: beyond them contact is no longer resolved, though it still makes no energy."""
+
+_FEW = 8  # sub-steps that are not worth a step of their own
+_PATIENCE = 8 * BLOCK  # how often modes that fell below the floor are looked for
+# s: scalars, two blocks and one to work with, three phasors a mode (at the anchor, at the block's end, to work with),
+# rows for contact. The anchor is the frame of the block that the block's ringing was computed from.
+_IN_CONTACT, _ACTIVE, _LATELY, _ANCHOR = 0, 1, 2, 3
+_WAY, _SPEED, _ELASTIC, _FORCE, _TREND = 4, 5, 6, 7, 8  # into the surface (m), m/s, k x^a, last force (N), its N/s
+_MASS, _STIFFNESS, _EXPONENT, _DAMPING, _LOAD = 9, 10, 11, 12, 13  # as the hammer's, in order
+_SUBSTEPS, _A, _B, _C = 14, 15, 16, 17
+_SURFACE, _SURFACE_SPEED = 18, 19  # of the struck point at the frame's start, as heard
+_ACCELERATION, _DISPLACEMENT, _WORK, _PHASORS = 32, 32 + BLOCK, 32 + 2 * BLOCK, 32 + 3 * BLOCK
+_RE, _IM, _ROWS = COEFFICIENTS, COEFFICIENTS + 1, COEFFICIENTS + 2
+# t: modes, floor, rate; tables, which own gain, decay, angular frequency and whether the mode is heard.
+_TABLES = 8
+_GAIN, _DECAY, _ANGULAR, _HEARD = OWN, OWN + 1, OWN + 2, OWN + 3
+_SLOWEST = 1e-6  # rad/s: a mode slower than this moves as a free mass, and a phasor must turn
+
+
+@kernel
+def state_size(modes):
+    """The floats of `s`.
+
+    >>> state_size(10)
+    444
+    """
+    return _PHASORS + 6 * modes + _ROWS * _padded(modes)
+
+
+@kernel
+def tuning_size(modes):
+    """The floats of `t`.
+
+    >>> tuning_size(10)
+    408
+    """
+    return _TABLES + TABLE * modes
+
+
+@kernel
+def tune(t, frequencies_hz, decays_per_s, masses_kg, shapes, rate_hz, floor):
+    """Set `t`: modes of damped frequency f and decay b, with modal mass and shape at the struck point.
+
+    A mode at or above half the rate takes part in the contact, but is left out of displacement and acceleration, where
+    it would alias. A mode drops out when its acceleration has fallen below `floor` (m/s^2), and so does the cost of
+    those behind the last that sounds: list slow decays first. A contact that is under way ends with the old modes.
+    """
+    modes = frequencies_hz.size
+    t[0] = modes
+    t[1] = floor
+    t[2] = rate_hz
+    table = t[_TABLES:]
+    for m in range(modes):
+        o = TABLE * m
+        angular = max(2.0 * math.pi * frequencies_hz[m], _SLOWEST)
+        tabulate(table, o, angular / (2.0 * math.pi), decays_per_s[m], rate_hz)
+        table[o + _GAIN] = shapes[m] ** 2 / (masses_kg[m] * angular)
+        table[o + _DECAY] = decays_per_s[m]
+        table[o + _ANGULAR] = angular
+        table[o + _HEARD] = 1.0 if frequencies_hz[m] < 0.5 * rate_hz else 0.0
+
+
+@kernel
+def ring(s, t, hammer, events, count, force, acceleration, displacement, frame, n):
+    """Compute `n` frames from session frame `frame`.
+
+    `hammer`: mass (kg), stiffness (N/m^exponent), exponent, damping mu (s/m), a constant load on it (N), the relative
+    error asked of the displacement, and sub-steps a frame, where 0 leaves them to the error; all are read when an event
+    throws it. `events` is flat, (time, velocity in m/s, duration) for each of `count` events, in order of time, at most
+    one a frame; one before `frame` acts at once. A throw takes the hammer away from wherever it is; the object rings on.
+
+    Out: contact force (N) and acceleration of the struck point (m/s^2), both the mean over each frame, and its
+    displacement (m) at each frame. The last two may have length 0 and cost nothing then.
+    """
+    done = 0
+    event = 0
+    while done < n:
+        until = n
+        first = 0
+        impulse = 0.0
+        if event < count:
+            at = max(int(math.floor(events[3 * event])) - frame, 0)
+            if at <= done:
+                part = min(max(events[3 * event] - (frame + done), 0.0), 1.0)
+                first, impulse = _throw(s, t, hammer, (frame + done) % BLOCK, part, events[3 * event + 1])
+                event += 1
+                if event < count:
+                    at = max(int(math.floor(events[3 * event])) - frame, done + 1)
+                    until = min(until, at)
+            else:
+                until = min(until, at)
+        if s[_IN_CONTACT] != 0.0:
+            done = _contact(s, t, first, impulse, force, acceleration, displacement, done, until)
+            if s[_IN_CONTACT] == 0.0:
+                _let_ring(s, t, (frame + done) % BLOCK)
+        else:
+            start = (frame + done) % BLOCK
+            if start == 0:
+                if (frame + done) % _PATIENCE == 0:
+                    _drop(s, t)
+                _begin_block(s, t)
+            for i in range(done, min(until, done + BLOCK - start)):
+                force[i] = 0.0
+                if acceleration.size > 0:
+                    acceleration[i] = s[_ACCELERATION + start + i - done]
+                if displacement.size > 0:
+                    displacement[i] = s[_DISPLACEMENT + start + i - done]
+            done = min(until, done + BLOCK - start)
+
+
+@kernel
+def rest(s, t):
+    """An upper bound of |acceleration| from here on, if no event comes; infinite while the hammer is there."""
+    if s[_IN_CONTACT] != 0.0:
+        return math.inf
+    bound = 0.0
+    for i in range(_ACCELERATION, _ACCELERATION + BLOCK):
+        bound = max(bound, abs(s[i]))
+    modes = int(t[0])
+    for m in range(int(s[_ACTIVE])):
+        o = _PHASORS + 2 * modes + 2 * m
+        bound += abs(_weight(t, m)) * math.hypot(s[o], s[o + 1])
+    return bound
+
+
+@kernel
+def substeps(error, mass_kg, stiffness, exponent, velocity_m_s, mobility_per_kg, rate_hz):
+    """Sub-steps a frame for a relative error of `error` in the displacement; at least 1, at most `MOST_SUBSTEPS`.
+
+    `mobility_per_kg` is the sum of shape^2 / mass. The contact lasts about 2.94 x / v, x the depth of a lossless one.
+    """
+    velocity_m_s = max(velocity_m_s, 1e-9)
+    mass = 1.0 / (1.0 / mass_kg + mobility_per_kg)
+    depth = ((exponent + 1.0) * mass * velocity_m_s**2 / (2.0 * stiffness)) ** (1.0 / (exponent + 1.0))
+    steps = (10.0 / error) ** 0.25
+    return int(min(max(math.ceil(steps * velocity_m_s / (2.94 * depth * rate_hz)), 1.0), MOST_SUBSTEPS))
+
+
+@kernel
+def _padded(modes):
+    """The length of a row: vector loops over whole eights have no remainder."""
+    return (modes + 7) // 8 * 8
+
+
+@kernel
+def _rows(s, modes):
+    row = _padded(modes)
+    o = _PHASORS + 6 * modes
+    return s[o : o + _ROWS * row].reshape((_ROWS, row))
+
+
+@kernel
+def _weight(t, m):
+    """What turns a phasor into the mean acceleration over the frame that begins with it."""
+    o = _TABLES + TABLE * m
+    pole = complex(t[o + 1], t[o + 17])
+    return complex(-t[o + _DECAY], t[o + _ANGULAR]) * (pole - 1.0) * (t[2] * t[o + _HEARD])
+
+
+@kernel
+def _begin_block(s, t):
+    """Free ringing from the last block's end on."""
+    modes = int(t[0])
+    active = int(s[_ACTIVE])
+    end = s[_PHASORS + 2 * modes : _PHASORS + 4 * modes]
+    s[_ANCHOR] = 0.0
+    for i in range(2 * active):
+        s[_PHASORS + i] = end[i]
+    _fill(s, t, 0)
+
+
+@kernel
+def _fill(s, t, start):
+    """Both blocks from frame `start` on, and the phasors at the block's end, from the phasors at the anchor."""
+    modes = int(t[0])
+    active = int(s[_ACTIVE])
+    table = t[_TABLES:]
+    anchor = s[_PHASORS : _PHASORS + 2 * modes]
+    end = s[_PHASORS + 2 * modes : _PHASORS + 4 * modes]
+    work = s[_PHASORS + 4 * modes : _PHASORS + 6 * modes]
+    block = s[_WORK : _WORK + BLOCK]
+    for m in range(active):
+        weight = _weight(t, m)
+        x, y = anchor[2 * m], anchor[2 * m + 1]
+        work[2 * m] = weight.real * x - weight.imag * y
+        work[2 * m + 1] = weight.real * y + weight.imag * x
+    free_block(block, table, work, active)
+    for i in range(BLOCK - start):
+        s[_ACCELERATION + start + i] = block[i]
+    for m in range(active):
+        heard = table[TABLE * m + _HEARD]
+        x, y = anchor[2 * m], anchor[2 * m + 1]
+        work[2 * m], work[2 * m + 1] = heard * x, heard * y
+        end[2 * m], end[2 * m + 1] = advanced(table, TABLE * m, x, y, BLOCK - start)
+    free_block(block, table, work, active)
+    for i in range(BLOCK - start):
+        s[_DISPLACEMENT + start + i] = block[i]
+
+
+@kernel
+def _drop(s, t):
+    """Set modes under the floor to exactly 0, unless a blow of late may still be building them up."""
+    if s[_LATELY] == 0.0:
+        last = 0
+        o = _PHASORS + 2 * int(t[0])
+        for m in range(int(s[_ACTIVE])):
+            if abs(_weight(t, m)) * math.hypot(s[o + 2 * m], s[o + 2 * m + 1]) > t[1]:
+                last = m + 1
+            else:
+                s[o + 2 * m] = s[o + 2 * m + 1] = 0.0
+        s[_ACTIVE] = last
+    s[_LATELY] = 0.0
+
+
+@kernel
+def _let_ring(s, t, start):
+    """The hammer has gone at frame `start` of a block: go on with free ringing."""
+    modes = int(t[0])
+    rows = _rows(s, modes)
+    goal = _PHASORS + 2 * modes if start == 0 else _PHASORS
+    for m in range(modes):
+        s[goal + 2 * m], s[goal + 2 * m + 1] = rows[_RE, m], rows[_IM, m]
+    s[_ACTIVE] = modes
+    s[_LATELY] = 1.0
+    if start > 0:
+        s[_ANCHOR] = start
+        _fill(s, t, start)
+
+
+@kernel
+def _throw(s, t, hammer, start, part, velocity):
+    """Put the hammer on the surface, `part` of a frame after frame `start` of the block, at `velocity`.
+
+    Returns the sub-step of the frame to go on with, and the impulse so far.
+    """
+    modes = int(t[0])
+    rows = _rows(s, modes)
+    table = t[_TABLES:]
+    if s[_IN_CONTACT] == 0.0:
+        rows[_RE:, :] = 0.0
+        o = _PHASORS + (2 * modes if start == 0 else 0)
+        for m in range(int(s[_ACTIVE])):
+            x, y = s[o + 2 * m], s[o + 2 * m + 1]
+            if start > 0:
+                x, y = advanced(table, TABLE * m, x, y, start - int(s[_ANCHOR]))
+            rows[_RE, m], rows[_IM, m] = x, y
+        _listen(s, t, rows)
+    speed = 0.0
+    mobility = 0.0
+    for m in range(modes):
+        o = TABLE * m
+        pole = complex(-table[o + _DECAY], table[o + _ANGULAR])
+        z = complex(rows[_RE, m], rows[_IM, m]) * cmath.exp(pole * (part / t[2]))
+        rows[_RE, m], rows[_IM, m] = z.real, z.imag
+        speed += (pole * z).imag
+        mobility += table[o + _GAIN] * table[o + _ANGULAR]
+    for i in range(5):
+        s[_MASS + i] = hammer[i]
+    steps = int(hammer[6])
+    if steps == 0:
+        speed = abs(velocity) + abs(speed)
+        steps = substeps(hammer[5], s[_MASS], s[_STIFFNESS], s[_EXPONENT], speed, mobility, t[2])
+    s[_IN_CONTACT] = 1.0
+    s[_SUBSTEPS] = steps
+    s[_WAY] = s[_ELASTIC] = s[_FORCE] = s[_TREND] = 0.0
+    s[_SPEED] = velocity
+    impulse = 0.0
+    first = math.ceil(part * steps - 1e-9)
+    h = (first / steps - part) / t[2]
+    if h * steps * t[2] > 1e-9:
+        _set_step(s, t, rows, h)
+        impulse = _advance(s, t, rows, h, 1)
+    _set_step(s, t, rows, 1.0 / (steps * t[2]))
+    return first, impulse
+
+
+@kernel
+def _contact(s, t, first, impulse, force, acceleration, displacement, done, until):
+    """Frames `done` to `until`, or to where the hammer has left for good; returns how far it came.
+
+    The first frame goes on from sub-step `first`, with the impulse so far.
+    """
+    modes = int(t[0])
+    rows = _rows(s, modes)
+    steps = int(s[_SUBSTEPS])
+    h = 1.0 / (steps * t[2])
+    while done < until:
+        if displacement.size > 0:
+            displacement[done] = s[_SURFACE]
+        before = s[_SURFACE_SPEED]
+        if first == 0 and steps > 1 and s[_WAY] < 0.0 and _out_of_reach(s, t, rows, 1.0 / t[2]):
+            _fly(s, t, rows, 1.0 / t[2])
+        else:
+            impulse += _advance(s, t, rows, h, steps - first)
+        _listen(s, t, rows)
+        force[done] = impulse * t[2]
+        if acceleration.size > 0:
+            acceleration[done] = (s[_SURFACE_SPEED] - before) * t[2]
+        first = 0
+        impulse = 0.0
+        done += 1
+        if _has_left(s, t, rows):
+            s[_IN_CONTACT] = 0.0
+            break
+    return done
+
+
+@kernel
+def _set_step(s, t, rows, h):
+    """Prepare sub-steps of `h` seconds."""
+    free = h * h / s[_MASS]
+    s[_A], s[_B], s[_C] = free / 2.0, free / 12.0, 0.0
+    for m in range(int(t[0])):
+        o = _TABLES + TABLE * m
+        a, b, c = prepare(rows, m, t[o + _DECAY], t[o + _ANGULAR], t[o + _GAIN], h)
+        s[_A] += a
+        s[_B] += b
+        s[_C] += c
+
+
+@kernel
+def _advance(s, t, rows, h, steps):
+    """`steps` sub-steps of `h` seconds; returns the impulse."""
+    x, speed, elastic, force, trend = s[_WAY], s[_SPEED], s[_ELASTIC], s[_FORCE], s[_TREND]
+    mass, stiffness, exponent, load = s[_MASS], s[_STIFFNESS], s[_EXPONENT], s[_LOAD]
+    a, b, c = s[_A], s[_B], s[_C]
+    nu = s[_DAMPING] / h
+    pressed = load * h * h / mass
+    impulse = 0.0
+    change, curve = _move(rows, 0.0, 0.0, 0.0)
+    for step in range(steps):
+        free_d = h * speed + 0.5 * pressed - change
+        free_w = pressed / 12.0 - curve
+        slope = trend * h
+        f0, f1, d, elastic = solve(
+            x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, force + 0.5 * slope, slope
+        )
+        x += d
+        speed -= h / mass * (f0 - load)
+        parts = f0 == 0.0 and force != 0.0
+        force, trend = f0 + 0.5 * f1, f1 / h
+        impulse += h * f0
+        change, curve = _move(rows, 1.0, f0, f1)
+        if parts and steps - step > _FEW:
+            s[_WAY], s[_SPEED] = x, speed
+            left = (steps - 1 - step) * h
+            if _out_of_reach(s, t, rows, left):
+                _fly(s, t, rows, left)
+                return impulse
+    s[_WAY], s[_SPEED], s[_ELASTIC], s[_FORCE], s[_TREND] = x, speed, elastic, force, trend
+    return impulse
+
+
+@modal_kernel
+def _move(rows, step, f0, f1):
+    """Move the modes on by a sub-step (`step` 1) or not (0); return what the next adds to the surface's D and W."""
+    change = 0.0
+    curve = 0.0
+    for m in range(rows.shape[1]):
+        x, y = rows[_RE, m], rows[_IM, m]
+        a, b = rows[CHANGE, m], rows[CHANGE + 1, m]
+        u = x + (step * (a * x - b * y) + f0 * rows[PUSH, m] + f1 * rows[TILT, m])
+        v = y + (step * (a * y + b * x) + f0 * rows[PUSH + 1, m] + f1 * rows[TILT + 1, m])
+        rows[_RE, m] = u
+        rows[_IM, m] = v
+        change += a * v + b * u
+        curve += rows[CURVE, m] * v + rows[CURVE + 1, m] * u
+    return change, curve
+
+
+@kernel
+def _listen(s, t, rows):
+    """Note the struck point's displacement and speed, of the modes that are heard."""
+    way = 0.0
+    speed = 0.0
+    for m in range(int(t[0])):
+        o = _TABLES + TABLE * m
+        x, y = rows[_RE, m], rows[_IM, m]
+        way += t[o + _HEARD] * y
+        speed += t[o + _HEARD] * (t[o + _ANGULAR] * x - t[o + _DECAY] * y)
+    s[_SURFACE] = way
+    s[_SURFACE_SPEED] = speed
+
+
+@kernel
+def _out_of_reach(s, t, rows, seconds):
+    """Whether hammer and surface, apart now, cannot meet within `seconds`."""
+    fastest = s[_SPEED] + s[_LOAD] / s[_MASS] * seconds
+    for m in range(int(t[0])):
+        o = _TABLES + TABLE * m
+        fastest += math.hypot(t[o + _DECAY], t[o + _ANGULAR]) * math.hypot(rows[_RE, m], rows[_IM, m])
+    return fastest * seconds < -s[_WAY]
+
+
+@kernel
+def _fly(s, t, rows, seconds):
+    """One step of any length without contact."""
+    way = 0.0
+    for m in range(int(t[0])):
+        o = _TABLES + TABLE * m
+        z = complex(rows[_RE, m], rows[_IM, m])
+        then = z * cmath.exp(complex(-t[o + _DECAY], t[o + _ANGULAR]) * seconds)
+        rows[_RE, m], rows[_IM, m] = then.real, then.imag
+        way += then.imag - z.imag
+    pull = s[_LOAD] / s[_MASS] * seconds
+    s[_WAY] += (s[_SPEED] + 0.5 * pull) * seconds - way
+    s[_SPEED] += pull
+    s[_ELASTIC] = s[_FORCE] = s[_TREND] = 0.0
+
+
+@kernel
+def _has_left(s, t, rows):
+    """Whether the surface cannot come back to the hammer, which nothing presses and nothing slows down."""
+    if s[_WAY] > 0.0 or s[_SPEED] > 0.0 or s[_LOAD] > 0.0:
+        return False
+    surface = 0.0
+    reach = 0.0
+    for m in range(int(t[0])):
+        surface += rows[_IM, m]
+        reach += math.hypot(rows[_RE, m], rows[_IM, m])
+    return s[_WAY] + surface <= -reach
