@@ -77,6 +77,7 @@ def render(
 @click.option("--floor", type=_FILE, help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--steps", type=_FILE, help="CSV of the footsteps.")
 @click.option("--contacts", type=_FILE, help="CSV of every contact at every sample.")
+@click.option("--patch", type=_FILE, help="Patch that the session plays meanwhile.")
 @click.option("--record", type=_FILE, help="Record the session to this file.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @click.option("--pace", is_flag=True, help="Play a file back in real time instead of as fast as it goes.")
@@ -86,6 +87,7 @@ def monitor(
     floor: Path | None,
     steps: Path | None,
     contacts: Path | None,
+    patch: Path | None,
     record: Path | None,
     seconds: float | None,
     pace: bool,
@@ -97,7 +99,7 @@ def monitor(
 
     if seconds is not None and not seconds > 0.0:
         raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")
-    stream = monitoring.open_stream(source, floor, seconds, pace, record)
+    stream = monitoring.open_stream(source, floor, seconds, pace, record, patch)
     with ExitStack() as stack:
         write_steps = stack.enter_context(step_table(steps)) if steps else None
         write_contacts = stack.enter_context(contact_table(contacts, stream.floor)) if contacts else None

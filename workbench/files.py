@@ -1,4 +1,4 @@
-"""Reading and writing whole files: written beside and moved into place, so that the old one stays until the new one is whole."""
+"""Reading and writing whole files: beside and moved into place, so that the old one stays until the new is whole."""
 
 import os
 import tempfile

@@ -1,8 +1,8 @@
 """How kernels are compiled: Numba without the interpreter lock, cached on disk, in strict float64.
 
-Strict, because a kernel exists more than once: on its own, inlined in its callers, and in each of the processes' caches.
-Where the compiler may contract or re-order, these copies differ in their last bits (measured: a tone's bytes changed
-between the process that compiled it and the next one, which loaded it), and the same patch must give the same bytes.
+Strict, because a kernel exists more than once: on its own, inlined in its callers, and in every process's cache. Where
+the compiler may contract or re-order, these copies differ in their last bits (measured: a tone's bytes changed between
+the process that compiled it and the next one, which loaded it), and the same patch must give the same bytes.
 """
 
 from numba import njit

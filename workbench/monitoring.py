@@ -17,6 +17,8 @@ from workbench.floor.contacts import ContactRows, ContactTracker
 from workbench.floor.footsteps import Step, StepCounter
 from workbench.floor.forces import Forces, floor_beside, read_forces
 from workbench.floor.layout import Floor, default_floor
+from workbench.nodes import REGISTRY
+from workbench.patch.patch import Patch
 from workbench.records.recording import Recording
 
 _CHUNK = 4096
@@ -55,14 +57,12 @@ class FileStream:
 class SessionStream:
     """A running session, in real time."""
 
-    def __init__(self, target: Target, seconds: float | None, record: Path | None) -> None:
-        from workbench.nodes import REGISTRY
-        from workbench.patch.patch import Patch
-
+    def __init__(self, target: Target, seconds: float | None, record: Path | None, patch: Path | None) -> None:
         self.floor = target.floor
         self._seconds = math.inf if seconds is None else seconds
         self._rate = target.rate
-        self._session = Session(target, Patch(title="monitor"), REGISTRY)
+        played = Patch.load(patch, REGISTRY) if patch else Patch(title="monitor")
+        self._session = Session(target, played, REGISTRY, patch.parent if patch else None)
         self._steps = _Steps(target.floor, self._session.force_rate_hz)
         if record is not None:
             self._session.record(record)
@@ -115,14 +115,14 @@ class _Steps:
 
 
 def open_stream(
-    source: str, floor: Path | None, seconds: float | None, pace: bool, record: Path | None
+    source: str, floor: Path | None, seconds: float | None, pace: bool, record: Path | None, patch: Path | None
 ) -> FileStream | SessionStream:
     """The stream of "simulator", of a force CSV, or of a recording."""
     if source == "simulator":
-        return SessionStream(Target(Floor.load(floor) if floor else default_floor()), seconds, record)
+        return SessionStream(Target(Floor.load(floor) if floor else default_floor()), seconds, record, patch)
     path = Path(source)
     if is_recording(path):
-        if pace or record is not None:
+        if pace or record is not None or patch is not None:
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
     beside = floor or floor_beside(path)
@@ -132,10 +132,10 @@ def open_stream(
         raise BadFile(f"{source} has no floor beside it ({beside.name}); say --floor FILE")
     layout = Floor.load(beside)
     forces = read_forces(path, layout)
-    if pace or record is not None:
+    if pace or record is not None or patch is not None:
         length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
         target = Target(layout, kind="replay", source=str(path))
-        return SessionStream(target, min(length, seconds or math.inf), record)
+        return SessionStream(target, min(length, seconds or math.inf), record, patch)
     return FileStream(forces, layout, seconds)
 
 

@@ -129,7 +129,7 @@ def grid(
     return GridFracture(strain, failures.astype(np.int64), energy)
 
 
-#: The square of the fastest motion of the coupled cells, in radians a frame: the kicks are stable up to about 4.
+#: The coupled cells turn by at most the root of this in a frame, in radians; the kicks are stable up to about 4.
 _FASTEST = 0.25
 
 #: The largest eigenvalue of the ties between cells, for a coupling of 1.

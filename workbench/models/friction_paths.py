@@ -94,12 +94,9 @@ def _draw(motion, x0, v0, steps, levels, generator, duration, position):
                 odds = gap * next_gap / (noise * stride)
                 crossed = odds < 40.0 and generator.random() < math.exp(-odds)
             if crossed:
-                part = _bridge(gap, abs(next_gap), 2.0 * noise * stride, generator)
-                # The cubic through both ends' places and velocities.
-                rest = 1.0 - part
-                bow = part * rest * stride * (rest * v - part * next_v)
-                duration[i] = stride * part + levels[0, 0] * done
-                position[i] = rest * rest * (1.0 + 2.0 * part) * x + part * part * (3.0 - 2.0 * part) * next_x + bow
+                part = stride * _bridge(gap, abs(next_gap), 2.0 * noise * stride, generator)
+                duration[i] = levels[0, 0] * done + part
+                position[i] = x + belt * part - _lag_behind(gap, part, noise, generator)
                 break
             x = next_x
             v = next_v
@@ -124,3 +121,14 @@ def _bridge(gap, next_gap, variance, generator):
     else:
         ratio = 1.0 / (inverse_mean * inverse_mean * small)
     return ratio / (1.0 + ratio)
+
+
+@kernel
+def _lag_behind(gap, part, noise, generator):
+    # What the belt gains on a block that first reaches its velocity after `part`: the area under a Bessel bridge, the
+    # length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0. From its middle, with weights that give the
+    # mean area both without noise and without gap.
+    spread = math.sqrt(0.5 * noise * part)
+    along = 0.5 * gap + spread * generator.standard_normal()
+    across = spread * spread * (generator.standard_normal() ** 2 + generator.standard_normal() ** 2)
+    return part * ((0.5 - math.pi / 8.0) * gap + 0.25 * math.pi * math.sqrt(along * along + across))

@@ -50,13 +50,13 @@ def blow(
     masses above 0 (kg); shapes at the struck point. A mode at or above half the rate takes part in the contact, but is
     left out of displacement and acceleration, where it would alias. `load_n` presses the hammer on (0 or more).
 
-    `error`, 1e-12 to 0.5, is the relative L2 error asked of the displacement. Sub-steps are doubled until two runs agree
-    to it, at most to 4096 a frame; beyond (a contact shorter than 1/200 of a frame) the error is larger, but energy is
-    never gained. Rounding sets a floor near 1e-12. Raises `BadValue`.
+    `error`, 1e-12 to 0.5, is the relative L2 error asked of the displacement. Sub-steps are doubled until two runs
+    agree to it, at most to 4096 a frame; where those do not suffice (a contact shorter than 1/200 of a frame) the error
+    is larger, but energy is never gained. Rounding sets a floor near 1e-12. Raises `BadValue`.
 
     >>> hit = blow(0.02, 1.0, 1e7, 1.5, 0.0, [200.0], [10.0], [1.0], [1.0], seconds=0.01, rate=48_000, error=1e-6)
-    >>> round(hit.force_n.sum() / 48_000, 4)  # impulse, N s: a little less than 2 m v, since the object gives way
-    0.0392
+    >>> round(float(hit.force_n.sum()) / 48_000, 4)  # impulse, N s: less than 2 m v, since the object gives way
+    0.0393
     """
     for name, value, lowest, highest, allowed in (
         ("mass_kg", mass_kg, 1e-12, 1e12, "1e-12 to 1e12 kg"),
@@ -95,7 +95,10 @@ def blow(
         coarse = fine
 
 
-def _run(hammer: NDArray[np.float64], velocity_m_s: float, modes: tuple, frames: int, rate: float) -> Blow:
+_Modes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
+def _run(hammer: NDArray[np.float64], velocity_m_s: float, modes: _Modes, frames: int, rate: float) -> Blow:
     """One run, with the hammer's own number of sub-steps."""
     s = np.zeros(impact_row.state_size(modes[0].size))
     t = np.zeros(impact_row.tuning_size(modes[0].size))

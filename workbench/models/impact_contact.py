@@ -27,7 +27,7 @@ CHANGE, CURVE, PUSH, TILT, COEFFICIENTS = 0, 2, 4, 6, 8
 
 @kernel
 def prepare(rows, m, b, w, gain, h):
-    """Write the coefficients of mode `m`, of decay `b` and angular frequency `w`, for steps of `h` seconds; return its share of A, B and C (see `solve`)."""
+    """Write the coefficients of mode `m` for steps of `h` seconds; return its share of A, B and C (see `solve`)."""
     z = complex(-b * h, w * h)
     rise, lean = _means(z)
     change = z * rise
@@ -135,9 +135,11 @@ def _means(z):
     if abs(z) > 0.5:
         rise = (cmath.exp(z) - 1.0) / z
         return rise, (0.5 * rise + (1.0 - rise) / z) / z
-    rise, lean, term = complex(1.0), complex(0.0), complex(1.0)
-    for n in range(1, 14):
-        lean += term / (2.0 * (n + 1) * (n + 2))
-        term *= z / n
+    rise, lean, term = complex(1.0), complex(1.0 / 12.0), z
+    n = 1
+    while abs(term) > 1e-17:  # term: z^n / n!
         rise += term / (n + 1)
+        lean += term / (2.0 * (n + 2) * (n + 3))
+        n += 1
+        term *= z / n
     return rise, lean

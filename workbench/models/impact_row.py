@@ -26,10 +26,13 @@ _IN_CONTACT, _ACTIVE, _LATELY, _ANCHOR = 0, 1, 2, 3
 _WAY, _SPEED, _ELASTIC, _FORCE, _TREND = 4, 5, 6, 7, 8  # into the surface (m), m/s, k x^a, last force (N), its N/s
 _MASS, _STIFFNESS, _EXPONENT, _DAMPING, _LOAD = 9, 10, 11, 12, 13  # as the hammer's, in order
 _SUBSTEPS, _A, _B, _C = 14, 15, 16, 17
-_SURFACE, _SURFACE_SPEED = 18, 19  # of the struck point at the frame's start, as heard
+_CHANGE, _CURVE = 18, 19  # what the free modes do to D and W of the next sub-step
+_SURFACE, _SURFACE_SPEED = 20, 21  # of the struck point at the frame's start, as heard
 _ACCELERATION, _DISPLACEMENT, _WORK, _PHASORS = 32, 32 + BLOCK, 32 + 2 * BLOCK, 32 + 3 * BLOCK
-_RE, _IM, _ROWS = COEFFICIENTS, COEFFICIENTS + 1, COEFFICIENTS + 2
-# t: modes, floor, rate; tables, which own gain, decay, angular frequency and whether the mode is heard.
+_RE, _IM = COEFFICIENTS, COEFFICIENTS + 1  # the phasors, then what `_listen` and `_most` take of them
+_SHOW, _SHOW_RE, _SHOW_IM, _PACE, _ROWS = range(COEFFICIENTS + 2, COEFFICIENTS + 7)
+# t: modes, floor, rate; tables, which own gain, decay, angular frequency and whether the mode is heard; for each mode
+# what turns its phasor into the mean acceleration over the frame that begins with it.
 _TABLES = 8
 _GAIN, _DECAY, _ANGULAR, _HEARD = OWN, OWN + 1, OWN + 2, OWN + 3
 _SLOWEST = 1e-6  # rad/s: a mode slower than this moves as a free mass, and a phasor must turn
@@ -40,7 +43,7 @@ def state_size(modes):
     """The floats of `s`.
 
     >>> state_size(10)
-    444
+    524
     """
     return _PHASORS + 6 * modes + _ROWS * _padded(modes)
 
@@ -50,9 +53,9 @@ def tuning_size(modes):
     """The floats of `t`.
 
     >>> tuning_size(10)
-    408
+    428
     """
-    return _TABLES + TABLE * modes
+    return _TABLES + (TABLE + 2) * modes
 
 
 @kernel
@@ -76,6 +79,9 @@ def tune(t, frequencies_hz, decays_per_s, masses_kg, shapes, rate_hz, floor):
         table[o + _DECAY] = decays_per_s[m]
         table[o + _ANGULAR] = angular
         table[o + _HEARD] = 1.0 if frequencies_hz[m] < 0.5 * rate_hz else 0.0
+        pole = complex(table[o + 1], table[o + 17])
+        weight = complex(-decays_per_s[m], angular) * (pole - 1.0) * (rate_hz * table[o + _HEARD])
+        table[TABLE * modes + 2 * m], table[TABLE * modes + 2 * m + 1] = weight.real, weight.imag
 
 
 @kernel
@@ -85,10 +91,10 @@ def ring(s, t, hammer, events, count, force, acceleration, displacement, frame, 
     `hammer`: mass (kg), stiffness (N/m^exponent), exponent, damping mu (s/m), a constant load on it (N), the relative
     error asked of the displacement, and sub-steps a frame, where 0 leaves them to the error; all are read when an event
     throws it. `events` is flat, (time, velocity in m/s, duration) for each of `count` events, in order of time, at most
-    one a frame; one before `frame` acts at once. A throw takes the hammer away from wherever it is; the object rings on.
+    one a frame; one before `frame` acts at once. A throw takes the hammer from wherever it is; the object rings on.
 
     Out: contact force (N) and acceleration of the struck point (m/s^2), both the mean over each frame, and its
-    displacement (m) at each frame. The last two may have length 0 and cost nothing then.
+    displacement (m) at each frame. Without the displacement (an array of length 0, in every call) it costs less.
     """
     done = 0
     event = 0
@@ -110,17 +116,16 @@ def ring(s, t, hammer, events, count, force, acceleration, displacement, frame, 
         if s[_IN_CONTACT] != 0.0:
             done = _contact(s, t, first, impulse, force, acceleration, displacement, done, until)
             if s[_IN_CONTACT] == 0.0:
-                _let_ring(s, t, (frame + done) % BLOCK)
+                _let_ring(s, t, (frame + done) % BLOCK, displacement.size > 0)
         else:
             start = (frame + done) % BLOCK
             if start == 0:
                 if (frame + done) % _PATIENCE == 0:
                     _drop(s, t)
-                _begin_block(s, t)
+                _begin_block(s, t, displacement.size > 0)
             for i in range(done, min(until, done + BLOCK - start)):
                 force[i] = 0.0
-                if acceleration.size > 0:
-                    acceleration[i] = s[_ACCELERATION + start + i - done]
+                acceleration[i] = s[_ACCELERATION + start + i - done]
                 if displacement.size > 0:
                     displacement[i] = s[_DISPLACEMENT + start + i - done]
             done = min(until, done + BLOCK - start)
@@ -137,7 +142,7 @@ def rest(s, t):
     modes = int(t[0])
     for m in range(int(s[_ACTIVE])):
         o = _PHASORS + 2 * modes + 2 * m
-        bound += abs(_weight(t, m)) * math.hypot(s[o], s[o + 1])
+        bound += _loudness(t, m, s[o], s[o + 1])
     return bound
 
 
@@ -168,51 +173,47 @@ def _rows(s, modes):
 
 
 @kernel
-def _weight(t, m):
-    """What turns a phasor into the mean acceleration over the frame that begins with it."""
-    o = _TABLES + TABLE * m
-    pole = complex(t[o + 1], t[o + 17])
-    return complex(-t[o + _DECAY], t[o + _ANGULAR]) * (pole - 1.0) * (t[2] * t[o + _HEARD])
+def _loudness(t, m, x, y):
+    """The size of a mode's acceleration, of its phasor."""
+    o = _TABLES + TABLE * int(t[0]) + 2 * m
+    return math.sqrt((t[o] ** 2 + t[o + 1] ** 2) * (x * x + y * y))
 
 
 @kernel
-def _begin_block(s, t):
+def _begin_block(s, t, show):
     """Free ringing from the last block's end on."""
-    modes = int(t[0])
-    active = int(s[_ACTIVE])
-    end = s[_PHASORS + 2 * modes : _PHASORS + 4 * modes]
+    o = _PHASORS + 2 * int(t[0])
+    for i in range(2 * int(s[_ACTIVE])):
+        s[_PHASORS + i] = s[o + i]
     s[_ANCHOR] = 0.0
-    for i in range(2 * active):
-        s[_PHASORS + i] = end[i]
-    _fill(s, t, 0)
+    _fill(s, t, 0, show)
 
 
 @kernel
-def _fill(s, t, start):
-    """Both blocks from frame `start` on, and the phasors at the block's end, from the phasors at the anchor."""
+def _fill(s, t, start, show):
+    """The blocks from frame `start` on and the phasors at their end, from those at the anchor."""
     modes = int(t[0])
     active = int(s[_ACTIVE])
     table = t[_TABLES:]
-    anchor = s[_PHASORS : _PHASORS + 2 * modes]
-    end = s[_PHASORS + 2 * modes : _PHASORS + 4 * modes]
-    work = s[_PHASORS + 4 * modes : _PHASORS + 6 * modes]
-    block = s[_WORK : _WORK + BLOCK]
+    anchor, end, work = _PHASORS, _PHASORS + 2 * modes, _PHASORS + 4 * modes
+    weights = TABLE * modes
     for m in range(active):
-        weight = _weight(t, m)
-        x, y = anchor[2 * m], anchor[2 * m + 1]
-        work[2 * m] = weight.real * x - weight.imag * y
-        work[2 * m + 1] = weight.real * y + weight.imag * x
-    free_block(block, table, work, active)
+        x, y = s[anchor + 2 * m], s[anchor + 2 * m + 1]
+        a, b = table[weights + 2 * m], table[weights + 2 * m + 1]
+        s[work + 2 * m], s[work + 2 * m + 1] = a * x - b * y, a * y + b * x
+        s[end + 2 * m], s[end + 2 * m + 1] = advanced(table, TABLE * m, x, y, BLOCK - start)
+    block = s[_WORK : _WORK + BLOCK]
+    phasors = s[work : work + 2 * modes]
+    free_block(block, table, phasors, active)
     for i in range(BLOCK - start):
         s[_ACCELERATION + start + i] = block[i]
-    for m in range(active):
-        heard = table[TABLE * m + _HEARD]
-        x, y = anchor[2 * m], anchor[2 * m + 1]
-        work[2 * m], work[2 * m + 1] = heard * x, heard * y
-        end[2 * m], end[2 * m + 1] = advanced(table, TABLE * m, x, y, BLOCK - start)
-    free_block(block, table, work, active)
-    for i in range(BLOCK - start):
-        s[_DISPLACEMENT + start + i] = block[i]
+    if show:
+        for m in range(active):
+            heard = table[TABLE * m + _HEARD]
+            phasors[2 * m], phasors[2 * m + 1] = heard * s[anchor + 2 * m], heard * s[anchor + 2 * m + 1]
+        free_block(block, table, phasors, active)
+        for i in range(BLOCK - start):
+            s[_DISPLACEMENT + start + i] = block[i]
 
 
 @kernel
@@ -222,7 +223,7 @@ def _drop(s, t):
         last = 0
         o = _PHASORS + 2 * int(t[0])
         for m in range(int(s[_ACTIVE])):
-            if abs(_weight(t, m)) * math.hypot(s[o + 2 * m], s[o + 2 * m + 1]) > t[1]:
+            if _loudness(t, m, s[o + 2 * m], s[o + 2 * m + 1]) > t[1]:
                 last = m + 1
             else:
                 s[o + 2 * m] = s[o + 2 * m + 1] = 0.0
@@ -231,7 +232,7 @@ def _drop(s, t):
 
 
 @kernel
-def _let_ring(s, t, start):
+def _let_ring(s, t, start, show):
     """The hammer has gone at frame `start` of a block: go on with free ringing."""
     modes = int(t[0])
     rows = _rows(s, modes)
@@ -242,7 +243,7 @@ def _let_ring(s, t, start):
     s[_LATELY] = 1.0
     if start > 0:
         s[_ANCHOR] = start
-        _fill(s, t, start)
+        _fill(s, t, start, show)
 
 
 @kernel
@@ -262,7 +263,13 @@ def _throw(s, t, hammer, start, part, velocity):
             if start > 0:
                 x, y = advanced(table, TABLE * m, x, y, start - int(s[_ANCHOR]))
             rows[_RE, m], rows[_IM, m] = x, y
-        _listen(s, t, rows)
+    for m in range(modes):
+        o = TABLE * m
+        rows[_SHOW, m] = table[o + _HEARD]
+        rows[_SHOW_RE, m] = table[o + _HEARD] * table[o + _ANGULAR]
+        rows[_SHOW_IM, m] = -table[o + _HEARD] * table[o + _DECAY]
+        rows[_PACE, m] = math.hypot(table[o + _ANGULAR], table[o + _DECAY])
+    s[_SURFACE], s[_SURFACE_SPEED] = _listen(rows)
     speed = 0.0
     mobility = 0.0
     for m in range(modes):
@@ -306,18 +313,17 @@ def _contact(s, t, first, impulse, force, acceleration, displacement, done, unti
         if displacement.size > 0:
             displacement[done] = s[_SURFACE]
         before = s[_SURFACE_SPEED]
-        if first == 0 and steps > 1 and s[_WAY] < 0.0 and _out_of_reach(s, t, rows, 1.0 / t[2]):
+        if first == 0 and steps > 1 and s[_WAY] < 0.0 and _out_of_reach(s, rows, 1.0 / t[2]):
             _fly(s, t, rows, 1.0 / t[2])
         else:
             impulse += _advance(s, t, rows, h, steps - first)
-        _listen(s, t, rows)
+        s[_SURFACE], s[_SURFACE_SPEED] = _listen(rows)
         force[done] = impulse * t[2]
-        if acceleration.size > 0:
-            acceleration[done] = (s[_SURFACE_SPEED] - before) * t[2]
+        acceleration[done] = (s[_SURFACE_SPEED] - before) * t[2]
         first = 0
         impulse = 0.0
         done += 1
-        if _has_left(s, t, rows):
+        if _has_left(s, rows):
             s[_IN_CONTACT] = 0.0
             break
     return done
@@ -334,6 +340,7 @@ def _set_step(s, t, rows, h):
         s[_A] += a
         s[_B] += b
         s[_C] += c
+    s[_CHANGE], s[_CURVE] = _move(rows, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -345,7 +352,7 @@ def _advance(s, t, rows, h, steps):
     nu = s[_DAMPING] / h
     pressed = load * h * h / mass
     impulse = 0.0
-    change, curve = _move(rows, 0.0, 0.0, 0.0)
+    change, curve = s[_CHANGE], s[_CURVE]
     for step in range(steps):
         free_d = h * speed + 0.5 * pressed - change
         free_w = pressed / 12.0 - curve
@@ -362,10 +369,11 @@ def _advance(s, t, rows, h, steps):
         if parts and steps - step > _FEW:
             s[_WAY], s[_SPEED] = x, speed
             left = (steps - 1 - step) * h
-            if _out_of_reach(s, t, rows, left):
+            if _out_of_reach(s, rows, left):
                 _fly(s, t, rows, left)
                 return impulse
     s[_WAY], s[_SPEED], s[_ELASTIC], s[_FORCE], s[_TREND] = x, speed, elastic, force, trend
+    s[_CHANGE], s[_CURVE] = change, curve
     return impulse
 
 
@@ -386,28 +394,45 @@ def _move(rows, step, f0, f1):
     return change, curve
 
 
-@kernel
-def _listen(s, t, rows):
-    """Note the struck point's displacement and speed, of the modes that are heard."""
+@modal_kernel
+def _listen(rows):
+    """The struck point's displacement and speed, of the modes that are heard."""
     way = 0.0
     speed = 0.0
-    for m in range(int(t[0])):
-        o = _TABLES + TABLE * m
-        x, y = rows[_RE, m], rows[_IM, m]
-        way += t[o + _HEARD] * y
-        speed += t[o + _HEARD] * (t[o + _ANGULAR] * x - t[o + _DECAY] * y)
-    s[_SURFACE] = way
-    s[_SURFACE_SPEED] = speed
+    for m in range(rows.shape[1]):
+        way += rows[_SHOW, m] * rows[_IM, m]
+        speed += rows[_SHOW_RE, m] * rows[_RE, m] + rows[_SHOW_IM, m] * rows[_IM, m]
+    return way, speed
+
+
+@modal_kernel
+def _most(rows):
+    """The surface's displacement, and the most that it and its speed can be while it rings freely."""
+    way = 0.0
+    most = 0.0
+    fastest = 0.0
+    for m in range(rows.shape[1]):
+        size = math.sqrt(rows[_RE, m] ** 2 + rows[_IM, m] ** 2)
+        way += rows[_IM, m]
+        most += size
+        fastest += rows[_PACE, m] * size
+    return way, most, fastest
 
 
 @kernel
-def _out_of_reach(s, t, rows, seconds):
+def _out_of_reach(s, rows, seconds):
     """Whether hammer and surface, apart now, cannot meet within `seconds`."""
-    fastest = s[_SPEED] + s[_LOAD] / s[_MASS] * seconds
-    for m in range(int(t[0])):
-        o = _TABLES + TABLE * m
-        fastest += math.hypot(t[o + _DECAY], t[o + _ANGULAR]) * math.hypot(rows[_RE, m], rows[_IM, m])
+    fastest = _most(rows)[2] + s[_SPEED] + s[_LOAD] / s[_MASS] * seconds
     return fastest * seconds < -s[_WAY]
+
+
+@kernel
+def _has_left(s, rows):
+    """Whether the surface cannot come back to the hammer, which nothing presses and nothing slows down."""
+    if s[_WAY] > 0.0 or s[_SPEED] > 0.0 or s[_LOAD] > 0.0:
+        return False
+    way, most, _ = _most(rows)
+    return s[_WAY] + way <= -most
 
 
 @kernel
@@ -424,16 +449,4 @@ def _fly(s, t, rows, seconds):
     s[_WAY] += (s[_SPEED] + 0.5 * pull) * seconds - way
     s[_SPEED] += pull
     s[_ELASTIC] = s[_FORCE] = s[_TREND] = 0.0
-
-
-@kernel
-def _has_left(s, t, rows):
-    """Whether the surface cannot come back to the hammer, which nothing presses and nothing slows down."""
-    if s[_WAY] > 0.0 or s[_SPEED] > 0.0 or s[_LOAD] > 0.0:
-        return False
-    surface = 0.0
-    reach = 0.0
-    for m in range(int(t[0])):
-        surface += rows[_IM, m]
-        reach += math.hypot(rows[_RE, m], rows[_IM, m])
-    return s[_WAY] + surface <= -reach
+    s[_CHANGE], s[_CURVE] = _move(rows, 0.0, 0.0, 0.0)

@@ -71,7 +71,7 @@ class ForceEnvelope:
 
 @node("strain-rate-envelope", "Shapes")
 class StrainRateEnvelope:
-    """How fast a compressible layer is being pressed in (equation 6.1): loud while the foot loads, not while it rests."""
+    """How fast a compressible layer is pressed in (equation 6.1): loud while the foot loads, not while it rests."""
 
     force = Input("N")
     frequency = Number(envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", doc="natural frequency of the layer")

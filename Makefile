@@ -1,0 +1,64 @@
+# Underfoot: `make run` opens it, `make test` tries it. Both make .venv and install what is missing.
+
+PYTHON ?= python3
+BIN := .venv/bin
+TOUR := underfoot-tour
+RUN_PACKAGES := libgl1 libegl1 libxkbcommon0 libfontconfig1 libdbus-1-3 libglib2.0-0 libxkbcommon-x11-0 \
+	libxcb-cursor0 libxcb-icccm4 libxcb-keysyms1 libxcb-shape0 libportaudio2 fonts-dejavu-core
+TEST_PACKAGES := pulseaudio pulseaudio-utils libasound2-plugins
+
+.PHONY: install run test bench clean
+
+install: .venv/ready
+
+run: .venv/ready
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then exec $(BIN)/underfoot; else $(MAKE) --no-print-directory tour; fi
+
+test: .venv/ready .venv/ready-test
+	$(BIN)/ruff check --quiet .
+	$(BIN)/ruff format --check --quiet .
+	$(BIN)/mypy
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
+
+bench: .venv/ready
+	$(BIN)/underfoot bench
+
+# With no display: what the window would show, as files.
+.PHONY: tour
+tour:
+	@echo "There is no display; a tour goes to $(TOUR)/ instead."
+	@mkdir -p $(TOUR) && rm -f $(TOUR)/*
+	$(BIN)/underfoot render presets/patches/gravel.json --seconds 10 -o $(TOUR)/gravel.wav
+	$(BIN)/underfoot monitor simulator --patch presets/patches/gravel.json --seconds 8 --record $(TOUR)/walk.underfoot --steps $(TOUR)/steps.csv
+	QT_QPA_PLATFORM=offscreen $(BIN)/underfoot --patch presets/patches/gravel.json --screenshot $(TOUR)
+	@ls $(TOUR)
+
+.venv/ready: pyproject.toml
+	@$(call debian,python3-venv $(RUN_PACKAGES))
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+.venv/ready-test: pyproject.toml .venv/ready
+	@$(call debian,$(TEST_PACKAGES))
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable ".[test]"
+	@touch $@
+
+clean:
+	rm -rf .venv $(TOUR) build *.egg-info
+
+# Debian packages that are missing: installed where that is allowed, else named in one line.
+define debian
+if command -v dpkg-query >/dev/null; then \
+	missing=""; \
+	for package in $(1); do \
+		dpkg-query -W -f='$${Status}' $$package 2>/dev/null | grep -q "ok installed" || missing="$$missing $$package"; \
+	done; \
+	if [ -n "$$missing" ]; then \
+		sudo=""; [ "$$(id -u)" = 0 ] || sudo="sudo -n"; \
+		if ! { $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends $$missing; } >/dev/null 2>&1; then \
+			echo "These Debian packages are missing, and could not be installed from here:$$missing"; \
+		fi; \
+	fi; \
+fi
+endef
