@@ -2,12 +2,16 @@
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from workbench import __version__
 from workbench.commands import monitor, nodes, render
-from workbench.errors import UnderfootError
+from workbench.errors import BadFile, UnderfootError
+
+if TYPE_CHECKING:
+    from workbench.engine.target import Target
 
 
 @click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
@@ -55,7 +59,23 @@ def _fail(line: str) -> None:
 def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> int:
     from widgets.window import run
 
-    return run(target, floor, patch, screenshot)
+    return run(_target(target, floor), patch, screenshot)
+
+
+def _target(name: str, floor: Path | None) -> "Target | None":
+    """The target that was asked for; None for what the window opens by itself."""
+    from workbench.engine.target import Target, force_rate_hz
+    from workbench.floor.forces import floor_beside
+    from workbench.floor.layout import Floor
+
+    if name == "simulator":
+        return Target(Floor.load(floor)) if floor else None
+    beside = floor or floor_beside(name)
+    if not Path(name).is_file():
+        raise BadFile(f"--target is {name}; allowed: simulator, or a force CSV that is there")
+    target = Target(Floor.load(beside), kind="replay", source=name)
+    force_rate_hz(target)  # a file that cannot be played is said before a window is there
+    return target
 
 
 if __name__ == "__main__":

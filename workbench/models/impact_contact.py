@@ -23,6 +23,7 @@ from workbench.kernels import kernel
 # Rows of coefficients, one number a mode, real parts and then imaginary parts: the change of z over a step, what z
 # adds to W, and what F0 and F1 add to z.
 CHANGE, CURVE, PUSH, TILT, COEFFICIENTS = 0, 2, 4, 6, 8
+_WHOLE, _CLIPPED, _REFUSED = range(3)
 
 
 @kernel
@@ -58,15 +59,21 @@ def solve(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, mean, sl
     elif x > 0.0:
         curvature = exponent * elastic / x
     if b > 0.0:
-        f0, f1, way, force = _newton(
-            x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, curvature / (1.0 + b * curvature)
+        curvature /= 1.0 + b * curvature
+        f0, f1, way, force, kind = _newton(
+            x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, curvature
         )
-        if f0 >= 0.0:
+        if kind == _WHOLE:
             return f0, f1, way, force
+        if kind == _CLIPPED:
+            way = free_d - a * f0
+            force = stiffness * power(x + way, exponent)
+            if way <= 0.0 and f0 <= _mean(x, x + way, elastic, force, exponent):  # no more than the contact gives back
+                return f0, 0.0, way, force
     if x <= 0.0:  # from above the solution the iteration falls straight to it
         d = min(free_d, ((exponent + 1.0) * free_d**2 / (a * stiffness)) ** (1.0 / (exponent + 1.0)) - x)
         end = stiffness * power(x + d, exponent)
-    return _newton(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, 0.0)
+    return _newton(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, 0.0)[:4]
 
 
 @kernel
@@ -81,11 +88,15 @@ def power(x, exponent):
 
 @kernel
 def _newton(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, curvature):
-    """Solve for D from a first guess `d`, with `end` the elastic force there. F0 is -1 where order 4 does not hold."""
+    """Solve for D from a first guess `d`, with `end` the elastic force there; what came of it is the last number.
+
+    Without `curvature` this is the scheme of order 2, clipped at 0, which always holds. With it, `_CLIPPED` comes with
+    the mean of a force that reaches 0, or leaves it, within the step, and `_REFUSED` with nothing.
+    """
     tilt = 12.0 * nu * _mean(x, x + d, elastic, end, exponent) if curvature > 0.0 else 0.0
     scale = 1.0 - b * curvature + c * tilt
     if scale < 0.1:
-        return -1.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, _REFUSED
     for _ in range(100):
         y = x + d
         e = _mean(x, y, elastic, end, exponent)
@@ -95,27 +106,37 @@ def _newton(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end
             de = exponent * e / max(x + y, 1e-300)
         g = 1.0 + nu * d
         q, dq = e * g, de * g + e * nu
-        if g < 0.0:
+        if g < 0.0 and curvature == 0.0:
             q = dq = 0.0
         r, dr = curvature * d * g, curvature * (g + nu * d)
         w, dw = (free_w - b * q - c * r) / scale, -(b * dq + c * dr) / scale
         excess = d - free_d + a * (q - curvature * w) - b * (r + tilt * w)
         rise = 1.0 + a * (dq - curvature * dw) - b * (dr + tilt * dw)
         if not rise > 0.05:
-            return -1.0, 0.0, 0.0, 0.0
+            return 0.0, 0.0, 0.0, 0.0, _REFUSED
         step = -excess / rise
         d += step
         if abs(step) <= 1e-8 * abs(x + d) + 1e-14 * abs(x):
             # The next step would be this one squared: everything is known well enough to first order.
-            f0 = (q + dq * step) - curvature * (w + dw * step)
-            f1 = (r + dr * step) + tilt * (w + dw * step)
-            if curvature > 0.0 and (g < 0.0 or f0 < 0.0 or e < curvature * abs(w)):
-                return -1.0, 0.0, 0.0, 0.0
+            w += dw * step
+            f0 = (q + dq * step) - curvature * w
             if y > 0.0:
                 end += exponent * end / y * step
-            return max(f0, 0.0), f1, d, end if x + d > 0.0 else 0.0
+            if curvature > 0.0:
+                first, last = 1.0 + nu * (d - 6.0 * w), 1.0 + nu * (d + 6.0 * w)
+                if (first < 0.0 or last < 0.0) and x > 0.0:
+                    if first > 0.0:
+                        return 0.5 * elastic * first * first / (first - last), 0.0, 0.0, 0.0, _CLIPPED
+                    if last > 0.0:
+                        return 0.5 * end * last * last / (last - first), 0.0, 0.0, 0.0, _CLIPPED
+                    return 0.0, 0.0, 0.0, 0.0, _CLIPPED
+                if f0 < 0.0 or e < curvature * abs(w):
+                    return 0.0, 0.0, 0.0, 0.0, _REFUSED
+            return max(f0, 0.0), r + dr * step + tilt * w, d, end if x + d > 0.0 else 0.0, _WHOLE
         end = stiffness * power(x + d, exponent)
-    return max((free_d - d) / a, 0.0) if curvature == 0.0 else -1.0, 0.0, d, end
+    if curvature > 0.0:
+        return 0.0, 0.0, 0.0, 0.0, _REFUSED
+    return max((free_d - d) / a, 0.0), 0.0, d, end, _WHOLE
 
 
 @kernel

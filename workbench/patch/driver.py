@@ -18,6 +18,7 @@ from numba.extending import intrinsic
 from workbench.clock import RAMP, SPAN
 from workbench.kernels import kernel
 from workbench.patch.tables import (
+    ANY,
     CONTROL_AT,
     CONTROL_MEMORY,
     CONTROLS,
@@ -27,9 +28,10 @@ from workbench.patch.tables import (
     EVENT_INS,
     EVENT_OUT_AT,
     EVENT_OUTS,
+    GUARDED,
     IN_AT,
     INS,
-    MUTED_BY_ANY,
+    MODE,
     OUT_AT,
     OUTS,
     REST,
@@ -212,7 +214,7 @@ def _stirred(p, k, row, naps):
         loud = 0
         for j in range(watched_at, watched_at + watched):
             loud += p.loud[p.watched[j], nap] != 0
-        if loud > 0 and (p.nodes[k, MUTED_BY_ANY] == 0 or loud == watched):
+        if loud > 0 and (p.nodes[k, MODE] != ANY or loud == watched):
             return True
     for j in range(p.nodes[k, EVENT_IN_AT], p.nodes[k, EVENT_IN_AT] + p.nodes[k, EVENT_INS]):
         source = p.events_in[j]
@@ -241,7 +243,7 @@ def _wake(p, k, row, frame, f, g, nap):
     """The first frame in [f, g) at which a sleeping row has something to do, or g."""
     watched_at, watched = p.nodes[k, WATCHED_AT], p.nodes[k, WATCHED]
     wake = g
-    if p.nodes[k, MUTED_BY_ANY] != 0:
+    if p.nodes[k, MODE] == ANY:
         for j in range(watched_at, watched_at + watched):
             if p.loud[p.watched[j], nap] == 0:
                 return g
@@ -296,7 +298,7 @@ def _far(p, k, g, nap, first, n):
         loud = 0
         for j in range(p.nodes[k, WATCHED_AT], p.nodes[k, WATCHED_AT] + p.nodes[k, WATCHED]):
             loud += p.loud[p.watched[j], nap] != 0
-        if loud == 0 or (p.nodes[k, MUTED_BY_ANY] != 0 and loud < p.nodes[k, WATCHED]):
+        if loud == 0 or (p.nodes[k, MODE] == ANY and loud < p.nodes[k, WATCHED]):
             break
         nap += 1
         g = min(first + nap * NAP, n)
@@ -402,10 +404,12 @@ def _may_sleep(p, k, row, now, nap):
     quiet = 0
     for j in range(p.nodes[k, WATCHED_AT], p.nodes[k, WATCHED_AT] + p.nodes[k, WATCHED]):
         quiet += p.loud[p.watched[j], nap] == 0
-    if p.nodes[k, MUTED_BY_ANY] != 0:
+    if p.nodes[k, MODE] == ANY:
         return quiet > 0
     if quiet < p.nodes[k, WATCHED]:
         return False
+    if p.nodes[k, MODE] == GUARDED:
+        return True
     for j in range(p.nodes[k, EVENT_IN_AT], p.nodes[k, EVENT_IN_AT] + p.nodes[k, EVENT_INS]):
         if p.last_event[j, row] >= now - NAP:
             return False

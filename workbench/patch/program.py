@@ -11,6 +11,7 @@ from workbench.errors import BadValue, require
 from workbench.models.random import stream_key
 from workbench.parameters import Number, Parameter, Tiles
 from workbench.patch import driver, tables
+from workbench.patch.guards import guarded
 from workbench.patch.node import NodeType, Registry
 from workbench.patch.patch import Patch
 
@@ -43,9 +44,8 @@ class Program:
         patch.check(registry)
         self.patch, self.tiles, self.rate, self.block = patch, tuple(tiles), rate, block
         self.scope_names = tuple(scopes)
-        order = patch.order()
         alive = _alive(patch, registry, scopes)
-        self.node_ids = tuple(id for id in order if id in alive)
+        self.node_ids, self._guards = guarded(patch, registry, alive, scopes)
         self.left_out = tuple(node.id for node in patch.nodes if node.id not in alive)
         self._index = {id: k for k, id in enumerate(self.node_ids)}
         self._types = [registry[patch.node(id).type] for id in self.node_ids]
@@ -225,9 +225,10 @@ class Program:
             nodes[k, [tables.INS, tables.IN_AT]] = len(inputs), len(signals_in)
             signals_in.extend(inputs.values())
             muting = [n for n in type.muted_by if n in live or f"{id}.{n}" in wire_to]
-            watch = [inputs[n] for n in (muting or [n for n in inputs if n in live])]
+            guards = [lane_of[name] for name in self._guards.get(id, ())]
+            watch = guards or [inputs[n] for n in (muting or [n for n in inputs if n in live])]
             nodes[k, [tables.WATCHED, tables.WATCHED_AT]] = len(watch), len(watched)
-            nodes[k, tables.MUTED_BY_ANY] = bool(muting)
+            nodes[k, tables.MODE] = tables.GUARDED if guards else tables.ANY if muting else tables.ALL
             watched.extend(watch)
             awake_at_first[k] = not watch and not wired_events
             nodes[k, [tables.CONTROLS, tables.CONTROL_AT]] = len(type.controls), len(drivers)
@@ -313,6 +314,7 @@ class Program:
             settings=np.array([float(self.rate)]),
         )
         self._where = tables.addresses(self.tables)
+        driver.run_block(self._where, 0, 0)  # no frames: loads the driver, so that the first block need not
         self.output = self.tables.output
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
         self.hosts = {

@@ -89,10 +89,15 @@ TABLES = tuple((name, *hint.__metadata__) for name, hint in get_type_hints(Table
     DATA_AT,
     WATCHED,
     WATCHED_AT,
-    MUTED_BY_ANY,
+    MODE,
     DRIVEN,
     COLUMNS,
 ) = range(23)
+
+
+ALL, ANY, GUARDED = range(3)
+"""What puts a row to sleep: all watched inputs silent and nothing left in it; any of them; or all of them, whatever is
+left in it, because nobody would hear it."""
 
 
 def addresses(tables: Tables) -> np.ndarray:

@@ -1,0 +1,89 @@
+"""What need not run although nothing stops it: sources whose sound is multiplied by something that is silent.
+
+A free-running source (noise, a tone) is guarded if every way from it to a sink leads through a node that another of its
+inputs can mute. While those other inputs are silent the source sleeps with them, and begins anew when they wake.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from workbench.patch.node import Registry
+from workbench.patch.patch import Patch
+
+
+def guarded(
+    patch: Patch, registry: Registry, alive: set[str], scopes: Sequence[str]
+) -> tuple[tuple[str, ...], dict[str, list[str]]]:
+    """The living nodes in an order in which guards come before what they guard; and the guards ("node.port") of each.
+
+    A node that is looked at through a scope is not guarded.
+    """
+    types = {node.id: registry[node.type] for node in patch.nodes}
+    after: dict[str, set[str]] = {id: set() for id in types}
+    for source, target in patch.wires:
+        after[_id(source)].add(_id(target))
+    watched = {_id(scope) for scope in scopes}
+    wired = {target: source for source, target in patch.wires}
+    guards: dict[str, list[str]] = {}
+    for id in patch.order():
+        type = types[id]
+        ports = [*(port.name for port in type.inputs), *type.muted_by]
+        stopped = type.hosts or type.is_struck or any(f"{id}.{port}" in wired for port in ports)
+        if id not in alive or stopped:
+            continue
+        found = _guards(id, types, wired, patch.wires, alive, watched)
+        if found and not any(_leads(id, _id(guard), after) for guard in found):
+            for guard in found:
+                after[_id(guard)].add(id)
+            guards[id] = found
+    return tuple(id for id in _sorted(patch.order(), after) if id in alive), guards
+
+
+def _guards(
+    id: str, types: Mapping, wired: Mapping[str, str], wires: Sequence, alive: set[str], watched: set[str]
+) -> list[str] | None:
+    """Signals one of which must be loud for `id` to be heard; None if it may be heard at any time."""
+    if id in watched or types[id].is_sink:
+        return None
+    found: list[str] = []
+    for source, target in wires:
+        if _id(source) != id or _id(target) not in alive:
+            continue
+        consumer, port = _id(target), target.partition(".")[2]
+        muting = types[consumer].muted_by
+        others = [wired[f"{consumer}.{name}"] for name in muting if name != port and f"{consumer}.{name}" in wired]
+        if port in muting and others and consumer not in watched:
+            found.append(others[0])
+            continue
+        behind = _guards(consumer, types, wired, wires, alive, watched)
+        if behind is None:
+            return None
+        found += behind
+    return list(dict.fromkeys(found))
+
+
+def _leads(start: str, goal: str, after: Mapping[str, set[str]]) -> bool:
+    """Whether there is a way from `start` to `goal`."""
+    seen, frontier = {start}, [start]
+    while frontier:
+        for id in after[frontier.pop()] - seen:
+            seen.add(id)
+            frontier.append(id)
+    return goal in seen
+
+
+def _sorted(order: Sequence[str], after: Mapping[str, set[str]]) -> list[str]:
+    """All nodes, each behind everything that it comes after; otherwise as in `order`."""
+    waits = {id: sum(id in follow for follow in after.values()) for id in order}
+    done: list[str] = []
+    rest = list(order)
+    while rest:
+        id = next(id for id in rest if waits[id] == 0)
+        rest.remove(id)
+        done.append(id)
+        for follower in after[id]:
+            waits[follower] -= 1
+    return done
+
+
+def _id(end: str) -> str:
+    return end.partition(".")[0]
