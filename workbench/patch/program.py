@@ -122,7 +122,7 @@ class Program:
 
     def report(self) -> dict[str, list[str]]:
         """Ids of the nodes that ran, that slept throughout, and that were left out."""
-        ran = self.tables.ran.any(axis=1)
+        ran = self.tables.ran.sum(axis=1)
         return {
             "run": [id for id, k in self._index.items() if ran[k]],
             "asleep": [id for id, k in self._index.items() if not ran[k]],
