@@ -148,7 +148,8 @@ _STRAIN, _SPEED, _FAILED, _NEXT, _SHARE, _NEW_SHARE, _BREAKING, _FORMER, _KICK, 
 _ARRAYS = _STEP + 8
 
 
-def state_size(cells: int) -> int:
+@kernel
+def state_size(cells):
     """Float64 values of one row's state with `cells` cells.
 
     >>> state_size(16)

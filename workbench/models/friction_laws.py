@@ -141,13 +141,21 @@ class SlipLaw:
     def _atoms(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Time, middle, width and mass (a probability) of every packet at every instant."""
         pieces = []
+        share = np.empty(INSTANTS)
         for start, length, first, spacing, width, speed, count, place in self.panels.table:
             packets = int(count)
-            within = 0.5 * length * (1.0 + NODES)[:, None]
-            middles = first + speed * within + spacing * np.arange(packets)
-            masses = self.panels.masses[int(place) : int(place) + INSTANTS * packets].reshape(INSTANTS, packets)
-            masses = 0.5 * length * WEIGHTS[:, None] * masses
-            pieces.append(np.broadcast_arrays(start + within, middles, width, masses))
+            held = self.panels.masses[int(place) : int(place) + INSTANTS * packets].reshape(INSTANTS, packets)
+            cuts = _cuts(speed, length, width)
+            for cut in range(cuts):
+                z = (2.0 * cut + 1.0 + NODES) / cuts - 1.0
+                split = np.empty((INSTANTS, INSTANTS))
+                for m in range(INSTANTS):
+                    shares(z[m], share)
+                    split[m] = share
+                within = 0.5 * length * (1.0 + z)[:, None]
+                middles = first + speed * within + spacing * np.arange(packets)
+                masses = 0.5 * length / cuts * WEIGHTS[:, None] * (split @ held)
+                pieces.append(np.broadcast_arrays(start + within, middles, width, masses))
         times, middles, widths, masses = (np.concatenate([p[i].ravel() for p in pieces] or [[]]) for i in range(4))
         return times, middles, widths, masses
 
@@ -199,6 +207,12 @@ def _quantiles(at: np.ndarray, masses: np.ndarray) -> np.ndarray:
 
 
 @kernel
+def _cuts(speed, length, width):
+    # A lattice that travels over many packet widths is read more often than at the panel's own instants.
+    return 1 + int(speed * length / (4.0 * width))
+
+
+@kernel
 def _mixture(points, middles, widths, masses, out):
     # Density and cdf, out[0] and out[1], of a mixture of normal laws.
     for i in range(points.size):
@@ -227,8 +241,9 @@ def _periods(points, table, masses, belt, x0, out):
             span = min(length, points[i] - start)
             if span <= 0.0:
                 break
-            for m in range(INSTANTS):
-                within = 0.5 * span * (1.0 + NODES[m])
+            cuts = _cuts(speed, span, width)
+            for m in range(INSTANTS * cuts):
+                within = span * (m // INSTANTS + 0.5 * (1.0 + NODES[m % INSTANTS])) / cuts
                 shares(2.0 * within / length - 1.0, share)
                 lowest = x0 - belt * (points[i] - start - within)
                 for q in range(packets):
@@ -238,7 +253,7 @@ def _periods(points, table, masses, belt, x0, out):
                         mass = 0.0
                         for n in range(INSTANTS):
                             mass += share[n] * masses[int(place) + n * packets + q]
-                        mass *= 0.5 * span * WEIGHTS[m]
+                        mass *= 0.5 * span / cuts * WEIGHTS[m % INSTANTS]
                         density += mass * belt * _bell(z) / width
                         below += mass * (_under((x0 - middle) / width) - _under(z))
         out[0, i] = density

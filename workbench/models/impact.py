@@ -120,4 +120,4 @@ def _distance(coarse: Blow, fine: Blow) -> float:
 def _contacts(run: Blow) -> int:
     """How often contact begins, as far as whole frames show it."""
     touching = run.force_n > 0.0
-    return int(touching[0]) + int(np.count_nonzero(touching[1:] & ~touching[:-1]))
+    return int(np.count_nonzero(touching & np.diff(touching, prepend=False)))
