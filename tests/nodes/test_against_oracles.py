@@ -1,0 +1,172 @@
+"""Nodes on a program against closed forms, SciPy and tight solutions: the whole way from wire to output."""
+
+import numpy as np
+import pytest
+import soundfile
+from scipy import integrate, signal
+
+from workbench.models.waveshaping import peak_bound
+from workbench.nodes import REGISTRY
+from workbench.patch.patch import Patch
+from workbench.patch.program import Program
+
+RATE = 48_000.0
+TILE = ("t1",)
+
+
+def play(patch, scope, frames=9_600, force=None, strikes=(), folder=None):
+    """The frames of one output; strikes are (session frame, strength)."""
+    program = Program(patch, REGISTRY, TILE, rate=RATE, block=960, scopes=[scope], folder=folder)
+    for frame, strength in strikes:
+        program.strike("", TILE[0], frame, strength)
+    out = np.zeros(frames)
+    for at in range(0, frames, 960):
+        if force is not None:
+            program.hosts["force_n"][0, :960] = force[at : at + 960]
+        program.run(at, 960)
+        out[at : at + 960] = program.scope[scope][0, :960]
+    return out
+
+
+def chain(*types, **parameters):
+    """Nodes in a row, the first output of each on the first input of the next; parameters are of the last."""
+    patch = Patch()
+    for i, type in enumerate(types):
+        patch = patch.add(type, REGISTRY, **(parameters if i == len(types) - 1 else {}))
+        if i:
+            source, target = REGISTRY[types[i - 1]].outputs[0].name, REGISTRY[type].inputs[0].name
+            patch = patch.connect(f"{types[i - 1]}.{source}", f"{type}.{target}", REGISTRY)
+    return patch
+
+
+def test_tone_is_the_direct_sum_of_its_harmonics():
+    harmonics = [1.0, 0.5, -0.25, 0.125]
+    heard = play(chain("tone", frequency=70.0, harmonics=harmonics, amplitude=3.0), "tone.out")
+    time = np.arange(9_600) / RATE
+    direct = sum(a * np.sin(2 * np.pi * (k + 1) * 70.0 * time) for k, a in enumerate(harmonics))
+    assert np.allclose(heard, 3.0 * direct / peak_bound(harmonics), rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("type", "parameters", "kind", "edge"),
+    [
+        ("low-pass", {"cutoff": 300.0}, "lowpass", 300.0),
+        ("high-pass", {"cutoff": 60.0}, "highpass", 60.0),
+        ("band-pass", {"centre": 250.0, "width": 100.0}, "bandpass", None),
+    ],
+)
+def test_filters_are_bilinear_butterworth(type, parameters, kind, edge):
+    force = np.zeros(9_600)
+    force[0] = 1.0
+    heard = play(chain("tile-force", type, **parameters), f"{type}.out", force=force)
+    if edge is not None:
+        expected = signal.sosfilt(signal.butter(2, edge, kind, fs=RATE, output="sos"), force)
+    else:
+        _, measured = signal.freqz(heard, worN=2 * np.pi * np.array([250.0, 100.0, 1000.0]) / RATE)
+        assert abs(measured[0]) == pytest.approx(1.0, abs=1e-4)
+        assert abs(measured[1:]).max() < 0.5
+        return
+    assert np.linalg.norm(heard - expected) <= 1e-7 * np.linalg.norm(expected)  # the row slept below 1e-9
+
+
+def test_strain_rate_envelope_peaks_where_the_layer_does():
+    force = np.zeros(9_600)
+    force[960:] = 750.0
+    heard = play(chain("tile-force", "strain-rate-envelope"), "strain-rate-envelope.out", force=force)
+    omega = 2 * np.pi * 12.5
+    time = (np.arange(8_640) + 0.5) / RATE  # the bilinear step comes between two frames
+    assert heard.max() == pytest.approx(1.0, abs=1e-4)
+    assert (heard.argmax() - 960) / RATE == pytest.approx(12.73e-3, abs=5e-5)
+    assert np.allclose(heard[960:], np.e * omega * time * np.exp(-omega * time), atol=1e-4)
+
+
+def test_force_envelope_is_proportional():
+    force = np.linspace(0.0, 1500.0, 9_600)
+    heard = play(chain("tile-force", "force-envelope"), "force-envelope.out", force=force)
+    assert np.allclose(heard, force / 750.0)
+
+
+def test_modal_bank_rings_as_its_modes_from_the_event_on():
+    modes = [[180.0, 40.0, 1.0], [310.0, 90.0, 0.5]]
+    heard = play(chain("strike", "modal-bank", modes=modes), "modal-bank.out", strikes=[(100.0, 2.0)])
+    time = np.arange(9_500) / RATE
+    expected = sum(2.0 * a * np.exp(-b * time) * np.sin(2 * np.pi * f * time) for f, b, a in modes)
+    assert not heard[:100].any()
+    assert np.abs(heard[100:1_600] - expected[:1_500]).max() < 1e-12
+    assert np.abs(heard[100:] - expected).max() < 2e-5  # modes are let go below 1e-5 m/s^2
+
+
+@pytest.mark.parametrize(("stiffness", "exponent"), [(1e4, 1.5), (1e7, 1.5), (1e11, 1.8)])
+def test_impact_is_the_tight_solution_to_the_error_that_was_asked(stiffness, exponent):
+    """SCIENCE 2: hammer of 20 g at 1 m/s, mu 0.3 s/m, ten modes; the force is the mean over each frame."""
+    modes = [[100.0 * (i + 1) ** 1.2, 20.0 + 5.0 * i, 0.1, 1.0] for i in range(10)]
+    error = 1e-4
+    patch = chain(
+        "strike", "impact", velocity=1.0, mass=0.02, stiffness=stiffness, exponent=exponent, damping=0.3,
+        error=error, modes=modes,
+    )  # fmt: skip
+    frames = 2_400
+    heard = play(patch, "impact.force", frames=2_880, strikes=[(0.0, 1.0)])[:frames]
+    impulse = np.concatenate(
+        [[0.0], _solve(0.02, 1.0, stiffness, exponent, 0.3, modes, np.arange(1, frames + 1) / RATE)]
+    )
+    expected = np.diff(impulse) * RATE
+    # The force is a derivative of what the error is asked of: of first order smaller steps, hence the factor.
+    assert np.linalg.norm(heard - expected) <= 300.0 * error * np.linalg.norm(expected)
+    assert heard.sum() / RATE == pytest.approx(impulse[-1], rel=20.0 * error)
+    assert heard.min() >= 0.0
+
+
+def _solve(mass, speed, stiffness, exponent, mu, modes, at):
+    """The impulse of the contact force up to each time, by an eighth-order solver at 1e-11."""
+    f, b, m, shape = (np.array(column) for column in zip(*modes, strict=True))
+    squared = (2 * np.pi * f) ** 2 + b**2
+    count = len(f)
+
+    def rates(_, z):
+        way, velocity, q, v = z[0], z[1], z[2 : 2 + count], z[2 + count : 2 + 2 * count]
+        x = way - shape @ q
+        force = stiffness * x**exponent * (1.0 + mu * (velocity - shape @ v)) if x > 0.0 else 0.0
+        force = max(force, 0.0)
+        return np.concatenate([[velocity, -force / mass], v, shape * force / m - squared * q - 2 * b * v, [force]])
+
+    start = np.zeros(3 + 2 * count)
+    start[1] = speed
+    return integrate.solve_ivp(
+        rates, (0.0, at[-1]), start, "DOP853", t_eval=at, rtol=1e-11, atol=1e-14, max_step=2e-5
+    ).y[-1]
+
+
+def test_wav_player_plays_the_file_at_its_own_pitch(tmp_path):
+    time = np.arange(4_410) / 44_100
+    soundfile.write(tmp_path / "tone.wav", 0.5 * np.sin(2 * np.pi * 200.0 * time), 44_100, subtype="DOUBLE")
+    patch = chain("wav-player", file="tone.wav", amplitude=10.0)
+    heard = play(patch, "wav-player.out", frames=4_800, folder=tmp_path)
+    expected = 5.0 * np.sin(2 * np.pi * 200.0 * np.arange(4_800) / RATE)
+    assert np.abs(heard - expected)[100:-100].max() < 0.01
+
+
+def test_footfall_comes_its_wait_after_the_crossing_with_the_loading_as_strength():
+    force = np.clip((np.arange(9_600) - 1_000.5) * 0.5, 0.0, 700.0)  # 24 kN/s
+    patch = chain("tile-force", "footfall", "modal-bank", modes=[[480.0, 100.0, 1.0]])
+    patch = patch.set("footfall", "threshold", 30.0, REGISTRY).set("footfall", "wait", 0.005, REGISTRY)
+    patch = patch.set("footfall", "reference", 24_000.0, REGISTRY)
+    heard = play(patch, "modal-bank.out", force=force)
+    onset = 1_000.5 + 60.0 + 240.0
+    first = int(np.flatnonzero(heard)[0])
+    assert first == int(onset) + 1  # a bank rings from the frame of the event on, and begins at sin(0)
+    peak = np.abs(heard).max()
+    time = np.arange(4_800) / RATE
+    assert peak == pytest.approx(np.abs(np.exp(-100.0 * time) * np.sin(2 * np.pi * 480.0 * time)).max(), rel=0.02)
+
+
+def test_noise_fills_its_band_and_texture_has_its_rate_of_bursts():
+    heard = play(chain("noise", low=50.0, high=700.0, amplitude=2.0), "noise.out", frames=96_000)
+    assert heard.std() == pytest.approx(2.0, rel=0.1)
+    frequency, power = signal.welch(heard, RATE, nperseg=4_096)
+    inside = power[(frequency > 100) & (frequency < 500)].mean()
+    assert inside > 100 * power[frequency > 4_000].mean()
+    heard = play(chain("texture", interval=0.2, width=500.0), "texture.out", frames=480_000)
+    loud = np.abs(heard) > 0.05 * np.abs(heard).max()
+    bursts = np.count_nonzero(np.diff(np.flatnonzero(loud)) > 960) + 1
+    assert 25 <= bursts <= 65  # Poisson with mean 50 in 10 s, some too close to tell apart
