@@ -1,6 +1,5 @@
 """What tests of widgets share: no screen, the theme, and nothing that outlives its test."""
 
-import gc
 import os
 
 import pytest
@@ -26,6 +25,21 @@ def _no_leaked_widgets(qapp):
     before = set(QApplication.topLevelWidgets())
     yield
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-    gc.collect()
     left = [w for w in QApplication.topLevelWidgets() if w not in before and not w.isHidden()]
     assert not left, f"left open: {left}"
+
+
+@pytest.fixture
+def workspace(qtbot):
+    """A Design workspace on the screen, with a small patch of nodes that do nothing."""
+    from design_samples import REGISTRY, sample
+
+    from widgets.design.workspace import DesignWorkspace
+
+    made = DesignWorkspace(REGISTRY)
+    qtbot.addWidget(made)
+    made.resize(1280, 748)
+    made.show()
+    made.setPatch(sample())
+    made.canvas.setFocus()
+    return made

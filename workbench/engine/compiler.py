@@ -24,6 +24,7 @@ from workbench.patch.patch import Patch
 STEP_S = 0.05
 """When the foot of a preview comes down."""
 _FORCE_HZ = 1000.0
+_BLOCK = 480  # the strike falls between two blocks
 
 
 @dataclass(frozen=True)
@@ -100,18 +101,20 @@ def _look(request: Look) -> Preview:
     try:
         patch = Patch.loads(request.patch, REGISTRY)
         type = REGISTRY[patch.node(request.node).type]
-        ports = [port.name for port in type.outputs if port.kind == "signal"]
-        scopes = tuple(f"{request.node}.{port}" for port in ports)
-        force, signals = look(patch, scopes, request.tile, request.seconds, request.rate, request.folder)
+        scopes = tuple(f"{request.node}.{port.name}" for port in type.outputs)
+        force, signals, events = look(patch, scopes, request.tile, request.seconds, request.rate, request.folder)
     except UnderfootError as error:
         return Preview(request.ticket, request.rate, np.zeros(0), {}, str(error))
-    return Preview(request.ticket, request.rate, force, signals)
+    return Preview(request.ticket, request.rate, force, signals, events=events)
 
 
 def look(
     patch: Patch, scopes: tuple[str, ...], tile: str, seconds: float, rate: float, folder: str = ""
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """One step on one tile, and a strike as it begins: force in newtons, and the frames of each scope ("node.port")."""
+) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """One step on one tile, and a strike as it begins: force in newtons, and what comes from each scope ("node.port").
+
+    By port: the frames of signals, and the (frame, strength, duration) of events.
+    """
     time_s = np.arange(round((seconds + 0.1) * _FORCE_HZ)) / _FORCE_HZ
     walker = gait.Walker(variation=0.0)
     floor = _one_tile(tile)
@@ -120,18 +123,29 @@ def look(
     force = step.force_n(time_s)
     corners = gait.corner_forces(force, along, np.zeros_like(along), floor.tiles[0].sensors_m)
     source = Replay(Forces(time_s, corners[:, None, :], _FORCE_HZ), floor, rate)
-    loop = Loop(patch, REGISTRY, source, rate=rate, block=1024, scopes=scopes, folder=Path(folder) if folder else None)
+    loop = Loop(
+        patch, REGISTRY, source, rate=rate, block=_BLOCK, scopes=scopes, folder=Path(folder) if folder else None
+    )
     loop.send(Strike("", tile), round(STEP_S * rate))
     frames = round(seconds * rate)
-    signals = {name.partition(".")[2]: np.zeros(frames, np.float32) for name in scopes}
-    at = 0
-    while at < frames:
-        n = min(1024, frames - at)
+    signals = {name: np.zeros(frames, np.float32) for name in loop.program.scope_names}
+    events: dict[str, list[np.ndarray]] = {name: [] for name in scopes if name not in signals}
+    for at in range(0, frames, _BLOCK):
+        n = min(_BLOCK, frames - at)
         loop.run(n)
-        for name, scope in loop.program.scope.items():
-            signals[name.partition(".")[2]][at : at + n] = scope[0, :n]
-        at += n
-    return np.interp(np.arange(frames) / rate, time_s, force).astype(np.float32), signals
+        for name, frames_of in signals.items():
+            frames_of[at : at + n] = loop.program.scope[name][0, :n]
+        for name, found in events.items():
+            found.append(loop.program.events(name))
+    return (
+        np.interp(np.arange(frames) / rate, time_s, force).astype(np.float32),
+        {_port(name): frames_of for name, frames_of in signals.items()},
+        {_port(name): np.concatenate(found) for name, found in events.items()},
+    )
+
+
+def _port(scope: str) -> str:
+    return scope.partition(".")[2]
 
 
 def _one_tile(id: str) -> Floor:

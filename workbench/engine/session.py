@@ -3,6 +3,8 @@
 It is a plain object in the process that opened the session. `poll` never waits: call it some sixty times a second.
 """
 
+import atexit
+import math
 import multiprocessing
 import time
 from dataclasses import replace
@@ -23,18 +25,23 @@ from workbench.engine.messages import (
     Lost,
     Notice,
     Play,
+    Press,
+    Pulse,
     Quit,
     Report,
     Set,
     Started,
+    Strike,
     Swap,
     Walk,
 )
 from workbench.engine.process import Prepare, Setup
-from workbench.engine.recorder import Recorder
+from workbench.engine.recorder import Recorder, end_process
 from workbench.engine.rings import Reader, Ring
 from workbench.engine.status import Status
 from workbench.engine.target import Target, force_rate_hz
+from workbench.errors import require
+from workbench.floor.layout import Floor
 from workbench.patch.node import Registry
 from workbench.patch.patch import Patch
 
@@ -42,6 +49,7 @@ FIRST_LEVEL_DB = -20.0
 """The level of a first start: low, whatever is connected."""
 _RING_S = 4.0
 _MOST_DEATHS, _WITHIN_S = 4, 20.0  # a process that dies more often than this is not started again
+_PATIENCE_S = 1.0
 
 __all__ = ["Session", "Target"]
 
@@ -75,6 +83,7 @@ class Session:
         self._reports: list[Report] = []
         self._deaths: list[float] = []
         self._closed = False
+        atexit.register(self.close)  # or the interpreter would wait for the recorder for ever
 
     # --- life ---
 
@@ -89,12 +98,16 @@ class Session:
         if self._closed:
             return
         self._closed = True
+        atexit.unregister(self.close)
         self.stop_recording()
         if self._engine is not None:
             self._engine.send(Quit())
-        for child in (self._engine, self._spare, self._compiler):
-            if child is not None:
-                child.end()
+        children = [child for child in (self._engine, self._spare, self._compiler) if child is not None]
+        for child in children:
+            child.hang_up()
+        due = time.monotonic() + _PATIENCE_S
+        for child in children:
+            child.end(max(due - time.monotonic(), 0.0))
         for ring in self._rings:
             ring.close()
         self._status.close()
@@ -104,14 +117,10 @@ class Session:
         if self._closed:
             return []
         for child in (self._compiler, self._engine):
-            if child is not None:
-                for message in child.receive():
-                    self._hear(message)
+            self._listen(child)
         if self._status.get(fields.RUNNING):
             self._seen = (time.monotonic(), int(self._status.get(fields.FRAME)))
         self._revive()
-        if self._recorder is not None:
-            self._reports.extend(Notice(text) for text in self._recorder.receive())
         reports, self._reports = self._reports, []
         return reports
 
@@ -133,7 +142,12 @@ class Session:
                 self.send(command)
 
     def send(self, command: Command) -> None:
-        """Send one command to the engine; what it sets outlives the engine."""
+        """Send one command to the engine; what it sets outlives the engine.
+
+        Raises `BadValue` for a tile that the floor does not have and for a number that is not finite: nothing of that
+        kind may reach the engine.
+        """
+        _check(command, self.target.floor)
         match command:
             case Play(on):
                 self.playing = on
@@ -143,6 +157,9 @@ class Session:
                 self.target = replace(self.target, walker=on)
             case Set(node, name, value):
                 self.patch = self.patch.set(node, name, value, self.registry)
+                if self.registry[self.patch.node(node).type].parameters[name].kind != "number":
+                    self._warm()
+                    return
         if self._running and self._engine is not None:
             self._engine.send(command)
 
@@ -166,11 +183,11 @@ class Session:
         """Whether a panic holds."""
         return self._status.panic
 
-    def preview(self, patch: Patch, node: str, seconds: float = 0.9) -> int:
+    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "") -> int:
         """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for."""
         self._ticket += 1
         if self._compiler is not None:
-            tile = self.target.floor.tiles[0].id
+            tile = tile or self.target.floor.tiles[0].id
             self._compiler.send(
                 Look(self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, str(self.folder or ""))
             )
@@ -184,22 +201,27 @@ class Session:
         return self._recorder.path if self._recorder is not None else None
 
     def record(self, path: str | Path) -> None:
-        """Record forces, vibration and commands to a new file, until `stop_recording`."""
+        """Record forces, vibration and commands to a new file, from now on, until `stop_recording`.
+
+        Only what was recorded from before `start` on can be replayed.
+        """
         self.stop_recording()
-        self._recorder = Recorder(
-            self._context,
-            Path(path),
-            self.target,
-            self.patch,
-            self.force_rate_hz,
-            self._force.where,
-            self._vibration.where,
-        )
+        about = {
+            "patch": self.patch.dumps().decode(),
+            "folder": str(self.folder or ""),
+            "floor": self.target.floor.dumps().decode(),
+            "rate": str(self.target.rate),
+            "force_rate": repr(self.force_rate_hz),
+            "target": self.target.kind,
+        }
+        self._recorder = Recorder(self._context, Path(path), about, self._force, self._vibration)
 
     def stop_recording(self) -> None:
-        """Close the recording."""
+        """Close the recording. It ends where the engine last told of all commands: some 20 ms ago."""
         if self._recorder is not None:
-            self._recorder.close()
+            told = int(self._status.get(fields.TOLD))
+            self._listen(self._engine)
+            self._recorder.close(told)
             self._recorder = None
 
     # --- processes ---
@@ -216,6 +238,11 @@ class Session:
         self._wanted = self._ticket
         if self._compiler is not None:
             self._compiler.send(Warm(self._ticket, self.patch.dumps(), str(self.folder or "")))
+
+    def _listen(self, child: "_Child | None") -> None:
+        if child is not None:
+            for message in child.receive():
+                self._hear(message)
 
     def _hear(self, message: object) -> None:
         match message:
@@ -240,6 +267,8 @@ class Session:
         """Give the engine, which waits, all that it needs to run."""
         if self._engine is None:
             return
+        if self._recorder is not None and not self._running:
+            self._recorder.begin(self.patch)
         self._running = True
         self._engine.send(
             Setup(
@@ -260,22 +289,19 @@ class Session:
     def _next_frame(self) -> int:
         """Where an engine goes on: at the frame that it is now, so that the time without one is a gap."""
         when, frame = self._seen
-        return frame + round((time.monotonic() - when) * self.target.rate) if frame else 0
+        now = frame + round((time.monotonic() - when) * self.target.rate) if frame else 0
+        return max(now, self._vibration.written)
 
     def _revive(self) -> None:
         for child in (self._engine, self._compiler):
             if child is None or child.process.is_alive():
                 continue
-            self._reports.append(Lost(child.name, _reason(child.process)))
+            self._listen(child)
             child.end()
-            now = time.monotonic()
-            self._deaths = [when for when in self._deaths if now - when < _WITHIN_S] + [now]
-            if len(self._deaths) > _MOST_DEATHS:
-                self._reports.append(Notice(f"the {child.name} fails again and again; it is not started any more"))
+            if not self._may_revive(child.name, child.reason):
                 self._engine = None if child is self._engine else self._engine
                 self._compiler = None if child is self._compiler else self._compiler
-                continue
-            if child is self._engine:
+            elif child is self._engine:
                 self._status.stopped()
                 self._engine, self._spare = self._spare or self._spawn("engine", process.run), None
                 if self._running:
@@ -283,6 +309,25 @@ class Session:
             else:
                 self._compiler = self._spawn("compiler", compiler.run)
                 self._warm()
+        recorder = self._recorder
+        if recorder is not None:
+            self._reports.extend(Notice(text) for text in recorder.receive())
+            reason = recorder.gone()
+            if reason is None:
+                return
+            if reason and self._may_revive("recorder", reason):
+                recorder.go_on()
+            else:
+                self._recorder = None
+
+    def _may_revive(self, name: str, reason: str) -> bool:
+        """Tell that a process was lost, and say whether to start it again."""
+        self._reports.append(Lost(name, reason))
+        now = time.monotonic()
+        self._deaths = [when for when in self._deaths if now - when < _WITHIN_S] + [now]
+        if len(self._deaths) > _MOST_DEATHS:
+            self._reports.append(Notice(f"the {name} fails again and again; it is not started any more"))
+        return len(self._deaths) <= _MOST_DEATHS
 
 
 class _Child:
@@ -290,6 +335,7 @@ class _Child:
 
     def __init__(self, name: str, process: BaseProcess, connection: Connection) -> None:
         self.name, self.process, self._connection = name, process, connection
+        self.reason = ""
 
     def send(self, message: object) -> None:
         try:
@@ -306,13 +352,12 @@ class _Child:
             return messages  # it died; what it said before counts
         return messages
 
-    def end(self) -> None:
+    def hang_up(self) -> None:
         self._connection.close()
-        self.process.join(1.0)
-        if self.process.is_alive():
-            self.process.kill()
-            self.process.join()
-        self.process.close()
+
+    def end(self, within_s: float = _PATIENCE_S) -> None:
+        self.hang_up()
+        self.reason = end_process(self.process, within_s)
 
 
 class VibrationReader:
@@ -356,6 +401,8 @@ def _moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | No
     return moved
 
 
-def _reason(child: BaseProcess) -> str:
-    code = child.exitcode
-    return f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
+def _check(command: Command, floor: Floor) -> None:
+    if isinstance(command, Strike | Press | Pulse):
+        floor.index(command.tile)
+    for name, value in vars(command).items():
+        require(not isinstance(value, float) or math.isfinite(value), name, value, "a finite number")

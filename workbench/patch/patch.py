@@ -1,5 +1,6 @@
 """The document: nodes and wires as pure data. Every edit gives a new patch; nothing in a file is ever executed."""
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ from workbench.patch.node import NodeType, Registry
 FORMAT = "underfoot-patch"
 VERSION = 1
 
+FURTHEST = 1e6
+"""Pixels from the canvas's middle beyond which nothing stands."""
+
 
 class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A node of a patch: its id, its type, where it stands on the canvas, and the parameters that were set."""
@@ -23,6 +27,8 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     at: tuple[float, float] = (0.0, 0.0)
     parameters: Mapping[str, Any] = {}
 
+
+_WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
 Wire = tuple[str, str]
 """From "node.port" to "node.port"."""
@@ -87,13 +93,13 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
         """With nodes at other places."""
-        return msgspec.structs.replace(
-            self,
-            nodes=tuple(
-                msgspec.structs.replace(n, at=(float(places[n.id][0]), float(places[n.id][1]))) if n.id in places else n
-                for n in self.nodes
-            ),
+        nodes = tuple(
+            msgspec.structs.replace(n, at=(float(places[n.id][0]), float(places[n.id][1]))) if n.id in places else n
+            for n in self.nodes
         )
+        for i, node in enumerate(nodes):
+            _check_place(f"nodes[{i}]", node)
+        return msgspec.structs.replace(self, nodes=nodes)
 
     def paste(self, other: "Patch", registry: Registry, by: tuple[float, float] = (32.0, 32.0)) -> "Patch":
         """With the nodes and wires of `other` added, under new ids where theirs are taken, moved `by`."""
@@ -122,9 +128,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def check(self, registry: Registry) -> "Patch":
         """This patch, or `BadValue`: the place in it, the value, and what is allowed."""
         require(self.format == FORMAT, "format", self.format, FORMAT)
-        require(self.version >= 1, "version", self.version, f"1 to {VERSION}")
-        if self.version > VERSION:
-            raise BadValue(f"version is {self.version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
+        _check_version(self.version)
         seen: set[str] = set()
         for i, node in enumerate(self.nodes):
             place = f"nodes[{i}]"
@@ -132,31 +136,16 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(node.id not in seen, f"{place}.id", node.id, "an id that no other node has")
             seen.add(node.id)
             require(node.type in registry, f"{place}.type", node.type, "a node of `underfoot nodes`")
+            _check_place(place, node)
             _check_parameters(registry[node.type], node, place)
+        types = {node.id: registry[node.type] for node in self.nodes}
         targets: set[str] = set()
         for i, wire in enumerate(self.wires):
-            self._check_wire(f"wires[{i}]", wire, registry)
+            _check_wire(f"wires[{i}]", wire, types)
             require(wire[1] not in targets, f"wires[{i}]", wire[1], "one wire to an input; use a Mix or a Join node")
             targets.add(wire[1])
         self.order()
         return self
-
-    def _check_wire(self, place: str, wire: Wire, registry: Registry) -> None:
-        ports = []
-        for end, side in zip(wire, ("output_ports", "input_ports"), strict=True):
-            id, dot, port = end.partition(".")
-            require(bool(dot), place, end, 'a node and a port, as "node.port"')
-            types = {node.id: node.type for node in self.nodes}
-            require(id in types, place, end, f"nodes of this patch ({', '.join(types) or 'none'})")
-            known = getattr(registry[types[id]], side)
-            what = side.replace("_ports", "s")
-            require(port in known, place, end, f"the {what} of {id}: {', '.join(known) or 'none'}")
-            ports.append(known[port])
-        source, target = ports
-        text = " -> ".join(wire)
-        require(source.kind == target.kind, place, text, f"{target.kind}s only, and {wire[0]} gives {source.kind}s")
-        if source.unit and target.unit and source.unit != target.unit:
-            raise BadValue(f"{place} is {text!r}; allowed: {target.unit}, not {source.unit}; put a Scale node between")
 
     def order(self) -> tuple[str, ...]:
         """Node ids, each behind the nodes that its inputs come from; `BadValue` for a cycle."""
@@ -198,18 +187,20 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
         except UnicodeDecodeError:
             raise BadFile(f"{source} is not JSON: it is not UTF-8 text") from None
+        except RecursionError:
+            raise BadFile(f"{source} is nested too deep for a patch") from None
         if not isinstance(raw, dict) or raw.get("format") != FORMAT:
             given = raw.get("format") if isinstance(raw, dict) else type(raw).__name__
             raise BadFile(f'{source}: format is {given!r}; allowed: "{FORMAT}"')
-        version = raw.get("version")
-        if isinstance(version, int) and version > VERSION:
-            raise BadFile(f"{source}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
         try:
+            _check_version(raw.get("version"))
             return msgspec.convert(raw, Patch).check(registry)
         except msgspec.ValidationError as error:
-            raise BadFile(f"{source}: {_lower(error)}") from None
+            raise BadFile(f"{source}: {_placed(error, raw)}") from None
         except BadValue as error:
             raise BadFile(f"{source}: {error}") from None
+        except RecursionError:
+            raise BadFile(f"{source} is nested too deep for a patch") from None
 
     @staticmethod
     def load(path: str | Path, registry: Registry) -> "Patch":
@@ -219,6 +210,16 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def save(self, path: str | Path) -> None:
         """Write the patch beside `path` and move it into place."""
         write_file(path, self.dumps())
+
+
+def _check_version(version: Any) -> None:
+    newer = ", a newer Underfoot wrote it" if isinstance(version, int) and version > VERSION else ""
+    require(type(version) is int and version == VERSION, "version", version, f"{VERSION}{newer}")
+
+
+def _check_place(place: str, node: PlacedNode) -> None:
+    near = all(abs(way) <= FURTHEST for way in node.at)
+    require(near, f"{place}.at", node.at, f"two numbers, each -{FURTHEST:g} to {FURTHEST:g}")
 
 
 def _check_parameters(type: NodeType, node: PlacedNode, place: str) -> None:
@@ -232,11 +233,47 @@ def _check_parameters(type: NodeType, node: PlacedNode, place: str) -> None:
             raise BadValue(f"{where}.{error}") from None
 
 
+def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
+    ports = []
+    for end, side in zip(wire, ("output_ports", "input_ports"), strict=True):
+        id, dot, port = end.partition(".")
+        require(bool(dot), place, end, 'a node and a port, as "node.port"')
+        require(id in types, place, end, f"nodes of this patch ({', '.join(types) or 'none'})")
+        known = getattr(types[id], side)
+        what = side.replace("_ports", "s")
+        require(port in known, place, end, f"the {what} of {id}: {', '.join(known) or 'none'}")
+        ports.append(known[port])
+    source, target = ports
+    text = " -> ".join(wire)
+    require(source.kind == target.kind, place, text, f"{target.kind}s only, and {wire[0]} gives {source.kind}s")
+    if source.unit and target.unit and source.unit != target.unit:
+        raise BadValue(f"{place} is {text!r}; allowed: {target.unit}, not {source.unit}; put a Scale node between")
+
+
 def _rename(end: str, names: Mapping[str, str]) -> str:
     id, _, port = end.partition(".")
     return f"{names[id]}.{port}"
 
 
-def _lower(error: Exception) -> str:
+def _placed(error: msgspec.ValidationError, raw: Any) -> str:
+    """The library's message with its place first and, where it says only types, the value that was there."""
+    message, _, place = str(error).partition(" - at `$")
+    place = place.strip("`.")
+    value = raw
+    for key, index in re.findall(r"([A-Za-z_]+)|\[(\d+)\]", place):
+        value = value[key] if key else value[int(index)]
+    if message.startswith("Expected"):
+        wanted = message.removeprefix("Expected ").partition(", got")[0].replace("`", "").split()
+        return f"{place} is {_short(value)}; allowed: {' '.join(_WORDS.get(word, word) for word in wanted)}"
+    return f"{place or 'patch'}: {_lower(message)}"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _lower(error: Exception | str) -> str:
+    """A message to go on with inside a sentence; names such as JSON stay."""
     text = str(error)
-    return text[:1].lower() + text[1:]
+    return text if text[1:2].isupper() else text[:1].lower() + text[1:]

@@ -43,7 +43,8 @@ class Program:
     ) -> None:
         patch.check(registry)
         self.patch, self.tiles, self.rate, self.block = patch, tuple(tiles), rate, block
-        self.scope_names = tuple(scopes)
+        kinds = {f"{node.id}.{n}": p.kind for node in patch.nodes for n, p in registry[node.type].output_ports.items()}
+        self.scope_names = tuple(scope for scope in scopes if kinds.get(scope) == "signal")
         alive = _alive(patch, registry, scopes)
         self.node_ids, self._guards = guarded(patch, registry, alive, scopes)
         self.left_out = tuple(node.id for node in patch.nodes if node.id not in alive)
@@ -149,6 +150,11 @@ class Program:
         self.tables.fault[0] = -1
         return self.node_ids[k], self.tiles[row], frame
 
+    def events(self, scope: str) -> np.ndarray:
+        """The last block's events on an output, of the last tile: (session frame, strength, duration) each."""
+        found = self.tables.events[self._lists[scope]]
+        return found[1 : 1 + 3 * int(found[0])].reshape(-1, 3).copy()
+
     def value(self, id: str, name: str) -> Any:
         """A parameter's value as it was last set."""
         return self._values[self._index[id]][name]
@@ -253,6 +259,7 @@ class Program:
             state += int(nodes[k, tables.STATE]) * rows
             tuning += int(nodes[k, tables.TUNING]) * rows
             data += data_parts[-1].size
+        self._lists = list_of
         stride = self.block + -self.block % 8 + 8
         steps = np.array([stride if r else 0 for r in lane_rows], np.int64)
         starts = np.concatenate([[0], np.cumsum([stride * max(r, 1) for r in lane_rows])])
@@ -368,10 +375,9 @@ class Program:
 def _alive(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:
     """Nodes from which a wire leads to a sink or to an output that somebody looks at."""
     types = {node.id: registry[node.type] for node in patch.nodes}
+    known = [f"{id}.{port}" for id, type in types.items() for port in type.output_ports]
     for scope in scopes:
-        id = scope.partition(".")[0]
-        known = [f"{n}.{p}" for n, t in types.items() for p, o in t.output_ports.items() if o.kind == "signal"]
-        if id not in types or scope not in known:
+        if scope not in known:
             raise BadValue(f"scope is {scope!r}; allowed: {', '.join(known) or 'none'}")
     alive = {id for id, type in types.items() if type.is_sink} | {scope.partition(".")[0] for scope in scopes}
     frontier = list(alive)

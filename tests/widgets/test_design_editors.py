@@ -1,0 +1,271 @@
+"""Controls made from parameters, the rhythm's bar, and edits of the document without a screen."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from design_samples import REGISTRY, sample
+from hypothesis import given
+from hypothesis import strategies as st
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QTableWidgetItem
+
+from widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
+from widgets.design.editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
+from widgets.design.rhythm_editor import RhythmBar, RhythmEditor, placed
+from widgets.design.undo import Document
+from widgets.parameter_editor import editor_for
+from widgets.quantities import parse_quantity, quantity
+from workbench.errors import BadFile, BadValue
+from workbench.models.rhythm import STEPS
+from workbench.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
+from workbench.patch.patch import Patch
+
+LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+
+PARAMETERS = (
+    (Number(1.0, -10.0, 10.0, unit="m"), -2.5),
+    (Number(30.0, 1.0, 1000.0, unit="N", scale="log"), 250.0),
+    (Count(3, 0, 1000), 17),
+    (Count(2000, 1, 100_000), 123),
+    (Choice("b", options=("a", "b", "c")), "c"),
+    (Numbers((1.0, 0.5), 0.0, 1.0, most=5), (0.25, 0.5, 1.0)),
+    (Rows(((1.0, 2.0),), (("x", 0.0, 10.0), ("y", 0.0, 5.0))), ((1.0, 2.0), (3.0, 4.0))),
+    (Text("one"), "two"),
+    (FilePath(""), "rain.wav"),
+    (Tiles(), "t1+t2"),
+)
+
+
+@pytest.mark.parametrize(("parameter", "value"), PARAMETERS, ids=lambda p: getattr(p, "kind", ""))
+def test_a_control_shows_a_value_without_saying_that_it_changed(qtbot, parameter, value):
+    editor = editor_for(parameter)
+    qtbot.addWidget(editor)
+    assert editor.value() == parameter.check(parameter.default)
+    with qtbot.assertNotEmitted(editor.valueChanged):
+        editor.setValue(value)
+    assert editor.value() == parameter.check(value)
+    with pytest.raises(BadValue):
+        editor.setValue(object())
+    with qtbot.waitSignal(editor.valueChanged) as changed:
+        editor.reset()
+    assert changed.args == [parameter.check(parameter.default)]
+
+
+@given(st.floats(-1e9, 1e9), st.sampled_from(["N", "N/m", "m", "s", "Hz", "kg", "m/s^2", "", "dB"]))
+def test_what_is_written_can_be_typed_again(value, unit):
+    assert parse_quantity(quantity(value, unit, 9), unit) == pytest.approx(value, rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize("text", ["", "ten", "1.2.3", "5 parsecs", "0x10"])
+def test_what_is_no_quantity_is_refused(text):
+    with pytest.raises(BadValue):
+        parse_quantity(text, "m")
+
+
+@pytest.mark.parametrize("parameter", [p for p, _ in PARAMETERS if isinstance(p, Number | Count)])
+def test_a_slider_reaches_both_ends_and_stays_in_range(qtbot, parameter):
+    editor = editor_for(parameter)
+    qtbot.addWidget(editor)
+    seen = []
+    editor.valueChanged.connect(seen.append)
+    for step in range(0, 1001, 50):
+        editor.slider.setValue(step)
+    assert seen[0] == parameter.low
+    assert seen[-1] == parameter.high
+    assert all(a <= b for a, b in pairwise(seen))
+
+
+def test_a_list_of_numbers_is_typed(qtbot):
+    editor = editor_for(Numbers((1.0,), 0.0, 1.0, most=3))
+    qtbot.addWidget(editor)
+    editor.field.setText("0.5 0.25; 1")
+    editor.field.given.emit(editor.field.text())
+    assert editor.value() == (0.5, 0.25, 1.0)
+    editor.field.given.emit("1 2 3")
+    assert editor.value() == (0.5, 0.25, 1.0)
+    assert "allowed" in editor.field.toolTip()
+
+
+def test_rows_are_added_changed_and_taken_away(qtbot):
+    editor = editor_for(Rows(((1.0, 2.0),), (("x", 0.0, 10.0), ("y", 0.0, 5.0)), most=2))
+    qtbot.addWidget(editor)
+    editor._add()
+    editor._add()
+    assert editor.value() == ((1.0, 2.0), (1.0, 2.0))
+    editor.table.setItem(1, 0, QTableWidgetItem("7"))
+    assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
+    editor.table.setItem(1, 0, QTableWidgetItem("11"))
+    assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
+    assert editor.table.item(1, 0).text() == "7"
+    editor.table.setCurrentCell(0, 0)
+    editor._remove()
+    assert editor.value() == ((7.0, 2.0),)
+
+
+def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
+    editor = editor_for(FilePath(""))
+    qtbot.addWidget(editor)
+    editor.set_folder(tmp_path)
+    editor._chosen(str(tmp_path / "sounds" / "rain.wav"))
+    assert editor.value() == str(Path("sounds") / "rain.wav")
+    editor._chosen("/elsewhere/rain.wav")
+    assert editor.value() == "/elsewhere/rain.wav"
+
+
+# --- the rhythm ---
+
+NOTES = Rows(((0, 4, 1.0), (12, 4, 0.5)), (("step", 0, 23), ("length", 1, 24), ("amplitude", 0.0, 1.0)), most=24)
+
+
+@pytest.fixture
+def bar(qtbot):
+    editor = RhythmEditor(NOTES)
+    qtbot.addWidget(editor)
+    editor.resize(240, 140)
+    editor.show()
+    editor.bar.kept_by = editor  # Python would let go of it, and Qt of the bar
+    return editor.bar
+
+
+def spot(bar: RhythmBar, step: float, height: float) -> QPoint:
+    area = bar._bar()
+    return QPoint(round(area.x() + step / STEPS * area.width()), round(area.bottom() - height * area.height()))
+
+
+def test_a_click_sets_a_note_and_a_right_click_takes_it_away(bar):
+    QTest.mouseClick(bar, LEFT, NONE, spot(bar, 8.5, 0.5))
+    assert [note[:2] for note in bar.notes()] == [(0, 4), (8, 1), (12, 4)]
+    assert bar.notes()[1][2] == pytest.approx(0.5, abs=0.02)
+    QTest.mouseClick(bar, Qt.MouseButton.RightButton, NONE, spot(bar, 8.5, 0.2))
+    assert [note[0] for note in bar.notes()] == [0, 12]
+
+
+def test_dragging_moves_a_note_but_not_over_another(bar):
+    QTest.mousePress(bar, LEFT, NONE, spot(bar, 13.5, 0.2))
+    QTest.mouseMove(bar, spot(bar, 7.5, 0.2))
+    assert [note[0] for note in bar.notes()] == [0, 6]
+    QTest.mouseMove(bar, spot(bar, 3.5, 0.2))
+    QTest.mouseRelease(bar, LEFT, NONE, spot(bar, 3.5, 0.2))
+    assert [note[0] for note in bar.notes()] == [0, 6]
+
+
+def test_dragging_the_right_edge_stretches(bar):
+    QTest.mousePress(bar, LEFT, NONE, spot(bar, 16.0, 0.2))
+    QTest.mouseMove(bar, spot(bar, 20.0, 0.2))
+    QTest.mouseRelease(bar, LEFT, NONE, spot(bar, 20.0, 0.2))
+    assert bar.notes()[1][:2] == (12, 8)
+
+
+def test_keys_choose_move_stretch_and_take_away(bar):
+    bar.setFocus()
+    QTest.keyClick(bar, Qt.Key.Key_P)
+    QTest.keyClick(bar, Qt.Key.Key_Right)
+    QTest.keyClick(bar, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+    QTest.keyClick(bar, Qt.Key.Key_Up)
+    assert bar.notes()[1] == (13, 5, 0.55)
+    QTest.keyClick(bar, Qt.Key.Key_Delete)
+    QTest.keyClick(bar, Qt.Key.Key_Return)
+    assert bar.notes() == [(0, 4, 1.0), (4, 1, 0.6)]
+
+
+@given(st.lists(st.tuples(st.integers(-2, 25), st.integers(-1, 26), st.floats(0, 1)), max_size=12))
+def test_notes_never_lie_on_one_another(wishes):
+    notes: list = []
+    for wish in wishes:
+        notes = placed([*notes, wish], len(notes), wish) or notes
+    NOTES.check(notes)
+    assert all(a[0] + a[1] <= b[0] for a, b in pairwise(notes))
+    assert all(step + length <= STEPS for step, length, _ in notes)
+
+
+# --- edits ---
+
+
+def test_undo_goes_back_and_steps_that_belong_together_are_one(qapp):
+    document = Document(sample())
+    seen = []
+    document.changed.connect(seen.append)
+    for value in (40.0, 50.0, 60.0):
+        document.edit(document.patch.set("step", "threshold", value, REGISTRY), "Set", "drag 1")
+    document.edit(document.patch.set("step", "threshold", 70.0, REGISTRY), "Set", "drag 2")
+    assert document.stack.count() == 2
+    document.stack.undo()
+    assert document.patch.node("step").parameters == {"threshold": 60.0}
+    document.stack.undo()
+    assert document.patch == sample()
+    assert len(seen) == 6
+    document.edit(document.patch, "Nothing")
+    assert document.stack.count() == 2
+
+
+def test_pasting_beside_and_at_a_place():
+    text = sample().part(["push", "step"]).dumps().decode()
+    after, ids = pasted(sample(), text, REGISTRY)
+    assert ids == ["push1", "step1"]
+    assert after.node("push1").at == (32.0, 32.0)
+    after, _ = pasted(sample(), text, REGISTRY, (101.0, 50.0))
+    assert after.node("push1").at == (104.0, 48.0)
+    assert after.node("step1").at == (344.0, 48.0)
+    for nonsense in ("", "[]", Patch().dumps().decode()):
+        with pytest.raises(BadFile, match="clipboard"):
+            pasted(sample(), nonsense, REGISTRY)
+
+
+def test_aligning_one_node_changes_nothing():
+    assert aligned(sample(), ["hum"], "left", {"hum": (136.0, 80.0)}) is not None
+    assert aligned(sample(), ["hum"], "left", {"hum": (136.0, 80.0)}) == sample()
+
+
+def test_offers_are_never_refused_and_what_is_not_offered_is():
+    patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY).add("through", REGISTRY)
+    outputs = [f"{n.id}.{port}" for n in patch.nodes for port in REGISTRY[n.type].output_ports]
+    inputs = [f"{n.id}.{port}" for n in patch.nodes for port in REGISTRY[n.type].input_ports]
+    for source in outputs:
+        offered = open_targets(patch, REGISTRY, source)
+        assert [refusal(patch, REGISTRY, source, target) for target in offered] == [""] * len(offered)
+        assert all(refusal(patch, REGISTRY, source, target) for target in inputs if target not in offered)
+
+
+def test_only_what_is_downstream_of_a_change_is_rendered_again():
+    patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY)
+    assert changed_nodes(patch, patch.move({"hum": (8.0, 8.0)})) == set()
+    after = patch.set("hum", "frequency", 60.0, REGISTRY)
+    assert downstream(after, changed_nodes(patch, after)) == {"hum", "shaker"}
+    assert changed_nodes(patch, patch.disconnect([("push.force", "step.force")])) == {"step"}
+
+
+# --- the preview's figures ---
+
+
+@pytest.mark.parametrize("hz", [45.0, 250.0, 990.0, 1800.0])
+@pytest.mark.parametrize("log", [True, False])
+def test_levels_of_a_sine_stand_at_its_frequency_and_amplitude(hz, log):
+    scale = Scale(log, 20.0 if log else 0.0)
+    time_s = np.arange(43_200) / 48_000.0
+    signal = 0.1 * np.sin(2 * np.pi * hz * time_s)
+    line = spectrum_db(signal, 48_000.0, scale)
+    picture = spectrogram_db(signal, 48_000.0, scale)
+    assert line.max() == pytest.approx(-20.0, abs=0.3)
+    assert picture[:, 180].max() == pytest.approx(-20.0, abs=0.3)
+    rows = scale.rows_hz(len(line))
+    assert rows[line.argmax()] == pytest.approx(hz, rel=0.02, abs=4.0)
+
+
+def test_what_is_above_the_picture_does_not_fold_into_it():
+    signal = np.sin(2 * np.pi * 7000.0 * np.arange(43_200) / 48_000.0)
+    assert spectrogram_db(signal, 48_000.0, Scale())[:, 20:-20].max() < -60.0
+    assert spectrum_db(signal, 48_000.0, Scale()).max() < -60.0
+
+
+def test_levels_become_colours_between_the_ends_of_the_range():
+    shown = shown_levels(np.array([-100.0, -60.0, -30.0, 0.0, 20.0], np.float32), 0.0, 60.0)
+    assert shown.tolist() == [0, 0, 127, 255, 255]
+
+
+@pytest.mark.parametrize("signal", [np.zeros(0), np.zeros(1), np.zeros(500), np.full(2000, np.nan)])
+def test_silence_and_nonsense_are_drawn_as_silence(signal):
+    assert np.isfinite(spectrogram_db(signal, 48_000.0, Scale())).all()
+    assert np.isfinite(spectrum_db(signal, 48_000.0, Scale())).all()

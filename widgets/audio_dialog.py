@@ -1,0 +1,126 @@
+"""The audio dialog: which device plays, how fast and in which blocks, and which tile is which."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QGridLayout,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from widgets import theme
+from workbench.floor.layout import Floor
+
+RATES_HZ = (44_100, 48_000, 96_000)
+BLOCKS = (32, 64, 128, 256, 512, 1024)
+
+Device = tuple[str, int, float]
+"""Name, output channels, default rate in Hz."""
+
+_COLUMNS = 6
+
+
+class AudioDialog(QDialog):
+    """Edits device, rate and block; Apply says so. The tiles' buttons ask for a pulse at once."""
+
+    applied = Signal(object, int, int)
+    """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block."""
+    pulse_wanted = Signal(str)
+
+    def __init__(self, devices: Sequence[Device], floor: Floor, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Audio")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._devices = list(devices)
+        self.device, self.rate, self.block = QComboBox(), QComboBox(), QComboBox()
+        self.note = theme.label("", "muted")
+        self.note.setWordWrap(True)
+        self.length = theme.label("", "small")
+        self._fill()
+        form = QFormLayout()
+        form.setHorizontalSpacing(2 * theme.GRID)
+        form.setVerticalSpacing(theme.GRID)
+        for name, widget in (("&Device", self.device), ("&Rate", self.rate), ("&Block", self.block), ("", self.length)):
+            form.addRow(name, widget)
+        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
+        self.buttons.button(QDialogButtonBox.StandardButton.Apply).clicked.connect(self._apply)
+        self.buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(*[2 * theme.GRID] * 4)
+        layout.setSpacing(2 * theme.GRID)
+        layout.addLayout(form)
+        layout.addWidget(self.note)
+        layout.addWidget(theme.label("Which tile is which", "title"))
+        layout.addWidget(
+            theme.label("A click sends a short 60 Hz burst to one tile, at the level of the slider.", "muted")
+        )
+        layout.addWidget(self._tiles(floor), 1)
+        layout.addWidget(self.buttons)
+        self.block.currentIndexChanged.connect(self._explain)
+        self.rate.currentIndexChanged.connect(self._explain)
+        self.device.currentIndexChanged.connect(self._explain)
+        self.resize(60 * theme.GRID, 56 * theme.GRID)
+
+    def set_values(self, device: str | None, rate_hz: int, block: int) -> None:
+        """What is in use."""
+        if self.device.findData(device) < 0:
+            self.device.addItem(f"{device} (not connected)", device)
+        for box, value in ((self.device, device), (self.rate, rate_hz), (self.block, block)):
+            box.setCurrentIndex(max(0, box.findData(value)))
+        self._explain()
+
+    def values(self) -> tuple[str | None, int, int]:
+        """Device, rate in Hz and frames in a block, as chosen."""
+        return self.device.currentData(), self.rate.currentData(), self.block.currentData()
+
+    def _fill(self) -> None:
+        if self._devices:
+            self.device.addItem("Default device of this computer", "")
+        for name, channels, rate_hz in self._devices:
+            self.device.addItem(f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz", name)
+        self.device.addItem("No sound: run silently, by the clock", None)
+        for rate_hz in RATES_HZ:
+            self.rate.addItem(f"{rate_hz / 1000:g} kHz", rate_hz)
+        for block in BLOCKS:
+            self.block.addItem(f"{block} frames", block)
+
+    def _explain(self) -> None:
+        device, rate_hz, block = self.values()
+        self.length.setText(f"A block is {1e3 * block / rate_hz:.2f} ms; a short one answers sooner and costs more.")
+        if not self._devices:
+            self.note.setText(
+                "No sound card was found here, or PortAudio is not installed. "
+                "Everything works, only nothing is heard or felt."
+            )
+        elif device is None:
+            self.note.setText("Everything runs, only nothing is heard or felt.")
+        else:
+            self.note.setText("")
+        self.note.setVisible(bool(self.note.text()))
+
+    def _apply(self) -> None:
+        self.applied.emit(*self.values())
+
+    def _tiles(self, floor: Floor) -> QWidget:
+        area, inside = QScrollArea(), QWidget()
+        grid = QGridLayout(inside)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(theme.GRID)
+        for i, tile in enumerate(floor.tiles):
+            channel = i if tile.output is None else tile.output
+            button = QPushButton(tile.id)
+            button.setAutoDefault(False)
+            button.setToolTip(f"Pulse tile {tile.id}: output channel {channel + 1}")
+            button.clicked.connect(lambda _=False, id=tile.id: self.pulse_wanted.emit(id))
+            grid.addWidget(button, i // _COLUMNS, i % _COLUMNS)
+        grid.setRowStretch(grid.rowCount(), 1)
+        area.setWidget(inside)
+        area.setWidgetResizable(True)
+        return area

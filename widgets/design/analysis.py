@@ -1,0 +1,142 @@
+"""Spectrum and spectrogram of a preview, in levels that a screen can show. numpy only."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FELT_HZ = (40.0, 1000.0)
+"""What the sole of the foot feels (the band in which vibrations of a floor matter)."""
+LOWEST_HZ, HIGHEST_HZ = 20.0, 2000.0
+WINDOW_S = 0.04
+"""A compromise: 25 Hz apart, and two clicks 40 ms apart are two."""
+COLUMNS = 360
+FLOOR_DB = -200.0
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The frequencies that a picture shows, on a linear or logarithmic axis."""
+
+    log: bool = True
+    low_hz: float = LOWEST_HZ
+    high_hz: float = HIGHEST_HZ
+
+    def place(self, hz: float) -> float:
+        """Where a frequency stands on the axis.
+
+        >>> Scale(log=True).place(1000.0), Scale(log=False).place(1000.0)
+        (3.0, 1000.0)
+        """
+        return float(np.log10(hz)) if self.log else hz
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The ends of the axis."""
+        return self.place(self.low_hz), self.place(self.high_hz)
+
+    def rows_hz(self, rows: int) -> NDArray[np.float64]:
+        """The middles of `rows` rows, evenly along the axis."""
+        low, high = self.span
+        places = low + (np.arange(rows) + 0.5) / rows * (high - low)
+        return 10.0**places if self.log else places
+
+    def ticks(self) -> list[tuple[float, str]]:
+        """Places and texts."""
+        shown = (20, 50, 100, 200, 500, 1000, 2000) if self.log else (0, 500, 1000, 1500, 2000)
+        return [
+            (self.place(hz), f"{hz:,}".replace(",", "\u202f")) for hz in shown if hz >= (self.low_hz if self.log else 0)
+        ]
+
+
+def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 160) -> NDArray[np.float32]:
+    """Levels in dB of one unit's amplitude, float32 [rows, columns], the lowest frequency first.
+
+    Hann windows of 40 ms, padded to four times their length; a sine of amplitude 1 gives 0 dB.
+
+    >>> time_s = np.arange(9600) / 48000
+    >>> picture = spectrogram_db(np.sin(2 * np.pi * 250.0 * time_s), 48000.0, Scale())
+    >>> middle = picture[:, picture.shape[1] // 2]
+    >>> bool(abs(middle.max()) < 0.1), bool(abs(Scale().rows_hz(160)[middle.argmax()] - 250.0) < 10.0)
+    (True, True)
+    """
+    signal = np.asarray(signal, np.float32)
+    length = max(int(WINDOW_S * rate_hz), 16)
+    if signal.size < 2:
+        return np.full((rows, 1), FLOOR_DB, np.float32)
+    every = _thinning(rate_hz)
+    frames = signal.size // every
+    # Mirrored at its ends: a signal that is merely cut off would begin and end with a click that it does not have.
+    padded = _decimated(np.pad(signal, (length // 2, length), mode="symmetric"), every)
+    rate_hz, length = rate_hz / every, length // every
+    windows = np.lib.stride_tricks.sliding_window_view(padded, length)[: max(frames, 1) : max(frames // COLUMNS, 1)]
+    hann = np.hanning(length).astype(np.float32)
+    size = 1 << (4 * length - 1).bit_length()
+    spectra = np.abs(np.fft.rfft(windows * (2.0 / hann.sum() * hann), size, axis=1))[:, : _top(scale, size / rate_hz)]
+    place = scale.rows_hz(rows) * size / rate_hz
+    below = np.clip(place.astype(int), 0, spectra.shape[1] - 2)
+    share = (place - below).astype(np.float32)
+    between = spectra[:, below] * (1 - share) + spectra[:, below + 1] * share
+    # A row may be wider than a line of the spectrum; then its largest line counts.
+    picked = np.maximum(between, np.maximum.reduceat(spectra, _bins(scale, rows, size / rate_hz), axis=1))
+    return _db(picked.T)
+
+
+def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 320) -> NDArray[np.float32]:
+    """The largest amplitude in each row's band over the whole signal, in dB of one unit: float32 [rows]."""
+    signal = np.asarray(signal, np.float64)
+    if signal.size < 2:
+        return np.full(rows, FLOOR_DB, np.float32)
+    every = _thinning(rate_hz)
+    signal, rate_hz = _decimated(signal, every), rate_hz / every
+    hann = np.hanning(signal.size)
+    size = 1 << (2 * signal.size - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(signal * hann, size))[: _top(scale, size / rate_hz)] * (2.0 / hann.sum())
+    return _db(np.maximum.reduceat(spectrum, _bins(scale, rows, size / rate_hz)))
+
+
+def shown_levels(db: NDArray[np.float32], top_db: float, range_db: float) -> NDArray[np.uint8]:
+    """Levels as places in a table of 256 colours, the last at `top_db`."""
+    return np.clip((db - (top_db - range_db)) * (255.0 / range_db), 0.0, 255.0).astype(np.uint8)
+
+
+def peak_and_rms(signal: ArrayLike) -> tuple[float, float]:
+    """The largest magnitude, and the root of the mean square."""
+    signal = np.asarray(signal, np.float64)
+    if signal.size == 0:
+        return 0.0, 0.0
+    return float(np.abs(signal).max()), float(np.sqrt(np.mean(signal**2)))
+
+
+def _bins(scale: Scale, rows: int, per_hz: float) -> NDArray[np.int64]:
+    """The first line of the spectrum in each row."""
+    low, high = scale.span
+    places = low + np.arange(rows) / rows * (high - low)
+    return ((10.0**places if scale.log else places) * per_hz).astype(np.int64)
+
+
+def _top(scale: Scale, per_hz: float) -> int:
+    """One more than the last line of the spectrum that is shown."""
+    return int(scale.high_hz * per_hz) + 2
+
+
+def _thinning(rate_hz: float) -> int:
+    """How many samples may become one: the shown band keeps twice its room."""
+    return max(int(rate_hz / (HIGHEST_HZ * 4.0)), 1)
+
+
+def _decimated(signal: NDArray, every: int) -> NDArray:
+    """Every so many samples, behind a low-pass (a Hann-windowed sinc) that keeps the shown band."""
+    if every == 1:
+        return signal
+    taps = np.arange(-8 * every, 8 * every + 1)
+    kernel = np.sinc(taps / every) * np.hanning(taps.size)
+    kernel = (kernel / kernel.sum()).astype(signal.dtype)
+    # As a product of spectra: a direct convolution takes twenty times as long.
+    size = 1 << (signal.size + taps.size - 1).bit_length()
+    smooth = np.fft.irfft(np.fft.rfft(signal, size) * np.fft.rfft(kernel, size), size)
+    return smooth[8 * every : 8 * every + signal.size : every].astype(signal.dtype)
+
+
+def _db(amplitude: NDArray) -> NDArray[np.float32]:
+    return (20.0 * np.log10(np.maximum(np.nan_to_num(amplitude), 1e-10))).astype(np.float32)

@@ -1,0 +1,133 @@
+"""Dragging a wire: from a port to a port, with a word on whether it can be while it is still in the air."""
+
+from PySide6.QtCore import QPointF
+
+from widgets.design.editing import may_fit, refusal, wire_at
+from widgets.design.items import NodeItem, WireItem
+from widgets.design.scene import PatchScene
+from widgets.design.shape import PlacedPort
+from workbench.patch.node import Port
+from workbench.patch.patch import Patch, Wire
+
+LOOSE = 48.0
+"""Pixels of the scene that a wire must be drawn into the open before it asks for a node at its end."""
+
+
+class WireDrag:
+    """One drag, from the press on a port to the release. It draws the wire and says what would come of it."""
+
+    def __init__(self, scene: PatchScene, item: NodeItem, placed: PlacedPort) -> None:
+        self._scene = scene
+        self.old: Wire | None = None
+        end = f"{item.node.id}.{placed.name}"
+        if placed.side == "in":
+            self.old = wire_at(scene.patch, end)
+        if self.old is not None:
+            # A wire that is pulled off an input is held by its source.
+            source, _, out = self.old[0].partition(".")
+            item = scene.nodes[source]
+            placed = item.shape_now.port("out", out) or placed
+            scene.wires[self.old].setVisible(False)
+        self.item, self.placed = item, placed
+        self.target: str = ""
+        self.reason = ""
+        self._known: dict[tuple[str, str], str] = {}
+        self._opened: NodeItem | None = None
+        self._line = WireItem(("", ""), None, None, placed.colour)
+        scene.addItem(self._line)
+        other = "in" if placed.side == "out" else "out"
+        for node in scene.nodes.values():
+            fitting = any(p.side == other and may_fit(*self._in_order(p)) for p in node.shape_now.ports)
+            node.set_dimmed("both" if node is item or not fitting else placed.side)
+
+    def move(self, place: QPointF) -> None:
+        """Follow the mouse; over a port that could be meant, decide whether the wire can be."""
+        over = self._scene.node_at(place, 8.0)
+        self._open(over)
+        found = self._candidate(place, over)
+        start = self.item.port_place(self.placed.side, self.placed.name)
+        end = place
+        self.target = self.reason = ""
+        if found is not None:
+            node, port = found
+            end = node.port_place(port.side, port.name)
+            self.target = f"{node.node.id}.{port.name}"
+            self.reason = self._verdict()
+        self._line.refused = bool(self.reason)
+        self._line.lay(*((start, end) if self.placed.side == "out" else (end, start)))
+        self._line.update()
+
+    def result(self, patch: Patch) -> tuple[Patch, str] | None:
+        """The patch after letting go here, and what the step is called; None where nothing changes."""
+        wire = self.wire()
+        if wire is not None and not self.reason:
+            if wire == self.old:
+                return None
+            base = patch.disconnect([self.old]) if self.old else patch
+            return base.connect(*wire, self._scene.registry), "Connect"
+        if wire is None and self.old:
+            return patch.disconnect([self.old]), "Disconnect"
+        return None
+
+    @property
+    def end_name(self) -> str:
+        """The port that holds the wire, as "node.port"."""
+        return f"{self.item.node.id}.{self.placed.name}"
+
+    def wire(self) -> Wire | None:
+        """The wire that is offered, whether it can be or not."""
+        if not self.target:
+            return None
+        return (self.end_name, self.target) if self.placed.side == "out" else (self.target, self.end_name)
+
+    def is_loose(self, place: QPointF) -> bool:
+        """Whether a new wire ends here in the open, well away from where it began."""
+        far = (place - self.item.port_place(self.placed.side, self.placed.name)).manhattanLength() > LOOSE
+        return far and self.old is None and not self.target and self._scene.node_at(place, 8.0) is None
+
+    def end(self) -> None:
+        """Put everything back that the drag changed in the drawing."""
+        self._open(None)
+        self._scene.removeItem(self._line)
+        if self.old in self._scene.wires:
+            self._scene.wires[self.old].setVisible(True)
+        for node in self._scene.nodes.values():
+            node.set_dimmed("")
+
+    def _candidate(self, place: QPointF, over: NodeItem | None) -> tuple[NodeItem, PlacedPort] | None:
+        side = "in" if self.placed.side == "out" else "out"
+        found = self._scene.port_at(place)
+        if found and found[1].side == side:
+            return found
+        if over is None or over is self.item:
+            return None
+        # Anywhere on a node means its nearest port that fits, so that one need not aim.
+        near = [p for p in over.shape_now.ports if p.side == side]
+        fitting = [p for p in near if may_fit(*self._in_order(p)) and p.name not in over.node_type.parameters] or near
+        if not fitting:
+            return None
+        return over, min(fitting, key=lambda p: abs(over.mapFromScene(place).y() - p.at.y()))
+
+    def _in_order(self, other: PlacedPort) -> tuple[Port, Port]:
+        return (self.placed.port, other.port) if self.placed.side == "out" else (other.port, self.placed.port)
+
+    def _verdict(self) -> str:
+        wire = self.wire()
+        assert wire is not None
+        if wire not in self._known:
+            patch = self._scene.patch.disconnect([self.old]) if self.old else self._scene.patch
+            self._known[wire] = refusal(patch, self._scene.registry, *wire)
+        return self._known[wire]
+
+    def _open(self, over: NodeItem | None) -> None:
+        """Show the parameters of the node under the mouse as ports, while it is there."""
+        if over is self._opened:
+            return
+        if self._opened is not None:
+            self._opened.set_ports(self._opened.driven, False)
+        self._opened = None
+        drives = self.placed.side == "out" and self.placed.port.kind == "signal"
+        if drives and over is not None and over is not self.item and not over.opened:
+            over.set_ports(over.driven, True)
+            over.set_dimmed(self.placed.side)
+            self._opened = over

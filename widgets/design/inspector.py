@@ -1,0 +1,241 @@
+"""The inspector: what is selected, and its parameters as controls made from their declarations."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
+
+from widgets import theme
+from widgets.design.editing import drivers
+from widgets.design.rhythm_editor import RhythmEditor, is_rhythm
+from widgets.design.scene import percent
+from widgets.design.shape import accent, shown
+from widgets.fields import ParameterEditor
+from widgets.list_editors import TilesEditor
+from widgets.number_editor import NumberEditor
+from widgets.parameter_editor import FileEditor, editor_for
+from workbench.parameters import Count, Rows, Text
+from workbench.patch.node import NodeType, Registry
+from workbench.patch.patch import Patch
+
+TITLE = Text("", doc="what the patch is called", label="Title")
+COMMENT = Text("", doc="what to know about it", label="Comment")
+SEED = Count(0, 0, 2**31 - 1, doc="the same seed gives the same random draws", label="Seed")
+
+
+class Inspector(QScrollArea):
+    """Shows the selected node, several, or the patch itself. It gives whole values, and edits nothing itself."""
+
+    edited = Signal(str, str, object, str)
+    """Node, parameter, value, and a word that is the same for changes which belong together."""
+
+    patchEdited = Signal(str, object, str)
+    """Field of the patch, value, and the same word."""
+
+    disconnectWanted = Signal(str)
+    """The input ("node.port") whose wire is to go."""
+
+    def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._registry = registry
+        self._patch = Patch()
+        self._ids: list[str] = []
+        self._tiles: tuple[str, ...] = ()
+        self._folder: Path | None = None
+        self._shape: object = None
+        self._gesture = 0
+        self._share: Mapping[str, float] = {}
+        self._awake: Mapping[str, int] = {}
+        self.editors: dict[str, ParameterEditor] = {}
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setAccessibleName("Inspector")
+        self.setMinimumWidth(240)
+        self.show_selection(Patch(), [])
+
+    def show_selection(self, patch: Patch, ids: Sequence[str]) -> None:
+        """Show these nodes of this patch; none means the patch itself."""
+        self._patch = patch
+        self._ids = [id for id in ids if any(node.id == id for node in patch.nodes)]
+        wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
+        type = patch.node(self._ids[0]).type if len(self._ids) == 1 else ""
+        shape = (tuple(self._ids), type)
+        if shape != self._shape:
+            self._shape = shape
+            self._gesture += 1
+            self._build()
+        self._refresh(wired)
+
+    def set_tiles(self, ids: Sequence[str]) -> None:
+        """The tiles that there are."""
+        self._tiles = tuple(ids)
+        for editor in self.editors.values():
+            if isinstance(editor, TilesEditor):
+                editor.set_tiles(self._tiles)
+
+    def set_folder(self, folder: Path | None) -> None:
+        """Where the patch lies on disk."""
+        self._folder = folder
+        for editor in self.editors.values():
+            if isinstance(editor, FileEditor):
+                editor.set_folder(folder)
+
+    def show_costs(self, share: Mapping[str, float] | None, awake: Mapping[str, int]) -> None:
+        """What nodes cost, and for how many tiles they are awake; None when nothing runs."""
+        self._share, self._awake = share or {}, awake
+        self._show_cost()
+
+    # --- building ---
+
+    def _build(self) -> None:
+        self.editors = {}
+        page = QWidget()
+        page.setProperty("role", "panel")
+        column = QVBoxLayout(page)
+        column.setContentsMargins(16, 16, 16, 16)
+        column.setSpacing(8)
+        self._cost = theme.label("")
+        self._tiles_awake = theme.label("")
+        if len(self._ids) == 1:
+            self._build_node(column, self._registry[self._patch.node(self._ids[0]).type])
+        elif self._ids:
+            self._build_many(column)
+        else:
+            self._build_patch(column)
+        column.addStretch()
+        old = self.takeWidget()
+        self.setWidget(page)
+        if old is not None:
+            old.deleteLater()
+
+    def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
+        id = self._ids[0]
+        title = theme.label(type.label, "title")
+        title.setStyleSheet(f"color: {theme.mixed(accent(type), theme.TEXT, 0.6)};")
+        column.addWidget(title)
+        column.addWidget(_wrapped(theme.pretty_text(type.doc), "small"))
+        column.addSpacing(8)
+        for name, parameter in type.parameters.items():
+            editor: ParameterEditor
+            if is_rhythm(parameter):
+                assert isinstance(parameter, Rows)
+                editor = RhythmEditor(parameter)
+            else:
+                editor = editor_for(parameter)
+            if isinstance(editor, TilesEditor):
+                editor.set_tiles(self._tiles)
+            if isinstance(editor, FileEditor):
+                editor.set_folder(self._folder)
+            self._add_editor(column, name, editor)
+            editor.valueChanged.connect(
+                lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._gesture}")
+            )
+            if isinstance(editor, NumberEditor):
+                editor.disconnectWanted.connect(lambda name=name: self.disconnectWanted.emit(f"{id}.{name}"))
+        column.addWidget(_line())
+        self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
+
+    def _build_many(self, column: QVBoxLayout) -> None:
+        column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
+        names = [self._registry[self._patch.node(id).type].label for id in self._ids]
+        column.addWidget(_wrapped(", ".join(names), "small"))
+        column.addWidget(_line())
+        self._add_facts(column, {"Cost": self._cost})
+
+    def _build_patch(self, column: QVBoxLayout) -> None:
+        column.addWidget(theme.label("Patch", "title"))
+        column.addWidget(_wrapped("Select a node to see its parameters.", "small"))
+        column.addSpacing(8)
+        for name, parameter in (("title", TITLE), ("comment", COMMENT), ("seed", SEED)):
+            editor = editor_for(parameter)
+            editor.resets = False
+            self._add_editor(column, name, editor)
+            editor.valueChanged.connect(
+                lambda value, name=name: self.patchEdited.emit(name, value, f"patch.{name} {self._gesture}")
+            )
+        column.addWidget(_line())
+        self._nodes, self._wires = theme.label(""), theme.label("")
+        self._add_facts(column, {"Nodes": self._nodes, "Wires": self._wires, "Cost": self._cost})
+
+    def _add_editor(self, column: QVBoxLayout, name: str, editor: ParameterEditor) -> None:
+        editor.began.connect(self._begin)
+        self.editors[name] = editor
+        column.addWidget(editor)
+
+    def _add_facts(self, column: QVBoxLayout, facts: Mapping[str, QLabel]) -> None:
+        grid = QGridLayout()
+        grid.setVerticalSpacing(8)
+        for row, (name, value) in enumerate(facts.items()):
+            grid.addWidget(theme.label(name, "muted"), row, 0)
+            value.setAlignment(Qt.AlignmentFlag.AlignRight)
+            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            value.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            grid.addWidget(value, row, 1)
+        grid.setColumnStretch(1, 1)
+        column.addLayout(grid)
+
+    def _begin(self) -> None:
+        self._gesture += 1
+
+    # --- refreshing ---
+
+    def _refresh(self, wired: Mapping[str, str]) -> None:
+        if len(self._ids) == 1:
+            node = self._patch.node(self._ids[0])
+            for name, editor in self.editors.items():
+                value = node.parameters.get(name, editor.parameter.default)
+                if editor.parameter.check(value) != editor.value():
+                    editor.setValue(value)
+                if isinstance(editor, NumberEditor):
+                    self._show_driver(editor, wired.get(name, ""))
+        elif not self._ids:
+            for name, editor in self.editors.items():
+                if getattr(self._patch, name) != editor.value():
+                    editor.setValue(getattr(self._patch, name))
+            self._nodes.setText(str(len(self._patch.nodes)))
+            self._wires.setText(str(len(self._patch.wires)))
+        self._show_cost()
+
+    def _show_driver(self, editor: NumberEditor, source: str) -> None:
+        if not source:
+            editor.set_driven("")
+            return
+        id, _, port = source.partition(".")
+        type = self._registry[self._patch.node(id).type]
+        output = type.output_ports[port]
+        name = type.label if len(type.outputs) == 1 else f"{type.label}, {shown(port)}"
+        editor.set_driven(name, theme.signal_colour(output.kind, output.unit))
+
+    def _show_cost(self) -> None:
+        ids = self._ids or [node.id for node in self._patch.nodes]
+        if not self._share:
+            self._cost.setText("–")
+            self._tiles_awake.setText("–")
+            return
+        known = [id for id in ids if id in self._share]
+        self._cost.setText(f"{percent(sum(self._share[id] for id in known))} of a block" if known else "not built")
+        awake = max((self._awake.get(id, 0) for id in known), default=0)
+        of = f" of {len(self._tiles)}" if self._tiles else ""
+        self._tiles_awake.setText(f"{awake}{of} tiles" if awake else "asleep")
+
+
+def edited_patch(patch: Patch, field: str, value: object) -> Patch:
+    """The patch with its title, comment or seed changed."""
+    return msgspec.structs.replace(patch, **{field: value})
+
+
+def _wrapped(text: str, role: str) -> QLabel:
+    label = theme.label(text, role)
+    label.setWordWrap(True)
+    return label
+
+
+def _line() -> QFrame:
+    line = QFrame()
+    line.setFixedHeight(1)
+    line.setStyleSheet(f"background: {theme.LINE};")
+    return line

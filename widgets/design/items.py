@@ -1,0 +1,350 @@
+"""Nodes and wires as they are drawn on the canvas."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
+
+from widgets import theme
+from widgets.design.editing import snapped
+from widgets.design.shape import COST_ROOM, PAD, TITLE, PlacedPort, Shape, accent, drivable, node_shape, shown
+from widgets.plots import thinned
+from workbench.patch.node import NodeType
+from workbench.patch.patch import PlacedNode, Wire
+
+LEGIBLE = 0.45
+"""Below this zoom a node is drawn as two rectangles: nothing in it could be read."""
+CLEAR = 0.75
+"""Below this zoom a wire is one pixel wide, which costs an eighth of two."""
+DOT = 5.0
+BINS = 64
+_MOVES = QGraphicsItem.GraphicsItemChange.ItemPositionChange
+_MOVED = QGraphicsItem.GraphicsItemChange.ItemPositionHasChanged
+
+
+class NodeItem(QGraphicsItem):
+    """One node. What it shows is set from outside; it knows neither the patch nor the engine."""
+
+    def __init__(self, node: PlacedNode, type: NodeType) -> None:
+        super().__init__()
+        self.node = node
+        self.node_type = type
+        self.wires: list[WireItem] = []
+        self.shape_now: Shape = node_shape(type, (), False)
+        self.driven: tuple[str, ...] = ()
+        self.opened = False
+        self.cost = ""
+        self.state = ""
+        self._plot: QPainterPath | None = None
+        self._hovered = False
+        self._dimmed = ""
+        flag = QGraphicsItem.GraphicsItemFlag
+        self.setFlags(flag.ItemIsMovable | flag.ItemIsSelectable | flag.ItemSendsGeometryChanges)
+        self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        self.setAcceptHoverEvents(True)
+        self.setPos(*node.at)
+
+    # --- what it shows ---
+
+    def set_ports(self, driven: tuple[str, ...], opened: bool) -> None:
+        """Show these parameters as ports; `opened` shows all that a wire may drive."""
+        if (driven, opened) == (self.driven, self.opened):
+            return
+        self.prepareGeometryChange()
+        self.driven, self.opened = driven, opened
+        self.shape_now = node_shape(self.node_type, driven, opened)
+        self.setZValue(1.0 if opened else 0.0)
+        for wire in self.wires:
+            wire.follow()
+        self.update()
+
+    def set_cost(self, cost: str, state: str) -> None:
+        """Show what it costs; `state` is "", "asleep", "unused" or "fault"."""
+        if (cost, state) != (self.cost, self.state):
+            self.cost, self.state = cost, state
+            self.update()
+
+    def set_curve(self, values: np.ndarray | None) -> None:
+        """Show these samples in the small plot, or nothing."""
+        if values is not None or self._plot is not None:
+            self._plot = None if values is None else thumbnail(values, self.node_type.outputs[0].kind == "event")
+            self.update()
+
+    def set_dimmed(self, side: str) -> None:
+        """While a wire is dragged: dim the ports of this side."""
+        if side != self._dimmed:
+            self._dimmed = side
+            self.update()
+
+    @property
+    def size(self) -> tuple[float, float]:
+        return self.shape_now.width, self.shape_now.height
+
+    def port_at(self, scene_place: QPointF) -> PlacedPort | None:
+        """The port that a mouse at this place of the scene means."""
+        return self.shape_now.port_near(self.mapFromScene(scene_place))
+
+    def more_at(self, scene_place: QPointF) -> bool:
+        """Whether a mouse at this place of the scene means the dot that shows further ports."""
+        more = self.shape_now.more
+        return more is not None and QLineF(self.mapFromScene(scene_place), more).length() <= DOT + 3.0
+
+    def port_place(self, side: str, name: str) -> QPointF:
+        """Where in the scene a wire at this port ends."""
+        placed = self.shape_now.port(side, name)
+        return self.mapToScene(placed.at if placed else QPointF(0.0, TITLE / 2))
+
+    # --- Qt ---
+
+    def boundingRect(self) -> QRectF:
+        return self.shape_now.rect.adjusted(-DOT - 3, -3, DOT + 3, 3)
+
+    def shape(self) -> QPainterPath:
+        path = QPainterPath()
+        path.addRect(self.shape_now.rect)
+        return path
+
+    def itemChange(self, change: QGraphicsItem.GraphicsItemChange, value: Any) -> Any:
+        if change == _MOVES:
+            return QPointF(*snapped(value.x(), value.y())) if self._is_dragged() else value
+        if change == _MOVED:
+            for wire in self.wires:
+                wire.follow()
+        return super().itemChange(change, value)
+
+    def _is_dragged(self) -> bool:
+        scene = self.scene()
+        return scene is not None and scene.mouseGrabberItem() is not None
+
+    def hoverMoveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
+        placed = self.shape_now.port_near(event.pos())
+        if placed is not None:
+            self.setToolTip(port_help(placed))
+        elif self.more_at(event.scenePos()):
+            names = ", ".join(shown(port.name) for port in drivable(self.node_type) if port.name not in self.driven)
+            self.setToolTip(f"A wire may also drive: {names}")
+        elif event.pos().y() < TITLE:
+            self.setToolTip(theme.pretty_text(self.node_type.doc))
+        else:
+            self.setToolTip("")
+
+    def hoverEnterEvent(self, event: QGraphicsSceneHoverEvent) -> None:
+        self._hovered = True
+        self.update()
+
+    def hoverLeaveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
+        self._hovered = False
+        self.update()
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        zoom = option.levelOfDetailFromTransform(painter.worldTransform())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        quiet = self.state in ("asleep", "unused")
+        colour = accent(self.node_type)
+        self._paint_body(painter, colour, quiet)
+        if zoom < LEGIBLE:
+            return
+        self._paint_title(painter, quiet)
+        if self._plot is not None:
+            painter.save()
+            painter.translate(self.shape_now.plot.topLeft())
+            painter.scale(self.shape_now.plot.width(), self.shape_now.plot.height())
+            pen = QPen(QColor(theme.mixed(colour, theme.RAISED, 0.35 if quiet else 0.85)), 1.0)
+            pen.setCosmetic(True)
+            painter.setPen(pen)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawPath(self._plot)
+            painter.restore()
+        for placed in self.shape_now.ports:
+            self._paint_port(painter, placed)
+        if self.shape_now.more is not None:
+            painter.setPen(QPen(QColor(theme.MUTED if self._hovered else theme.FAINT), 1.0))
+            painter.setBrush(QColor(theme.GROUND))
+            painter.drawEllipse(self.shape_now.more, 3.0, 3.0)
+
+    def _paint_body(self, painter: QPainter, colour: str, quiet: bool) -> None:
+        rect = self.shape_now.rect
+        if self.state == "fault":
+            border = QPen(QColor(theme.ALARM), 1.5)
+        elif self.isSelected():
+            border = QPen(QColor(colour), 1.5)
+        else:
+            border = QPen(QColor(theme.LINE if not self._hovered else theme.FAINT), 1.0)
+        if self.state == "unused" and not self.isSelected():
+            border.setStyle(Qt.PenStyle.DashLine)
+        body = QPainterPath()
+        body.addRoundedRect(rect.adjusted(0.5, 0.5, -0.5, -0.5), 6.0, 6.0)
+        painter.fillPath(body, QColor(theme.mixed(theme.RAISED, theme.GROUND, 0.6) if quiet else theme.RAISED))
+        strip = QPainterPath()
+        strip.addRect(QRectF(0.0, 0.0, rect.width(), TITLE))
+        painter.fillPath(body & strip, QColor(theme.mixed(colour, theme.PANEL, 0.12 if quiet else 0.34)))
+        painter.strokePath(body, border)
+
+    def _paint_title(self, painter: QPainter, quiet: bool) -> None:
+        width = self.shape_now.width
+        painter.setFont(theme.font(bold=True))
+        painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
+        room = width - 2 * PAD - (COST_ROOM if self.cost or self.state else 0.0)
+        middle = Qt.AlignmentFlag.AlignVCenter
+        text = painter.fontMetrics().elidedText(self.node_type.label, Qt.TextElideMode.ElideRight, int(room) + 1)
+        painter.drawText(QRectF(PAD, 0.0, room + 2, TITLE), middle | Qt.AlignmentFlag.AlignLeft, text)
+        note = self.state if self.state in ("asleep", "unused", "fault") else self.cost
+        if note:
+            painter.setFont(theme.font(theme.SMALL_PX))
+            painter.setPen(QColor(theme.ALARM if self.state == "fault" else theme.MUTED))
+            painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), middle | Qt.AlignmentFlag.AlignRight, note)
+
+    def _paint_port(self, painter: QPainter, placed: PlacedPort) -> None:
+        faint = self._dimmed in (placed.side, "both")
+        colour = QColor(theme.mixed(placed.colour, theme.RAISED, 0.25) if faint else placed.colour)
+        parameter = placed.side == "in" and placed.name in self.node_type.parameters
+        painter.setPen(QPen(QColor(theme.GROUND), 2.0))
+        painter.setBrush(colour)
+        if placed.port.kind == "event":
+            x, y, r = placed.at.x(), placed.at.y(), DOT + 1.0
+            painter.drawPolygon(QPolygonF([QPointF(x - r, y), QPointF(x, y - r), QPointF(x + r, y), QPointF(x, y + r)]))
+        elif parameter and placed.name not in self.driven:
+            painter.setBrush(QColor(theme.GROUND))
+            painter.setPen(QPen(colour, 1.5))
+            painter.drawEllipse(placed.at, DOT - 1.0, DOT - 1.0)
+        else:
+            painter.drawEllipse(placed.at, DOT, DOT)
+        painter.setFont(theme.font())
+        painter.setPen(QColor(theme.FAINT if faint else theme.MUTED))
+        rect = QRectF(PAD + 4, placed.at.y() - 10, self.shape_now.width - 2 * PAD - 8, 20)
+        side = Qt.AlignmentFlag.AlignLeft if placed.side == "in" else Qt.AlignmentFlag.AlignRight
+        painter.drawText(rect, side | Qt.AlignmentFlag.AlignVCenter, shown(placed.name))
+
+
+class WireItem(QGraphicsItem):
+    """A wire between two nodes, or from a node to the mouse."""
+
+    def __init__(self, wire: Wire, source: NodeItem | None, target: NodeItem | None, colour: str) -> None:
+        super().__init__()
+        self.wire = wire
+        self.source, self.target = source, target
+        self.colour = colour
+        self.chosen = False
+        self.refused = False
+        self._hovered = False
+        self._path = QPainterPath()
+        self._bounds = QRectF()
+        self.setZValue(-1.0)
+        self.setAcceptHoverEvents(True)
+        self.setToolTip(" → ".join(wire))
+        for end in (source, target):
+            if end is not None:
+                end.wires.append(self)
+        if source and target:
+            self.follow()
+
+    def follow(self) -> None:
+        """Go where the nodes are."""
+        if self.source and self.target:
+            self.lay(
+                self.source.port_place("out", self.wire[0].partition(".")[2]),
+                self.target.port_place("in", self.wire[1].partition(".")[2]),
+            )
+
+    def lay(self, start: QPointF, end: QPointF) -> None:
+        """Go from one place to another."""
+        self.prepareGeometryChange()
+        self._path = curve(start, end)
+        self._bounds = self._path.boundingRect().adjusted(-4, -4, 4, 4)
+
+    def unhook(self) -> None:
+        """Let go of the nodes."""
+        for end in (self.source, self.target):
+            if end is not None and self in end.wires:
+                end.wires.remove(self)
+
+    def set_chosen(self, chosen: bool) -> None:
+        """Show it as what Delete would take away."""
+        self.chosen = chosen
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        return self._bounds
+
+    def shape(self) -> QPainterPath:
+        stroker = QPainterPathStroker()
+        stroker.setWidth(10.0)
+        return stroker.createStroke(self._path)
+
+    def hoverEnterEvent(self, event: QGraphicsSceneHoverEvent) -> None:
+        self._hovered = True
+        self.update()
+
+    def hoverLeaveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
+        self._hovered = False
+        self.update()
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        if self.chosen:
+            painter.setPen(_wire_pen(theme.TEXT, 4.0))
+            painter.drawPath(self._path)
+        far = painter.worldTransform().m11() < CLEAR
+        colour = theme.ALARM if self.refused else self.colour
+        painter.setPen(_wire_pen(colour, 1.0 if far else 2.0, self._hovered))
+        painter.drawPath(self._path)
+
+
+@lru_cache(maxsize=64)
+def _wire_pen(colour: str, width: float, lit: bool = False) -> QPen:
+    pen = QPen(QColor(colour).lighter(125) if lit else QColor(colour), width)
+    pen.setCosmetic(width == 1.0)
+    return pen
+
+
+def curve(start: QPointF, end: QPointF) -> QPainterPath:
+    """The line of a wire: out to the right, in from the left."""
+    ahead = end.x() - start.x()
+    reach = max(abs(ahead) * 0.5, min(40.0 + abs(end.y() - start.y()) * 0.25, 120.0)) if ahead < 48 else ahead * 0.5
+    reach = min(reach, 160.0)
+    path = QPainterPath(start)
+    path.cubicTo(start + QPointF(reach, 0.0), end - QPointF(reach, 0.0), end)
+    return path
+
+
+def thumbnail(values: np.ndarray, events: bool = False) -> QPainterPath:
+    """Samples, or events as rows of (time as a share of the whole, strength), as a path in the unit square."""
+    path = QPainterPath()
+    if events:
+        strongest = max(float(values[:, 1].max(initial=0.0)), 1e-12)
+        path.moveTo(0.0, 1.0)
+        path.lineTo(1.0, 1.0)
+        for time, strength in values[:400]:
+            path.moveTo(float(time), 1.0)
+            path.lineTo(float(time), 1.0 - 0.9 * float(strength) / strongest)
+        return path
+    values = np.nan_to_num(values)
+    if values.size == 0:
+        return path
+    x, y = thinned(np.arange(values.size) / values.size, values[:, None], 1.0 / BINS)
+    bottom, top = min(float(y.min()), 0.0), max(float(y.max()), 0.0)
+    if bottom < 0 < top and -bottom > 0.2 * top:
+        top = max(top, -bottom)
+        bottom = -top
+    scale = 0.92 / max(top - bottom, 1e-12)
+    points = [QPointF(a, b) for a, b in zip(x.tolist(), (0.96 - (y[:, 0] - bottom) * scale).tolist(), strict=True)]
+    path.addPolygon(QPolygonF(points))
+    return path
+
+
+def port_help(placed: PlacedPort) -> str:
+    """What a port is, in a line or two."""
+    port = placed.port
+    what = "events" if port.kind == "event" else f"signal{' in ' + theme.pretty_unit(port.unit) if port.unit else ''}"
+    return f"{shown(port.name)}: {what}" + (f"\n{theme.pretty_text(port.doc)}" if port.doc else "")
+
+
+def bounds(items: Sequence[QGraphicsItem]) -> QRectF:
+    """The smallest rectangle of the scene around these items."""
+    rect = QRectF()
+    for item in items:
+        rect = rect.united(item.sceneBoundingRect())
+    return rect

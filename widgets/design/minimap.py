@@ -1,0 +1,71 @@
+"""The mini-map: the whole of a large patch, and which part of it is seen."""
+
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QWidget
+
+from widgets import theme
+from widgets.design.scene import PatchScene
+from widgets.design.shape import accent
+
+
+class MiniMap(QWidget):
+    """`wanted` gives the place of the scene that should be in the middle of the view."""
+
+    wanted = Signal(QPointF)
+
+    def __init__(self, scene: PatchScene, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._scene = scene
+        self._view = QRectF()
+        self._extent = QRectF()
+        self.setFixedSize(176, 112)
+        self.setToolTip("The whole patch; drag to look elsewhere")
+        self.hide()
+
+    def follow(self, view: QRectF) -> None:
+        """The part of the scene that is seen now. The map is shown where that is not all of it."""
+        self._extent = self._scene.extent()
+        self._view = view
+        self.setVisible(len(self._scene.nodes) > 1 and not view.contains(self._extent))
+        self.update()
+
+    def _scale(self) -> tuple[float, QPointF]:
+        whole = self._extent.united(self._view) if self._view.width() < 4 * self._extent.width() else self._extent
+        whole = whole.adjusted(-32, -32, 32, 32)
+        scale = min(self.width() / max(whole.width(), 1.0), self.height() / max(whole.height(), 1.0))
+        return scale, whole.center()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setPen(QPen(QColor(theme.LINE), 1))
+        painter.setBrush(QColor(theme.PANEL))
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+        painter.setClipRect(self.rect().adjusted(1, 1, -1, -1))
+        scale, middle = self._scale()
+        painter.translate(self.width() / 2, self.height() / 2)
+        painter.scale(scale, scale)
+        painter.translate(-middle)
+        painter.setPen(Qt.PenStyle.NoPen)
+        for item in self._scene.nodes.values():
+            share = 0.9 if item.isSelected() else 0.45
+            painter.setBrush(QColor(theme.mixed(accent(item.node_type), theme.PANEL, share)))
+            painter.drawRect(item.shape_now.rect.translated(item.pos()))
+        pen = QPen(QColor(theme.MUTED), 1)
+        pen.setCosmetic(True)
+        painter.setPen(pen)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(self._view)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._go(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self._go(event)
+
+    def _go(self, event: QMouseEvent) -> None:
+        scale, middle = self._scale()
+        away = event.position() - QPointF(self.width() / 2, self.height() / 2)
+        self.wanted.emit(middle + away / scale)
+        event.accept()

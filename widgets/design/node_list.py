@@ -1,0 +1,242 @@
+"""The list of node types by family, narrowed by typing: in the palette, and on the canvas where a node is added."""
+
+from PySide6.QtCore import QMimeData, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QPainter
+from PySide6.QtWidgets import (
+    QFrame,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from widgets import theme
+from widgets.design.shape import accent
+from workbench.patch.node import NodeType, Registry
+
+MIME = "application/x-underfoot-node"
+FAMILIES = ("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters", "Outputs")
+"""The order of the families; others follow."""
+_ROW, _HEADING = 24, 28
+_TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2
+
+
+class NodeList(QListWidget):
+    """Families and their nodes. `chosen` gives the type of a node on Enter or double-click."""
+
+    chosen = Signal(str)
+
+    def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._registry = registry
+        self.setItemDelegate(_Row(self))
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
+        self.setMouseTracking(True)
+        self.setDragEnabled(True)
+        self.setAccessibleName("Nodes")
+        self.itemDoubleClicked.connect(self._choose)
+        self.narrow("")
+
+    def narrow(self, text: str) -> None:
+        """Show the nodes that fit what was typed; the best is current."""
+        self.clear()
+        if text.strip():
+            fitting = [type for type in self._registry.values() if rank(type, text) >= 0]
+            for type in sorted(fitting, key=lambda type: (rank(type, text), type.label.lower())):
+                self._add(type, type.family)
+            self.setCurrentRow(0)
+            return
+        for family, types in grouped(self._registry).items():
+            heading = QListWidgetItem(family.upper(), self)
+            heading.setFlags(Qt.ItemFlag.NoItemFlags)
+            for type in types:
+                self._add(type, "")
+
+    def _add(self, type: NodeType, note: str) -> None:
+        item = QListWidgetItem(type.label, self)
+        item.setData(_TYPE, type.type)
+        item.setData(_COLOUR, accent(type))
+        item.setData(_NOTE, note)
+        item.setToolTip(theme.pretty_text(type.doc))
+
+    def current(self) -> str:
+        """The type of the current node, or nothing."""
+        item = self.currentItem()
+        return (item.data(_TYPE) or "") if item else ""
+
+    def types(self) -> list[str]:
+        """The types that are shown."""
+        return [type for i in range(self.count()) if (type := self.item(i).data(_TYPE))]
+
+    def step(self, by: int) -> None:
+        """Make the next node current, or the one before."""
+        rows = [i for i in range(self.count()) if self.item(i).data(_TYPE)]
+        if rows:
+            at = rows.index(self.currentRow()) + by if self.currentRow() in rows else (0 if by > 0 else -1)
+            self.setCurrentRow(rows[at % len(rows)])
+
+    def mimeData(self, items: list[QListWidgetItem]) -> QMimeData:  # type: ignore[override]
+        data = QMimeData()
+        if items and items[0].data(_TYPE):
+            data.setData(MIME, items[0].data(_TYPE).encode())
+        return data
+
+    def mimeTypes(self) -> list[str]:
+        return [MIME]
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._choose()
+        elif event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down):
+            self.step(1 if event.key() == Qt.Key.Key_Down else -1)
+        else:
+            super().keyPressEvent(event)
+
+    def _choose(self) -> None:
+        if self.current():
+            self.chosen.emit(self.current())
+
+
+class NodeSearch(QFrame):
+    """A field over a list of nodes: opens on the canvas, gives the type that was chosen, and goes away."""
+
+    chosen = Signal(str)
+    closed = Signal()
+
+    def __init__(self, registry: Registry, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._around = parent
+        self.setObjectName("search")
+        self.setStyleSheet(
+            f"#search {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
+            f"QListWidget {{ background: {theme.PANEL}; }}"
+        )
+        self.setFixedSize(QSize(248, 320))
+        self.field = SearchField("Add a node", self)
+        self.list = NodeList(registry, self)
+        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.list.setDragEnabled(False)
+        self.list.itemClicked.connect(lambda: self._done(self.list.current()))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(8, 8, 8, 8)
+        column.setSpacing(8)
+        column.addWidget(self.field)
+        column.addWidget(self.list)
+        self.field.textChanged.connect(self.list.narrow)
+        self.field.stepped.connect(self.list.step)
+        self.field.entered.connect(lambda: self._done(self.list.current()))
+        self.field.left.connect(lambda: self._done(""))
+        self.hide()
+
+    def open(self, x: int, y: int) -> None:
+        """Show it at this place of its parent, as far as it fits there."""
+        room = self._around.rect()
+        self.move(max(min(x, room.width() - self.width() - 8), 8), max(min(y, room.height() - self.height() - 8), 8))
+        self.field.clear()
+        self.list.narrow("")
+        self.show()
+        self.raise_()
+        self.field.setFocus()
+
+    def _done(self, type: str) -> None:
+        if self.isHidden():
+            return
+        self.hide()
+        if type:
+            self.chosen.emit(type)
+        self.closed.emit()
+
+
+class SearchField(QLineEdit):
+    """A field whose arrow keys walk through a list, and that says when it is left."""
+
+    stepped = Signal(int)
+    entered = Signal()
+    left = Signal()
+
+    def __init__(self, hint: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setPlaceholderText(hint)
+        self.setAccessibleName(hint)
+        self.setClearButtonEnabled(False)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        key = event.key()
+        if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
+            self.stepped.emit(1 if key == Qt.Key.Key_Down else -1)
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.entered.emit()
+        elif key == Qt.Key.Key_Escape:
+            self.clear()
+            self.left.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        if event.reason() not in (Qt.FocusReason.PopupFocusReason, Qt.FocusReason.ActiveWindowFocusReason):
+            self.left.emit()
+
+
+def grouped(registry: Registry) -> dict[str, list[NodeType]]:
+    """Node types by family, families in their order, nodes by label."""
+    order = {family: i for i, family in enumerate(FAMILIES)}
+    families: dict[str, list[NodeType]] = {}
+    for type in sorted(registry.values(), key=lambda t: (order.get(t.family, len(order)), t.family, t.label.lower())):
+        families.setdefault(type.family, []).append(type)
+    return families
+
+
+def rank(type: NodeType, text: str) -> int:
+    """How well a node fits what was typed: 0 is best, -1 not at all."""
+    words = text.lower().split()
+    label, rest = type.label.lower(), f"{type.type} {type.family} {type.doc}".lower()
+    if not all(word in label or word in rest for word in words):
+        return -1
+    if not words or label.startswith(words[0]):
+        return 0
+    return 1 if any(part.startswith(words[0]) for part in label.split()) else (2 if words[0] in label else 3)
+
+
+class _Row(QStyledItemDelegate):
+    """A heading, or a node with a bar in its colour."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
+        return QSize(80, _ROW if index.data(_TYPE) else _HEADING)
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        rect: QRect = option.rect
+        state: QStyle.StateFlag = option.state
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if not index.data(_TYPE):
+            painter.setFont(theme.font(theme.SMALL_PX, bold=True))
+            painter.setPen(QColor(theme.MUTED))
+            align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
+            painter.drawText(rect.adjusted(4, 0, 0, -4), align, index.data())
+        else:
+            if state & (QStyle.StateFlag.State_Selected | QStyle.StateFlag.State_MouseOver):
+                selected = bool(state & QStyle.StateFlag.State_Selected)
+                painter.setPen(Qt.PenStyle.NoPen)
+                painter.setBrush(QColor(theme.HOVER if selected else theme.RAISED))
+                painter.drawRoundedRect(rect, 4, 4)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.mixed(index.data(_COLOUR), theme.PANEL, 0.7)))
+            painter.drawRoundedRect(rect.x() + 4, rect.y() + 4, 5, rect.height() - 8, 1.5, 1.5)
+            painter.setFont(theme.font())
+            painter.setPen(QColor(theme.TEXT))
+            align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+            painter.drawText(rect.adjusted(20, 0, -4, 0), align, index.data())
+            if index.data(_NOTE):
+                painter.setFont(theme.font(theme.SMALL_PX))
+                painter.setPen(QColor(theme.FAINT))
+                align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                painter.drawText(rect.adjusted(20, 0, -6, 0), align, index.data(_NOTE))
+        painter.restore()

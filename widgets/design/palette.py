@@ -1,0 +1,32 @@
+"""The palette: every node there is, to be dragged onto the canvas or added with Enter."""
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from widgets.design.node_list import NodeList, SearchField
+from workbench.patch.node import Registry
+
+
+class Palette(QWidget):
+    """A search field and the nodes by family. `chosen` gives the type of the node to be added."""
+
+    chosen = Signal(str)
+
+    def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "panel")
+        self.field = SearchField("Search nodes", self)
+        self.list = NodeList(registry, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(8, 8, 4, 8)
+        column.setSpacing(4)
+        column.addWidget(self.field)
+        column.addWidget(self.list)
+        self.field.textChanged.connect(self.list.narrow)
+        self.field.stepped.connect(self.list.step)
+        self.field.entered.connect(self._enter)
+        self.list.chosen.connect(self.chosen)
+
+    def _enter(self) -> None:
+        if self.list.current():
+            self.chosen.emit(self.list.current())

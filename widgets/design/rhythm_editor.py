@@ -1,0 +1,257 @@
+"""A rhythm on its bar of 24 steps: notes are set, moved, stretched and made louder with the mouse or the keys."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from widgets import theme
+from widgets.fields import ParameterEditor
+from workbench.models.rhythm import STEPS
+from workbench.parameters import Parameter, Rows
+
+Note = tuple[float, float, float]
+"""Step, length in steps, amplitude 0 to 1."""
+QUIETEST = 0.05
+_EDGE_PX = 4.0
+
+
+def is_rhythm(parameter: Parameter) -> bool:
+    """Whether a parameter's rows are notes on a bar."""
+    return isinstance(parameter, Rows) and [name for name, _, _ in parameter.columns] == ["step", "length", "amplitude"]
+
+
+def placed(notes: Sequence[Note], index: int, note: Note) -> list[Note] | None:
+    """The notes in order with one of them changed to `note`; None where it would lie on another, or off the bar.
+
+    >>> placed([(0, 4, 1.0), (6, 2, 0.5)], 0, (0, 6, 1.0))
+    [(0, 6, 1.0), (6, 2, 0.5)]
+    >>> placed([(0, 4, 1.0), (6, 2, 0.5)], 0, (0, 7, 1.0)) is None
+    True
+    """
+    step, length, loud = note
+    if step < 0 or length < 1 or step + length > STEPS:
+        return None
+    others = [other for i, other in enumerate(notes) if i != index]
+    if any(step < other[0] + other[1] and other[0] < step + length for other in others):
+        return None
+    return sorted([*others, (step, length, min(max(loud, QUIETEST), 1.0))])
+
+
+class RhythmBar(QWidget):
+    """24 steps from left to right; a note's height is its amplitude.
+
+    Mouse: click on an empty step sets a note; drag its body to move it, its right edge to stretch it, up and down to
+    make it louder and softer; right click takes it away. Keys: N and P choose a note, arrows move and turn it up and
+    down, Shift with arrows stretches it, Enter sets one in the first gap, Delete takes it away.
+    """
+
+    changed = Signal(object)
+    began = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._notes: list[Note] = []
+        self._chosen = -1
+        self._drag = ""
+        self._from = QPointF()
+        self._was: Note = (0.0, 1.0, 1.0)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMouseTracking(True)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Rhythm")
+
+    def notes(self) -> list[Note]:
+        return list(self._notes)
+
+    def set_notes(self, notes: Sequence[Sequence[float]]) -> None:
+        self._notes = [(float(n[0]), float(n[1]), float(n[2])) for n in notes]
+        self._chosen = min(self._chosen, len(self._notes) - 1)
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(240, 104)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(192, 104)
+
+    # --- where things are ---
+
+    def _bar(self) -> QRectF:
+        return QRectF(self.rect()).adjusted(1.0, 1.0, -1.0, -17.0)
+
+    def _note_rect(self, note: Note) -> QRectF:
+        bar = self._bar()
+        wide = bar.width() / STEPS
+        height = note[2] * bar.height()
+        return QRectF(bar.x() + note[0] * wide + 0.5, bar.bottom() - height, note[1] * wide - 1.0, height)
+
+    def _step_at(self, place: QPointF) -> int:
+        bar = self._bar()
+        return min(max(int((place.x() - bar.x()) / bar.width() * STEPS), 0), STEPS - 1)
+
+    def _note_at(self, place: QPointF) -> int:
+        """The note whose column this is, however low it is; its right edge reaches a little over."""
+        at = (place.x() - self._bar().x()) / self._bar().width() * STEPS
+        over = next((i for i, (step, length, _) in enumerate(self._notes) if step <= at < step + length), -1)
+        if over >= 0:
+            return over
+        return next((i for i in range(len(self._notes)) if self._on_edge(place, i)), -1)
+
+    def _on_edge(self, place: QPointF, index: int) -> bool:
+        return abs(place.x() - self._note_rect(self._notes[index]).right()) <= _EDGE_PX
+
+    def _loudness(self, place: QPointF) -> float:
+        bar = self._bar()
+        return round(min(max((bar.bottom() - place.y()) / bar.height(), QUIETEST), 1.0), 2)
+
+    # --- mouse ---
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        place = event.position()
+        found = self._note_at(place)
+        self.began.emit()
+        if event.button() == Qt.MouseButton.RightButton:
+            self._chosen = found
+            self._remove()
+        elif event.button() == Qt.MouseButton.LeftButton:
+            if found < 0:
+                new = (float(self._step_at(place)), 1.0, self._loudness(place))
+                self._take(placed([*self._notes, new], len(self._notes), new), new)
+                self._drag = "length"
+            else:
+                self._chosen = found
+                self._drag = "length" if self._on_edge(place, found) else "body"
+            if self._chosen >= 0:
+                self._was = self._notes[self._chosen]
+            self._from = place
+        self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        place = event.position()
+        if not event.buttons() & Qt.MouseButton.LeftButton or self._chosen < 0 or not self._drag:
+            over = self._note_at(place)
+            edge = over >= 0 and self._on_edge(place, over)
+            self.setCursor(Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor)
+            return
+        wide = self._bar().width() / STEPS
+        by = round((place.x() - self._from.x()) / wide)
+        rise = (self._from.y() - place.y()) / self._bar().height()
+        step, length, loud = self._was
+        if self._drag == "length":
+            new = (step, max(length + by, 1.0), loud)
+        else:
+            up = rise if abs(place.y() - self._from.y()) > 3 else 0.0
+            new = (step + by, length, round(min(max(loud + up, QUIETEST), 1.0), 2))
+        self._take(placed(self._notes, self._chosen, new), new)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._drag = ""
+
+    # --- keys ---
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        key = event.key()
+        moves = {
+            Qt.Key.Key_Left: (-1, 0, 0.0),
+            Qt.Key.Key_Right: (1, 0, 0.0),
+            Qt.Key.Key_Up: (0, 0, 0.05),
+            Qt.Key.Key_Down: (0, 0, -0.05),
+        }
+        if key in (Qt.Key.Key_N, Qt.Key.Key_P) and self._notes:
+            first = 0 if key == Qt.Key.Key_N else len(self._notes) - 1
+            by = 1 if key == Qt.Key.Key_N else -1
+            self._chosen = (self._chosen + by) % len(self._notes) if self._chosen >= 0 else first
+        elif key in moves and 0 <= self._chosen < len(self._notes):
+            by, longer, louder = moves[Qt.Key(key)]
+            if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+                by, longer = 0, by
+            step, length, loud = self._notes[self._chosen]
+            new = (step + by, length + longer, round(min(max(loud + louder, QUIETEST), 1.0), 2))
+            self._take(placed(self._notes, self._chosen, new), new)
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._add_in_gap()
+        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
+            self.began.emit()
+            self._remove()
+        else:
+            super().keyPressEvent(event)
+        self.update()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self.began.emit()
+        self.update()
+
+    def _add_in_gap(self) -> None:
+        taken = {s for step, length, _ in self._notes for s in range(int(step), int(step + length))}
+        free = next((s for s in range(STEPS) if s not in taken), None)
+        if free is not None:
+            self.began.emit()
+            new = (float(free), 1.0, 0.6)
+            self._take(placed([*self._notes, new], len(self._notes), new), new)
+
+    def _remove(self) -> None:
+        if 0 <= self._chosen < len(self._notes):
+            del self._notes[self._chosen]
+            self._chosen = min(self._chosen, len(self._notes) - 1)
+            self.changed.emit(self.notes())
+
+    def _take(self, notes: list[Note] | None, chosen: Note) -> None:
+        if notes is None or notes == self._notes:
+            return
+        self._notes = notes
+        self._chosen = next((i for i, note in enumerate(notes) if note[0] == chosen[0]), -1)
+        self.changed.emit(self.notes())
+        self.update()
+
+    # --- drawing ---
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        bar = self._bar()
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.RAISED))
+        painter.drawRoundedRect(bar, 3.0, 3.0)
+        wide = bar.width() / STEPS
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        for step in range(1, STEPS):
+            painter.setPen(QPen(QColor(theme.LINE if step % 6 else theme.FAINT), 1.0))
+            x = round(bar.x() + step * wide)
+            painter.drawLine(x, int(bar.top()) + 1, x, int(bar.bottom()) - 1)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for i, note in enumerate(self._notes):
+            chosen = i == self._chosen and self.hasFocus()
+            painter.setPen(QPen(QColor(theme.TEXT), 1.5) if chosen else Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.mixed(theme.EVENTS, theme.RAISED, 0.75)))
+            painter.drawRoundedRect(self._note_rect(note), 2.0, 2.0)
+        if self.hasFocus():
+            painter.setPen(QPen(QColor(theme.VIBRATION), 1.0))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(bar, 3.0, 3.0)
+        painter.setFont(theme.font(theme.SMALL_PX))
+        painter.setPen(QColor(theme.MUTED))
+        for step in range(0, STEPS, 6):
+            place = QRectF(bar.x() + step * wide, bar.bottom() + 2.0, 6 * wide, 14.0)
+            painter.drawText(place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, str(step + 1))
+
+
+class RhythmEditor(ParameterEditor):
+    """The control of a rhythm's notes."""
+
+    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
+        super().__init__(parameter, parent)
+        self.bar = RhythmBar(self)
+        self._put(self.bar)
+        self.bar.setToolTip(
+            "Click: a note. Drag: move, louder, softer. Drag the right edge: length. Right click: away.\n"
+            "Keys: N, P choose; arrows move and turn up; Shift+arrows stretch; Enter adds; Delete."
+        )
+        self.bar.began.connect(self.began)
+        self.bar.changed.connect(self._give)
+        self.setValue(parameter.default)
+
+    def _show(self) -> None:
+        self.bar.set_notes(self._value)

@@ -1,0 +1,282 @@
+"""The Design workspace: palette, canvas, inspector and preview around one document. It knows of no process."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
+
+from widgets.design.canvas import Canvas
+from widgets.design.editing import changed_nodes, downstream
+from widgets.design.inspector import Inspector, edited_patch
+from widgets.design.palette import Palette
+from widgets.design.preview import PreviewPanel, event_rows, pick
+from widgets.design.undo import Document
+from workbench.engine.messages import Costs, Fault, Health, Preview
+from workbench.floor.layout import Tile, default_floor
+from workbench.patch.node import Registry
+from workbench.patch.patch import Patch
+
+SOON_MS = 30
+"""Edits in a row, as from a slider, ask for one preview."""
+IDLE_MS = 500
+"""When nothing was edited for so long, the small plots of other nodes are renewed one by one."""
+PATIENCE_MS = 5000
+"""A preview that has not come by then is asked for again: whoever renders it may not have been there yet."""
+
+
+class DesignWorkspace(QWidget):
+    """Edits a patch: `setPatch`, `patch`, `patchEdited`. What the engine knows is shown by the `show...` methods."""
+
+    patchEdited = Signal(object)
+    """The patch after every edit, undo and redo; not after `setPatch`."""
+
+    previewWanted = Signal(str)
+    """A preview of this node of `patch()` should be rendered and handed to `showPreview`."""
+
+    struck = Signal(str, float)
+    """Tile and strength: the person clicked on the tile."""
+
+    pressed = Signal(str, float, float, float)
+    """Tile, place in the tile's frame in metres, force in newtons (0: let go)."""
+
+    refused = Signal(str)
+    """Why something was not done; the canvas says it too."""
+
+    modifiedChanged = Signal(bool)
+    """Whether the patch differs from what `markSaved` saw."""
+
+    def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.registry = registry
+        self.document = Document(Patch(), self)
+        self._shown = self.document.patch
+        self._loading = False
+        self._previewed = ""
+        self._waiting = ""
+        self._stale: list[str] = []
+        self.palette_panel = Palette(registry, self)
+        self.canvas = Canvas(self.document, registry, self)
+        self.inspector = Inspector(registry, self)
+        self.preview = PreviewPanel(self)
+        self._lay_out()
+        self._soon = QTimer(self, singleShot=True, interval=SOON_MS)
+        self._soon.timeout.connect(self._ask)
+        self._again = QTimer(self, singleShot=True, interval=PATIENCE_MS)
+        self._again.timeout.connect(self._ask_again)
+        self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
+        self._idle.timeout.connect(self._renew_one)
+        self.undo_action = self._history("undo", self.document.stack.createUndoAction(self, "Undo"))
+        self.redo_action = self._history("redo", self.document.stack.createRedoAction(self, "Redo"))
+        self._connect()
+        self.setFloor(default_floor().tiles)
+
+    # --- the document ---
+
+    def patch(self) -> Patch:
+        """The patch as it is now."""
+        return self.document.patch
+
+    def setPatch(self, patch: Patch) -> None:
+        """Edit this patch from now on; the undo list begins anew and the whole patch is brought into view."""
+        patch.check(self.registry)
+        self._loading = True
+        self.document.load(patch)
+        self._loading = False
+        self.canvas.patch_scene.select([])
+        self.canvas.frame(everything=True)
+
+    def markSaved(self) -> None:
+        """The patch as it is now is on disk."""
+        self.document.stack.setClean()
+
+    def isModified(self) -> bool:
+        """Whether there is anything that `markSaved` has not seen."""
+        return not self.document.stack.isClean()
+
+    def actions_by_name(self) -> dict[str, QAction]:
+        """Everything that the canvas can do, with undo and redo: for a menu."""
+        return {"undo": self.undo_action, "redo": self.redo_action, **self.canvas.commands}
+
+    # --- what the engine says ---
+
+    def showPreview(self, preview: Preview, node: str = "") -> None:
+        """A preview has come, of `node` or of the one that was asked for last."""
+        node = node or self._waiting or self._previewed
+        if node == self._waiting:
+            self._waiting = ""
+            self._again.stop()
+        if not preview.error:
+            self._show_curve(node, preview)
+        if node == self._previewed:
+            self.preview.show_preview(preview)
+        self._idle.start()
+
+    def showCosts(self, costs: Costs | None) -> None:
+        """What each node costs, and which sleep; None when nothing runs."""
+        share, awake = (costs.share, costs.awake) if costs else (None, {})
+        self.canvas.patch_scene.show_costs(share, awake)
+        self.inspector.show_costs(share, awake)
+
+    def showHealth(self, health: Health) -> None:
+        """How the engine is; nodes cost nothing while it does not run."""
+        if not health.running:
+            self.showCosts(None)
+
+    def showFault(self, fault: Fault | None) -> None:
+        """A node made a value that is not finite; its mark stays until it is edited, or until None."""
+        self.canvas.patch_scene.show_fault(fault.node if fault else None)
+        if fault:
+            self.canvas.say(f"{fault.node} made a value that is not finite; its output was silenced")
+
+    def setFloor(self, tiles: Sequence[Tile]) -> None:
+        """The tiles of the target."""
+        self.inspector.set_tiles([tile.id for tile in tiles])
+        self.preview.set_tiles(tiles)
+
+    def setFolder(self, folder: Path | None) -> None:
+        """Where the patch lies on disk; paths of files are told from there."""
+        self.inspector.set_folder(folder)
+
+    def previewTile(self) -> str:
+        """The tile whose step is previewed."""
+        return self.preview.pad.tile.id
+
+    # --- inside ---
+
+    def _lay_out(self) -> None:
+        self._middle = QSplitter(Qt.Orientation.Vertical)
+        self._middle.addWidget(self.canvas)
+        self._middle.addWidget(self.preview)
+        self._middle.setStretchFactor(0, 3)
+        self._middle.setStretchFactor(1, 1)
+        self._middle.setSizes([440, 300])
+        self._across = QSplitter(Qt.Orientation.Horizontal)
+        for widget in (self.palette_panel, self._middle, self.inspector):
+            self._across.addWidget(widget)
+        self._across.setStretchFactor(1, 1)
+        self._across.setSizes([192, 800, 272])
+        for splitter in (self._middle, self._across):
+            splitter.setHandleWidth(1)
+            splitter.setChildrenCollapsible(False)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self._across)
+        self.setFocusProxy(self.canvas)
+        self.canvas.setFocus()
+
+    def _history(self, name: str, action: QAction) -> QAction:
+        key = QKeySequence.StandardKey
+        action.setShortcuts(key.Undo if name == "undo" else key.Redo)
+        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        self.addAction(action)
+        return action
+
+    def _connect(self) -> None:
+        self.document.changed.connect(self._changed)
+        self.document.stack.cleanChanged.connect(self._clean_changed)
+        self.palette_panel.chosen.connect(lambda type: self.canvas.add(type))
+        self.canvas.selected.connect(self._selected)
+        self.canvas.refused.connect(self.refused)
+        self.canvas.viewMoved.connect(self._idle_again)
+        self.inspector.edited.connect(self._set)
+        self.inspector.patchEdited.connect(self._set_patch_field)
+        self.inspector.disconnectWanted.connect(self._disconnect)
+        self.preview.struck.connect(self.struck)
+        self.preview.pressed.connect(self.pressed)
+        self.preview.tiles.activated.connect(lambda: self._soon.start())
+
+    def _clean_changed(self, clean: bool) -> None:
+        self.modifiedChanged.emit(not clean)
+
+    def _set(self, id: str, name: str, value: object, together: str) -> None:
+        patch = self.patch()
+        parameter = self.registry[patch.node(id).type].parameters[name]
+        self.document.edit(patch.set(id, name, value, self.registry), f"Set {parameter.label.lower()}", together)
+
+    def _set_patch_field(self, field: str, value: object, together: str) -> None:
+        self.document.edit(edited_patch(self.patch(), field, value), f"Set {field}", together)
+
+    def _disconnect(self, target: str) -> None:
+        patch = self.patch()
+        self.document.edit(patch.disconnect([w for w in patch.wires if w[1] == target]), "Disconnect")
+
+    def _changed(self, patch: Patch) -> None:
+        before, self._shown = self._shown, patch
+        changed = downstream(patch, changed_nodes(before, patch))
+        ids = {node.id for node in patch.nodes}
+        self._stale = [id for id in self._stale if id in ids and id not in changed] + sorted(changed)
+        if self._previewed not in ids:
+            self._choose_previewed(self.canvas.selected_ids())
+        elif self._previewed in changed:
+            self._soon.start()
+        self.inspector.show_selection(patch, self.canvas.selected_ids())
+        self._idle_again()
+        if not self._loading:
+            self.patchEdited.emit(patch)
+
+    def _selected(self, ids: list[str]) -> None:
+        self.inspector.show_selection(self.patch(), ids)
+        self._choose_previewed(ids)
+
+    def _choose_previewed(self, ids: Sequence[str]) -> None:
+        """Preview the selected node; with none selected, what the tile plays."""
+        nodes = {node.id: node.type for node in self.patch().nodes}
+        sinks = [id for id, type in nodes.items() if self.registry[type].is_sink]
+        wanted = ids[0] if len(ids) == 1 else self._previewed if self._previewed in nodes else (sinks or [""])[0]
+        if not ids and sinks:
+            wanted = sinks[0]
+        if wanted == self._previewed:
+            return
+        self._previewed = wanted
+        if wanted:
+            self._soon.start()
+        else:
+            self.preview.clear()
+
+    def _ask(self) -> None:
+        id = self._previewed
+        if any(node.id == id for node in self.patch().nodes):
+            self.preview.expect(id, self.registry[self.patch().node(id).type])
+            self._want(id)
+
+    def _want(self, id: str) -> None:
+        self._waiting = id
+        self._again.start()
+        self.previewWanted.emit(id)
+
+    def _ask_again(self) -> None:
+        if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):
+            self._want(self._waiting)
+        else:
+            self._waiting = ""
+
+    def _idle_again(self) -> None:
+        if self._stale:
+            self._idle.start()
+
+    def _renew_one(self) -> None:
+        """Ask for the small plot of one node that is in view and has changed."""
+        if self._waiting or self._soon.isActive():
+            return
+        seen = set(self.canvas.visible_ids())
+        id = next((id for id in self._stale if id in seen and id != self._previewed), "")
+        if id:
+            self._stale.remove(id)
+            self._want(id)
+
+    def _show_curve(self, node: str, preview: Preview) -> None:
+        item = self.canvas.patch_scene.nodes.get(node)
+        if item is None or not item.node_type.outputs:
+            return
+        if node in self._stale:
+            self._stale.remove(node)
+        port = item.node_type.outputs[0]
+        if port.kind == "event":
+            events = event_rows(pick(preview.events, node, port.name))
+            frames = max(preview.force_n.shape[0], 1)
+            self.canvas.patch_scene.show_curve(node, np.column_stack([events[:, 0] / frames, events[:, 1]]))
+        else:
+            self.canvas.patch_scene.show_curve(node, np.asarray(pick(preview.signals, node, port.name), float))

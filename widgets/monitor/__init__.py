@@ -1,0 +1,1 @@
+"""The Monitor workspace: the floor from above, forces, vibration and footsteps, live."""

@@ -1,0 +1,140 @@
+"""The spectrogram of one tile's vibration, column by column as it comes in."""
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRectF
+
+from widgets import theme
+from widgets.plots import HeatItem, Plot
+
+LOW_HZ, HIGH_HZ = 20.0, 2000.0
+FELT_HZ = (40.0, 1000.0)
+"""What the sole feels (thesis 2.1): marked in the picture."""
+
+FLOOR_DB = -110.0
+SHOWN_DB = 70.0
+"""Levels below the top that the colours span."""
+ROWS = 192
+COLUMN_S = 0.01
+WINDOW_S = 0.08
+"""A Hann window, 12.5 Hz of resolution: pulses of a step stay apart, and so do modes."""
+
+_SLAB = 96
+"""Columns made in one go: what a frame has time for."""
+
+
+class RunningSpectrum:
+    """Levels over log frequency, uint8 from `FLOOR_DB` to 0 dB of a full-scale sine, a column every `COLUMN_S`.
+
+    Column k is of the window around frame k times `hop`, so that it does not matter in which pieces the samples come.
+
+    >>> spectrum = RunningSpectrum(48000, seconds=1.0)
+    >>> spectrum.feed(0, np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)).astype(np.float32))
+    >>> spectrum.levels().shape, bool(spectrum.levels()[:, 50].max() > 250)
+    ((192, 100), True)
+    """
+
+    def __init__(self, rate_hz: float, seconds: float) -> None:
+        self.hop = round(rate_hz * COLUMN_S)
+        self._size = 2 * round(rate_hz * WINDOW_S / 2)
+        self.columns = round(seconds / COLUMN_S)
+        self._window = np.hanning(self._size + 1)[:-1].astype(np.float32)
+        bins_hz = np.fft.rfftfreq(self._size, 1.0 / rate_hz)
+        self._taken = min(len(bins_hz), int(np.searchsorted(bins_hz, 1.1 * HIGH_HZ)) + 2)
+        at = np.geomspace(LOW_HZ, HIGH_HZ, ROWS) / bins_hz[1]
+        self._below = np.minimum(at.astype(np.intp), self._taken - 2)
+        self._share = (at - self._below).astype(np.float32)
+        self._scale = 2.0 / float(self._window.sum())
+        self._picture = np.zeros((2 * self.columns, ROWS), np.uint8)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget what came so far."""
+        self._samples = np.zeros(0, np.float32)
+        self._first = -1
+        self._column = 0
+        self._picture[:] = 0
+
+    @property
+    def end_frame(self) -> float:
+        """Session frame at the right edge of the picture."""
+        return (self._column - 0.5) * self.hop
+
+    def feed(self, first: int, samples: NDArray[np.float32]) -> None:
+        """Take samples (n,) from session frame `first` on. What is missing before them is a gap, and left dark."""
+        end = self._first + len(self._samples)
+        if self._first < 0 or first != end:
+            self._skip_to(first)
+            self._samples = samples
+        else:
+            self._samples = np.concatenate([self._samples, samples])
+        self._make()
+
+    def levels(self) -> NDArray[np.uint8]:
+        """The picture, uint8 [ROWS, columns], lowest frequency first; a view."""
+        begin = self._column % self.columns
+        return self._picture[begin : begin + self.columns].T
+
+    def _skip_to(self, first: int) -> None:
+        """Begin anew at frame `first`: columns between are dark."""
+        half = self._size // 2
+        column = -(-(first + half) // self.hop)
+        for gap in range(max(self._column, column - self.columns), column):
+            self._put(gap, np.zeros((1, ROWS), np.uint8))
+        self._column, self._first = column, first
+
+    def _make(self) -> None:
+        half = self._size // 2
+        last = (self._first + len(self._samples) - half) // self.hop
+        while self._column <= last:
+            count = min(last - self._column + 1, _SLAB)
+            begin = self._column * self.hop - half - self._first
+            pieces = np.lib.stride_tricks.sliding_window_view(self._samples, self._size)[begin :: self.hop][:count]
+            spectrum = np.abs(np.fft.rfft(pieces * self._window, axis=1)[:, : self._taken]).astype(np.float32)
+            below = spectrum[:, self._below]
+            size = below + self._share * (spectrum[:, self._below + 1] - below)
+            db = 20.0 * np.log10(np.maximum(size * self._scale, 1e-9))
+            self._put(self._column, np.clip(255.0 * (1.0 - db / FLOOR_DB), 0.0, 255.0).astype(np.uint8))
+            self._column += count
+        spare = self._column * self.hop - half - self._first
+        if spare > 0:
+            self._samples = self._samples[spare:]
+            self._first += spare
+
+    def _put(self, column: int, levels: NDArray[np.uint8]) -> None:
+        """Write columns twice, one picture apart, so that the latest always lie in one piece."""
+        at = np.arange(column, column + len(levels)) % self.columns
+        self._picture[at] = levels
+        self._picture[at + self.columns] = levels
+
+
+class SpectrogramPlot(Plot):
+    """A running spectrum over the seconds before now."""
+
+    def __init__(self) -> None:
+        super().__init__("Vibration spectrogram")
+        self._heat = HeatItem()
+        self._heat.setZValue(-5)
+        self.addItem(self._heat, ignoreBounds=True)
+        low, high = np.log10([LOW_HZ, HIGH_HZ])
+        ticks = [(float(np.log10(hz)), theme.number(hz)) for hz in (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)]
+        ticks.append((float(high), theme.quantity(HIGH_HZ, "Hz")))
+        self.set_axis("left", float(low), float(high), ticks)
+        self._area = (float(low), float(high - low))
+        self._felt = self.add_line(theme.MUTED, dashed=True)
+
+    def set_span(self, seconds: float, ticks: list[tuple[float, str]]) -> None:
+        """Show this many seconds before now."""
+        self.set_axis("bottom", -seconds, 0.0, ticks)
+        self._felt.place_y(*(float(np.log10(hz)) for hz in FELT_HZ))
+
+    def set_top(self, top_db: float) -> None:
+        """Let the colours end at this level, in dB of a full-scale sine."""
+        self._heat.set_colours(*(255.0 * (1.0 - db / FLOOR_DB) for db in (top_db - SHOWN_DB, top_db)))
+
+    def show_spectrum(self, spectrum: RunningSpectrum, now_frame: float, rate_hz: float) -> None:
+        """Draw `spectrum` so that `now_frame` is at the right edge."""
+        right = (spectrum.end_frame - now_frame) / rate_hz
+        width = spectrum.columns * spectrum.hop / rate_hz
+        low, height = self._area
+        self._heat.set_levels(spectrum.levels(), QRectF(right - width, low, width, height))

@@ -1,0 +1,195 @@
+"""The table of footsteps, which fills as they happen."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtGui import QColor, QGuiApplication, QKeySequence
+from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableView, QWidget
+
+from widgets import theme
+from workbench.floor.footsteps import Step
+from workbench.records.tables import step_table
+
+
+class Column(NamedTuple):
+    """A column: its name in files, its heading and unit on the screen, its decimals and what it says."""
+
+    name: str
+    heading: str
+    unit: str
+    decimals: int
+    doc: str
+
+
+COLUMNS = (
+    Column("step", "Step", "", 0, "Number of the step since the start"),
+    Column("tile", "Tile", "", 0, "The tile that took most of the impulse"),
+    Column("side", "Side", "", 0, "Left or right foot, where the walk tells"),
+    Column("start_s", "Start", "s", 2, "When the foot came down, since the start of the session"),
+    Column("contact_ms", "Contact", "ms", 0, "From heel strike to toe off"),
+    Column("peak1_n", "Peak 1", "N", 0, "Largest force in the first half of the contact"),
+    Column("valley_n", "Valley", "N", 0, "Least force between the peaks"),
+    Column("peak2_n", "Peak 2", "N", 0, "Largest force in the second half of the contact"),
+    Column("impulse_ns", "Impulse", "N·s", 1, "Force summed over the contact"),
+    Column("loading_kn_s", "Loading", "kN/s", 1, "How fast the force rose, from 20 to 80 % of the first peak"),
+    Column("path_mm", "Path", "mm", 0, "How far the centroid of pressure went"),
+    Column("net_mm", "Net", "mm", 0, "How far the centroid of pressure got"),
+)
+"""As the step table of files has them (DESIGN)."""
+
+_MOST = 10_000
+_Index = QModelIndex | QPersistentModelIndex
+
+
+class StepModel(QAbstractTableModel):
+    """Footsteps as rows, oldest first; the latest `_MOST` are kept."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.steps: list[Step] = []
+
+    def add(self, steps: Sequence[Step]) -> None:
+        """Append steps."""
+        if not steps:
+            return
+        surplus = len(self.steps) + len(steps) - _MOST
+        if surplus > 0:
+            self.beginRemoveRows(QModelIndex(), 0, surplus - 1)
+            del self.steps[:surplus]
+            self.endRemoveRows()
+        first = len(self.steps)
+        self.beginInsertRows(QModelIndex(), first, first + len(steps) - 1)
+        self.steps.extend(steps)
+        self.endInsertRows()
+
+    def clear(self) -> None:
+        """Forget all steps."""
+        self.beginResetModel()
+        self.steps.clear()
+        self.endResetModel()
+
+    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self.steps)
+
+    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(COLUMNS)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        column = COLUMNS[section]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return f"{column.heading}, {column.unit}" if column.unit else column.heading
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return column.doc
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _side(column)
+        return None
+
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        step, column = self.steps[index.row()], COLUMNS[index.column()]
+        spike = column.name == "loading_kn_s" and step.spike
+        if role == Qt.ItemDataRole.DisplayRole:
+            return _shown(getattr(step, column.name), column) + (" !" if spike else "")
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _side(column)
+        if role == Qt.ItemDataRole.ForegroundRole and (spike or getattr(step, column.name) == "unknown"):
+            return QColor(theme.FORCE if spike else theme.MUTED)
+        if role == Qt.ItemDataRole.ToolTipRole and spike:
+            return "The first peak is that of the impact, within 50 ms: it is steeper than taking on weight."
+        return None
+
+
+class StepTable(QTableView):
+    """The table. It stays at its end, unless someone has scrolled up to read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Footsteps")
+        self.steps = StepModel()
+        self.steps.setParent(self)
+        self.setModel(self.steps)
+        self.setShowGrid(False)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setTabKeyNavigation(False)
+        self.setWordWrap(False)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setHighlightSections(False)
+        header.setMinimumSectionSize(5 * theme.GRID)
+        self._at_end = True
+        self.steps.rowsAboutToBeInserted.connect(self._note_end)
+        self.steps.rowsInserted.connect(self._keep_end)
+
+    def export(self, path: Path) -> None:
+        """Write the steps as CSV."""
+        with step_table(path) as write:
+            write(self.steps.steps)
+
+    def keyPressEvent(self, event) -> None:
+        if event.matches(QKeySequence.StandardKey.Copy):
+            self._copy()
+        else:
+            super().keyPressEvent(event)
+
+    def keyboardSearch(self, search: str) -> None:
+        """Typing searches nothing here: the keys are the window's."""
+
+    def _copy(self) -> None:
+        """Put the selected rows, or all, on the clipboard, as a spreadsheet takes them."""
+        rows = sorted({index.row() for index in self.selectionModel().selectedRows()}) or range(self.steps.rowCount())
+        lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in COLUMNS)]
+        for row in rows:
+            lines.append("\t".join(_cell(getattr(self.steps.steps[row], column.name)) for column in COLUMNS))
+        QGuiApplication.clipboard().setText("\n".join(lines))
+
+    def _note_end(self) -> None:
+        bar = self.verticalScrollBar()
+        self._at_end = bar.value() >= bar.maximum() - 1
+
+    def _keep_end(self) -> None:
+        if self._at_end:
+            self.scrollToBottom()
+
+
+class WholeRows(QWidget):
+    """Holds the table as high as so many whole rows take."""
+
+    def __init__(self, table: StepTable) -> None:
+        super().__init__()
+        self._table = table
+        table.setParent(self)
+        table.setFrameShape(QFrame.Shape.NoFrame)
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+
+    def resizeEvent(self, event) -> None:
+        header = self._table.horizontalHeader().sizeHint().height()
+        row = self._table.verticalHeader().defaultSectionSize()
+        rows = max(1, (self.height() - header) // row)
+        self._table.setGeometry(0, 0, self.width(), header + rows * row)
+
+
+def _shown(value: str | float, column: Column) -> str:
+    if isinstance(value, str):
+        return "–" if value == "unknown" else value
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:,.{column.decimals}f}".replace(",", "\u202f").replace("-", "−")
+
+
+def _cell(value: str | float) -> str:
+    if isinstance(value, float):
+        return f"{value:.10g}" if math.isfinite(value) else ""
+    return str(value)
+
+
+def _side(column: Column) -> Qt.AlignmentFlag:
+    side = Qt.AlignmentFlag.AlignLeft if column.name in ("tile", "side") else Qt.AlignmentFlag.AlignRight
+    return side | Qt.AlignmentFlag.AlignVCenter

@@ -1,0 +1,262 @@
+"""The session that the window plays: on which target, whether sound is let out, at what level, and into which file."""
+
+import threading
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+from PySide6.QtCore import QObject, Signal
+
+from widgets.bridge import Bridge
+from widgets.settings import Settings
+from workbench.engine.messages import Command, Level, Tare
+from workbench.engine.session import Session, Target
+from workbench.errors import UnderfootError
+from workbench.floor.forces import floor_beside
+from workbench.floor.layout import Floor, default_floor
+from workbench.patch.node import Registry
+from workbench.patch.patch import Patch
+
+
+class Player(QObject):
+    """Holds the session, and opens another one when the target changes. What the session says, `bridge` tells."""
+
+    said = Signal(str)
+    """A line for the person."""
+    retargeted = Signal(object)
+    """The `Target` of the session that was opened just now."""
+    playing_changed = Signal(bool)
+    recording_changed = Signal(object)
+    """The `Path` that is recorded to, or None."""
+    _closed = Signal()
+    _made = Signal(object)
+    _failed = Signal(str)
+
+    def __init__(self, registry: Registry, settings: Settings, target: Target | None, parent: QObject) -> None:
+        super().__init__(parent)
+        self.bridge = Bridge(self)
+        self.session: Session | None = None
+        self._unclaimed: Session | None = None
+        self.target = target or remembered_target(settings)
+        self.playing = True
+        self._registry, self._settings = registry, settings
+        self._patch, self._patch_folder = Patch(), None  # type: tuple[Patch, Path | None]
+        self._worker: threading.Thread | None = None
+        self._is_leaving = False
+        self._closed.connect(self._open)
+        self._made.connect(self._take)
+        self._failed.connect(self._fall_back)
+
+    # --- life ---
+
+    def start(self, patch: Patch, folder: Path | None) -> None:
+        """Open a session that plays `patch`, whose sounds are looked for in `folder`."""
+        self._patch, self._patch_folder = patch, folder
+        self._open()
+
+    def edit(self, patch: Patch, folder: Path | None) -> None:
+        """Play this patch from now on."""
+        self._patch, self._patch_folder = patch, folder
+        if self.session is not None:
+            self.session.folder = folder
+            self.session.edit(patch)
+
+    def set_target(self, target: Target) -> None:
+        """Close the session and open one on another target. Nobody waits for the old one to end."""
+        self.target = target
+        if self.session is not None:
+            self.record(False)
+            self.bridge.leave()
+            session, self.session = self.session, None
+            self.said.emit("Changing the target…")
+            self._end(session)
+
+    def close(self) -> None:
+        """End the session, and wait for it."""
+        self._is_leaving = True
+        self.bridge.leave()
+        if self._worker is not None:
+            self._worker.join()
+        session, self.session = self.session or self._unclaimed, None
+        if session is not None:
+            session.close()
+
+    def _open(self) -> None:
+        """Make a session in a thread: loading its kernels and starting its processes takes longer than a frame."""
+        if self._is_leaving:
+            return
+        target, patch, folder = self.target, self._patch, self._patch_folder
+
+        def make() -> None:
+            try:
+                self._unclaimed = session = Session(target, patch, self._registry, folder)
+            except UnderfootError as error:
+                self._failed.emit(str(error))
+                return
+            session.send(Level(self._settings.level_db))
+            session.start()
+            self._made.emit(session)
+
+        self._worker = threading.Thread(target=make, name="open session")
+        self._worker.start()
+
+    def _take(self, session: Session) -> None:
+        """The session has been made; what was changed meanwhile is made good."""
+        if self._is_leaving:
+            return
+        self._unclaimed = None
+        if session.target != self.target:
+            self._end(session)
+            return
+        self.session = session
+        if not self.playing:
+            session.stop()
+        session.send(Level(self._settings.level_db))
+        if session.patch != self._patch:
+            self.edit(self._patch, self._patch_folder)
+        self.retargeted.emit(self.target)
+        self.bridge.follow(session, self.target.floor, self.target.rate)
+
+    def _fall_back(self, why: str) -> None:
+        """The target cannot be played on: say so, and go back to one that can."""
+        self.said.emit(why)
+        self.target = replace(self.target, floor=default_floor(), kind="simulator", source="")
+        self._settings.kind, self._settings.source = "simulator", ""
+        self._open()
+
+    def _end(self, session: Session) -> None:
+        """Close a session in a thread, and open the next one after it: they may want the same card."""
+
+        def close() -> None:
+            session.close()
+            self._closed.emit()
+
+        self._worker = threading.Thread(target=close, name="close session")
+        self._worker.start()
+
+    # --- hands ---
+
+    def play(self) -> None:
+        """Let sound out, also after a panic."""
+        self._set_playing(True)
+        if self.session is not None:
+            self.session.play()
+
+    def stop(self) -> None:
+        """Ramp the sound down; the session goes on."""
+        self._set_playing(False)
+        if self.session is not None:
+            self.session.stop()
+
+    def play_or_stop(self) -> None:
+        if self.playing:
+            self.stop()
+        else:
+            self.play()
+
+    def panic(self) -> None:
+        """Silence at once."""
+        if self.session is not None:
+            self.session.panic()
+        self._set_playing(False)
+        self.said.emit("Panic: the sound is off. Play lets it out again.")
+
+    def set_level(self, db: float) -> None:
+        """Output level in decibels of full scale; kept for the next start."""
+        self._settings.level_db = db
+        self.send(Level(db))
+
+    def send(self, command: Command) -> None:
+        """One command to the engine; `Tare` holds for what the window shows, too."""
+        if isinstance(command, Tare):
+            self.bridge.tare()
+        if self.session is not None:
+            self.session.send(command)
+
+    def record(self, on: bool) -> None:
+        """Begin a recording in the documents' folder, or end the one that runs."""
+        session = self.session
+        if session is None:
+            self.recording_changed.emit(None)
+            return
+        path = session.recording
+        if on and path is None:
+            try:
+                session.record(_recording_path())
+            except (UnderfootError, OSError) as error:
+                self.said.emit(f"Nothing is recorded: {error}")
+            else:
+                self.said.emit(f"Recording to {session.recording}")
+        elif not on and path is not None:
+            session.stop_recording()
+            self.said.emit(f"The recording is {path}")
+        self.recording_changed.emit(session.recording)
+
+    def set_sound(self, sound: str | None, rate: int, block: int) -> None:
+        """Play on this device (None: none, "": the default one), at this rate, in blocks of so many frames."""
+        self._settings.sound, self._settings.rate, self._settings.block = sound, rate, block
+        self.set_target(replace(self.target, sound=sound, rate=rate, block=block))
+
+    def be_silent(self) -> None:
+        """Use no sound card, whatever is remembered. Before `start`."""
+        self.target = replace(self.target, sound=None)
+
+    def set_floor(self, rows: int, columns: int) -> None:
+        """Play on a simulated floor of so many tiles."""
+        self._settings.rows, self._settings.columns = rows, columns
+        self._retarget("simulator", "", default_floor(rows, columns))
+
+    def use_floor(self, path: Path) -> None:
+        """Play on a simulated floor as the file has it; `BadFile` where it cannot be read."""
+        self._retarget("simulator", str(path), Floor.load(path))
+
+    def use_forces(self, path: Path) -> None:
+        """Play back the forces in a CSV file, whose floor lies beside it; `BadFile` where one cannot be read."""
+        self._retarget("replay", str(path), Floor.load(floor_beside(path)))
+
+    def _retarget(self, kind: str, source: str, floor: Floor) -> None:
+        self._settings.kind, self._settings.source = kind, source
+        self.set_target(_target(self._settings, kind, source, floor))
+
+    def _set_playing(self, playing: bool) -> None:
+        self.playing = playing
+        self.playing_changed.emit(playing)
+
+
+def remembered_target(settings: Settings) -> Target:
+    """The last target; the simulated floor of four tiles where its file is gone."""
+    try:
+        if settings.kind == "replay":
+            return _target(settings, "replay", settings.source, Floor.load(floor_beside(settings.source)))
+        floor = Floor.load(settings.source) if settings.source else default_floor(settings.rows, settings.columns)
+    except UnderfootError:
+        floor = default_floor()
+    return _target(settings, "simulator", "", floor)
+
+
+def in_words(target: Target) -> str:
+    """What a target is, for the person.
+
+    >>> in_words(Target(default_floor(2, 3)))
+    'Simulated floor  2 × 3'
+    """
+    if target.kind == "replay":
+        return f"Recorded forces  {Path(target.source).stem}"
+    count = len(target.floor.tiles)
+    for rows in range(1, 33):
+        if count % rows == 0 and count // rows <= 32 and target.floor == default_floor(rows, count // rows):
+            return f"Simulated floor  {rows} × {count // rows}"
+    return f"Simulated floor  {target.floor.title or f'{count} tiles'}"
+
+
+def _target(settings: Settings, kind: str, source: str, floor: Floor) -> Target:
+    sound: dict[str, Any] = {"sound": settings.sound, "rate": settings.rate, "block": settings.block}
+    return Target(floor=floor, kind=kind, source=source if kind == "replay" else "", **sound)
+
+
+def _recording_path() -> Path:
+    folder = Path(platformdirs.user_documents_dir()) / "Underfoot"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.underfoot"

@@ -1,0 +1,53 @@
+"""The list of keys, read from the actions themselves."""
+
+from collections.abc import Iterable, Sequence
+
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QGridLayout, QScrollArea, QVBoxLayout, QWidget
+
+from widgets import theme
+
+Keys = Sequence[tuple[str, str]]
+"""What is done, and by which keys."""
+
+
+class ShortcutsDialog(QDialog):
+    """Keys in groups, each under its heading."""
+
+    def __init__(self, groups: Sequence[tuple[str, Keys]], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Keyboard shortcuts")
+        inside = QWidget()
+        grid = QGridLayout(inside)
+        grid.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
+        grid.setHorizontalSpacing(4 * theme.GRID)
+        grid.setVerticalSpacing(theme.GRID // 2)
+        for heading, keys in groups:
+            if grid.rowCount() > 1:
+                grid.setRowMinimumHeight(grid.rowCount(), theme.GRID)
+            grid.addWidget(theme.label(heading, "heading"), grid.rowCount(), 0, 1, 2)
+            for what, key in keys:
+                row = grid.rowCount()
+                grid.addWidget(theme.label(what), row, 0)
+                grid.addWidget(theme.label(key, "muted"), row, 1)
+        grid.setRowStretch(grid.rowCount(), 1)
+        grid.setColumnStretch(1, 1)
+        area = QScrollArea()
+        area.setWidget(inside)
+        area.setWidgetResizable(True)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addWidget(area)
+        layout.addWidget(buttons)
+        self.resize(56 * theme.GRID, 72 * theme.GRID)
+
+
+def keys_of(actions: Iterable[QAction]) -> Keys:
+    """The keys of those actions that have one."""
+    native = QKeySequence.SequenceFormat.NativeText
+    return [
+        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()))
+        for action in actions
+        if action.shortcuts()
+    ]

@@ -1,0 +1,109 @@
+"""A thin slider that goes where it is clicked, and is filled from its zero."""
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
+from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
+
+from widgets import theme
+
+STEPS = 1000
+KNOB = 5.0
+
+
+class Slider(QSlider):
+    """A place from 0 to 1. `moved` follows every change made by a person, `grasped` comes before a new one."""
+
+    moved = Signal(float)
+    grasped = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(Qt.Orientation.Horizontal, parent)
+        self.setRange(0, STEPS)
+        self.setSingleStep(10)
+        self.setPageStep(100)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self._zero = 0.0
+        self._place = 0.0
+        self._accent = theme.VIBRATION
+        self.valueChanged.connect(self._changed)
+        self._quiet = False
+
+    def place(self) -> float:
+        return self._place
+
+    def set_place(self, place: float) -> None:
+        """Go to a place without saying so."""
+        self._place = min(max(place, 0.0), 1.0)
+        self._quiet = True
+        self.setValue(round(self._place * STEPS))
+        self._quiet = False
+        self.update()
+
+    def set_zero(self, zero: float) -> None:
+        """Fill from this place."""
+        self._zero = min(max(zero, 0.0), 1.0)
+
+    def set_accent(self, colour: str) -> None:
+        self._accent = colour
+        self.update()
+
+    def _changed(self, value: int) -> None:
+        if not self._quiet:
+            self._place = value / STEPS
+            self.moved.emit(self._place)
+
+    def sizeHint(self) -> QSize:
+        return QSize(120, 16)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(48, 16)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.grasped.emit()
+            self.setSliderDown(True)
+            self._go(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self.isSliderDown():
+            self._go(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self.setSliderDown(False)
+        self.update()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        # Wheeling through a list of sliders must not move the one under the mouse.
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        self.setSingleStep(1 if fine else 10)
+        super().keyPressEvent(event)
+
+    def _go(self, event: QMouseEvent) -> None:
+        room = self.width() - 2 * KNOB
+        self.setValue(round(min(max((event.position().x() - KNOB) / room, 0.0), 1.0) * STEPS))
+        event.accept()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        middle, room = self.height() / 2, self.width() - 2 * KNOB
+        painter.setBrush(QColor(theme.RAISED))
+        painter.drawRoundedRect(QRectF(0.0, middle - 2, self.width(), 4.0), 2.0, 2.0)
+        x, zero = KNOB + self._place * room, KNOB + self._zero * room
+        left = 0.0 if self._zero == 0.0 else min(x, zero)
+        accent = self._accent if self.isEnabled() else theme.mixed(self._accent, theme.PANEL, 0.5)
+        painter.setBrush(QColor(accent))
+        painter.drawRoundedRect(QRectF(left, middle - 2, max(x, zero) - left, 4.0), 2.0, 2.0)
+        if not self.isEnabled():
+            return
+        painter.setBrush(QColor(theme.TEXT))
+        painter.setPen(QPen(QColor(accent), 2.0) if self.hasFocus() else QPen(QColor(theme.PANEL), 1.0))
+        painter.drawEllipse(QRectF(x - KNOB, middle - KNOB, 2 * KNOB, 2 * KNOB))

@@ -1,0 +1,229 @@
+"""How everything looks: colours, fonts, the 8-pixel grid. One accent a kind of signal, the same everywhere."""
+
+from functools import cache, lru_cache
+from typing import Any
+
+import numpy as np
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPalette
+from PySide6.QtWidgets import QApplication, QLabel, QStyleFactory, QWidget
+
+from widgets.quantities import number as number
+from widgets.quantities import pretty_text as pretty_text
+from widgets.quantities import pretty_unit as pretty_unit
+from widgets.quantities import quantity as quantity
+
+GRID = 8
+"""Pixels. Sizes, margins and gaps are multiples of it, or of its half."""
+
+FORCE = "#f0a63c"
+VIBRATION = "#3fc1c9"
+EVENTS = "#b693f2"
+CONTACT = "#7ed491"
+ALARM = "#ff6259"
+GROUND = "#12151a"
+PANEL = "#191e25"
+RAISED = "#222933"
+HOVER = "#2a323e"
+LINE = "#2c3540"
+TEXT = "#dfe5ec"
+MUTED = "#8d99a8"
+FAINT = "#5b6674"
+
+TEXT_PX, SMALL_PX, TITLE_PX = 13, 11, 15
+_FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
+
+
+def apply(app: QApplication) -> None:
+    """Make `app` dark and flat: Fusion, an explicit palette, one stylesheet, one font."""
+    app.setStyle(QStyleFactory.create("Fusion"))
+    app.setPalette(_palette())
+    app.setFont(font())
+    app.setStyleSheet(_STYLE)
+
+
+def signal_colour(kind: str, unit: str = "") -> str:
+    """The accent of a port or curve: events violet, forces amber, every other signal teal.
+
+    >>> signal_colour("event"), signal_colour("signal", "N"), signal_colour("signal", "m/s^2")
+    ('#b693f2', '#f0a63c', '#3fc1c9')
+    """
+    if kind == "event":
+        return EVENTS
+    return FORCE if unit in ("N", "N/s", "kN/s") else VIBRATION
+
+
+def mixed(colour: str, ground: str, share: float) -> str:
+    """`share` of `colour` over the rest of `ground`: a shade that needs no transparency.
+
+    >>> mixed("#ffffff", "#000000", 0.5)
+    '#808080'
+    """
+    return "#" + "".join(
+        f"{round(share * a + (1 - share) * b):02x}" for a, b in zip(_rgb(colour), _rgb(ground), strict=True)
+    )
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+@lru_cache(maxsize=32)
+def font(size_px: int = TEXT_PX, bold: bool = False) -> QFont:
+    """The one font, in pixels, so that the grid holds on every screen."""
+    made = QFont(_family())
+    made.setPixelSize(size_px)
+    made.setBold(bold)
+    made.setHintingPreference(QFont.HintingPreference.PreferVerticalHinting)
+    return made
+
+
+@cache
+def _family() -> str:
+    known = set(QFontDatabase.families())
+    return next((name for name in _FAMILIES if name in known), QFont().defaultFamily())
+
+
+@cache
+def heat_table() -> np.ndarray:
+    """Colours of a spectrogram, uint8 [256, 4]: from the ground over blue, teal and green to yellow."""
+    stops = (GROUND, "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d")
+    places = (0.0, 0.2, 0.42, 0.64, 0.84, 1.0)
+    rgb = np.array([_rgb(stop) for stop in stops])
+    x = np.linspace(0.0, 1.0, 256)
+    table = np.full((256, 4), 255, np.uint8)
+    for channel in range(3):
+        table[:, channel] = np.round(np.interp(x, places, rgb[:, channel]))
+    return table
+
+
+def label(text: str = "", role: str = "") -> QLabel:
+    """A label in one of the roles of the stylesheet: title, heading, muted, small, value, alarm, good."""
+    made = QLabel(text)
+    if role:
+        made.setProperty("role", role)
+    return made
+
+
+def set_role(widget: QWidget, role: str) -> None:
+    """Give a widget another role, and let the stylesheet see it."""
+    if widget.property("role") != role:
+        widget.setProperty("role", role)
+        widget.style().unpolish(widget)
+        widget.style().polish(widget)
+
+
+@lru_cache(maxsize=128)
+def icon(name: str, colour: str = TEXT, disabled: str = FAINT) -> QIcon:
+    """An icon of QtAwesome's Material set, `mdi6.<name>`: icon("play")."""
+    import qtawesome  # takes 50 ms, and not every window needs it
+
+    options: dict[str, Any] = {"color": colour, "color_disabled": disabled}
+    return qtawesome.icon(f"mdi6.{name}", **options)
+
+
+def _palette() -> QPalette:
+    role = QPalette.ColorRole
+    palette = QPalette()
+    for which, colour in {
+        role.Window: PANEL,
+        role.WindowText: TEXT,
+        role.Base: RAISED,
+        role.AlternateBase: PANEL,
+        role.Text: TEXT,
+        role.PlaceholderText: MUTED,
+        role.Button: RAISED,
+        role.ButtonText: TEXT,
+        role.BrightText: ALARM,
+        role.Highlight: mixed(VIBRATION, RAISED, 0.45),
+        role.HighlightedText: TEXT,
+        role.ToolTipBase: RAISED,
+        role.ToolTipText: TEXT,
+        role.Link: VIBRATION,
+        role.Light: LINE,
+        role.Midlight: LINE,
+        role.Mid: LINE,
+        role.Dark: GROUND,
+        role.Shadow: GROUND,
+        role.Accent: VIBRATION,
+    }.items():
+        palette.setColor(which, QColor(colour))
+    for which in (role.WindowText, role.Text, role.ButtonText):
+        palette.setColor(QPalette.ColorGroup.Disabled, which, QColor(FAINT))
+    return palette
+
+
+_STYLE = f"""
+QWidget {{ color: {TEXT}; }}
+QMainWindow, QDialog {{ background: {PANEL}; }}
+QWidget[role="panel"] {{ background: {PANEL}; }}
+QWidget[role="ground"] {{ background: {GROUND}; }}
+QLabel {{ background: transparent; }}
+QLabel[role="title"] {{ font-size: {TITLE_PX}px; font-weight: bold; }}
+QLabel[role="heading"] {{ font-size: {SMALL_PX}px; font-weight: bold; color: {MUTED}; }}
+QLabel[role="muted"] {{ color: {MUTED}; }}
+QLabel[role="small"] {{ color: {MUTED}; font-size: {SMALL_PX}px; }}
+QLabel[role="alarm"] {{ color: {ALARM}; }}
+QLabel[role="good"] {{ color: {CONTACT}; }}
+QLabel[role="force"] {{ color: {FORCE}; }}
+QToolTip {{ background: {RAISED}; color: {TEXT}; border: 1px solid {LINE}; padding: 4px 6px; }}
+QPushButton, QToolButton, QComboBox {{
+    background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px; min-height: 18px; }}
+QPushButton:hover, QToolButton:hover, QComboBox:hover {{ background: {HOVER}; }}
+QPushButton:pressed, QToolButton:pressed {{ background: {LINE}; }}
+QPushButton:checked, QToolButton:checked {{ background: {mixed(VIBRATION, RAISED, 0.3)}; }}
+QPushButton:focus, QToolButton:focus, QComboBox:focus, QLineEdit:focus, QPlainTextEdit:focus {{
+    border: 1px solid {VIBRATION}; }}
+QPushButton:disabled, QToolButton:disabled {{ color: {FAINT}; }}
+QPushButton[role="alarm"] {{
+    background: {mixed(ALARM, PANEL, 0.22)}; border: 1px solid {ALARM}; color: {ALARM}; font-weight: bold; }}
+QPushButton[role="alarm"]:hover {{ background: {mixed(ALARM, PANEL, 0.36)}; }}
+QPushButton[role="primary"] {{ background: {mixed(VIBRATION, RAISED, 0.35)}; }}
+QPushButton[role="tab"], QToolButton[role="tab"] {{
+    background: transparent; border-color: transparent; color: {MUTED}; }}
+QPushButton[role="tab"]:hover, QToolButton[role="tab"]:hover {{ color: {TEXT}; }}
+QToolButton[role="chip"] {{
+    background: transparent; border-color: transparent; color: {MUTED}; padding: 1px 2px; font-size: {SMALL_PX}px; }}
+QToolButton[role="chip"]:hover {{ color: {TEXT}; }}
+QToolButton[role="chip"]:checked {{ background: {RAISED}; color: {TEXT}; }}
+QToolButton[role="chip"]:focus {{ border: 1px solid {VIBRATION}; }}
+QComboBox[role="chip"] {{ padding: 1px 6px; font-size: {SMALL_PX}px; }}
+QPushButton[role="tab"]:checked, QToolButton[role="tab"]:checked {{ background: {RAISED}; color: {TEXT}; }}
+QPushButton[role="tab"]:focus, QToolButton[role="tab"]:focus {{ border: 1px solid {VIBRATION}; }}
+QToolButton[role="flat"], QPushButton[role="flat"] {{
+    background: transparent; border-color: transparent; padding: 2px; }}
+QToolButton[role="flat"]:hover, QPushButton[role="flat"]:hover {{ background: {HOVER}; }}
+QToolButton[role="flat"]:focus, QPushButton[role="flat"]:focus {{ border: 1px solid {VIBRATION}; }}
+QLineEdit, QPlainTextEdit, QAbstractSpinBox {{
+    background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px;
+    selection-background-color: {mixed(VIBRATION, RAISED, 0.45)}; }}
+QLineEdit[role="value"] {{ background: transparent; border-color: transparent; padding: 1px 3px; }}
+QLineEdit[role="value"]:hover {{ background: {RAISED}; }}
+QLineEdit[role="value"]:focus {{ background: {RAISED}; border: 1px solid {VIBRATION}; }}
+QLineEdit[role="bad"] {{ border: 1px solid {ALARM}; padding: 1px 3px; }}
+QComboBox::drop-down {{ border: none; width: 16px; }}
+QComboBox::down-arrow {{
+    width: 0; height: 0; margin-right: 6px;
+    border-left: 4px solid {RAISED}; border-right: 4px solid {RAISED}; border-top: 5px solid {MUTED}; }}
+QComboBox QAbstractItemView {{ background: {RAISED}; border: 1px solid {LINE}; outline: none; }}
+QAbstractItemView {{ outline: none; }}
+QTreeView, QListView, QTableView {{ background: {PANEL}; border: none; }}
+QTreeView::item, QListView::item {{ padding: 2px 4px; border-radius: 4px; }}
+QTreeView::item:hover, QListView::item:hover {{ background: {RAISED}; }}
+QTreeView::item:selected, QListView::item:selected {{ background: {HOVER}; color: {TEXT}; }}
+QTableView {{ gridline-color: {LINE}; }}
+QHeaderView::section {{ background: {PANEL}; color: {MUTED}; border: none; padding: 4px 6px; }}
+QScrollArea {{ background: transparent; border: none; }}
+QScrollBar:vertical {{ background: transparent; width: 8px; margin: 0; }}
+QScrollBar:horizontal {{ background: transparent; height: 8px; margin: 0; }}
+QScrollBar::handle {{ background: {LINE}; border-radius: 2px; margin: 2px; min-height: 24px; min-width: 24px; }}
+QScrollBar::handle:hover {{ background: {FAINT}; }}
+QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; }}
+QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
+QSplitter::handle {{ background: {LINE}; }}
+QMenu {{ background: {RAISED}; border: 1px solid {LINE}; padding: 4px; }}
+QMenu::item {{ padding: 4px 24px 4px 12px; border-radius: 4px; }}
+QMenu::item:selected {{ background: {HOVER}; }}
+QMenu::separator {{ height: 1px; background: {LINE}; margin: 4px 8px; }}
+QProgressBar {{ background: {RAISED}; border: none; border-radius: 2px; text-align: center; }}
+QProgressBar::chunk {{ background: {VIBRATION}; border-radius: 2px; }}
+"""

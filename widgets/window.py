@@ -1,0 +1,426 @@
+"""The window: the transport bar, the workspaces below it, and a line of what there is to say."""
+
+import signal
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+from PySide6.QtCore import QEvent, Qt, QTimer
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QProgressBar,
+    QSizePolicy,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from widgets import theme
+from widgets.design.node_list import SearchField
+from widgets.design.workspace import DesignWorkspace
+from widgets.open_patch import OpenPatch
+from widgets.player import Player, in_words
+from widgets.settings import Settings
+from widgets.transport import TransportBar
+from workbench.devices.sound import devices
+from workbench.engine.messages import Health, Press, Preview, Pulse, Started, Strike
+from workbench.engine.target import Target
+from workbench.errors import UnderfootError
+from workbench.nodes import REGISTRY
+from workbench.patch import library
+from workbench.patch.patch import Patch
+
+FIRST = "gravel"
+MONITOR = 1
+TARGETS = (
+    ("simulator 2 2", "Simulated floor  2 × 2"),
+    ("simulator 6 6", "Simulated floor  6 × 6"),
+    ("", ""),
+    ("floor", "Simulated floor from a file…"),
+    ("forces", "Recorded forces from a file…"),
+)
+MESSAGE_MS = 20_000
+
+EXTRA_KEYS = (("Play or stop, where nothing is typed", "Space"), ("Panic: silence at once", "Esc"), ("Menu", "Alt+M"))
+MONITOR_KEYS = (
+    ("Choose the next tile, with the focus on the floor", "Arrows"),
+    ("Pause the picture, or go on", "P"),
+    ("Copy footsteps, with the focus on the table", "Ctrl+C"),
+)
+
+
+class MainWindow(QMainWindow):
+    """Shows a patch and the session that plays it. `start` opens the session; closing the window ends it."""
+
+    def __init__(self, folder: Path, target: Target | None = None, patch_path: Path | None = None) -> None:
+        super().__init__()
+        self._folder = folder
+        self.settings = Settings.load(folder)
+        self.document = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
+        self.player = Player(REGISTRY, self.settings, target, self)
+        self.bridge = self.player.bridge
+        self._is_leaving = False
+        self.workspaces: list[str] = []
+        self._previewed = (0, "")
+        self._make_actions()
+        self._build()
+        self._connect()
+        self.document.begin(patch_path, otherwise=_first_patch())
+        self._show_title()
+        self.show_workspace(0)
+
+    def start(self) -> None:
+        """Open the session; what is on the screen is usable at once."""
+        self.player.start(self.document.patch, self._patch_folder())
+
+    @property
+    def workspace(self) -> int:
+        """Index of the workspace on the screen."""
+        return self._stack.currentIndex()
+
+    def show_workspace(self, index: int) -> None:
+        """Bring a workspace to the screen; what is not there is not drawn, nor read."""
+        self._stack.setCurrentIndex(index)
+        self.transport.set_workspace(index)
+        self._stack.widget(index).setFocus()
+        self.bridge.wants_vibration = index == MONITOR
+
+    def say(self, text: str) -> None:
+        """One line for the person, until there is another or it has been there for a while."""
+        self._message.setText(text)
+        self._message.setToolTip(text)
+        self._message_timer.start()
+
+    # --- the session speaks ---
+
+    def _show_target(self, target: Target) -> None:
+        self.transport.set_target(in_words(target))
+        self.design.setFloor(target.floor.tiles)
+        self.monitor.set_session(target.floor, target.rate, target.kind == "simulator")
+        self.say("")
+
+    def _show_start(self, report: Started) -> None:
+        self._show_compiling(1, 1)
+        self._where.setText(f"Plays on: {report.where}")
+
+    def _show_compiling(self, ready: int, total: int) -> None:
+        self._progress.setMaximum(max(total, 1))
+        self._progress.setValue(ready if ready < total else 0)
+        self._where.setText(f"Compiling what the patch needs: {ready} of {total} ready" if ready < total else "")
+
+    def _show_health(self, health: Health) -> None:
+        self.transport.set_health(health, len(self.player.target.floor.tiles))
+        self.design.showHealth(health)
+
+    def _show_preview(self, preview: Preview) -> None:
+        ticket, node = self._previewed
+        if preview.ticket == ticket:
+            self.design.showPreview(preview, node)
+
+    # --- hands ---
+
+    def _edited(self, patch: Patch) -> None:
+        self.document.take(patch)
+        self.player.edit(patch, self._patch_folder())
+
+    def _opened(self, patch: Patch) -> None:
+        self.design.setPatch(patch)
+        self.player.edit(patch, self._patch_folder())
+
+    def _want_preview(self, node: str) -> None:
+        if self.player.session is not None:
+            self._previewed = (self.player.session.preview(self.document.patch, node), node)
+
+    def _choose_target(self, key: str) -> None:
+        kind, *size = key.split()
+        if kind == "simulator":
+            self.player.set_floor(*map(int, size))
+        elif kind == "floor":
+            self.document.ask_file("A floor", "Floors (*.json);;All files (*)", self.player.use_floor)
+        else:
+            self.document.ask_file("Recorded forces", "Force tables (*.csv);;All files (*)", self.player.use_forces)
+
+    def _open_audio(self) -> None:
+        from widgets.audio_dialog import AudioDialog
+
+        target = self.player.target
+        cards = [(card.name, card.channels, card.rate_hz) for card in devices()]
+        dialog = AudioDialog(cards, target.floor, self)
+        dialog.set_values(target.sound, target.rate, target.block)
+        dialog.applied.connect(self.player.set_sound)
+        dialog.pulse_wanted.connect(lambda tile: self.player.send(Pulse(tile)))
+        dialog.open()
+
+    def _show_shortcuts(self) -> None:
+        from widgets.shortcuts import ShortcutsDialog, keys_of
+
+        groups = [
+            ("EVERYWHERE", [*keys_of(self.actions()), *EXTRA_KEYS]),
+            ("DESIGN, WITH THE FOCUS ON THE CANVAS", keys_of(self.design.actions_by_name().values())),
+            ("MONITOR", MONITOR_KEYS),
+        ]
+        dialog = ShortcutsDialog(groups, self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
+
+    def _patch_folder(self) -> Path | None:
+        return self.document.path.parent if self.document.path else None
+
+    # --- events ---
+
+    def event(self, event: QEvent) -> bool:
+        # Escape is looked at before any widget takes it, unless it ends something that is going on.
+        if event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Escape:  # type: ignore[attr-defined]
+            busy = isinstance(self.focusWidget(), SearchField) or QApplication.mouseButtons() != Qt.MouseButton.NoButton
+            if not busy:
+                self.player.panic()
+        return super().event(event)
+
+    def keyPressEvent(self, event) -> None:
+        """What no widget had a use for."""
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            self.player.play_or_stop()
+        else:
+            super().keyPressEvent(event)
+
+    def closeEvent(self, event) -> None:
+        if not self._is_leaving:
+            event.ignore()
+            self.document.when_safe(self._leave)
+            return
+        self.settings.window_bytes = bytes(self.saveGeometry().data())
+        self.hide()
+        self.player.close()
+        self.document.close()
+        self.settings.save(self._folder)
+        super().closeEvent(event)
+
+    def leave(self) -> None:
+        """Close without a question; unsaved work comes back at the next start."""
+        self.document.keeps_unsaved = True
+        self._leave()
+
+    def _leave(self) -> None:
+        self._is_leaving = True
+        self.close()
+
+    # --- layout ---
+
+    def _build(self) -> None:
+        made = self._make_workspaces()
+        self.transport = TransportBar(self._menu())
+        self.transport.set_targets(TARGETS)
+        self.transport.set_target(in_words(self.player.target))
+        self.transport.set_level(self.settings.level_db)
+        self.transport.set_playing(self.player.playing)
+        self.transport.set_recording("")
+        self._progress = QProgressBar()
+        self._progress.setAccessibleName("Compiling")
+        self._progress.setTextVisible(False)
+        self._progress.setFixedHeight(2)
+        self._show_compiling(1, 1)
+        self._stack = QStackedWidget()
+        for name, widget in made:
+            index = len(self.workspaces)
+            self._act(name, f"Show {name}", f"Ctrl+{index + 1}", partial(self.show_workspace, index))
+            self.workspaces.append(name)
+            self.transport.add_workspace(name)
+            self._stack.addWidget(widget)
+        middle = QWidget()
+        layout = QVBoxLayout(middle)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        for part in (self.transport, self._progress):
+            layout.addWidget(part)
+        layout.addWidget(self._stack, 1)
+        layout.addWidget(self._bottom_line())
+        self.setCentralWidget(middle)
+        self.setMinimumSize(1024, 640)
+        if not self.restoreGeometry(self.settings.window_bytes):
+            self.resize(1440, 900)
+
+    def _make_workspaces(self) -> list[tuple[str, QWidget]]:
+        """The workspaces in the order of their tabs."""
+        from widgets.monitor.workspace import MonitorWorkspace
+
+        self.design = DesignWorkspace(REGISTRY)
+        self.design.setFocusProxy(self.design.canvas)
+        self.monitor = MonitorWorkspace()
+        self.monitor.set_level(self.settings.level_db)
+        return [("Design", self.design), ("Monitor", self.monitor)]
+
+    def _bottom_line(self) -> QWidget:
+        line = QWidget()
+        line.setProperty("role", "panel")
+        line.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        line.setFixedHeight(3 * theme.GRID)
+        self._message = Elided()
+        self._message.setAccessibleName("Message")
+        self._where = theme.label("", "small")
+        layout = QHBoxLayout(line)
+        layout.setContentsMargins(2 * theme.GRID, 0, 2 * theme.GRID, 0)
+        layout.addWidget(self._message, 1)
+        layout.addWidget(self._where)
+        self._message_timer = QTimer(self)
+        self._message_timer.setSingleShot(True)
+        self._message_timer.setInterval(MESSAGE_MS)
+        self._message_timer.timeout.connect(lambda: self.say(""))
+        return line
+
+    def _show_title(self) -> None:
+        self.setWindowTitle(f"{self.document.name}[*] – Underfoot")
+        self.setWindowModified(not self.document.is_saved)
+
+    # --- actions ---
+
+    def _make_actions(self) -> None:
+        key = QKeySequence.StandardKey
+        document, player = self.document, self.player
+        self._act("new", "New patch", key.New, document.new)
+        self._act("open", "Open…", key.Open, lambda: document.open())
+        self._act("save", "Save", key.Save, lambda: document.save())
+        self._act("save as", "Save as…", "Ctrl+Shift+S", lambda: document.save_as())
+        self._act("play", "Play or stop", "Ctrl+Space", player.play_or_stop)
+        self._act("panic", "Panic: silence at once", "Ctrl+.", player.panic)
+        self._act("record", "Record", "Ctrl+R", lambda: player.record(not self.transport.record.isChecked()))
+        self._act("audio", "Audio…", "Ctrl+,", self._open_audio)
+        self._act("keys", "Keyboard shortcuts", "F1", self._show_shortcuts)
+        self._act("quit", "Quit", key.Quit, self.close)
+
+    def _act(self, name: str, text: str, keys: Any, do: Callable[[], object]) -> None:
+        action = QAction(text, self)
+        action.setObjectName(name)
+        action.setShortcut(keys)
+        action.triggered.connect(lambda _=False: do())
+        self.addAction(action)
+
+    def action(self, name: str) -> QAction:
+        """An action of the menu by its name."""
+        return next(action for action in self.actions() if action.objectName() == name)
+
+    def _menu(self) -> QMenu:
+        menu = QMenu(self)
+        menu.addActions([self.action("new"), self.action("open")])
+        self._recent = menu.addMenu("Open recent")
+        self._recent.aboutToShow.connect(self._fill_recent)
+        presets = menu.addMenu("Presets")
+        for name, path in library.patches().items():
+            words = name.replace("-", " ").capitalize()
+            presets.addAction(words).triggered.connect(lambda _=False, path=path: self.document.use(path))
+        menu.addActions([self.action("save"), self.action("save as")])
+        menu.addSeparator()
+        menu.addActions([self.design.undo_action, self.design.redo_action])
+        menu.addSeparator()
+        menu.addActions([self.action(name) for name in ("play", "panic", "record", "audio")])
+        menu.addSeparator()
+        menu.addActions([self.action("keys"), self.action("quit")])
+        return menu
+
+    def _fill_recent(self) -> None:
+        self._recent.clear()
+        for path in self.settings.recent:
+            self._recent.addAction(path, partial(self.document.open, Path(path)))
+        if not self.settings.recent:
+            self._recent.addAction("None yet").setEnabled(False)
+
+    def _connect(self) -> None:
+        transport, player, bridge, design, monitor = self.transport, self.player, self.bridge, self.design, self.monitor
+        transport.workspace_chosen.connect(self.show_workspace)
+        transport.target_chosen.connect(self._choose_target)
+        transport.play_wanted.connect(player.play)
+        transport.stop_wanted.connect(player.stop)
+        transport.panic_wanted.connect(player.panic)
+        transport.record_wanted.connect(player.record)
+        transport.level_chosen.connect(player.set_level)
+        transport.level_chosen.connect(monitor.set_level)
+        transport.audio_wanted.connect(self._open_audio)
+        player.said.connect(self.say)
+        player.retargeted.connect(self._show_target)
+        player.playing_changed.connect(transport.set_playing)
+        player.recording_changed.connect(lambda path: transport.set_recording(f"Recording to {path}" if path else ""))
+        bridge.started.connect(self._show_start)
+        bridge.noticed.connect(self.say)
+        bridge.compiling.connect(self._show_compiling)
+        bridge.health.connect(self._show_health)
+        bridge.costs.connect(design.showCosts)
+        bridge.faulted.connect(design.showFault)
+        bridge.previewed.connect(self._show_preview)
+        bridge.forces.connect(monitor.take_forces)
+        bridge.vibrated.connect(monitor.take_vibration)
+        bridge.stepped.connect(monitor.take_steps)
+        bridge.ticked.connect(monitor.draw)
+        monitor.commanded.connect(player.send)
+        monitor.noticed.connect(self.say)
+        design.patchEdited.connect(self._edited)
+        design.previewWanted.connect(self._want_preview)
+        design.struck.connect(lambda tile, strength: player.send(Strike("", tile, strength)))
+        design.pressed.connect(lambda *press: player.send(Press(*press)))
+        self.document.opened.connect(self._opened)
+        self.document.changed.connect(self._show_title)
+        self.document.said.connect(self.say)
+
+
+def _first_patch() -> Patch:
+    """The preset that there is to play with at the first start; nothing where it is missing."""
+    try:
+        return Patch.load(library.patches()[FIRST], REGISTRY)
+    except (KeyError, UnderfootError):
+        return Patch()
+
+
+class Elided(QLabel):
+    """A line of text that ends in dots where there is no room for all of it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text = ""
+        self.setProperty("role", "small")
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def setText(self, text: str) -> None:
+        self._text = text
+        self._fit()
+
+    def fullText(self) -> str:
+        return self._text
+
+    def resizeEvent(self, event) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        super().setText(self.fontMetrics().elidedText(self._text, Qt.TextElideMode.ElideRight, self.width()))
+
+
+def run(target: Target | None = None, patch_path: Path | None = None, screenshot_dir: Path | None = None) -> int:
+    """Open the window and stay until it is closed; the exit status.
+
+    With `screenshot_dir` the window plays for a while, leaves a picture of every workspace there, and closes; it
+    neither makes a sound nor remembers anything.
+    """
+    app = QApplication.instance() or QApplication(["underfoot"])
+    assert isinstance(app, QApplication)
+    app.setApplicationName("Underfoot")
+    app.setDesktopFileName("underfoot")
+    theme.apply(app)
+    with tempfile.TemporaryDirectory() as passing:
+        folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
+        window = MainWindow(folder, target, patch_path)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: window.leave())
+        window.show()
+        QTimer.singleShot(0, window.start)
+        if screenshot_dir is not None:
+            from widgets.pictures import Photographer
+
+            window.player.be_silent()
+            Photographer(window, screenshot_dir).start()
+        return app.exec()

@@ -1,0 +1,34 @@
+"""Presets on disk: patches and floors to begin with."""
+
+from pathlib import Path
+
+
+def presets_folder() -> Path:
+    """The folder of presets. It lies beside `workbench`, in a checkout as in an installed wheel.
+
+    >>> presets_folder().name
+    'presets'
+    """
+    return Path(__file__).resolve().parents[2] / "presets"
+
+
+def patches() -> dict[str, Path]:
+    """The patches' files by name, in alphabetical order.
+
+    >>> "gravel" in patches()
+    True
+    """
+    return _files("patches")
+
+
+def floors() -> dict[str, Path]:
+    """The floors' files by name, in alphabetical order.
+
+    >>> "tiles-2x2" in floors()
+    True
+    """
+    return _files("floors")
+
+
+def _files(kind: str) -> dict[str, Path]:
+    return {path.stem: path for path in sorted((presets_folder() / kind).glob("*.json"))}
