@@ -13,29 +13,35 @@ import math
 
 from workbench.kernels import kernel, modal_kernel
 from workbench.models.impact_contact import CHANGE, COEFFICIENTS, CURVE, PUSH, TILT, prepare, solve
-from workbench.models.modal_phasors import BLOCK, OWN, TABLE, advanced, free_block, tabulate
+from workbench.models.modal_phasors import BLOCK, P64, PHASOR_ROWS, TABLE_ROWS, advanced, free_block, padded, tabulate
 
 MOST_SUBSTEPS = 4096
 """Of a frame, in real time as offline: beyond them contact is no longer resolved, though it still makes no energy."""
 
 _FEW = 8  # sub-steps that are not worth a step of their own
 _PATIENCE = 8 * BLOCK  # how often modes that fell below the floor are looked for
-# s: scalars, two blocks and one to work with, three phasors a mode (at the anchor, at the block's end, to work with),
-# rows for contact. The anchor is the frame of the block that the block's ringing was computed from.
-_IN_CONTACT, _ACTIVE, _LATELY, _ANCHOR = 0, 1, 2, 3
+_SLOWEST = 1e-6  # rad/s: a mode slower than this moves as a free mass, and a phasor must turn
+
+# s: numbers, two blocks and one to work with, rows of one number a mode.
+_IN_CONTACT, _ACTIVE, _LATELY = 0, 1, 2  # whether the hammer is there, modes in use, whether a blow came of late
+_FROM = 3  # the frame of the block that its ringing was computed from
 _WAY, _SPEED, _ELASTIC, _FORCE, _TREND = 4, 5, 6, 7, 8  # into the surface (m), m/s, k x^a, last force (N), its N/s
 _MASS, _STIFFNESS, _EXPONENT, _DAMPING, _LOAD = 9, 10, 11, 12, 13  # as the hammer's, in order
 _SUBSTEPS, _A, _B, _C = 14, 15, 16, 17
 _CHANGE, _CURVE = 18, 19  # what the free modes do to D and W of the next sub-step
 _SURFACE, _SURFACE_SPEED = 20, 21  # of the struck point at the frame's start, as heard
-_ACCELERATION, _DISPLACEMENT, _WORK, _PHASORS = 32, 32 + BLOCK, 32 + 2 * BLOCK, 32 + 3 * BLOCK
-_RE, _IM = COEFFICIENTS, COEFFICIENTS + 1  # the phasors, then what `_listen` and `_most` take of them
-_SHOW, _SHOW_RE, _SHOW_IM, _PACE, _ROWS = range(COEFFICIENTS + 2, COEFFICIENTS + 7)
-# t: modes, floor, rate; tables, which own gain, decay, angular frequency and whether the mode is heard; for each mode
-# what turns its phasor into the mean acceleration over the frame that begins with it.
-_TABLES = 8
-_GAIN, _DECAY, _ANGULAR, _HEARD = OWN, OWN + 1, OWN + 2, OWN + 3
-_SLOWEST = 1e-6  # rad/s: a mode slower than this moves as a free mass, and a phasor must turn
+_ACCELERATION, _DISPLACEMENT, _WORK, _ROWS = 32, 32 + BLOCK, 32 + 2 * BLOCK, 32 + 3 * BLOCK
+# Rows of s, of which phasors take two: at `_FROM`, at the block's end, to work with; then those of contact, and what
+# was tuned when it began.
+_BEGIN, _END, _SPARE, _COEFFICIENTS = 0, 2, 4, 4 + PHASOR_ROWS
+_Z = _COEFFICIENTS + COEFFICIENTS
+_SHOWN = _Z + 2
+_S_ROWS = _SHOWN + 4
+# t: modes, floor, rate; rows: the table of powers, then what else is known of the modes. `_SHOW` and the two after it
+# turn a phasor into displacement and speed, 0 where the mode is not heard; `_WEIGHT` into the frame's acceleration.
+_TABLE = 8
+_SHOW, _SHOW_RE, _SHOW_IM, _PACE, _DECAY, _ANGULAR, _GAIN, _WEIGHT = range(TABLE_ROWS, TABLE_ROWS + 8)
+_T_ROWS = _WEIGHT + 2
 
 
 @kernel
@@ -43,9 +49,9 @@ def state_size(modes):
     """The floats of `s`.
 
     >>> state_size(10)
-    524
+    576
     """
-    return _PHASORS + 6 * modes + _ROWS * _padded(modes)
+    return _ROWS + _S_ROWS * padded(modes)
 
 
 @kernel
@@ -53,9 +59,9 @@ def tuning_size(modes):
     """The floats of `t`.
 
     >>> tuning_size(10)
-    428
+    344
     """
-    return _TABLES + (TABLE + 2) * modes
+    return _TABLE + _T_ROWS * padded(modes)
 
 
 @kernel
@@ -67,21 +73,23 @@ def tune(t, frequencies_hz, decays_per_s, masses_kg, shapes, rate_hz, floor):
     those behind the last that sounds: list slow decays first. A contact that is under way ends with the old modes.
     """
     modes = frequencies_hz.size
+    row = padded(modes)
+    t[:] = 0.0
     t[0] = modes
     t[1] = floor
     t[2] = rate_hz
-    table = t[_TABLES:]
+    known = _known(t)
     for m in range(modes):
-        o = TABLE * m
         angular = max(2.0 * math.pi * frequencies_hz[m], _SLOWEST)
-        tabulate(table, o, angular / (2.0 * math.pi), decays_per_s[m], rate_hz)
-        table[o + _GAIN] = shapes[m] ** 2 / (masses_kg[m] * angular)
-        table[o + _DECAY] = decays_per_s[m]
-        table[o + _ANGULAR] = angular
-        table[o + _HEARD] = 1.0 if frequencies_hz[m] < 0.5 * rate_hz else 0.0
-        pole = complex(table[o + 1], table[o + 17])
-        weight = complex(-decays_per_s[m], angular) * (pole - 1.0) * (rate_hz * table[o + _HEARD])
-        table[TABLE * modes + 2 * m], table[TABLE * modes + 2 * m + 1] = weight.real, weight.imag
+        decay = decays_per_s[m]
+        tabulate(t[_TABLE:], row, m, angular / (2.0 * math.pi), decay, rate_hz)
+        heard = 1.0 if frequencies_hz[m] < 0.5 * rate_hz else 0.0
+        known[_SHOW, m], known[_SHOW_RE, m], known[_SHOW_IM, m] = heard, heard * angular, -heard * decay
+        known[_PACE, m] = math.hypot(angular, decay)
+        known[_DECAY, m], known[_ANGULAR, m] = decay, angular
+        known[_GAIN, m] = shapes[m] ** 2 / (masses_kg[m] * angular)
+        weight = complex(-decay, angular) * complex(known[0, m] - 1.0, known[1, m]) * (heard * rate_hz)
+        known[_WEIGHT, m], known[_WEIGHT + 1, m] = weight.real, weight.imag
 
 
 @kernel
@@ -96,6 +104,8 @@ def ring(s, t, hammer, events, count, force, acceleration, displacement, frame, 
     Out: contact force (N) and acceleration of the struck point (m/s^2), both the mean over each frame, and its
     displacement (m) at each frame. Without the displacement (an array of length 0, in every call) it costs less.
     """
+    rows, known = _rows(s, t), _known(t)
+    show = displacement.size > 0
     done = 0
     event = 0
     while done < n:
@@ -106,7 +116,7 @@ def ring(s, t, hammer, events, count, force, acceleration, displacement, frame, 
             at = max(int(math.floor(events[3 * event])) - frame, 0)
             if at <= done:
                 part = min(max(events[3 * event] - (frame + done), 0.0), 1.0)
-                first, impulse = _throw(s, t, hammer, (frame + done) % BLOCK, part, events[3 * event + 1])
+                first, impulse = _throw(s, t, rows, known, hammer, (frame + done) % BLOCK, part, events[3 * event + 1])
                 event += 1
                 if event < count:
                     at = max(int(math.floor(events[3 * event])) - frame, done + 1)
@@ -114,19 +124,19 @@ def ring(s, t, hammer, events, count, force, acceleration, displacement, frame, 
             else:
                 until = min(until, at)
         if s[_IN_CONTACT] != 0.0:
-            done = _contact(s, t, first, impulse, force, acceleration, displacement, done, until)
+            done = _contact(s, t, rows, known, first, impulse, force, acceleration, displacement, done, until)
             if s[_IN_CONTACT] == 0.0:
-                _let_ring(s, t, (frame + done) % BLOCK, displacement.size > 0)
+                _let_ring(s, t, rows, known, (frame + done) % BLOCK, show)
         else:
             start = (frame + done) % BLOCK
             if start == 0:
                 if (frame + done) % _PATIENCE == 0:
-                    _drop(s, t)
-                _begin_block(s, t, displacement.size > 0)
+                    _drop(s, rows, known, t[1])
+                _begin_block(s, t, rows, known, show)
             for i in range(done, min(until, done + BLOCK - start)):
                 force[i] = 0.0
                 acceleration[i] = s[_ACCELERATION + start + i - done]
-                if displacement.size > 0:
+                if show:
                     displacement[i] = s[_DISPLACEMENT + start + i - done]
             done = min(until, done + BLOCK - start)
 
@@ -139,10 +149,9 @@ def rest(s, t):
     bound = 0.0
     for i in range(_ACCELERATION, _ACCELERATION + BLOCK):
         bound = max(bound, abs(s[i]))
-    modes = int(t[0])
+    rows, known = _rows(s, t), _known(t)
     for m in range(int(s[_ACTIVE])):
-        o = _PHASORS + 2 * modes + 2 * m
-        bound += _loudness(t, m, s[o], s[o + 1])
+        bound += _loudness(rows, known, m)
     return bound
 
 
@@ -160,125 +169,125 @@ def substeps(error, mass_kg, stiffness, exponent, velocity_m_s, mobility_per_kg,
 
 
 @kernel
-def _padded(modes):
-    """The length of a row: vector loops over whole eights have no remainder."""
-    return (modes + 7) // 8 * 8
+def _rows(s, t):
+    row = padded(int(t[0]))
+    return s[_ROWS : _ROWS + _S_ROWS * row].reshape((_S_ROWS, row))
 
 
 @kernel
-def _rows(s, modes):
-    row = _padded(modes)
-    o = _PHASORS + 6 * modes
-    return s[o : o + _ROWS * row].reshape((_ROWS, row))
+def _known(t):
+    row = padded(int(t[0]))
+    return t[_TABLE : _TABLE + _T_ROWS * row].reshape((_T_ROWS, row))
 
 
 @kernel
-def _loudness(t, m, x, y):
-    """The size of a mode's acceleration, of its phasor."""
-    o = _TABLES + TABLE * int(t[0]) + 2 * m
-    return math.sqrt((t[o] ** 2 + t[o + 1] ** 2) * (x * x + y * y))
+def _loudness(rows, known, m):
+    """The size of a mode's acceleration, of its phasor at the block's end."""
+    size = rows[_END, m] ** 2 + rows[_END + 1, m] ** 2
+    return math.sqrt(size * (known[_WEIGHT, m] ** 2 + known[_WEIGHT + 1, m] ** 2))
 
 
 @kernel
-def _begin_block(s, t, show):
+def _begin_block(s, t, rows, known, show):
     """Free ringing from the last block's end on."""
-    o = _PHASORS + 2 * int(t[0])
-    for i in range(2 * int(s[_ACTIVE])):
-        s[_PHASORS + i] = s[o + i]
-    s[_ANCHOR] = 0.0
-    _fill(s, t, 0, show)
+    active = int(s[_ACTIVE])
+    for m in range(active):
+        rows[_BEGIN, m], rows[_BEGIN + 1, m] = rows[_END, m], rows[_END + 1, m]
+    _fill(s, t, rows, known, 0, active, show)
 
 
 @kernel
-def _fill(s, t, start, show):
-    """The blocks from frame `start` on and the phasors at their end, from those at the anchor."""
-    modes = int(t[0])
-    active = int(s[_ACTIVE])
-    table = t[_TABLES:]
-    anchor, end, work = _PHASORS, _PHASORS + 2 * modes, _PHASORS + 4 * modes
-    weights = TABLE * modes
-    for m in range(active):
-        x, y = s[anchor + 2 * m], s[anchor + 2 * m + 1]
-        a, b = table[weights + 2 * m], table[weights + 2 * m + 1]
-        s[work + 2 * m], s[work + 2 * m + 1] = a * x - b * y, a * y + b * x
-        s[end + 2 * m], s[end + 2 * m + 1] = advanced(table, TABLE * m, x, y, BLOCK - start)
+def _fill(s, t, rows, known, start, active, show):
+    """The blocks from frame `start` on and the phasors at their end, from those at `start`."""
+    row = rows.shape[1]
+    table = t[_TABLE:]
+    s[_FROM] = start
+    _turn(rows, _SPARE, known, _WEIGHT, active)
+    if start == 0:
+        _turn(rows, _END, known, P64, active)
+    else:
+        for m in range(active):
+            rows[_END, m], rows[_END + 1, m] = advanced(
+                table, row, m, rows[_BEGIN, m], rows[_BEGIN + 1, m], BLOCK - start
+            )
     block = s[_WORK : _WORK + BLOCK]
-    phasors = s[work : work + 2 * modes]
-    free_block(block, table, phasors, active)
+    phasors = s[_ROWS + _SPARE * row :]
+    free_block(block, table, row, phasors, active)
     for i in range(BLOCK - start):
         s[_ACCELERATION + start + i] = block[i]
     if show:
         for m in range(active):
-            heard = table[TABLE * m + _HEARD]
-            phasors[2 * m], phasors[2 * m + 1] = heard * s[anchor + 2 * m], heard * s[anchor + 2 * m + 1]
-        free_block(block, table, phasors, active)
+            rows[_SPARE, m] = known[_SHOW, m] * rows[_BEGIN, m]
+            rows[_SPARE + 1, m] = known[_SHOW, m] * rows[_BEGIN + 1, m]
+        free_block(block, table, row, phasors, active)
         for i in range(BLOCK - start):
             s[_DISPLACEMENT + start + i] = block[i]
 
 
+@modal_kernel
+def _turn(rows, goal, known, by, active):
+    """The phasors at `_FROM` times complex numbers, a row of real and one of imaginary parts, to rows `goal`."""
+    for m in range(active):
+        x, y = rows[_BEGIN, m], rows[_BEGIN + 1, m]
+        a, b = known[by, m], known[by + 1, m]
+        rows[goal, m] = a * x - b * y
+        rows[goal + 1, m] = a * y + b * x
+
+
 @kernel
-def _drop(s, t):
+def _drop(s, rows, known, floor):
     """Set modes under the floor to exactly 0, unless a blow of late may still be building them up."""
     if s[_LATELY] == 0.0:
         last = 0
-        o = _PHASORS + 2 * int(t[0])
         for m in range(int(s[_ACTIVE])):
-            if _loudness(t, m, s[o + 2 * m], s[o + 2 * m + 1]) > t[1]:
+            if _loudness(rows, known, m) > floor:
                 last = m + 1
             else:
-                s[o + 2 * m] = s[o + 2 * m + 1] = 0.0
-        s[_ACTIVE] = last
+                rows[_END, m] = rows[_END + 1, m] = 0.0
+        s[_ACTIVE] = padded(last)
     s[_LATELY] = 0.0
 
 
 @kernel
-def _let_ring(s, t, start, show):
+def _let_ring(s, t, rows, known, start, show):
     """The hammer has gone at frame `start` of a block: go on with free ringing."""
-    modes = int(t[0])
-    rows = _rows(s, modes)
-    goal = _PHASORS + 2 * modes if start == 0 else _PHASORS
-    for m in range(modes):
-        s[goal + 2 * m], s[goal + 2 * m + 1] = rows[_RE, m], rows[_IM, m]
-    s[_ACTIVE] = modes
+    row = rows.shape[1]
+    goal = _END if start == 0 else _BEGIN
+    for m in range(row):
+        rows[goal, m], rows[goal + 1, m] = rows[_Z, m], rows[_Z + 1, m]
+    s[_ACTIVE] = row
     s[_LATELY] = 1.0
     if start > 0:
-        s[_ANCHOR] = start
-        _fill(s, t, start, show)
+        _fill(s, t, rows, known, start, row, show)
 
 
 @kernel
-def _throw(s, t, hammer, start, part, velocity):
+def _throw(s, t, rows, known, hammer, start, part, velocity):
     """Put the hammer on the surface, `part` of a frame after frame `start` of the block, at `velocity`.
 
     Returns the sub-step of the frame to go on with, and the impulse so far.
     """
     modes = int(t[0])
-    rows = _rows(s, modes)
-    table = t[_TABLES:]
     if s[_IN_CONTACT] == 0.0:
-        rows[_RE:, :] = 0.0
-        o = _PHASORS + (2 * modes if start == 0 else 0)
+        table = t[_TABLE:]
+        rows[_Z : _Z + 2] = 0.0
         for m in range(int(s[_ACTIVE])):
-            x, y = s[o + 2 * m], s[o + 2 * m + 1]
-            if start > 0:
-                x, y = advanced(table, TABLE * m, x, y, start - int(s[_ANCHOR]))
-            rows[_RE, m], rows[_IM, m] = x, y
-    for m in range(modes):
-        o = TABLE * m
-        rows[_SHOW, m] = table[o + _HEARD]
-        rows[_SHOW_RE, m] = table[o + _HEARD] * table[o + _ANGULAR]
-        rows[_SHOW_IM, m] = -table[o + _HEARD] * table[o + _DECAY]
-        rows[_PACE, m] = math.hypot(table[o + _ANGULAR], table[o + _DECAY])
+            if start == 0:
+                rows[_Z, m], rows[_Z + 1, m] = rows[_END, m], rows[_END + 1, m]
+            else:
+                rows[_Z, m], rows[_Z + 1, m] = advanced(
+                    table, rows.shape[1], m, rows[_BEGIN, m], rows[_BEGIN + 1, m], start - int(s[_FROM])
+                )
+    rows[_SHOWN : _SHOWN + 4] = known[_SHOW : _SHOW + 4]
     s[_SURFACE], s[_SURFACE_SPEED] = _listen(rows)
     speed = 0.0
     mobility = 0.0
     for m in range(modes):
-        o = TABLE * m
-        pole = complex(-table[o + _DECAY], table[o + _ANGULAR])
-        z = complex(rows[_RE, m], rows[_IM, m]) * cmath.exp(pole * (part / t[2]))
-        rows[_RE, m], rows[_IM, m] = z.real, z.imag
+        pole = complex(-known[_DECAY, m], known[_ANGULAR, m])
+        z = complex(rows[_Z, m], rows[_Z + 1, m]) * cmath.exp(pole * (part / t[2]))
+        rows[_Z, m], rows[_Z + 1, m] = z.real, z.imag
         speed += (pole * z).imag
-        mobility += table[o + _GAIN] * table[o + _ANGULAR]
+        mobility += known[_GAIN, m] * known[_ANGULAR, m]
     for i in range(5):
         s[_MASS + i] = hammer[i]
     steps = int(hammer[6])
@@ -293,20 +302,18 @@ def _throw(s, t, hammer, start, part, velocity):
     first = math.ceil(part * steps - 1e-9)
     h = (first / steps - part) / t[2]
     if h * steps * t[2] > 1e-9:
-        _set_step(s, t, rows, h)
-        impulse = _advance(s, t, rows, h, 1)
-    _set_step(s, t, rows, 1.0 / (steps * t[2]))
+        _set_step(s, rows, known, modes, h)
+        impulse = _advance(s, rows, known, h, 1)
+    _set_step(s, rows, known, modes, 1.0 / (steps * t[2]))
     return first, impulse
 
 
 @kernel
-def _contact(s, t, first, impulse, force, acceleration, displacement, done, until):
+def _contact(s, t, rows, known, first, impulse, force, acceleration, displacement, done, until):
     """Frames `done` to `until`, or to where the hammer has left for good; returns how far it came.
 
     The first frame goes on from sub-step `first`, with the impulse so far.
     """
-    modes = int(t[0])
-    rows = _rows(s, modes)
     steps = int(s[_SUBSTEPS])
     h = 1.0 / (steps * t[2])
     while done < until:
@@ -314,9 +321,9 @@ def _contact(s, t, first, impulse, force, acceleration, displacement, done, unti
             displacement[done] = s[_SURFACE]
         before = s[_SURFACE_SPEED]
         if first == 0 and steps > 1 and s[_WAY] < 0.0 and _out_of_reach(s, rows, 1.0 / t[2]):
-            _fly(s, t, rows, 1.0 / t[2])
+            _fly(s, rows, known, 1.0 / t[2])
         else:
-            impulse += _advance(s, t, rows, h, steps - first)
+            impulse += _advance(s, rows, known, h, steps - first)
         s[_SURFACE], s[_SURFACE_SPEED] = _listen(rows)
         force[done] = impulse * t[2]
         acceleration[done] = (s[_SURFACE_SPEED] - before) * t[2]
@@ -330,13 +337,13 @@ def _contact(s, t, first, impulse, force, acceleration, displacement, done, unti
 
 
 @kernel
-def _set_step(s, t, rows, h):
+def _set_step(s, rows, known, modes, h):
     """Prepare sub-steps of `h` seconds."""
     free = h * h / s[_MASS]
     s[_A], s[_B], s[_C] = free / 2.0, free / 12.0, 0.0
-    for m in range(int(t[0])):
-        o = _TABLES + TABLE * m
-        a, b, c = prepare(rows, m, t[o + _DECAY], t[o + _ANGULAR], t[o + _GAIN], h)
+    coefficients = rows[_COEFFICIENTS:]
+    for m in range(modes):
+        a, b, c = prepare(coefficients, m, known[_DECAY, m], known[_ANGULAR, m], known[_GAIN, m], h)
         s[_A] += a
         s[_B] += b
         s[_C] += c
@@ -344,7 +351,7 @@ def _set_step(s, t, rows, h):
 
 
 @kernel
-def _advance(s, t, rows, h, steps):
+def _advance(s, rows, known, h, steps):
     """`steps` sub-steps of `h` seconds; returns the impulse."""
     x, speed, elastic, force, trend = s[_WAY], s[_SPEED], s[_ELASTIC], s[_FORCE], s[_TREND]
     mass, stiffness, exponent, load = s[_MASS], s[_STIFFNESS], s[_EXPONENT], s[_LOAD]
@@ -370,7 +377,7 @@ def _advance(s, t, rows, h, steps):
             s[_WAY], s[_SPEED] = x, speed
             left = (steps - 1 - step) * h
             if _out_of_reach(s, rows, left):
-                _fly(s, t, rows, left)
+                _fly(s, rows, known, left)
                 return impulse
     s[_WAY], s[_SPEED], s[_ELASTIC], s[_FORCE], s[_TREND] = x, speed, elastic, force, trend
     s[_CHANGE], s[_CURVE] = change, curve
@@ -383,14 +390,16 @@ def _move(rows, step, f0, f1):
     change = 0.0
     curve = 0.0
     for m in range(rows.shape[1]):
-        x, y = rows[_RE, m], rows[_IM, m]
-        a, b = rows[CHANGE, m], rows[CHANGE + 1, m]
-        u = x + (step * (a * x - b * y) + f0 * rows[PUSH, m] + f1 * rows[TILT, m])
-        v = y + (step * (a * y + b * x) + f0 * rows[PUSH + 1, m] + f1 * rows[TILT + 1, m])
-        rows[_RE, m] = u
-        rows[_IM, m] = v
+        x, y = rows[_Z, m], rows[_Z + 1, m]
+        a, b = rows[_COEFFICIENTS + CHANGE, m], rows[_COEFFICIENTS + CHANGE + 1, m]
+        u = x + (step * (a * x - b * y) + f0 * rows[_COEFFICIENTS + PUSH, m] + f1 * rows[_COEFFICIENTS + TILT, m])
+        v = y + (
+            step * (a * y + b * x) + f0 * rows[_COEFFICIENTS + PUSH + 1, m] + f1 * rows[_COEFFICIENTS + TILT + 1, m]
+        )
+        rows[_Z, m] = u
+        rows[_Z + 1, m] = v
         change += a * v + b * u
-        curve += rows[CURVE, m] * v + rows[CURVE + 1, m] * u
+        curve += rows[_COEFFICIENTS + CURVE, m] * v + rows[_COEFFICIENTS + CURVE + 1, m] * u
     return change, curve
 
 
@@ -400,8 +409,8 @@ def _listen(rows):
     way = 0.0
     speed = 0.0
     for m in range(rows.shape[1]):
-        way += rows[_SHOW, m] * rows[_IM, m]
-        speed += rows[_SHOW_RE, m] * rows[_RE, m] + rows[_SHOW_IM, m] * rows[_IM, m]
+        way += rows[_SHOWN, m] * rows[_Z + 1, m]
+        speed += rows[_SHOWN + 1, m] * rows[_Z, m] + rows[_SHOWN + 2, m] * rows[_Z + 1, m]
     return way, speed
 
 
@@ -412,10 +421,10 @@ def _most(rows):
     most = 0.0
     fastest = 0.0
     for m in range(rows.shape[1]):
-        size = math.sqrt(rows[_RE, m] ** 2 + rows[_IM, m] ** 2)
-        way += rows[_IM, m]
+        size = math.sqrt(rows[_Z, m] ** 2 + rows[_Z + 1, m] ** 2)
+        way += rows[_Z + 1, m]
         most += size
-        fastest += rows[_PACE, m] * size
+        fastest += rows[_SHOWN + 3, m] * size
     return way, most, fastest
 
 
@@ -436,14 +445,13 @@ def _has_left(s, rows):
 
 
 @kernel
-def _fly(s, t, rows, seconds):
+def _fly(s, rows, known, seconds):
     """One step of any length without contact."""
     way = 0.0
-    for m in range(int(t[0])):
-        o = _TABLES + TABLE * m
-        z = complex(rows[_RE, m], rows[_IM, m])
-        then = z * cmath.exp(complex(-t[o + _DECAY], t[o + _ANGULAR]) * seconds)
-        rows[_RE, m], rows[_IM, m] = then.real, then.imag
+    for m in range(rows.shape[1]):
+        z = complex(rows[_Z, m], rows[_Z + 1, m])
+        then = z * cmath.exp(complex(-known[_DECAY, m], known[_ANGULAR, m]) * seconds)
+        rows[_Z, m], rows[_Z + 1, m] = then.real, then.imag
         way += then.imag - z.imag
     pull = s[_LOAD] / s[_MASS] * seconds
     s[_WAY] += (s[_SPEED] + 0.5 * pull) * seconds - way

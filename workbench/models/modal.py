@@ -25,7 +25,8 @@ def ring(
 
     One frame of excitation of value 1 rings, from that frame on, as the sum of a exp(-b t) sin(2 pi f t) (equation
     3.4). Frequencies (Hz), decays b (1/s) and amplitudes a are one a mode; f and b are 0 or more. A mode at or above
-    half the rate is left out, because it would alias. Exact to 1e-9 after 10 s. Raises `BadValue`.
+    half the rate is left out, because it would alias. Exact to 1e-9 after 10 s, for frequencies above 1e-4 of the rate.
+    Raises `BadValue`.
 
     >>> ring([12_000.0], [0.0], [2.0], [0, 1, 0, 0, 0], rate=48_000.0).round(9) + 0.0
     array([ 0.,  0.,  2.,  0., -2.])

@@ -5,17 +5,19 @@ rest of its block, and its exact share to the phasors at the block's end; hence 
 split into calls.
 
 A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and contiguous: `s` holds the block's output
-and the phasors at its end; `t` the response to an event of strength 1 and the modes' tables.
+and the phasors at its end; `t` the response to an event of strength 1, the amplitudes and the powers of the poles.
 """
 
 import math
 
 from workbench.kernels import kernel
-from workbench.models.modal_phasors import BLOCK, OWN, TABLE, advanced, free_block, tabulate
+from workbench.models.modal_phasors import BLOCK, PHASOR_ROWS, TABLE_ROWS, advanced, free_block, padded, tabulate
 
 _PATIENCE = 8 * BLOCK  # how often modes that fell below the floor are looked for
 _OUTPUT = 8  # before it, in s: modes in use, events of late; in t: modes, floor squared
-_MODES = _OUTPUT + BLOCK  # in s: phasors; in t: tables, which own the amplitude, then phasors to work with
+_ROWS = (
+    _OUTPUT + BLOCK
+)  # in s: phasors; in t: phasors to work with (the first row keeps the amplitudes), then the table
 
 
 @kernel
@@ -23,9 +25,9 @@ def state_size(modes):
     """The floats of `s`.
 
     >>> state_size(10)
-    92
+    136
     """
-    return _MODES + 2 * modes
+    return _ROWS + PHASOR_ROWS * padded(modes)
 
 
 @kernel
@@ -33,9 +35,9 @@ def tuning_size(modes):
     """The floats of `t`.
 
     >>> tuning_size(10)
-    492
+    328
     """
-    return _MODES + (TABLE + 2) * modes
+    return _ROWS + (PHASOR_ROWS + TABLE_ROWS) * padded(modes)
 
 
 @kernel
@@ -47,16 +49,19 @@ def tune(t, frequencies_hz, decays_per_s, amplitudes, rate_hz, floor):
     that sounds: list slow decays first.
     """
     modes = frequencies_hz.size
+    row = padded(modes)
     t[:] = 0.0
     t[0] = modes
     t[1] = floor * floor
-    table = t[_MODES:]
-    phasors = t[_MODES + TABLE * modes :]
+    phasors = t[_ROWS:]
+    table = t[_ROWS + PHASOR_ROWS * row :]
     for m in range(modes):
         if frequencies_hz[m] < 0.5 * rate_hz:
-            tabulate(table, TABLE * m, frequencies_hz[m], decays_per_s[m], rate_hz)
-            table[TABLE * m + OWN] = phasors[2 * m] = amplitudes[m]
-    free_block(t[_OUTPUT:_MODES], table, phasors, modes)
+            tabulate(table, row, m, frequencies_hz[m], decays_per_s[m], rate_hz)
+            phasors[m] = amplitudes[m]
+    free_block(t[_OUTPUT:_ROWS], table, row, phasors, row)
+    for m in range(modes):
+        phasors[m] = amplitudes[m] if frequencies_hz[m] < 0.5 * rate_hz else 0.0
 
 
 @kernel
@@ -66,7 +71,10 @@ def ring(s, t, events, count, out, frame, n):
     `events` is flat, (time, strength, duration) for each of `count` events, in order of time; one acts from the
     frame that its time lies in. One before `frame` acts at once.
     """
-    table = t[_MODES:]
+    row = padded(int(t[0]))
+    table = t[_ROWS + PHASOR_ROWS * row :]
+    block = s[_OUTPUT:_ROWS]
+    phasors = s[_ROWS:]
     done = 0
     event = 0
     while done < n:
@@ -74,25 +82,26 @@ def ring(s, t, events, count, out, frame, n):
         if start == 0:
             if (frame + done) % _PATIENCE == 0:
                 _drop(s, t)
-            free_block(s[_OUTPUT:_MODES], table, s[_MODES:], int(s[0]))
+            free_block(block, table, row, phasors, int(s[0]))
         length = min(BLOCK - start, n - done)
         while event < count and events[3 * event] < frame + done + length:
             at = int(math.floor(events[3 * event])) - (frame + done)
             _strike(s, t, table, start + max(at, 0), events[3 * event + 1])
             event += 1
         for i in range(length):
-            out[done + i] = s[_OUTPUT + start + i]
+            out[done + i] = block[start + i]
         done += length
 
 
 @kernel
 def rest(s, t):
     """An upper bound of |output| from here on, if nothing strikes again."""
+    row = padded(int(t[0]))
     bound = 0.0
-    for i in range(_OUTPUT, _MODES):
+    for i in range(_OUTPUT, _ROWS):
         bound = max(bound, abs(s[i]))
-    for m in range(int(s[0])):
-        bound += math.hypot(s[_MODES + 2 * m], s[_MODES + 2 * m + 1])
+    for m in range(_ROWS, _ROWS + int(s[0])):
+        bound += math.sqrt(s[m] ** 2 + s[m + row] ** 2)
     return bound
 
 
@@ -100,14 +109,17 @@ def rest(s, t):
 def _drop(s, t):
     """Set modes under the floor to exactly 0, unless events of late may still be building them up."""
     if s[1] == 0.0:
+        row = padded(int(t[0]))
         last = 0
         for m in range(int(s[0])):
-            x, y = s[_MODES + 2 * m], s[_MODES + 2 * m + 1]
-            if x * x + y * y > t[1]:
+            x, y = _ROWS + m, _ROWS + row + m
+            if s[x] * s[x] + s[y] * s[y] > t[1]:
                 last = m + 1
             else:
-                s[_MODES + 2 * m] = s[_MODES + 2 * m + 1] = 0.0
-        s[0] = last
+                s[x] = s[y] = 0.0
+        s[0] = padded(last)
+        if last == 0:
+            s[_ROWS:] = 0.0
     s[1] = 0.0
 
 
@@ -116,9 +128,11 @@ def _strike(s, t, table, at, strength):
     """Add an event at frame `at` of the block: the tabulated response, and its phasors at the block's end."""
     for i in range(BLOCK - at):
         s[_OUTPUT + at + i] += strength * t[_OUTPUT + i]
-    for m in range(int(t[0])):
-        x, y = advanced(table, TABLE * m, strength * table[TABLE * m + OWN], 0.0, BLOCK - at)
-        s[_MODES + 2 * m] += x
-        s[_MODES + 2 * m + 1] += y
-    s[0] = t[0]
+    modes = int(t[0])
+    row = padded(modes)
+    for m in range(modes):
+        x, y = advanced(table, row, m, strength * t[_ROWS + m], 0.0, BLOCK - at)
+        s[_ROWS + m] += x
+        s[_ROWS + row + m] += y
+    s[0] = row
     s[1] = 1.0

@@ -1,72 +1,119 @@
-"""Free ringing by phasors: a block of 64 frames is a short table times the phasors at its start.
+"""Free ringing by phasors: 64 frames are a short table times the phasors at their start.
 
-A phasor is (x, y), its mode's output y: a flat array holds x and y of one mode after the other. The table holds for
-each mode powers of its pole p = exp((-b + 2 pi i f) / rate). The block's end is one product with p^64 away, so that
-nothing drifts: 1e-11 after 10 s.
+A phasor is (x, y), its mode's output y. It turns and shrinks by the pole p = exp((-b + 2 pi i f) / rate) each frame.
+The inner loops run over modes, whose numbers lie in rows; a row is padded to whole eights so that loops have no
+remainder. The end of 64 frames is one product with p^64 away: nothing drifts, 1e-11 after 10 s.
 """
 
 import math
 
-from workbench.kernels import kernel
+from workbench.kernels import kernel, modal_kernel
 
 BLOCK = 64
-TABLE = 40
-"""Floats a mode in the table: 16 powers, real and imaginary parts, p^16, p^64, and four for the table's owner."""
+TABLE_ROWS = 12
+"""Powers 1, 2, 3, 4, 16 and 64 of the poles: a row of real parts, then one of imaginary parts, for each."""
+PHASOR_ROWS = 4
+"""x and y, and two rows to work with."""
 
-_STEPS = 16
-_P16, _P64 = 32, 34
-OWN = 36
-
-
-@kernel
-def tabulate(table, o, frequency_hz, decay_per_s, rate_hz):
-    """Write the powers of a mode's pole at `table[o]`."""
-    size = math.exp(-decay_per_s / rate_hz)
-    angle = 2.0 * math.pi * (frequency_hz / rate_hz)
-    a, b = size * math.cos(angle), size * math.sin(angle)
-    x, y = 1.0, 0.0
-    for k in range(_STEPS):
-        table[o + k], table[o + _STEPS + k] = x, y
-        x, y = x * a - y * b, y * a + x * b
-    table[o + _P16], table[o + _P16 + 1] = x, y
-    # From block to block errors would add up, so this power is its own, of an angle reduced exactly.
-    size = math.exp(-decay_per_s * BLOCK / rate_hz)
-    angle = 2.0 * math.pi * (frequency_hz * BLOCK % rate_hz / rate_hz)
-    table[o + _P64], table[o + _P64 + 1] = size * math.cos(angle), size * math.sin(angle)
+_EXPONENTS = (1, 2, 3, 4, 16, 64)
+P64 = 10
+"""The row of p^64."""
 
 
 @kernel
-def free_block(block, table, phasors, modes):
-    """Fill `block` with the free ringing of the first `modes` modes, and move their phasors to its end.
+def padded(modes):
+    """The length of a row.
 
-    Four phasors, 16 frames apart, share a table of 16 powers; the inner loop runs over frames.
+    >>> padded(10)
+    16
     """
-    block[:] = 0.0
-    for m in range(modes):
-        o = TABLE * m
-        x, y = phasors[2 * m], phasors[2 * m + 1]
-        a, b = table[o + _P16], table[o + _P16 + 1]
-        x1, y1 = x * a - y * b, y * a + x * b
-        x2, y2 = x1 * a - y1 * b, y1 * a + x1 * b
-        x3, y3 = x2 * a - y2 * b, y2 * a + x2 * b
-        for k in range(_STEPS):
-            c, d = table[o + k], table[o + _STEPS + k]
-            block[k] = (block[k] + y * c) + x * d
-            block[k + 16] = (block[k + 16] + y1 * c) + x1 * d
-            block[k + 32] = (block[k + 32] + y2 * c) + x2 * d
-            block[k + 48] = (block[k + 48] + y3 * c) + x3 * d
-        a, b = table[o + _P64], table[o + _P64 + 1]
-        phasors[2 * m], phasors[2 * m + 1] = x * a - y * b, y * a + x * b
+    return (modes + 7) // 8 * 8
 
 
 @kernel
-def advanced(table, o, x, y, frames):
-    """The phasor (x, y) after 0 to 64 `frames`, its mode's table at `table[o]`."""
+def tabulate(table, row, m, frequency_hz, decay_per_s, rate_hz):
+    """Write the powers of the pole of mode `m`.
+
+    Of an angle reduced exactly, each: what rounding does to one power, the next 64 frames would do again.
+    """
+    for i in range(6):
+        size = math.exp(-decay_per_s * _EXPONENTS[i] / rate_hz)
+        angle = 2.0 * math.pi * (frequency_hz * _EXPONENTS[i] % rate_hz / rate_hz)
+        table[2 * i * row + m] = size * math.cos(angle)
+        table[(2 * i + 1) * row + m] = size * math.sin(angle)
+
+
+@modal_kernel
+def free_block(block, table, row, phasors, active):
+    """Fill `block` with the free ringing of the first `active` modes, and move their phasors to its end.
+
+    `active` is a multiple of 8. Sixteen sums at a time stay in registers: four phasors, four frames apart, times three
+    tabulated powers.
+    """
+    p1, q1 = table[:active], table[row : row + active]
+    p2, q2 = table[2 * row : 2 * row + active], table[3 * row : 3 * row + active]
+    p3, q3 = table[4 * row : 4 * row + active], table[5 * row : 5 * row + active]
+    p4, q4 = table[6 * row : 6 * row + active], table[7 * row : 7 * row + active]
+    p16, q16 = table[8 * row : 8 * row + active], table[9 * row : 9 * row + active]
+    p64, q64 = table[10 * row : 10 * row + active], table[11 * row : 11 * row + active]
+    x, y = phasors[:active], phasors[row : row + active]
+    u, v = phasors[2 * row : 2 * row + active], phasors[3 * row : 3 * row + active]
+    for m in range(active):
+        u[m] = x[m]
+        v[m] = y[m]
+    for k in range(0, BLOCK, 16):
+        a0 = a1 = a2 = a3 = b0 = b1 = b2 = b3 = c0 = c1 = c2 = c3 = d0 = d1 = d2 = d3 = 0.0
+        for m in range(active):
+            r, i = u[m], v[m]
+            a0 += i
+            a1 += i * p1[m] + r * q1[m]
+            a2 += i * p2[m] + r * q2[m]
+            a3 += i * p3[m] + r * q3[m]
+            r, i = r * p4[m] - i * q4[m], i * p4[m] + r * q4[m]
+            b0 += i
+            b1 += i * p1[m] + r * q1[m]
+            b2 += i * p2[m] + r * q2[m]
+            b3 += i * p3[m] + r * q3[m]
+            r, i = r * p4[m] - i * q4[m], i * p4[m] + r * q4[m]
+            c0 += i
+            c1 += i * p1[m] + r * q1[m]
+            c2 += i * p2[m] + r * q2[m]
+            c3 += i * p3[m] + r * q3[m]
+            r, i = r * p4[m] - i * q4[m], i * p4[m] + r * q4[m]
+            d0 += i
+            d1 += i * p1[m] + r * q1[m]
+            d2 += i * p2[m] + r * q2[m]
+            d3 += i * p3[m] + r * q3[m]
+        block[k], block[k + 1], block[k + 2], block[k + 3] = a0, a1, a2, a3
+        block[k + 4], block[k + 5], block[k + 6], block[k + 7] = b0, b1, b2, b3
+        block[k + 8], block[k + 9], block[k + 10], block[k + 11] = c0, c1, c2, c3
+        block[k + 12], block[k + 13], block[k + 14], block[k + 15] = d0, d1, d2, d3
+        if k < BLOCK - 16:
+            for m in range(active):
+                r, i = u[m], v[m]
+                u[m] = r * p16[m] - i * q16[m]
+                v[m] = i * p16[m] + r * q16[m]
+    for m in range(active):
+        r, i = x[m], y[m]
+        x[m] = r * p64[m] - i * q64[m]
+        y[m] = i * p64[m] + r * q64[m]
+
+
+@kernel
+def advanced(table, row, m, x, y, frames):
+    """The phasor (x, y) of mode `m` after 0 to 64 `frames`."""
     if frames == BLOCK:
-        a, b = table[o + _P64], table[o + _P64 + 1]
-        return x * a - y * b, y * a + x * b
-    a, b = table[o + _P16], table[o + _P16 + 1]
-    for _ in range(frames // _STEPS):
-        x, y = x * a - y * b, y * a + x * b
-    a, b = table[o + frames % _STEPS], table[o + _STEPS + frames % _STEPS]
+        return _times(table, row, m, 10, x, y)
+    for _ in range(frames // 16):
+        x, y = _times(table, row, m, 8, x, y)
+    for _ in range(frames % 16 // 4):
+        x, y = _times(table, row, m, 6, x, y)
+    if frames % 4 > 0:
+        x, y = _times(table, row, m, 2 * (frames % 4 - 1), x, y)
+    return x, y
+
+
+@kernel
+def _times(table, row, m, i, x, y):
+    a, b = table[i * row + m], table[(i + 1) * row + m]
     return x * a - y * b, y * a + x * b

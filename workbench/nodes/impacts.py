@@ -7,6 +7,8 @@ from workbench.patch.node import Input, Output, event_list, frames, moved, node,
 
 FLOOR = 1e-5
 """Acceleration in m/s^2 below which a mode is let go: 126 dB below full scale, far below what can be felt."""
+FASTEST = 100.0
+"""m/s: no hammer is thrown faster, whatever the strength of its event."""
 _SCALED = 128  # room for the scaled copy of one column of modes
 _HAMMER = 7
 
@@ -96,7 +98,8 @@ class Impact:
         count = int(e[0][0])
         blows = event_list(e[0])
         for i in range(count):
-            blows[3 * i + 1] = c[0] * max(blows[3 * i + 1], 0.0)
+            speed = c[0] * blows[3 * i + 1]
+            blows[3 * i + 1] = min(speed, FASTEST) if speed > 0.0 else 0.0
         state, force, acceleration = frames(s, impact_row.state_size(modes)), frames(y[1], n), frames(y[0], n)
         impact_row.ring(state, table, hammer, blows, count, force, acceleration, force[:0], frame, n)
         for i in range(n):
