@@ -1,16 +1,23 @@
 """Things that are struck: modal objects, and hammers that hit them."""
 
+import math
+
 from workbench.kernels import kernel
 from workbench.models import impact_row, modal_events
-from workbench.parameters import Number, Rows
+from workbench.models.random import stream_key, uniform
+from workbench.parameters import Count, Number, Rows
 from workbench.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
 
 FLOOR = 1e-5
 """Acceleration in m/s^2 below which a mode is let go: 126 dB below full scale, far below what can be felt."""
 FASTEST = 100.0
 """m/s: no hammer is thrown faster, whatever the strength of its event."""
+SLOWEST = 1e-12
+"""m/s: a slower hammer is only laid on the object. With the smallest of numbers its contact would not converge."""
 _SCALED = 128  # room for the scaled copy of one column of modes
 _HAMMER = 7
+_MOST_DRAWN = 200
+_DRAWN = 6 + 3 * _MOST_DRAWN  # where the table of a drawn bank begins in its tuning
 
 WOODEN = (
     (92.0, 22.0, 0.9, 1.0),
@@ -99,7 +106,7 @@ class Impact:
         blows = event_list(e[0])
         for i in range(count):
             speed = c[0] * blows[3 * i + 1]
-            blows[3 * i + 1] = min(speed, FASTEST) if speed > 0.0 else 0.0
+            blows[3 * i + 1] = min(speed, FASTEST) if speed > SLOWEST else 0.0
         state, force, acceleration = frames(s, impact_row.state_size(modes)), frames(y[1], n), frames(y[0], n)
         impact_row.ring(state, table, hammer, blows, count, force, acceleration, force[:0], frame, n)
         for i in range(n):
@@ -153,14 +160,96 @@ class ModalBank:
                 rate,
                 FLOOR,
             )
-        state, out = frames(s, modal_events.state_size(modes)), frames(y[0], n)
-        modal_events.ring(state, table, event_list(e[0]), int(e[0][0]), out, frame, n)
-        for i in range(n):
-            out[i] *= x[0][i]
+        _ring(x[0], y[0], e[0], s, table, modes, frame, n)
 
     @rest_kernel
     def rest(c, s, t, d):
+        return _remainder(s, t, 2 + 3 * _SCALED, int(d[0]))
+
+
+@node("drawn-bank", "Impacts", "Drawn modal bank")
+class DrawnBank:
+    """A modal bank whose modes are drawn: p(f) ~ f^alpha from low to high, amplitudes ~ f^-r (7.26).
+
+    Every tile has the same modes, and another draw has others. The squares of the amplitudes sum to 1.
+    """
+
+    strike = Input(kind="event", doc="rings all modes, by its strength")
+    low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="least frequency")
+    high = Number(1200.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="largest frequency; none lies above half the rate")
+    alpha = Number(0.0, -5.0, 5.0, doc="exponent of the density of modes: 0 evenly, -1 evenly an octave")
+    rolloff = Number(0.5, -3.0, 6.0, doc="r: amplitudes fall by 6.02 r dB an octave")
+    quality = Number(8.0, 0.5, 10_000.0, scale="log", doc="pi f / decay of a mode at the least frequency")
+    damping = Number(1.0, 0.0, 3.0, doc="exponent of decay over frequency: 1 the same quality, 0 the same decay")
+    level = Number(1.0, 0.0, 100.0, wire="audio", doc="factor on the output")
+    modes = Count(24, 1, _MOST_DRAWN, doc="how many")
+    draw = Count(1, 0, 1_000_000, doc="which of the possible banks")
+    out = Output("m/s^2")
+
+    def prepare(values, rate):
+        key = stream_key("modes", values["draw"])
+        return [values["modes"], *sorted(uniform(key, mode) for mode in range(values["modes"]))]
+
+    def state(values, rate):
+        return modal_events.state_size(values["modes"])
+
+    def tuning(values, rate):
+        return _DRAWN + modal_events.tuning_size(values["modes"])
+
+    @run_kernel
+    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
         modes = int(d[0])
-        begin = 2 + 3 * _SCALED
-        table = frames(t, begin + modal_events.tuning_size(modes))[begin:]
-        return modal_events.rest(frames(s, modal_events.state_size(modes)), table)
+        table = frames(t, _DRAWN + modal_events.tuning_size(modes))[_DRAWN:]
+        if moved(c, t, 6):
+            drawn = frames(t, _DRAWN)[6:].reshape(3, _MOST_DRAWN)[:, :modes]
+            draw_modes(frames(d, 1 + modes)[1:], c[0], c[1], c[2], c[3], c[4], c[5], drawn)
+            modal_events.tune(table, drawn[0], drawn[1], drawn[2], rate, FLOOR)
+        _ring(x[0], y[0], e[0], s, table, modes, frame, n)
+
+    @rest_kernel
+    def rest(c, s, t, d):
+        return _remainder(s, t, _DRAWN, int(d[0]))
+
+
+@kernel
+def draw_modes(draws, low_hz, high_hz, alpha, rolloff, quality, damping, modes):
+    """Fill `modes` [3, m], rows of frequency (Hz), decay (1/s) and amplitude, from `draws` [m], uniform in (0, 1).
+
+    Frequencies have the density p(f) ~ f^alpha and rise with the draws; decays are pi low / quality (f / low)^damping;
+    amplitudes are proportional to f^-rolloff, and their squares sum to 1.
+
+    >>> import numpy as np
+    >>> modes = np.zeros((3, 2))
+    >>> draw_modes(np.array([0.25, 0.75]), 100.0, 500.0, 0.0, 0.0, 10.0, 1.0, modes)
+    >>> modes[0].round(9)
+    array([200., 400.])
+    """
+    width = max(math.log(high_hz / low_hz), 0.0)
+    power = alpha + 1.0
+    span = math.expm1(power * width)
+    squares = 0.0
+    for m in range(draws.size):
+        # Near alpha = -1 the law is that of the logarithm, to which the general one tends.
+        above = draws[m] * width if abs(power) < 1e-9 else math.log1p(draws[m] * span) / power
+        modes[0, m] = low_hz * math.exp(above)
+        modes[1, m] = math.pi * low_hz / quality * math.exp(damping * above)
+        modes[2, m] = math.exp(-rolloff * above)
+        squares += modes[2, m] ** 2
+    for m in range(draws.size):
+        modes[2, m] /= math.sqrt(squares)
+
+
+@kernel
+def _ring(level, out, strikes, s, table, modes, frame, n):
+    """Let a bank ring by the events in; `level` and `out` are frames, `table` is what `modal_events.tune` filled."""
+    state, signal = frames(s, modal_events.state_size(modes)), frames(out, n)
+    modal_events.ring(state, table, event_list(strikes), int(strikes[0]), signal, frame, n)
+    for i in range(n):
+        signal[i] *= level[i]
+
+
+@kernel
+def _remainder(s, t, begin, modes):
+    """A bound of what a bank can still put out, whose table begins at `begin` of its tuning."""
+    table = frames(t, begin + modal_events.tuning_size(modes))[begin:]
+    return modal_events.rest(frames(s, modal_events.state_size(modes)), table)

@@ -1,7 +1,7 @@
 """Nodes that shape and join signals."""
 
 from workbench.parameters import Number
-from workbench.patch.node import Input, Output, node, run_kernel
+from workbench.patch.node import Input, Output, node, rest_kernel, run_kernel
 
 
 @node("gain", "Shapes")
@@ -77,3 +77,8 @@ class Scale:
         for i in range(n):
             share = min(max((signal[i] - low) * slope, 0.0), 1.0)
             out[i] = out_low + share * (out_high - out_low)
+
+    @rest_kernel
+    def rest(c, s, t, d):
+        slope = 0.0 if c[1] == c[0] else 1.0 / (c[1] - c[0])
+        return abs(c[2] + min(max(-c[0] * slope, 0.0), 1.0) * (c[3] - c[2]))

@@ -1,0 +1,165 @@
+"""Material presets under one and the same step: told apart by spectrum and by events, loud by force, else asleep."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from workbench.models.gait import Footfall
+from workbench.nodes import REGISTRY
+from workbench.patch import library
+from workbench.patch.patch import Patch
+from workbench.patch.program import Program
+
+RATE, BLOCK, FRAMES = 48_000, 960, 48_000
+FRACTURE = ("fibre-bundle", "fibre-grid", "slip")
+MATERIALS = {
+    name.removeprefix("material-"): Patch.load(path, REGISTRY)
+    for name, path in library.patches().items()
+    if name.startswith("material-")
+}
+SEEDS = range(4)
+
+_played: dict[tuple, tuple] = {}
+
+
+def step(weight_n):
+    """One footfall on a tile: force, and where it is."""
+    footfall = Footfall("left", 0.1, 0.673, -0.1, -0.05, 0.4, 0.26, 1.1 * weight_n, 0.72 * weight_n, 1.08 * weight_n)
+    time = np.arange(FRAMES) / RATE
+    force = footfall.force_n(time)
+    x, y = footfall.centre_m(time)
+    return {"force_n": force, "x_m": np.where(force > 0.0, x, 0.0), "y_m": np.where(force > 0.0, y, 0.0)}
+
+
+def play(material, seed=1, weight_n=700.0):
+    """What a tile plays under the step, in m/s^2, and its events: (frame, strength, duration) each, in order."""
+    if (material, seed, weight_n) not in _played:
+        patch = MATERIALS[material]
+        program = Program(patch, REGISTRY, ("t1",), rate=RATE, block=BLOCK, seed=seed)
+        hosts = step(weight_n)
+        sources = [f"{node.id}.events" for node in patch.nodes if node.type in FRACTURE]
+        out, events = np.zeros(FRAMES), []
+        for at in range(0, FRAMES, BLOCK):
+            for name, signal in program.hosts.items():
+                signal[0] = hosts[name][at : at + BLOCK]
+            program.run(at, BLOCK)
+            out[at : at + BLOCK] = program.output[0]
+            events += [program.events(source) for source in sources]
+        table = np.concatenate(events)
+        _played[material, seed, weight_n] = out, table[np.argsort(table[:, 0], kind="stable")]
+    return _played[material, seed, weight_n]
+
+
+def spectrum(material, seed):
+    """Frequencies from 40 Hz to 10 kHz, and the share of the power at each."""
+    hz = np.fft.rfftfreq(FRAMES, 1.0 / RATE)
+    heard = (hz >= 40.0) & (hz <= 10_000.0)
+    power = np.abs(np.fft.rfft(play(material, seed)[0])[heard]) ** 2
+    return hz[heard], power / power.sum()
+
+
+def bands(material):
+    """The share of the power in each third of an octave, on average over the seeds."""
+    edges = 40.0 * 2.0 ** (np.arange(25) / 3.0)
+    spectra = [spectrum(material, seed) for seed in SEEDS]
+    return np.mean([np.histogram(hz, edges, weights=power)[0] for hz, power in spectra], axis=0)
+
+
+def centroid_and_width(material, seed):
+    """Of the power over the logarithm of frequency, in octaves above 1 Hz."""
+    hz, power = spectrum(material, seed)
+    octave = np.log2(hz)
+    centre = (octave * power).sum()
+    return centre, np.sqrt(((octave - centre) ** 2 * power).sum())
+
+
+def event_statistics(material, seed):
+    """How many events (log), the spread of their intervals (log), and the slope of their strengths' upper half (log).
+
+    The slope is Hill's estimate of the exponent of a power law.
+    """
+    _, events = play(material, seed)
+    intervals, strengths = np.log(np.diff(events[:, 0])), np.sort(np.log(events[:, 1]))
+    upper = strengths[strengths.size // 2 :] - np.median(strengths)
+    return np.log(len(events)), intervals.std(), -np.log(upper.mean())
+
+
+def strangers(figures):
+    """Which of `figures` [material, seed, figure] lie nearer to another material's mean than to that of their own."""
+    within = np.sqrt(figures.var(axis=1).mean(axis=0))
+    found = []
+    for i, j in np.ndindex(figures.shape[:2]):
+        means = figures.mean(axis=1)
+        means[i] = np.delete(figures[i], j, axis=0).mean(axis=0)
+        nearest = (((figures[i, j] - means) / within) ** 2).sum(axis=1).argmin()
+        if nearest != i:
+            found.append((list(MATERIALS)[i], j, list(MATERIALS)[nearest]))
+    return found
+
+
+def test_the_materials_that_are_promised_are_there():
+    assert MATERIALS.keys() == {
+        *("gravel-fine", "gravel-coarse", "sand-dry", "sand-wet", "snow-fresh", "snow-packed"),
+        *("ice", "wood", "leaves", "twigs"),
+    }
+
+
+def test_no_two_materials_share_their_spectrum():
+    shares = {material: bands(material) for material in MATERIALS}
+    for a, b in combinations(shares, 2):
+        common = np.minimum(shares[a], shares[b]).sum()
+        assert common < 0.7, f"{a} and {b} share {common:.0%} of their spectrum"
+
+
+def test_every_step_is_known_by_centroid_and_width_of_its_spectrum():
+    assert not strangers(np.array([[centroid_and_width(m, seed) for seed in SEEDS] for m in MATERIALS]))
+
+
+def test_every_step_is_known_by_its_events():
+    assert not strangers(np.array([[event_statistics(m, seed) for seed in SEEDS] for m in MATERIALS]))
+
+
+@pytest.mark.parametrize("material", MATERIALS)
+def test_twice_the_weight_is_louder(material):
+    light, heavy = ([play(material, seed, weight)[0] for seed in SEEDS] for weight in (500.0, 1000.0))
+    assert np.std(heavy) > 1.2 * np.std(light)
+
+
+@pytest.mark.parametrize("material", MATERIALS)
+def test_events_come_only_while_the_foot_is_down(material):
+    _, events = play(material)
+    down = np.flatnonzero(step(700.0)["force_n"])
+    assert len(events) >= 5
+    assert down[0] <= events[0, 0]
+    assert events[-1, 0] <= down[-1] + 0.02 * RATE
+    assert not play(material)[0][: down[0]].any()
+
+
+@pytest.mark.parametrize("material", MATERIALS)
+def test_it_is_silent_and_asleep_until_somebody_comes_and_again_when_he_has_gone(material):
+    patch, hosts = MATERIALS[material], step(700.0)
+    program = Program(patch, REGISTRY, ("t1", "t2"), rate=RATE, block=BLOCK)
+    for at in range(0, 4 * FRAMES, BLOCK):
+        for name, signal in program.hosts.items():
+            signal[0] = hosts[name][at : at + BLOCK] if at < FRAMES else 0.0
+        program.run(at, BLOCK)
+        assert not program.output[1].any()
+        if at == 0:
+            assert not any(program.awake().values())
+    assert program.report()["run"]
+    assert not any(program.awake().values())
+    assert not program.output.any()
+
+
+def test_a_brittle_floor_lies_still_under_a_foot_that_only_stands():
+    program = Program(MATERIALS["ice"], REGISTRY, ("t1",), rate=RATE, block=BLOCK)
+    cracks = []
+    for at in range(0, 4 * FRAMES, BLOCK):
+        ramp = np.minimum((at + np.arange(BLOCK)) / (0.2 * RATE), 1.0)
+        for name, signal in program.hosts.items():
+            signal[0] = 850.0 * ramp if name == "force_n" else 0.0
+        program.run(at, BLOCK)
+        cracks.append(len(program.events("sheet.events")))
+    assert sum(cracks[: FRAMES // BLOCK]) > 0
+    assert sum(cracks[2 * FRAMES // BLOCK :]) == 0
