@@ -1,6 +1,8 @@
 """The audio dialog: which device plays, how fast and in which blocks, and which tile is which."""
 
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -33,12 +35,14 @@ class AudioDialog(QDialog):
     applied = Signal(object, int, int)
     """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block."""
     pulse_wanted = Signal(str)
+    found = Signal(list)
+    """The devices that there are; looking for them can take a second, and is done in a thread."""
 
-    def __init__(self, devices: Sequence[Device], floor: Floor, parent: QWidget | None = None) -> None:
+    def __init__(self, find: Callable[[], Sequence[Device]], floor: Floor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Audio")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._devices = list(devices)
+        self._devices: list[Device] | None = None
         self.device, self.rate, self.block = QComboBox(), QComboBox(), QComboBox()
         self.note = theme.label("", "muted")
         self.note.setWordWrap(True)
@@ -67,13 +71,15 @@ class AudioDialog(QDialog):
         self.rate.currentIndexChanged.connect(self._explain)
         self.device.currentIndexChanged.connect(self._explain)
         self.resize(60 * theme.GRID, 56 * theme.GRID)
+        self.found.connect(self._show_devices)
+        threading.Thread(target=self._look, args=(find,), name="look for sound cards", daemon=True).start()
 
     def set_values(self, device: str | None, rate_hz: int, block: int) -> None:
         """What is in use."""
-        if self.device.findData(device) < 0:
-            self.device.addItem(f"{device} (not connected)", device)
+        if _index(self.device, device) < 0:
+            self.device.addItem(str(device), device)
         for box, value in ((self.device, device), (self.rate, rate_hz), (self.block, block)):
-            box.setCurrentIndex(max(0, box.findData(value)))
+            box.setCurrentIndex(max(0, _index(box, value)))
         self._explain()
 
     def values(self) -> tuple[str | None, int, int]:
@@ -81,20 +87,40 @@ class AudioDialog(QDialog):
         return self.device.currentData(), self.rate.currentData(), self.block.currentData()
 
     def _fill(self) -> None:
-        if self._devices:
-            self.device.addItem("Default device of this computer", "")
-        for name, channels, rate_hz in self._devices:
-            self.device.addItem(f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz", name)
+        self.device.addItem("Default device of this computer", "")
         self.device.addItem("No sound: run silently, by the clock", None)
         for rate_hz in RATES_HZ:
             self.rate.addItem(f"{rate_hz / 1000:g} kHz", rate_hz)
         for block in BLOCKS:
             self.block.addItem(f"{block} frames", block)
 
+    def _look(self, find: Callable[[], Sequence[Device]]) -> None:
+        devices = list(find())
+        with suppress(RuntimeError):  # the dialog may be gone by now
+            self.found.emit(devices)
+
+    def _show_devices(self, devices: list[Device]) -> None:
+        self._devices = devices
+        chosen = self.device.currentData()
+        known = [name for name, _, _ in devices]
+        for index in range(self.device.count()):
+            name = self.device.itemData(index)
+            if name and name not in known:
+                self.device.setItemText(index, f"{name} (not connected)")
+        for name, channels, rate_hz in devices:
+            words = f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz"
+            if name == chosen:
+                self.device.setItemText(self.device.currentIndex(), words)
+            else:
+                self.device.addItem(words, name)
+        self._explain()
+
     def _explain(self) -> None:
         device, rate_hz, block = self.values()
         self.length.setText(f"A block is {1e3 * block / rate_hz:.2f} ms; a short one answers sooner and costs more.")
-        if not self._devices:
+        if self._devices is None:
+            self.note.setText("Looking for sound cards…")
+        elif not self._devices:
             self.note.setText(
                 "No sound card was found here, or PortAudio is not installed. "
                 "Everything works, only nothing is heard or felt."
@@ -124,3 +150,8 @@ class AudioDialog(QDialog):
         area.setWidget(inside)
         area.setWidgetResizable(True)
         return area
+
+
+def _index(box: QComboBox, value: object) -> int:
+    """Where `value` is in a box; Qt's own search does not tell None from ""."""
+    return next((i for i in range(box.count()) if box.itemData(i) == value), -1)

@@ -20,7 +20,8 @@ HEALTH_TICKS = 6
 BUDGET_S = 0.006
 """What following feet may take of a tick; the rest waits for the next."""
 
-_CHUNK = 256
+_CHUNK = 4096
+"""Tiles times samples that are followed in one go: 2 ms."""
 
 
 @dataclass(frozen=True)
@@ -155,8 +156,9 @@ class Feet:
 
     def take(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
         """Samples at these session frames, shapes (n,) and (n, tiles, 4); they are followed later."""
-        for begin in range(0, len(frames), _CHUNK):
-            chunk = slice(begin, begin + _CHUNK)
+        length = max(64, _CHUNK // len(self.floor.tiles))
+        for begin in range(0, len(frames), length):
+            chunk = slice(begin, begin + length)
             self._waiting.append((frames[chunk] / self.rate_hz, force_n[chunk]))
 
     def follow(self, budget_s: float) -> tuple[Forces | None, list[Step]]:

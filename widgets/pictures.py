@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QTimer, Signal
 
 if TYPE_CHECKING:
     from widgets.window import MainWindow
@@ -13,7 +13,7 @@ SIZES = ((1280, 800), (1920, 1080))
 PLAY_S = 5.0
 """Seconds of the session that go by before the first picture, so that there is something on it."""
 
-SETTLE_MS = 600
+SETTLE_MS = 1000
 PATIENCE_MS = 180_000
 """How long to wait for a session that does not start: kernels may have to be compiled."""
 
@@ -21,7 +21,9 @@ _LOOK_MS = 100
 
 
 class Photographer(QObject):
-    """Waits until the session has played for a while, takes every workspace in every size, and closes the window."""
+    """Waits until the session has played for a while, takes every workspace in every size, and says that it is done."""
+
+    done = Signal()
 
     def __init__(self, window: "MainWindow", folder: Path) -> None:
         super().__init__(window)
@@ -48,7 +50,7 @@ class Photographer(QObject):
     def _next(self) -> None:
         """Take the picture that was posed for, and pose for the next."""
         if next(self._poses, None) is None:
-            self._window.leave()
+            self.done.emit()
         else:
             QTimer.singleShot(SETTLE_MS, self._next)
 

@@ -44,7 +44,7 @@ class Player(QObject):
         self._registry, self._settings = registry, settings
         self._patch, self._patch_folder = Patch(), None  # type: tuple[Patch, Path | None]
         self._worker: threading.Thread | None = None
-        self._is_leaving = False
+        self._is_leaving = self._is_changing = False
         self._closed.connect(self._open)
         self._made.connect(self._take)
         self._failed.connect(self._fall_back)
@@ -70,6 +70,7 @@ class Player(QObject):
             self.record(False)
             self.bridge.leave()
             session, self.session = self.session, None
+            self._is_changing = True
             self.said.emit("Changing the target…")
             self._end(session)
 
@@ -110,6 +111,9 @@ class Player(QObject):
         if session.target != self.target:
             self._end(session)
             return
+        if self._is_changing:
+            self._is_changing = False
+            self.said.emit(f"Now on: {in_words(self.target)}")
         self.session = session
         if not self.playing:
             session.stop()
@@ -199,9 +203,10 @@ class Player(QObject):
         self._settings.sound, self._settings.rate, self._settings.block = sound, rate, block
         self.set_target(replace(self.target, sound=sound, rate=rate, block=block))
 
-    def be_silent(self) -> None:
-        """Use no sound card, whatever is remembered. Before `start`."""
-        self.target = replace(self.target, sound=None)
+    def use_sound(self, on: bool) -> None:
+        """Before `start`: play on the sound device that is remembered, or on none."""
+        kept = self._settings
+        self.target = replace(self.target, sound=kept.sound if on else None, rate=kept.rate, block=kept.block)
 
     def set_floor(self, rows: int, columns: int) -> None:
         """Play on a simulated floor of so many tiles."""

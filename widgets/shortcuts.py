@@ -40,14 +40,14 @@ class ShortcutsDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(area)
         layout.addWidget(buttons)
-        self.resize(56 * theme.GRID, 72 * theme.GRID)
+        self.resize(72 * theme.GRID, 80 * theme.GRID)
 
 
 def keys_of(actions: Iterable[QAction]) -> Keys:
     """The keys of those actions that have one."""
     native = QKeySequence.SequenceFormat.NativeText
     return [
-        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()))
+        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:2]))
         for action in actions
         if action.shortcuts()
     ]

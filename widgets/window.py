@@ -49,7 +49,11 @@ TARGETS = (
 )
 MESSAGE_MS = 20_000
 
-EXTRA_KEYS = (("Play or stop, where nothing is typed", "Space"), ("Panic: silence at once", "Esc"), ("Menu", "Alt+M"))
+EXTRA_KEYS = (
+    ("Play or stop, where nothing is typed", "Space"),
+    ("Panic, from wherever the focus is", "Esc"),
+    ("Menu", "Alt+M"),
+)
 MONITOR_KEYS = (
     ("Choose the next tile, with the focus on the floor", "Arrows"),
     ("Pause the picture, or go on", "P"),
@@ -69,7 +73,8 @@ class MainWindow(QMainWindow):
         self.bridge = self.player.bridge
         self._is_leaving = False
         self.workspaces: list[str] = []
-        self._previewed = (0, "")
+        self._ticket, self._awaited = 0, ""
+        self._plays_on = ""
         self._make_actions()
         self._build()
         self._connect()
@@ -90,7 +95,7 @@ class MainWindow(QMainWindow):
         """Bring a workspace to the screen; what is not there is not drawn, nor read."""
         self._stack.setCurrentIndex(index)
         self.transport.set_workspace(index)
-        self._stack.widget(index).setFocus()
+        self._stack.widget(index).setFocus()  # type: ignore[union-attr]
         self.bridge.wants_vibration = index == MONITOR
 
     def say(self, text: str) -> None:
@@ -105,24 +110,26 @@ class MainWindow(QMainWindow):
         self.transport.set_target(in_words(target))
         self.design.setFloor(target.floor.tiles)
         self.monitor.set_session(target.floor, target.rate, target.kind == "simulator")
-        self.say("")
+        if self._awaited:
+            self._want_preview(self._awaited)
 
     def _show_start(self, report: Started) -> None:
+        self._plays_on = f"Plays on: {report.where}"
         self._show_compiling(1, 1)
-        self._where.setText(f"Plays on: {report.where}")
 
     def _show_compiling(self, ready: int, total: int) -> None:
-        self._progress.setMaximum(max(total, 1))
-        self._progress.setValue(ready if ready < total else 0)
-        self._where.setText(f"Compiling what the patch needs: {ready} of {total} ready" if ready < total else "")
+        is_busy = ready < total
+        self._progress.setRange(0, max(total, 1))
+        self._progress.setValue(ready if is_busy else 0)
+        self._where.setText(f"Compiling what the patch needs: {ready} of {total} ready" if is_busy else self._plays_on)
 
     def _show_health(self, health: Health) -> None:
         self.transport.set_health(health, len(self.player.target.floor.tiles))
         self.design.showHealth(health)
 
     def _show_preview(self, preview: Preview) -> None:
-        ticket, node = self._previewed
-        if preview.ticket == ticket:
+        if preview.ticket == self._ticket:
+            node, self._awaited = self._awaited, ""
             self.design.showPreview(preview, node)
 
     # --- hands ---
@@ -136,8 +143,9 @@ class MainWindow(QMainWindow):
         self.player.edit(patch, self._patch_folder())
 
     def _want_preview(self, node: str) -> None:
+        self._awaited = node
         if self.player.session is not None:
-            self._previewed = (self.player.session.preview(self.document.patch, node), node)
+            self._ticket = self.player.session.preview(self.document.patch, node)
 
     def _choose_target(self, key: str) -> None:
         kind, *size = key.split()
@@ -152,8 +160,9 @@ class MainWindow(QMainWindow):
         from widgets.audio_dialog import AudioDialog
 
         target = self.player.target
-        cards = [(card.name, card.channels, card.rate_hz) for card in devices()]
-        dialog = AudioDialog(cards, target.floor, self)
+        dialog = AudioDialog(
+            lambda: [(card.name, card.channels, card.rate_hz) for card in devices()], target.floor, self
+        )
         dialog.set_values(target.sound, target.rate, target.block)
         dialog.applied.connect(self.player.set_sound)
         dialog.pulse_wanted.connect(lambda tile: self.player.send(Pulse(tile)))
@@ -192,7 +201,7 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event) -> None:
-        if not self._is_leaving:
+        if not self._is_leaving and not self.document.is_saved:
             event.ignore()
             self.document.when_safe(self._leave)
             return
@@ -226,7 +235,6 @@ class MainWindow(QMainWindow):
         self._progress.setAccessibleName("Compiling")
         self._progress.setTextVisible(False)
         self._progress.setFixedHeight(2)
-        self._show_compiling(1, 1)
         self._stack = QStackedWidget()
         for name, widget in made:
             index = len(self.workspaces)
@@ -293,7 +301,7 @@ class MainWindow(QMainWindow):
         self._act("record", "Record", "Ctrl+R", lambda: player.record(not self.transport.record.isChecked()))
         self._act("audio", "Audio…", "Ctrl+,", self._open_audio)
         self._act("keys", "Keyboard shortcuts", "F1", self._show_shortcuts)
-        self._act("quit", "Quit", key.Quit, self.close)
+        self._act("quit", "Quit", "Ctrl+Q", self.close)
 
     def _act(self, name: str, text: str, keys: Any, do: Callable[[], object]) -> None:
         action = QAction(text, self)
@@ -382,7 +390,6 @@ class Elided(QLabel):
     def __init__(self) -> None:
         super().__init__()
         self._text = ""
-        self.setProperty("role", "small")
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def setText(self, text: str) -> None:
@@ -416,11 +423,13 @@ def run(target: Target | None = None, patch_path: Path | None = None, screenshot
         window = MainWindow(folder, target, patch_path)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: window.leave())
+        window.player.use_sound(screenshot_dir is None)
         window.show()
         QTimer.singleShot(0, window.start)
         if screenshot_dir is not None:
             from widgets.pictures import Photographer
 
-            window.player.be_silent()
-            Photographer(window, screenshot_dir).start()
+            photographer = Photographer(window, screenshot_dir)
+            photographer.done.connect(window.leave)
+            photographer.start()
         return app.exec()

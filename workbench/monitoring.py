@@ -1,18 +1,20 @@
 """Contacts and footsteps of a source, as they happen: what `underfoot monitor` prints and writes."""
 
 import math
+import os
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.engine.messages import Fault, Lost, Notice, Started
 from workbench.engine.replayed import is_recording
 from workbench.engine.session import Session, Target
-from workbench.errors import BadFile, BadValue
+from workbench.errors import BadFile, BadValue, DeviceError
 from workbench.floor.contacts import ContactRows, ContactTracker
 from workbench.floor.footsteps import Step, StepCounter
 from workbench.floor.forces import Forces, floor_beside, read_forces
@@ -27,14 +29,18 @@ _WAIT_S = 0.02
 
 @dataclass(frozen=True)
 class Found:
-    """What a chunk of forces brought: contacts at their samples, and footsteps that are over."""
+    """What a chunk of forces brought: contacts at their samples, footsteps that are over, and news for the person."""
 
     rows: ContactRows
     steps: list[Step]
+    news: tuple[str, ...] = ()
 
 
 class FileStream:
     """A table of forces, as fast as it goes."""
+
+    failure = ""
+    """What went wrong although all went on; said at the end."""
 
     def __init__(self, forces: Forces, floor: Floor, seconds: float | None) -> None:
         self.floor = floor
@@ -43,11 +49,21 @@ class FileStream:
             end = int(np.searchsorted(forces.time_s, forces.time_s[0] + seconds))
         self._time_s, self._force_n = forces.time_s[:end], forces.force_n[:end]
         self._steps = _Steps(floor, forces.rate_hz)
+        self._stopped = False
 
     def __iter__(self) -> Iterator[Found]:
         for at in range(0, len(self._time_s), _CHUNK):
+            if self._stopped:
+                break
             yield self._steps.feed(self._time_s[at : at + _CHUNK], self._force_n[at : at + _CHUNK])
         yield self._steps.finish()
+
+    def stop(self) -> None:
+        """Come to an end with the present chunk."""
+        self._stopped = True
+
+    def close(self) -> None:
+        """Nothing is held open."""
 
     def warnings(self) -> list[str]:
         """What the person should know of the data."""
@@ -55,7 +71,9 @@ class FileStream:
 
 
 class SessionStream:
-    """A running session, in real time."""
+    """A running session, in real time. `DeviceError` where nothing can be played."""
+
+    failure = ""
 
     def __init__(self, target: Target, seconds: float | None, record: Path | None, patch: Path | None) -> None:
         self.floor = target.floor
@@ -64,30 +82,53 @@ class SessionStream:
         played = Patch.load(patch, REGISTRY) if patch else Patch(title="monitor")
         self._session = Session(target, played, REGISTRY, patch.parent if patch else None)
         self._steps = _Steps(target.floor, self._session.force_rate_hz)
-        if record is not None:
-            self._session.record(record)
+        self._record = record
+        self._stopped = False
 
     def __iter__(self) -> Iterator[Found]:
         session = self._session
-        try:
-            session.start()
-            now = 0.0
-            while now < self._seconds:
-                session.poll()
-                frames, forces = session.force.read()
-                if len(frames):
-                    now = float(frames[-1]) / self._rate
-                    kept = frames / self._rate < self._seconds
-                    yield self._steps.feed(frames[kept] / self._rate, forces[kept])
-                else:
-                    time.sleep(_WAIT_S)
-            yield self._steps.finish()
-        finally:
-            session.close()
+        if self._record is not None:
+            session.record(self._record)
+        session.start()
+        now = 0.0
+        news: list[str] = []
+        while now < self._seconds and not self._stopped:
+            news += self._news()
+            frames, forces = session.force.read()
+            if len(frames):
+                now = float(frames[-1]) / self._rate
+                kept = frames / self._rate < self._seconds
+                yield replace(self._steps.feed(frames[kept] / self._rate, forces[kept]), news=tuple(news))
+                news.clear()
+            else:
+                time.sleep(_WAIT_S)
+        yield replace(self._steps.finish(), news=tuple(news))
+
+    def stop(self) -> None:
+        """Come to an end as soon as may be."""
+        self._stopped = True
+
+    def close(self) -> None:
+        """End the session; afterwards `failure` says whether it was not recorded to its end."""
+        if self._record is not None and self._session.recording is None:
+            self.failure = f"{self._record} was not recorded to the end"
+        self._session.close()
 
     def warnings(self) -> list[str]:
         """What the person should know of the data."""
         return self._steps.warnings()
+
+    def _news(self) -> Iterator[str]:
+        for report in self._session.poll():
+            match report:
+                case Notice(text) if not self._session.health.running:
+                    raise DeviceError(text)
+                case Notice(text) | Started(notice=text) if text:
+                    yield text
+                case Lost(process, reason):
+                    yield f"the {process} was lost and is started again: {reason}"
+                case Fault(node, tile, frame):
+                    yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
 
 
 class _Steps:
@@ -125,12 +166,12 @@ def open_stream(
         if pace or record is not None or patch is not None:
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
-    beside = floor or floor_beside(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is simulator, a force CSV, or a recording)")
-    if not beside.is_file():
+    beside = floor_beside(path)
+    if floor is None and not beside.is_file():
         raise BadFile(f"{source} has no floor beside it ({beside.name}); say --floor FILE")
-    layout = Floor.load(beside)
+    layout = Floor.load(floor or beside)
     forces = read_forces(path, layout)
     if pace or record is not None or patch is not None:
         length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz

@@ -68,9 +68,7 @@ class Number(Parameter):
         return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
 
     def check(self, value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.refuse(value)
-        if not self.low <= value <= self.high:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not self.low <= value <= self.high:
             raise self.refuse(value)
         return float(value)
 

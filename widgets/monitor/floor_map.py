@@ -99,11 +99,11 @@ class FloorMap(QWidget):
     def set_contacts(self, contacts: Sequence[Present], now_s: float) -> None:
         """The contacts at `now_s`."""
         self._contacts, self._now_s = contacts, now_s
-        for id in [id for id, trail in self._trails.items() if trail[-1][0] < now_s - TRAIL_S]:
-            del self._trails[id]
 
     def add_ways(self, rows: ContactRows) -> None:
         """Where contacts went: they leave trails."""
+        for id in [id for id, trail in self._trails.items() if trail[-1][0] < rows.time_s[0] - TRAIL_S]:
+            del self._trails[id]
         for id in np.unique(rows.contact):
             way = rows.select(rows.contact == id)
             way = way.select(np.diff(np.floor(way.time_s / _STRIDE_S), prepend=-1.0) > 0.0)
@@ -237,7 +237,7 @@ class FloorMap(QWidget):
         """Tiles that bear, shake or are untared: their colour and figures."""
         assert self._floor is not None
         painter.setFont(theme.font(theme.SMALL_PX))
-        for row in np.flatnonzero((self._load_n > _ON_N) | self._untared | (self._peak > _SHAKES)):
+        for row in map(int, np.flatnonzero((self._load_n > _ON_N) | self._untared | (self._peak > _SHAKES))):
             polygon, load_n, peak = self._polygons[row], float(self._load_n[row]), float(self._peak[row])
             area = polygon.boundingRect().adjusted(6, 4, -6, -4)
             if load_n > _ON_N:
@@ -302,7 +302,7 @@ class FloorMap(QWidget):
         green = QColor(theme.CONTACT)
         for id, trail in self._trails.items():
             line = [*trail, tips[id]] if id in tips else list(trail)
-            ages = [min(int((self._now_s - time_s) / TRAIL_S * _FADES), _FADES) for time_s, _, _ in line]
+            ages = [min(max(int((self._now_s - time_s) / TRAIL_S * _FADES), 0), _FADES) for time_s, _, _ in line]
             places = [self._way.map(QPointF(x, y)) for _, x, y in line]
             begin = 0
             for end in range(1, len(line)):

@@ -39,11 +39,14 @@ class RunningSpectrum:
         self._size = 2 * round(rate_hz * WINDOW_S / 2)
         self.columns = round(seconds / COLUMN_S)
         self._window = np.hanning(self._size + 1)[:-1].astype(np.float32)
-        bins_hz = np.fft.rfftfreq(self._size, 1.0 / rate_hz)
-        self._taken = min(len(bins_hz), int(np.searchsorted(bins_hz, 1.1 * HIGH_HZ)) + 2)
-        at = np.geomspace(LOW_HZ, HIGH_HZ, ROWS) / bins_hz[1]
-        self._below = np.minimum(at.astype(np.intp), self._taken - 2)
+        at = np.geomspace(LOW_HZ, HIGH_HZ, ROWS) * self._size / rate_hz
+        self._below = at.astype(np.intp)
         self._share = (at - self._below).astype(np.float32)
+        half_row = (HIGH_HZ / LOW_HZ) ** (0.5 / (ROWS - 1))
+        self._taken = int(at[-1] * half_row) + 2
+        starts = np.ceil(at / half_row).astype(np.intp)
+        self._wide = np.flatnonzero(np.diff(starts, append=self._taken) > 0)
+        self._starts = starts[self._wide]
         self._scale = 2.0 / float(self._window.sum())
         self._picture = np.zeros((2 * self.columns, ROWS), np.uint8)
         self.clear()
@@ -93,6 +96,9 @@ class RunningSpectrum:
             spectrum = np.abs(np.fft.rfft(pieces * self._window, axis=1)[:, : self._taken]).astype(np.float32)
             below = spectrum[:, self._below]
             size = below + self._share * (spectrum[:, self._below + 1] - below)
+            # High rows span several bins: the largest counts, lest a tone fall between two rows.
+            inside = np.maximum.reduceat(spectrum, self._starts, axis=1)
+            size[:, self._wide] = np.maximum(size[:, self._wide], inside)
             db = 20.0 * np.log10(np.maximum(size * self._scale, 1e-9))
             self._put(self._column, np.clip(255.0 * (1.0 - db / FLOOR_DB), 0.0, 255.0).astype(np.uint8))
             self._column += count

@@ -135,6 +135,8 @@ class StepTable(QTableView):
     def keyPressEvent(self, event) -> None:
         if event.matches(QKeySequence.StandardKey.Copy):
             self._copy()
+        elif event.key() == Qt.Key.Key_Space:
+            event.ignore()  # it plays and stops, here as elsewhere
         else:
             super().keyPressEvent(event)
 
@@ -173,7 +175,7 @@ class WholeRows(QWidget):
         header = self._table.horizontalHeader().sizeHint().height()
         row = self._table.verticalHeader().defaultSectionSize()
         rows = max(1, (self.height() - header) // row)
-        self._table.setGeometry(0, 0, self.width(), header + rows * row)
+        self._table.setGeometry(0, 0, self.width() - theme.GRID, header + rows * row)
 
 
 def _shown(value: str | float, column: Column) -> str:

@@ -44,9 +44,12 @@ _KEPT_TILES = 16
 _CATCH_UP_S = 0.5
 """Seconds of kept vibration that are analysed in a frame's time."""
 
+_FALL_S = 0.15
+"""In which time a tile's bar of vibration falls to a third."""
+
 _MAP_TICKS = 2
 _FIGURE_TICKS = 6
-"""The floor is drawn every so many ticks, for it does not scroll; numbers are renewed slower, so that one can read them."""
+"""The floor is drawn every so many ticks, for it does not scroll; numbers change slower, so that one can read them."""
 
 
 class MonitorWorkspace(QWidget):
@@ -138,12 +141,14 @@ class MonitorWorkspace(QWidget):
         """Vibration of all tiles (n, tiles) from session frame `first` on."""
         if first != self._vibration_end:
             self._vibration.clear()
-        if self._spectrum_end == self._vibration_end:
+        is_short = len(samples) <= _CATCH_UP_S * self._rate_hz or not self._vibration.capacity
+        if self._spectrum_end == self._vibration_end and is_short:
             self._spectrum.feed(first, samples[:, self._row])
             self._spectrum_end = first + len(samples)
         self._vibration.append(samples)
         self._vibration_end = first + len(samples)
-        self._peak = np.maximum(np.maximum(samples.max(axis=0), -samples.min(axis=0)), 0.9 * self._peak)
+        fallen = self._peak * math.exp(-len(samples) / (_FALL_S * self._rate_hz))
+        self._peak = np.maximum(np.maximum(samples.max(axis=0), -samples.min(axis=0)), fallen)
         self._now_frame = max(self._now_frame, float(self._vibration_end))
 
     def take_steps(self, steps: list[Step]) -> None:
@@ -325,9 +330,9 @@ class MonitorWorkspace(QWidget):
             self.press_n.addItem(f"{force_n:.0f} N", force_n)
         self.press_n.setCurrentIndex(PRESSES_N.index(PRESS_N))
         self.press_n.currentIndexChanged.connect(lambda at: self.map.set_press(PRESSES_N[at]))
-        tare = _button("scale-balance", "Tare", "What every tile reads now counts as nothing")
-        tare.clicked.connect(lambda: self._send(Tare()))
-        return [theme.label("Floor", "title"), None, self._press_label, self.press_n, self.walker, tare]
+        self.tare = _button("scale-balance", "Tare", "What every tile reads now counts as nothing")
+        self.tare.clicked.connect(lambda: self._send(Tare()))
+        return [theme.label("Floor", "title"), None, self._press_label, self.press_n, self.walker, self.tare]
 
     def _force_head(self) -> list[QWidget | None]:
         self._tile = theme.label("", "muted")

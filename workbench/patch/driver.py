@@ -365,16 +365,20 @@ def _look(p, lane, f, g, nap):
 @_inner
 def _contain(p, k, row, frame, f, g):
     """A kernel made something that is not finite: its outputs and state to zero, and its name to the engine."""
+    first = g
     for lane in range(p.nodes[k, OUT_AT], p.nodes[k, OUT_AT] + p.nodes[k, OUTS]):
-        for i in range(p.lane_at[lane] + f, p.lane_at[lane] + g):
-            p.lanes[i] = 0.0
+        at = p.lane_at[lane]
+        for i in range(f, g):
+            if p.bits[at + i] & _MAGNITUDE >= _EXPONENT:
+                first = min(first, i)
+            p.lanes[at + i] = 0.0
     for i in range(p.nodes[k, STATE]):
         p.state[p.nodes[k, STATE_AT] + row * p.nodes[k, STATE] + i] = 0.0
     for i in range(p.nodes[k, TUNING]):
         p.tuning[p.nodes[k, TUNING_AT] + row * p.nodes[k, TUNING] + i] = 0.0
     if p.fault[0] < 0:
         p.fault[1] = row
-        p.fault[2] = frame + f
+        p.fault[2] = frame + first
         p.fault[0] = k
 
 

@@ -191,7 +191,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise BadFile(f"{source} is nested too deep for a patch") from None
         if not isinstance(raw, dict) or raw.get("format") != FORMAT:
             given = raw.get("format") if isinstance(raw, dict) else type(raw).__name__
-            raise BadFile(f'{source}: format is {given!r}; allowed: "{FORMAT}"')
+            raise BadFile(f'{source}: format is {_short(given)}; allowed: "{FORMAT}"')
         try:
             _check_version(raw.get("version"))
             return msgspec.convert(raw, Patch).check(registry)

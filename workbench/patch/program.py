@@ -74,7 +74,9 @@ class Program:
         if id not in self._index:
             return
         k = self._index[id]
-        parameter = self._types[k].parameters[name]
+        parameter = self._types[k].parameters.get(name)
+        if not isinstance(parameter, Number):
+            raise BadValue(f"{id} has no number {name!r}; allowed: numbers of a {self._types[k].type}")
         value = parameter.check(value)
         self._values[k][name] = value
         p = self.tables
@@ -368,7 +370,7 @@ class Program:
                 now = driver.on_ramp(theirs[0], theirs[1], frame - began)
                 target = self._values[k][name]
                 if now != target:
-                    getattr(self.tables, table)[ids[k, name], 0] = now
+                    getattr(self.tables, table)[ids[k, name], :2] = now
                     self.set(id=self.node_ids[k], name=name, value=target, frame=frame)
 
 

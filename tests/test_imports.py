@@ -1,0 +1,124 @@
+"""Which modules may know which: directions as DESIGN has them, no cycles, no Qt, and no scipy in the engine."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted((ROOT / "workbench").rglob("*.py"))
+}
+LEVELS = (
+    {"workbench", "errors", "clock", "files", "kernels", "models"},
+    {"parameters"},
+    {"floor", "patch"},
+    {"nodes", "devices", "calibration", "records"},
+    {"engine", "bench"},
+    {"commands", "monitoring"},
+    {"__main__"},
+)
+QT = ("PySide6", "shiboken6", "pyqtgraph", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5")
+NOT_IN_THE_ENGINE = (*QT, "scipy", "soundfile", "h5py", "click", "pytest", "matplotlib", "widgets")
+
+
+def part(module):
+    """The file or folder of workbench that a module belongs to."""
+    return module.split(".")[1] if "." in module else module
+
+
+def level(module):
+    return next(i for i, parts in enumerate(LEVELS) if part(module) in parts)
+
+
+def imported(module):
+    """Every module that a module imports, in its functions too."""
+    found = set()
+    for node in ast.walk(ast.parse(SOURCES[module].read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module} has a relative import"
+            names = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in SOURCES else node.module for name in names}
+    return found
+
+
+def python(code):
+    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+
+
+def blocked(names):
+    """Code after which these modules are not there."""
+    return f"""
+import sys
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {set(names)!r}:
+            raise ModuleNotFoundError(f"{{name}} is blocked")
+sys.meta_path.insert(0, Blocker())
+"""
+
+
+def test_every_part_has_its_level():
+    for module in SOURCES:
+        assert sum(part(module) in parts for parts in LEVELS) == 1, module
+
+
+@pytest.mark.parametrize("module", SOURCES)
+def test_imports_run_down(module):
+    ours = {name for name in imported(module) if name.partition(".")[0] == "workbench"}
+    assert ours <= SOURCES.keys()
+    wrong = [name for name in ours if level(name) > level(module)]
+    assert not wrong, f"{module} imports {wrong}, which stand above it"
+
+
+def test_there_is_no_cycle():
+    waiting = {module: {name for name in imported(module) if name in SOURCES} - {module} for module in SOURCES}
+    while waiting:
+        ready = [module for module, needs in waiting.items() if not needs & waiting.keys()]
+        assert ready, f"these modules import one another: {sorted(waiting)}"
+        for module in ready:
+            del waiting[module]
+
+
+@pytest.mark.parametrize("module", SOURCES)
+def test_nothing_names_qt_and_only_the_door_names_the_window(module):
+    tops = {name.partition(".")[0] for name in imported(module)}
+    assert not tops & set(QT)
+    assert "widgets" not in tops or module == "workbench.__main__"
+
+
+def test_everything_imports_without_qt():
+    modules = sorted(SOURCES)
+    done = python(f"{blocked((*QT, 'widgets'))}\nimport importlib\nfor m in {modules!r}: importlib.import_module(m)")
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_command_line_needs_neither_numba_nor_qt_to_say_what_it_can():
+    done = python(
+        f"{blocked((*QT, 'widgets', 'numba', 'scipy'))}\n"
+        "import workbench.__main__ as door\nsys.argv = ['underfoot', 'render', '--help']\ndoor.main()"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "--force" in done.stdout
+
+
+def test_the_engine_plays_a_patch_without_scipy():
+    done = python(
+        f"{blocked(NOT_IN_THE_ENGINE)}\n"
+        "import workbench.engine.process\n"
+        "from workbench.devices.simulated import SimulatedFloor\n"
+        "from workbench.engine.loop import Loop\n"
+        "from workbench.floor.layout import default_floor\n"
+        "from workbench.nodes import REGISTRY\n"
+        "from workbench.patch import library\n"
+        "from workbench.patch.patch import Patch\n"
+        "patch = Patch.load(library.patches()['gravel'], REGISTRY)\n"
+        "loop = Loop(patch, REGISTRY, SimulatedFloor(default_floor(1, 1)), block=64)\n"
+        "loop.run(64)\n"
+    )
+    assert done.returncode == 0, done.stderr

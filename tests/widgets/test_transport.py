@@ -1,0 +1,135 @@
+"""The transport bar: what it shows, and what it says when hands are laid on it."""
+
+import itertools
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QMenu
+
+from widgets.transport import TransportBar
+from workbench.engine.messages import Health
+
+WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0107, 96_000, 0.25, 1)
+
+
+@pytest.fixture
+def bar(qtbot):
+    made = TransportBar(QMenu())
+    qtbot.addWidget(made)
+    for name in ("Design", "Monitor"):
+        made.add_workspace(name)
+    made.resize(1280, 48)
+    made.show()
+    return made
+
+
+def test_every_button_says_what_was_asked_for(bar, qtbot):
+    for button, signal in ((bar.play, "play_wanted"), (bar.stop, "stop_wanted"), (bar.panic, "panic_wanted")):
+        with qtbot.waitSignal(getattr(bar, signal)):
+            qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    with qtbot.waitSignal(bar.record_wanted) as asked:
+        qtbot.mouseClick(bar.record, Qt.MouseButton.LeftButton)
+    assert asked.args == [True]
+    with qtbot.waitSignal(bar.audio_wanted):
+        qtbot.mouseClick(bar.audio, Qt.MouseButton.LeftButton)
+
+
+def test_tabs_choose_workspaces(bar, qtbot):
+    tab = bar._tabs.button(1)
+    with qtbot.waitSignal(bar.workspace_chosen) as chosen:
+        qtbot.mouseClick(tab, Qt.MouseButton.LeftButton)
+    assert chosen.args == [1]
+    bar.set_workspace(0)
+    assert bar._tabs.button(0).isChecked()
+    assert not tab.isChecked()
+
+
+def test_targets_are_chosen_by_their_key(bar, qtbot):
+    bar.set_targets([("a 1", "One"), ("", ""), ("b", "Two")])
+    actions = bar.target.menu().actions()
+    assert [action.text() for action in actions if not action.isSeparator()] == ["One", "Two"]
+    with qtbot.waitSignal(bar.target_chosen) as chosen:
+        actions[2].trigger()
+    assert chosen.args == ["b"]
+    bar.set_target("Two")
+    assert bar.target.text() == "Two"
+
+
+def test_the_level_is_moved_by_keys_and_mouse_in_decibels(bar, qtbot):
+    bar.set_level(-30.0)
+    bar.level.setFocus()
+    with qtbot.waitSignal(bar.level_chosen) as chosen:
+        qtbot.keyClick(bar.level, Qt.Key.Key_Right)
+    assert chosen.args == [-29.5]
+    assert bar._level_text.text() == "−29.5 dB"
+    right = QPoint(bar.level.width() - 1, bar.level.height() // 2)
+    with qtbot.waitSignal(bar.level_chosen) as chosen:
+        qtbot.mouseClick(bar.level, Qt.MouseButton.LeftButton, pos=right)
+    assert chosen.args == [0.0]
+    qtbot.mouseDClick(bar.level, Qt.MouseButton.LeftButton, pos=right)
+    assert bar.level.value() == -300
+
+
+def test_showing_a_level_does_not_choose_it(bar, qtbot):
+    with qtbot.assertNotEmitted(bar.level_chosen):
+        bar.set_level(-12.0)
+    assert bar.level.value() == -120
+
+
+def test_health_has_a_unit_with_every_number(bar):
+    bar.set_health(WELL, 4)
+    shown = [bar._engine.text(), bar._asleep.text(), bar._xruns.text(), bar._lost.text(), bar._latency.text()]
+    assert shown == ["11 %", "3 of 4 tiles", "0", "0", "3.3 + 10.7 ms"]
+    assert "3.30 ms" in bar._latency.toolTip()
+    assert "10.70 ms" in bar._latency.toolTip()
+
+
+def test_an_engine_that_is_off_has_no_figures(bar):
+    bar.set_health(Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0, 0.0, 0), 4)
+    assert bar._engine.text() == "off"
+    assert bar._latency.text() == "–"
+
+
+def test_a_new_loss_is_an_alarm_and_an_old_one_is_not(bar, monkeypatch):
+    now = 100.0
+    monkeypatch.setattr("widgets.transport.time.monotonic", lambda: now)
+    bar._xruns.show_count(2)
+    assert bar._xruns._value.property("role") == "alarm"
+    now = 111.0
+    bar._xruns.show_count(2)
+    assert bar._xruns._value.property("role") == ""
+    bar._xruns.show_count(3)
+    assert bar._xruns._value.property("role") == "alarm"
+
+
+def test_the_meter_rises_at_once_and_falls_slowly(bar):
+    bar.level.show_peak(0.5)
+    risen = bar.level._peak_db
+    bar.level.show_peak(0.0)
+    assert risen == pytest.approx(-6.02, abs=0.01)
+    assert risen - 2.0 < bar.level._peak_db < risen
+    for _ in range(100):
+        bar.level.show_peak(0.0)
+    assert bar.level._peak_db < -60.0
+
+
+def test_recording_and_playing_are_seen(bar):
+    bar.set_recording("Recording to a file")
+    assert bar.record.isChecked()
+    assert bar.record.toolTip() == "Recording to a file"
+    bar.set_recording("")
+    assert not bar.record.isChecked()
+    bar.set_playing(True)
+    assert bar.play.property("role") == "primary"
+    bar.set_playing(False)
+    assert bar.play.property("role") == ""
+
+
+def test_nothing_overlaps_at_the_smallest_width(bar, qtbot):
+    bar.resize(1280, 48)
+    qtbot.waitExposed(bar)
+    bar.set_health(WELL, 196)
+    bar.set_target("Simulated floor  14 × 14")
+    places = sorted((w.x(), w.x() + w.width()) for w in bar.children() if hasattr(w, "isVisible") and w.isVisible())
+    assert all(left[1] <= right[0] for left, right in itertools.pairwise(places))
+    assert places[-1][1] <= 1280
