@@ -1,5 +1,6 @@
 """The door: the command line, and the one place that opens the window."""
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from workbench import __version__
-from workbench.commands import monitor, nodes, render
+from workbench.commands import bench, monitor, nodes, render
 from workbench.errors import BadFile, UnderfootError
 
 if TYPE_CHECKING:
@@ -27,14 +28,14 @@ def cli(context: click.Context, target: str, floor: Path | None, patch: Path | N
         context.exit(_open_window(target, floor, patch, screenshot))
 
 
-for command in (render, monitor, nodes):
+for command in (render, monitor, nodes, bench):
     cli.add_command(command)
 
 
 def main() -> None:
     """Run the command line; every error is one line, and exit status 1."""
     try:
-        status = cli.main(standalone_mode=False)
+        status = cli.main(prog_name="underfoot", standalone_mode=False)
     except click.exceptions.Abort:
         sys.exit(130)
     except click.UsageError as error:
@@ -44,6 +45,8 @@ def main() -> None:
         _fail(error.format_message())
     except UnderfootError as error:
         _fail(str(error))
+    except MemoryError:
+        _fail("there is not enough memory for this; ask for fewer seconds or fewer tiles")
     except BrokenPipeError:
         sys.exit(1)
     except KeyboardInterrupt:
@@ -70,10 +73,9 @@ def _target(name: str, floor: Path | None) -> "Target | None":
 
     if name == "simulator":
         return Target(Floor.load(floor)) if floor else None
-    beside = floor or floor_beside(name)
-    if not Path(name).is_file():
+    if not os.path.isfile(name):
         raise BadFile(f"--target is {name}; allowed: simulator, or a force CSV that is there")
-    target = Target(Floor.load(beside), kind="replay", source=name)
+    target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there
     return target
 

@@ -1,6 +1,8 @@
 """The commands that need no screen."""
 
 import json
+import os
+import signal
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -9,7 +11,7 @@ from typing import Any
 import click
 
 from workbench.clock import RATE_HZ
-from workbench.errors import BadFile, BadValue
+from workbench.errors import BadFile, BadValue, UnderfootError
 
 _FILE = click.Path(path_type=Path)
 
@@ -42,13 +44,16 @@ def render(
     from workbench.nodes import REGISTRY
     from workbench.patch.patch import Patch
 
+    _require_room(output)
     if is_recording(patch):
         if rate is not None or seed is not None or force is not None or floor is not None or seconds is not None:
             raise BadValue(f"{patch} is a recording; allowed with it: --output, --block and --json")
         rendered = replay(patch, REGISTRY, block)
     else:
         document = Patch.load(patch, REGISTRY)
-        hz = float(rate or RATE_HZ)
+        hz = float(RATE_HZ if rate is None else rate)
+        if not hz.is_integer():
+            raise BadValue(f"--rate is {hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
         source, length = _force_source(force, floor, hz, document.seed if seed is None else seed)
         rendered = run(
             document,
@@ -99,8 +104,12 @@ def monitor(
 
     if seconds is not None and not seconds > 0.0:
         raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")
+    _require_room(steps, contacts, record)
     stream = monitoring.open_stream(source, floor, seconds, pace, record, patch)
     with ExitStack() as stack:
+        stack.callback(stream.close)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            stack.callback(signal.signal, number, signal.signal(number, lambda *_: stream.stop()))
         write_steps = stack.enter_context(step_table(steps)) if steps else None
         write_contacts = stack.enter_context(contact_table(contacts, stream.floor)) if contacts else None
         for found in stream:
@@ -110,8 +119,12 @@ def monitor(
                 write_steps(found.steps)
             for step in found.steps:
                 print(json.dumps(monitoring.figures(step)) if as_json else monitoring.line(step), flush=True)
+            for line in found.news:
+                print(f"underfoot: {line}", file=sys.stderr, flush=True)
     for warning in stream.warnings():
         print(f"underfoot: {warning}", file=sys.stderr)
+    if stream.failure:
+        raise BadFile(stream.failure)
 
 
 @click.command()
@@ -128,24 +141,59 @@ def nodes(type: str | None, as_json: bool) -> None:
     print(json.dumps(reference(chosen), indent=1) if as_json else text(chosen))
 
 
+@click.command()
+@click.option("--quick", is_flag=True, help="About a minute instead of hours.")
+@click.option("--report", type=_FILE, help="Folder for a page with pictures, the figures as JSON, and what failed.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Of the random points and patches.")
+@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+def bench(quick: bool, report: Path | None, seed: int, as_json: bool) -> None:
+    """Run time against error beside naive methods, cost of a large floor, and stability under stress."""
+    from workbench.bench.report import text, write
+    from workbench.bench.whole import run
+
+    if seed < 0:
+        raise BadValue(f"--seed is {seed}; allowed: 0 or more")
+    if report is not None and report.exists() and not report.is_dir():
+        raise BadFile(f"{report} is not a folder")
+    found = run(quick, seed, lambda line: print(f"underfoot: {line}", file=sys.stderr))
+    if report is not None:
+        write(found, report)
+    print(json.dumps(found.data()) if as_json else text(found))
+    if found.stability.failures:
+        raise UnderfootError(f"stability: {len(found.stability.failures)} failures")
+
+
+def _require_room(*outputs: Path | None) -> None:
+    """Say before the work, and not after it, that what comes of it cannot be written."""
+    for path in outputs:
+        if path is not None and os.path.isdir(path):
+            raise BadFile(f"{path} cannot be written: it is a folder")
+        if path is not None and not os.path.isdir(path.parent):
+            raise BadFile(f"{path} cannot be written: there is no folder {path.parent}")
+
+
 def _force_source(force: str | None, floor: Path | None, rate: float, seed: int) -> tuple[Any, float]:
     """Where the force of a rendering comes from, and how long it is."""
     from workbench.devices.replay import Replay
     from workbench.devices.simulated import SimulatedFloor
-    from workbench.floor.forces import floor_beside, read_forces
+    from workbench.floor.forces import read_forces
     from workbench.floor.layout import Floor, default_floor
 
     if force is None or force == "none":
         layout = Floor.load(floor) if floor else default_floor()
         return SimulatedFloor(layout, rate, seed, walking=force is None), 5.0
-    layout = Floor.load(floor or _need_floor(Path(force), floor_beside(force)))
+    layout = Floor.load(floor or _floor_of(Path(force)))
     forces = read_forces(force, layout)
     return Replay(forces, layout, rate), float(forces.time_s[-1] - forces.time_s[0]) + 0.5
 
 
-def _need_floor(csv: Path, beside: Path) -> Path:
+def _floor_of(csv: Path) -> Path:
+    """The floor beside a force CSV."""
+    from workbench.floor.forces import floor_beside
+
+    if not os.path.isfile(csv):
+        raise BadFile(f"{csv} cannot be read: no such file")
+    beside = floor_beside(csv)
     if not beside.is_file():
-        if not csv.is_file():
-            raise BadFile(f"{csv} cannot be read: no such file or directory")
         raise BadFile(f"{csv} has no floor beside it ({beside.name}); say --floor FILE")
     return beside

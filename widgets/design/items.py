@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
 from widgets import theme
@@ -17,7 +17,9 @@ from workbench.patch.node import NodeType
 from workbench.patch.patch import PlacedNode, Wire
 
 LEGIBLE = 0.45
-"""Below this zoom a node is drawn as two rectangles: nothing in it could be read."""
+"""Below this zoom a node shows its name alone: nothing else in it could be read."""
+FARTHEST = 0.3
+"""Below this zoom not even a node's name has room."""
 CLEAR = 0.75
 """Below this zoom a wire is one pixel wide, which costs an eighth of two."""
 DOT = 5.0
@@ -147,6 +149,7 @@ class NodeItem(QGraphicsItem):
         colour = accent(self.node_type)
         self._paint_body(painter, colour, quiet)
         if zoom < LEGIBLE:
+            self._paint_far_title(painter, quiet, zoom)
             return
         self._paint_title(painter, quiet)
         if self._plot is not None:
@@ -197,6 +200,18 @@ class NodeItem(QGraphicsItem):
             painter.setFont(theme.font(theme.SMALL_PX))
             painter.setPen(QColor(theme.ALARM if self.state == "fault" else theme.MUTED))
             painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), middle | Qt.AlignmentFlag.AlignRight, note)
+
+    def _paint_far_title(self, painter: QPainter, quiet: bool, zoom: float) -> None:
+        """From afar a node shows its name alone, as large on the screen as a small label."""
+        if zoom < FARTHEST:
+            return
+        font = QFont(theme.font(theme.SMALL_PX))
+        font.setPixelSize(round(theme.SMALL_PX / zoom))
+        painter.setFont(font)
+        painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
+        room = self.shape_now.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
+        centred = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+        painter.drawText(room, centred, self.node_type.label)
 
     def _paint_port(self, painter: QPainter, placed: PlacedPort) -> None:
         faint = self._dimmed in (placed.side, "both")

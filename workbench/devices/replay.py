@@ -5,6 +5,7 @@ import numpy as np
 from workbench.devices.device import MOST, room
 from workbench.floor.forces import Forces
 from workbench.floor.layout import Floor
+from workbench.kernels import kernel
 
 
 class Replay:
@@ -19,6 +20,7 @@ class Replay:
         self._repeats = repeats
         self._next = 0
         self._shift = 0.0
+        self.pull(start)  # which has no sample yet, but loads the kernel before it is needed in time
 
     @property
     def over(self) -> bool:
@@ -28,16 +30,22 @@ class Replay:
     def pull(self, end: int) -> int:
         """The samples before session frame `end`."""
         count = 0
-        while count < MOST:
-            if self.over:
-                if not self._repeats:
-                    break
-                self._next, self._shift = 0, self._shift + self._length
-            stamp = self._frames[self._next] + self._shift
-            if stamp >= end:
-                break
-            self.stamps[count] = self.arrivals[count] = stamp
-            self.forces[count] = self._force_n[self._next]
-            self._next += 1
-            count += 1
-        return count
+        while True:
+            count, self._next = _play(
+                self.stamps, self.arrivals, self.forces, self._frames, self._force_n, count, self._next, self._shift,
+                end,
+            )  # fmt: skip
+            if not (self.over and self._repeats) or count == MOST:
+                return count
+            self._next, self._shift = 0, self._shift + self._length
+
+
+@kernel
+def _play(stamps, arrivals, forces, frames, given, count, i, shift, end):
+    """Hand over samples from number i on, behind the `count` that are there: how many there are now, and the next."""
+    while count < len(stamps) and i < len(frames) and frames[i] + shift < end:
+        stamps[count] = arrivals[count] = frames[i] + shift
+        forces[count] = given[i]
+        count += 1
+        i += 1
+    return count, i

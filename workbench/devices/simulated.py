@@ -26,7 +26,7 @@ class SimulatedFloor:
         self.floor, self.rate_hz = floor, SENSOR_HZ
         self.stamps, self.arrivals, self.forces = room(floor)
         self._period = rate / SENSOR_HZ
-        self._rate = rate
+        self._rate = float(rate)
         self._plates = tracking.plates(floor)
         self._steps = simulator.footfall_table(floor, LONGEST_S, seed)
         self._shapes = simulator.curves()

@@ -82,9 +82,7 @@ class Stream:
         return float(self._stream.latency)
 
     def start(self) -> None:
-        """Let it play, for the first time or again."""
-        self.finished = False
-        self._stream.stop(ignore_errors=True)
+        """Let it play; once only."""
         try:
             self._stream.start()
         except self._sounddevice.PortAudioError as error:

@@ -14,6 +14,7 @@ from workbench.devices.replay import Replay
 from workbench.devices.simulated import SimulatedFloor
 from workbench.engine.loop import Loop
 from workbench.engine.messages import Compiling, Play, Preview, Strike
+from workbench.engine.process import load_kernels
 from workbench.errors import UnderfootError
 from workbench.floor.forces import Forces
 from workbench.floor.layout import Floor
@@ -95,6 +96,7 @@ def warm(patch: Patch, folder: Path | None = None) -> None:
     loop.send(loop.build(patch))
     for _ in range(24):
         loop.run(256)
+    load_kernels()
 
 
 def _look(request: Look) -> Preview:

@@ -1,14 +1,14 @@
 """From force samples to the signals that a program reads: tared, gated, linear between samples.
 
 The force goes to the sample of frame s from frame s to s + period, so that the next one is always known: the force at
-audio rate is delayed by exactly one sample period, live and offline. Where samples are missing the last force is held
-for 20 ms and then ramped to 0 in 20 ms. A tile's signals are exactly 0 while nobody stands on it; between, a gate
-opens or closes in 5 ms.
+audio rate is delayed by exactly one sample period, live and offline. A sample that comes too late for that is gone to
+within a period of its arrival, and where several came at once, only the newest. Where samples are missing the last
+force is held for 20 ms and then ramped to 0 in 20 ms. A tile's signals are exactly 0 while nobody stands on it;
+between, a gate opens or closes in 5 ms.
 """
 
 import numpy as np
 
-from workbench.clock import RAMP
 from workbench.devices.device import MOST, ForceSource
 from workbench.floor import tracking
 from workbench.floor.contacts import ContactTracker
@@ -16,6 +16,8 @@ from workbench.kernels import kernel
 
 HOLD_S = 0.020
 """How long a force is held in a gap, and how long it then takes to 0."""
+GATE_S = 0.005
+"""How long the gate takes to open or to close."""
 
 _QUEUE = 1024
 _SIGNALS = 3
@@ -39,18 +41,17 @@ class Intake:
         self._queue = np.zeros((tiles, _QUEUE, _ENTRY))
         self._rows = np.zeros((tiles, _ROW))
         self._rows[:, [_T0, _T1, _LAST]] = -1e18
-        self.signals = np.zeros((_SIGNALS, tiles, 1))
-        self.loud = np.zeros(tiles, np.uint8)
-        self.taken = 0
+        self.hear = _nobody
 
-    def take(self, end: int) -> int:
-        """Take the samples before session frame `end` from the source; `source` holds them until the next call."""
-        count = self.source.pull(end)
-        self.taken = count
-        if count:
-            np.multiply(self.source.stamps, 1.0 / self._rate, out=self._seconds)
-            self._follow(count)
-        return count
+    def take(self, end: int) -> None:
+        """Take the samples before session frame `end` from the source, and tell `hear` how many it holds each time."""
+        count = MOST
+        while count == MOST:
+            count = self.source.pull(end)
+            if count:
+                self.hear(count)
+                np.multiply(self.source.stamps, 1.0 / self._rate, out=self._seconds)
+                self._follow(count)
 
     def _follow(self, count: int) -> None:
         begin = 0
@@ -65,11 +66,18 @@ class Intake:
 
     def fill(self, force_n: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, frame: int, n: int) -> None:
         """Write `n` frames from session frame `frame` on: three float64 arrays [tile, frame]."""
-        _fill(force_n, x_m, y_m, self._queue, self._rows, frame, n, self._period, HOLD_S * self._rate)
+        _fill(
+            force_n, x_m, y_m, self._queue, self._rows, frame, n, self._period, HOLD_S * self._rate,
+            1.0 / (GATE_S * self._rate),
+        )  # fmt: skip
 
     def tare(self) -> None:
         """Take what every tile reads now as its zero."""
         self.tracker.tare()
+
+
+def _nobody(count: int) -> None:
+    """Who hears of samples until someone else does."""
 
 
 @kernel
@@ -81,41 +89,56 @@ def _follow(
         tracking.follow(seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events)
         for k in range(len(tiles)):
             tile, plate, line = tiles[k], plates[k], lines[k]
-            entry = queue[k, int(line[_TAIL]) % queue.shape[1]]
             start = max(line[_LAST], stamps[i] - period, arrivals[i] - period)
-            entry[_FROM] = start
-            entry[_TO] = stamps[i] if stamps[i] > start else start + period
+            entry = queue[k, int(line[_TAIL] - 1.0) % queue.shape[1]]
+            waits = line[_HEAD] < line[_TAIL] and entry[_FROM] >= arrivals[i] - period
+            if stamps[i] > start or not waits:
+                entry = queue[k, int(line[_TAIL]) % queue.shape[1]]
+                entry[_FROM] = start
+                entry[_TO] = stamps[i] if stamps[i] > start else start + period
+                line[_TAIL] += 1.0
             entry[_FORCE] = tile.load_n
             dx, dy = tile.x_m - plate.centre_m[0], tile.y_m - plate.centre_m[1]
             entry[_X] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy if tile.on else 0.0
             entry[_Y] = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy if tile.on else 0.0
             entry[_ON] = 1.0 if tile.on else 0.0
             line[_LAST] = entry[_TO]
-            line[_TAIL] += 1.0
 
 
 @kernel
-def _fill(force_n, x_m, y_m, queue, lines, frame, n, period, hold):
+def _fill(force_n, x_m, y_m, queue, lines, frame, n, period, hold, step):
     for k in range(len(lines)):
         line = lines[k]
         begin = 0
         while begin < n:
             # One straight stretch at a time: up to the frame at which the next sample's line begins.
-            now = frame + begin - period
-            while line[_HEAD] < line[_TAIL] and queue[k, int(line[_HEAD]) % queue.shape[1], _FROM] <= now:
-                _next_line(line, queue[k, int(line[_HEAD]) % queue.shape[1]], hold)
             end = n
-            if line[_HEAD] < line[_TAIL]:
-                next_from = queue[k, int(line[_HEAD]) % queue.shape[1], _FROM]
-                end = min(n, max(begin + 1, int(np.ceil(next_from + period)) - frame))
+            while line[_HEAD] < line[_TAIL]:
+                entry = queue[k, int(line[_HEAD]) % queue.shape[1]]
+                first = _first_frame(entry[_FROM], period) - frame
+                if first > begin:
+                    end = min(n, first)
+                    break
+                _next_line(line, entry, hold)
             if line[_GATE] == 0.0 and line[_OPEN] == 0.0:
                 for i in range(begin, end):
                     force_n[k, i] = 0.0
                     x_m[k, i] = 0.0
                     y_m[k, i] = 0.0
             else:
-                _draw(force_n[k], x_m[k], y_m[k], line, frame, begin, end, period, hold)
+                _draw(force_n[k], x_m[k], y_m[k], line, frame, begin, end, period, hold, step)
             begin = end
+
+
+@kernel
+def _first_frame(start, period):
+    """The first frame that lies no less than a period behind `start`, whichever way the sum is rounded."""
+    frame = int(np.ceil(start + period))
+    while frame - 1 - period >= start:
+        frame -= 1
+    while frame - period < start:
+        frame += 1
+    return frame
 
 
 @kernel
@@ -147,13 +170,13 @@ def _held(line, now, hold):
 
 
 @kernel
-def _draw(force, x, y, line, frame, begin, end, period, hold):
+def _draw(force, x, y, line, frame, begin, end, period, hold, step):
     for i in range(begin, end):
         now = frame + i - period
         share, held = _share(line, now), _held(line, now, hold)
         target = line[_OPEN] if held > 0.0 else 0.0
         gate = line[_GATE]
-        gate = min(gate + 1.0 / RAMP, target) if gate < target else max(gate - 1.0 / RAMP, target)
+        gate = min(gate + step, target) if gate < target else max(gate - step, target)
         line[_GATE] = gate
         if gate == 0.0:
             force[i], x[i], y[i] = 0.0, 0.0, 0.0

@@ -9,10 +9,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Swap:
-    """Play this patch instead (JSON text): built beside, states kept, faded in. Kernels are in the cache already."""
+    """Play this patch instead (JSON text): built beside, states kept, faded in. Kernels are in the cache already.
+
+    The engine fades the old patch out first, not `together` with the new one, where both at once would cost too much.
+    """
 
     patch: bytes
     scopes: tuple[str, ...] = ()
+    together: bool = True
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,11 @@ class Play:
 
 
 @dataclass(frozen=True)
+class Panic:
+    """Close in 1 ms, before all other commands. The engine makes it itself when it sees the shared panic byte."""
+
+
+@dataclass(frozen=True)
 class Pulse:
     """A short 60 Hz burst on one tile, past the patch but not past the limiter: which tile is which."""
 
@@ -81,7 +90,7 @@ class Quit:
     """Ramp down and leave."""
 
 
-Command = Swap | Set | Strike | Press | Walk | Tare | Level | Play | Pulse | Quit
+Command = Swap | Set | Strike | Press | Walk | Tare | Level | Play | Panic | Pulse | Quit
 
 
 # --- reports: from the engine, compiler and supervisor ---

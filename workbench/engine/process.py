@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -17,9 +17,9 @@ from workbench.devices.device import ForceSource
 from workbench.devices.simulated import SimulatedFloor
 from workbench.devices.sound import MOST_CHANNELS, Stream
 from workbench.engine import status as fields
-from workbench.engine.loop import Loop, output_channels
+from workbench.engine.loop import InTurn, Loop, output_channels
 from workbench.engine.messages import Costs, Fault, Level, Notice, Play, Quit, Started, Swap
-from workbench.engine.rings import Ring, RingName, publish
+from workbench.engine.rings import Ring, RingName, publish, write_rows
 from workbench.engine.status import Status
 from workbench.engine.target import Target, source_of
 from workbench.errors import DeviceError, UnderfootError
@@ -30,8 +30,10 @@ from workbench.patch.patch import Patch
 
 SWITCH_S = 0.0002
 """How soon a thread of this process must let go of the interpreter."""
-LEAVE_S = 0.012
-"""Time for the ramp down before the process leaves."""
+MOST_LOAD = 0.9
+"""The load up to which an old program and a new one run beside each other."""
+LEAVE_S = 0.060
+"""Time for the ramp down before the process leaves, and for what a sound server holds beyond the latency it reports."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,14 @@ def prepare() -> None:
         loop.run(128)
 
 
+def load_kernels() -> None:
+    """Load what the callback calls besides the loop."""
+    header, rows, wide = np.zeros(3, np.int64), np.zeros((1, 1), np.float32), np.zeros((1, 6))
+    write_rows(header, rows, rows, 0)
+    _gather(rows, np.zeros(1, np.int64), rows, 0)
+    _pack(header, wide, np.zeros(0), np.zeros(0), np.zeros((0, 1, 4)), 0)
+
+
 class Engine:
     """The loop, what paces it, and the thread that listens to the supervisor."""
 
@@ -106,12 +116,13 @@ class Engine:
         self._address = self._loop.out.ctypes.data
         self._seconds = target.block / target.rate
         self._played = np.zeros((target.block, len(target.floor.tiles)), np.float32)
-        self._scoped = np.zeros((target.block, len(target.floor.tiles)), np.float32)
+        self._loop.intake.hear = self._keep_forces
         self._quit = threading.Event()
-        self._silenced = False
+        self._panicked = self._silenced = False
         self._late = 0
         self._load = 0.0
         self._inbox: deque[object] = deque()
+        self._notices: deque[Notice] = deque()
         self._stream: Stream | None = None
 
     def _make(self, patch: Patch, source: ForceSource, folder: Path | None, frame: int) -> Loop:
@@ -135,21 +146,12 @@ class Engine:
         other.send(other.build(patch, self._setup.scopes))
         for _ in range(2 + 4096 // target.block):
             other.run(target.block)
-        pad = np.zeros((1, self._force.where.width))
-        for ring in (self._vibration, self._force, self._scope):
-            ring.write(np.zeros((0, ring.where.width), ring.where.dtype), 0)
-        _gather(
-            np.zeros((1, 1), np.float32), np.array(self._channels), np.zeros((0, len(self._channels)), np.float32), 0
-        )
-        _look_in(np.zeros((len(self._channels), 1)), np.zeros((0, len(self._channels)), np.float32), 0)
-        _pack(self._force.header, self._force.rows, np.zeros(0), np.zeros(0), pad[:0].reshape(0, 1, 1), 0)
+        load_kernels()
 
     # --- pacing ---
 
     def run(self) -> None:
         notice = self._open_stream()
-        listener = threading.Thread(target=self._listen, name="commands", daemon=True)
-        listener.start()
         gc.collect()
         gc.freeze()
         gc.disable()
@@ -157,8 +159,8 @@ class Engine:
         self._status.put(fields.RUNNING, 1.0)
         where = "the simulator, without sound" if self._stream is None else "sound card"
         self._connection.send(Started(where, notice, os.getpid()))
-        if self._stream is not None:
-            self._stream.start()
+        threading.Thread(target=self._listen, name="commands", daemon=True).start()
+        self._start_stream()
         while not self._quit.is_set():
             if self._stream is None or self._stream.finished:
                 self._run_by_clock()
@@ -169,6 +171,7 @@ class Engine:
     def _open_stream(self) -> str:
         """Open the sound card, if one is wanted; why there is none, otherwise."""
         target = self._setup.target
+        self._stream = None
         if target.sound is None:
             return ""
         try:
@@ -186,12 +189,32 @@ class Engine:
         silent = [t.id for t, c in zip(target.floor.tiles, self._channels, strict=True) if c < 0]
         return f"tiles without a channel: {', '.join(silent)}" if silent else ""
 
+    def _start_stream(self) -> None:
+        """Let the sound card play, or go on without it."""
+        if self._stream is None:
+            return
+        try:
+            self._stream.start()
+        except DeviceError as error:
+            self._stream.close()
+            self._stream = None
+            self._notices.append(Notice(f"{error}; going on without sound"))
+
+    def _resume_stream(self, ended: Stream) -> None:
+        """Play on in a new stream: PortAudio would wait for ever for one whose card has gone away."""
+        self._late += ended.underruns
+        ended.close()
+        notice = self._open_stream()
+        if self._stream is None:
+            self._notices.append(Notice(notice))
+        self._start_stream()
+
     def _run_by_clock(self) -> None:
         """Blocks at their own pace while no stream does it; after a panic, until sound is let out again."""
         due = time.monotonic()
         while not self._quit.is_set():
             if self._stream is not None and not self._status.panic and not self._silenced:
-                self._stream.start()
+                self._resume_stream(self._stream)
                 return
             self._block()
             due += self._seconds
@@ -212,22 +235,20 @@ class Engine:
     def _block(self) -> None:
         began = time.perf_counter()
         loop, status, n = self._loop, self._status, self._setup.target.block
-        if status.panic and not self._silenced:
-            loop.safety.panic(loop.frame)
+        panic = status.panic
+        if panic and not self._panicked:
+            loop.panic()
+        self._panicked = panic
         while self._inbox:
-            loop.send(self._inbox.popleft())  # type: ignore[arg-type]
+            command = self._inbox.popleft()
+            if not (panic and isinstance(command, Play) and command.on):  # it was sent before the panic
+                loop.send(command)  # type: ignore[arg-type]
         loop.run(n)
-        self._silenced = status.panic
-        source = loop.source
-        if loop.intake.taken:
-            _pack(
-                self._force.header, self._force.rows, source.stamps, source.arrivals, source.forces, loop.intake.taken
-            )
+        self._silenced = panic and loop.safety.closed(loop.frame)
         _gather(loop.out, loop.safety.channels, self._played, n)
         self._vibration.write(self._played, n)
         if loop.program.scope_names:
-            _look_in(loop.program.tables.scope[0], self._scoped, n)
-            self._scope.write(self._scoped, n)
+            self._scope.write(loop.scoped, n)
         spent = (time.perf_counter() - began) / self._seconds
         self._load += 0.01 * (spent - self._load)
         status.put(fields.LOAD, self._load)
@@ -238,8 +259,12 @@ class Engine:
         status.put(fields.XRUNS, float(self._late + (self._stream.underruns if self._stream else 0)))
         status.put(fields.LATENCY, self._seconds + 32.0 / self._setup.target.rate)
 
+    def _keep_forces(self, count: int) -> None:
+        source = self._loop.source
+        _pack(self._force.header, self._force.rows, source.stamps, source.arrivals, source.forces, count)
+
     def _leave(self) -> None:
-        """Ramp down, and go."""
+        """Let go of the sound card; the ramp down is over."""
         if self._stream is not None and not self._stream.finished:
             self._stream.abort()
         self._status.put(fields.RUNNING, 0.0)
@@ -258,28 +283,40 @@ class Engine:
                     if isinstance(command, Quit):
                         break
                     self._take(command)
-                while self._loop.done:
-                    self._connection.send(self._loop.done.popleft())
+                self._report()
                 now = time.monotonic()
                 if now - told > 0.5:
                     told = now
                     self._tell()
         except (EOFError, OSError):
             pass  # the supervisor is gone: leave as after Quit
-        self._inbox.append(Play(False))
-        time.sleep(LEAVE_S + 4 * self._seconds + self._status.get(fields.STREAM_LATENCY))
-        self._quit.set()
+        finally:
+            self._inbox.append(Play(False))
+            time.sleep(LEAVE_S + 4 * self._seconds + self._status.get(fields.STREAM_LATENCY))
+            self._quit.set()
+
+    def _report(self) -> None:
+        """Tell which commands took effect, and up to which frame this is all; let go of programs that were replaced."""
+        frame = self._loop.frame
+        while self._loop.done:
+            self._connection.send(self._loop.done.popleft())
+        self._status.put(fields.TOLD, float(frame))
+        while self._notices:
+            self._connection.send(self._notices.popleft())
+        self._loop.retired.clear()
 
     def _take(self, command: object) -> None:
         if isinstance(command, Swap):
             try:
-                patch = Patch.loads(command.patch, REGISTRY)
-                program: object = self._loop.build(patch, command.scopes)
+                program = self._loop.build(Patch.loads(command.patch, REGISTRY), command.scopes)
             except UnderfootError as error:
                 self._connection.send(Notice(f"the patch is not played: {error}"))
                 return
-            self._inbox.append(program)
-            self._inbox.append(command)
+            # What a program costs is not known before it runs: the more nodes, the more.
+            both = 1.0 + len(program.node_ids) / max(len(self._loop.program.node_ids), 1)
+            together = self._load * both <= MOST_LOAD
+            self._inbox.append(program if together else InTurn(program))
+            self._inbox.append(replace(command, together=together))
         else:
             self._inbox.append(command)
 
@@ -300,13 +337,6 @@ def _gather(out, channels, rows, n):
     for i in range(n):
         for row in range(rows.shape[1]):
             rows[i, row] = out[i, channels[row]] if channels[row] >= 0 else 0.0
-
-
-@kernel
-def _look_in(scope, rows, n):
-    for i in range(n):
-        for row in range(rows.shape[1]):
-            rows[i, row] = scope[row, i]
 
 
 @kernel

@@ -1,9 +1,12 @@
 """The recorder: a process of its own that reads the rings and writes the file, so that it outlives everything else."""
 
+import sqlite3
 import time
-from dataclasses import asdict
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import msgspec
@@ -11,7 +14,6 @@ import msgspec
 from workbench.engine import messages
 from workbench.engine.messages import Command, Done, Swap
 from workbench.engine.rings import Reader, Ring, RingName
-from workbench.engine.target import Target
 from workbench.errors import BadFile, UnderfootError
 from workbench.patch.patch import Patch
 from workbench.records.recording import Writer
@@ -20,42 +22,43 @@ EVERY_S = 0.1
 """How often what came in is made safe."""
 
 
+@dataclass(frozen=True)
+class Begin:
+    """The patch with which the session begins."""
+
+    patch: str
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The frame at which the recording is to end: all commands before it were told."""
+
+    end: int
+
+
 class Recorder:
     """The supervisor's end: starts the process, passes commands on, closes it."""
 
-    def __init__(
-        self,
-        context: SpawnContext,
-        path: Path,
-        target: Target,
-        patch: Patch,
-        force_rate_hz: float,
-        force: RingName,
-        vibration: RingName,
-    ) -> None:
+    def __init__(self, context: SpawnContext, path: Path, about: dict[str, str], force: Ring, vibration: Ring) -> None:
         if path.exists():
             raise BadFile(f"{path} is there already; choose another name for the recording")
         self.path = path
-        about = {
-            "patch": patch.dumps().decode(),
-            "floor": target.floor.dumps().decode(),
-            "rate": str(target.rate),
-            "force_rate": repr(force_rate_hz),
-            "target": target.kind,
-        }
-        self._connection, theirs = context.Pipe()
-        self._process = context.Process(
-            target=run, args=(theirs, str(path), about, force, vibration), name="underfoot recorder", daemon=False
-        )
-        self._process.start()
-        theirs.close()
+        self._context = context
+        self._job = Job(str(path), about, force.where, vibration.where, force.written, vibration.written)
+        self._start()
+
+    def go_on(self) -> None:
+        """Start the process again, where the one that died left the file."""
+        self._job = replace(self._job, resume=True)
+        self._start()
+
+    def begin(self, patch: Patch) -> None:
+        """Record with which patch the session begins."""
+        self._send(Begin(patch.dumps().decode()))
 
     def note(self, done: Done) -> None:
         """Record a command with its frame."""
-        try:
-            self._connection.send(done)
-        except OSError:
-            return  # the recorder died; `receive` tells
+        self._send(done)
 
     def receive(self) -> list[str]:
         """What the recorder has to say, a line each."""
@@ -67,41 +70,101 @@ class Recorder:
             return lines
         return lines
 
-    def close(self) -> None:
-        """Let it write what there is, and wait until the file is closed."""
-        self._connection.close()
-        self._process.join(10.0)
+    def gone(self) -> str | None:
+        """None while the process lives; else why it ended, "" where it has said so itself."""
         if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
-        self._process.close()
+            return None
+        self._connection.close()
+        failed = self._process.exitcode != 0
+        reason = end_process(self._process, 0.0)
+        return reason if failed else ""
+
+    def close(self, end: int) -> None:
+        """Let it write what there is before session frame `end`, and wait until the file is closed."""
+        self._send(Stop(end))
+        self._connection.close()
+        end_process(self._process, 10.0)
+
+    def _start(self) -> None:
+        self._connection, theirs = self._context.Pipe()
+        self._process = self._context.Process(
+            target=run, args=(theirs, self._job), name="underfoot recorder", daemon=False
+        )
+        self._process.start()
+        theirs.close()
+
+    def _send(self, message: object) -> None:
+        try:
+            self._connection.send(message)
+        except OSError:
+            return  # the recorder died; `gone` tells
 
 
-def run(connection: Connection, path: str, about: dict[str, str], force: RingName, vibration: RingName) -> None:
+def end_process(process: BaseProcess, within_s: float) -> str:
+    """Wait for a process, kill it if that takes too long, and say how it ended."""
+    process.join(within_s)
+    if process.is_alive():
+        process.kill()
+        process.join()
+    code = process.exitcode
+    process.close()
+    return f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What the process is given: the file, what is known beforehand, the rings and where to begin in them."""
+
+    path: str
+    about: dict[str, str]
+    force: RingName
+    vibration: RingName
+    first_sample: int
+    first_frame: int
+    resume: bool = False
+
+
+def run(connection: Connection, job: Job) -> None:
     """The process's main function: writes until the connection ends, then closes the file."""
     try:
-        force_ring, vibration_ring = Ring.open(force), Ring.open(vibration)
-        writer = Writer(Path(path), about)
-    except (UnderfootError, OSError) as error:
-        connection.send(f"nothing is recorded: {error}")
+        force_ring, vibration_ring = Ring.open(job.force), Ring.open(job.vibration)
+        writer = Writer(Path(job.path), job.about, job.resume)
+        forces = Reader(force_ring, start=writer.end("force") or job.first_sample)
+        frames = Reader(vibration_ring, start=writer.end("vibration") or job.first_frame)
+        _write(connection, writer, forces, frames)
+        writer.close()
+    except (UnderfootError, OSError, sqlite3.Error) as error:
+        with suppress(OSError):
+            connection.send(f"{job.path} is not recorded any further: {error}")
         return
-    forces = Reader(force_ring, start=0)
-    frames = Reader(vibration_ring, start=0)
+    force_ring.close()
+    vibration_ring.close()
+
+
+def _write(connection: Connection, writer: Writer, forces: Reader, frames: Reader) -> None:
+    end = None
     open_end = True
     while open_end:
         due = time.monotonic() + EVERY_S
         try:
             while connection.poll(max(due - time.monotonic(), 0.0)):
-                done = connection.recv()
-                writer.command(done.frame, *to_text(done.command))
+                match connection.recv():
+                    case Done(frame, command):
+                        writer.command(frame, *to_text(command))
+                    case Begin(patch):
+                        writer.note("patch", patch)
+                    case Stop(frame):
+                        end = frame
         except (EOFError, OSError):
             open_end = False  # whoever opened the session is done, or gone
-        writer.force(*forces.read())
-        writer.vibration(*frames.read())
+        for reader, put in ((forces, writer.force), (frames, writer.vibration)):
+            first, rows = reader.read()
+            while len(rows):
+                put(first, rows)
+                first, rows = reader.read()
         writer.commit()
-    writer.close()
-    force_ring.close()
-    vibration_ring.close()
+    if end is not None:
+        writer.cut(end)
 
 
 def to_text(command: Command) -> tuple[str, str]:
@@ -124,5 +187,5 @@ def from_text(kind: str, body: str) -> Command:
     """
     values = msgspec.json.decode(body)
     if kind == "Swap":
-        values = {"patch": values["patch"].encode(), "scopes": tuple(values["scopes"])}
+        values |= {"patch": values["patch"].encode(), "scopes": tuple(values["scopes"])}
     return getattr(messages, kind)(**values)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.devices.device import MOST, room
-from workbench.engine.loop import Loop
+from workbench.engine.loop import InTurn, Loop
 from workbench.engine.messages import Swap
 from workbench.engine.recorder import from_text
 from workbench.engine.render import Rendered
@@ -60,10 +60,12 @@ def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
         rows = recording.forces()
         commands = [(frame, from_text(kind, body)) for frame, kind, body in recording.commands()]
         force_rate = float(about["force_rate"])
-    loop = Loop(patch, registry, RecordedForce(rows, floor, force_rate), rate=rate, block=block)
+        folder = Path(about["folder"]) if about.get("folder") else None
+    loop = Loop(patch, registry, RecordedForce(rows, floor, force_rate), rate=rate, block=block, folder=folder)
     for frame, command in commands:
         if isinstance(command, Swap):
-            loop.send(loop.build(Patch.loads(command.patch, registry, str(path)), command.scopes), frame)
+            program = loop.build(Patch.loads(command.patch, registry, str(path)), command.scopes)
+            loop.send(program if command.together else InTurn(program), frame)
         else:
             loop.send(command, frame)
     samples = np.empty((len(played), loop.out.shape[1]), np.float32)

@@ -2,7 +2,8 @@
 
 The supervisor creates and unlinks them. The writer copies its rows and then publishes how many it has ever written,
 with release order; a reader takes that number with acquire order, copies, and takes it again: what was overwritten
-meanwhile is dropped, and said.
+meanwhile is dropped, and said. A writer that takes the place of one that died goes on at a later row; the rows between
+were never written, and no reader is given them.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,8 @@ from numba.extending import intrinsic
 
 from workbench.kernels import kernel
 
-_HEADER = 64  # bytes: a cache line of its own for the count
+_HEADER = 64  # bytes: a cache line of its own
+_WRITTEN, _GAP, _GAP_END = range(3)
 
 
 @intrinsic
@@ -41,7 +43,7 @@ def _written(context, header):
 @kernel
 def write_rows(header, rows, new, n):
     """Append the first `n` rows of `new` to the ring and publish them."""
-    at = header[0]
+    at = header[_WRITTEN]
     for i in range(n):
         for j in range(rows.shape[1]):
             rows[(at + i) % rows.shape[0], j] = new[i, j]
@@ -62,6 +64,12 @@ def _count(header):
     return _written(header)
 
 
+@kernel
+def _skip(header, count):
+    header[_GAP], header[_GAP_END] = header[_WRITTEN], count
+    publish(header, count)
+
+
 @dataclass(frozen=True)
 class RingName:
     """What another process needs to find a ring."""
@@ -78,14 +86,14 @@ class Ring:
     def __init__(self, memory: SharedMemory, where: RingName, owned: bool) -> None:
         self._memory, self.where, self._owned = memory, where, owned
         buffer = memory.buf
-        self.header = np.ndarray((1,), np.int64, buffer)
+        self.header = np.ndarray((_GAP_END + 1,), np.int64, buffer)
         self.rows = np.ndarray((where.capacity, where.width), where.dtype, buffer, offset=_HEADER)
 
     @staticmethod
     def create(width: int, capacity: int, dtype: str = "float32") -> "Ring":
         size = _HEADER + capacity * width * np.dtype(dtype).itemsize
         memory = SharedMemory(create=True, size=size)
-        np.ndarray((1,), np.int64, memory.buf)[0] = 0
+        np.ndarray((_GAP_END + 1,), np.int64, memory.buf)[:] = 0
         return Ring(memory, RingName(memory.name, dtype, width, capacity), owned=True)
 
     @staticmethod
@@ -97,8 +105,9 @@ class Ring:
         write_rows(self.header, self.rows, new, n)
 
     def skip(self, count: int) -> None:
-        """Begin at row number `count`, before the first row is written."""
-        self.header[0] = count
+        """Go on at row number `count`, at least the present one; the rows between are a gap."""
+        if count > self.written:
+            _skip(self.header, count)
 
     @property
     def written(self) -> int:
@@ -123,17 +132,23 @@ class Reader:
     def read(self, most: int | None = None) -> tuple[int, np.ndarray]:
         """The number of the first row, and the rows that are new since the last read, at most `most` of them.
 
-        Rows that were overwritten before they could be read are missing: the first row's number tells.
+        Rows that were overwritten before they could be read, or never written, are missing: the first row's number
+        tells. What lies before such a gap and what lies behind it come in two reads.
         """
         ring = self.ring
         capacity = ring.where.capacity
         end = ring.written
-        self.next = min(self.next, end)
+        gap, gap_end = int(ring.header[_GAP]), int(ring.header[_GAP_END])
         first = max(self.next, end - capacity + capacity // 8)
+        if gap <= first < gap_end:
+            first = gap_end
+        elif first < gap < end:
+            end = gap
         if most is not None:
             end = min(end, first + most)
         out = np.empty((max(end - first, 0), ring.where.width), ring.where.dtype)
         now = _copy(ring.header, ring.rows, first, out)
-        spoilt = min(max(now - capacity - first, 0), len(out))
+        # The writer may be at work on the rows behind the oldest, so these do not count either.
+        spoilt = min(max(now - capacity + capacity // 16 - first, 0), len(out))
         self.next = end
         return first + spoilt, out[spoilt:]

@@ -14,16 +14,17 @@ from workbench.kernels import kernel
 
 DC_HZ = 5.0
 """Corner of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
-RMS_SECONDS = 0.5
-"""Time over which the mean square is taken: of the order of a voice coil's heating that one can still hear coming."""
+RMS_SECONDS, BURST_SECONDS = 0.5, 0.05
+"""Time over which the mean square is taken, of the order of a voice coil's heating that one can still hear coming; and
+time in which a signal's power is known. A shorter burst is left as it is."""
 RELEASE_SECONDS = 0.1
 """Time in which a limited channel comes back."""
 
 PANIC = 48
 """Frames in which a panic ramps down."""
 
-_X, _Y, _SQUARE, _PEAK_GAIN, _WIDTH = range(5)
-_STILL = 1e-12
+_X, _Y, _POWER, _HEAT, _PEAK_GAIN, _WIDTH = range(6)
+_STILL, _LARGEST = 1e-12, 100.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Safety:
         self._coefficients = np.array(
             [
                 math.exp(-2.0 * math.pi * DC_HZ / rate),
+                1.0 - math.exp(-1.0 / (BURST_SECONDS * rate)),
                 1.0 - math.exp(-1.0 / (RMS_SECONDS * rate)),
                 1.0 - math.exp(-1.0 / (RELEASE_SECONDS * rate)),
             ]
@@ -60,17 +62,21 @@ class Safety:
         self.peaks = np.zeros(len(limits))
 
     def level(self, gain: float, frame: int) -> None:
-        """Go to `gain`, 0 to 1, in a ramp from `frame` on."""
-        self._turn(self._level, min(max(gain, 0.0), 1.0), frame, RAMP)
+        """Go to `gain`, 0 to 1, in a ramp from `frame` on; to silence if it is not a number."""
+        self._turn(self._level, min(max(gain, 0.0), 1.0) if math.isfinite(gain) else 0.0, frame, RAMP)
 
     def open(self, on: bool, frame: int) -> None:
-        """Let sound out, or close, in a ramp of 10 ms from `frame` on."""
-        self._turn(self._open, float(on), frame, FADE)
+        """Let sound out, or close, in a ramp of 10 ms from `frame` on. What is closing goes on as it was."""
+        if on or self._open[1] != 0.0:
+            self._turn(self._open, float(on), frame, FADE)
 
-    def panic(self, frame: int) -> int:
-        """Close in a ramp of 1 ms from `frame` on; how many frames that takes."""
+    def panic(self, frame: int) -> None:
+        """Close in a ramp of 1 ms from `frame` on."""
         self._turn(self._open, 0.0, frame, PANIC)
-        return PANIC
+
+    def closed(self, frame: int) -> bool:
+        """Whether nothing is let out from `frame` on."""
+        return bool(self._open[1] == 0.0 and frame >= self._open[2] + self._open[3])
 
     @staticmethod
     def _turn(ramp: np.ndarray, target: float, frame: int, length: int) -> None:
@@ -80,7 +86,7 @@ class Safety:
     def apply(self, acceleration: np.ndarray, still: np.ndarray, frame: int, at: int, n: int) -> None:
         """Turn `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out` from its row `at` on.
 
-        `still` marks rows that are zero throughout. Allocates nothing.
+        `still` marks rows that are zero throughout. Rows on one channel add. Allocates nothing.
         """
         _protect(
             acceleration,
@@ -108,7 +114,7 @@ def _along(ramp, frame):
 
 @kernel
 def _protect(x, still, out, limits, channels, state, coefficients, level, opening, faults, peaks, frame, at, n):
-    keep, follow, release = coefficients[0], coefficients[1], coefficients[2]
+    keep, quick, slow, release = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
     for i in range(at, at + n):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
@@ -116,31 +122,38 @@ def _protect(x, still, out, limits, channels, state, coefficients, level, openin
         channel = channels[row]
         s = state[row]
         peaks[row] *= 0.5 ** (n / 4800.0)
-        if channel < 0 or (still[row] != 0 and s[_X] == s[_Y] == s[_SQUARE] == 0.0 and s[_PEAK_GAIN] == 1.0):
+        if channel < 0 or (still[row] != 0 and s[_PEAK_GAIN] == 1.0 and s[_X] == s[_Y] == s[_POWER] == s[_HEAT] == 0.0):
             continue
-        scale, most, rms = limits[row, 0], limits[row, 1], limits[row, 2]
+        scale, most, square = limits[row, 0], limits[row, 1], limits[row, 2] ** 2
         largest = 0.0
         for i in range(n):
             now = x[row, i] * scale
             if not math.isfinite(now):
                 faults[0] += 1
                 now = 0.0
-            now *= _along(level, float(frame + i))
+            now = min(max(now, -_LARGEST), _LARGEST) * _along(level, float(frame + i))
             y = now - s[_X] + keep * s[_Y]
             s[_X] = now
             s[_Y] = y if abs(y) > _STILL else 0.0
-            s[_SQUARE] += follow * (y * y - s[_SQUARE])
-            if s[_SQUARE] < _STILL:
-                s[_SQUARE] = 0.0
-            if s[_SQUARE] > rms * rms:
-                y *= rms / math.sqrt(s[_SQUARE])
+            s[_POWER] = _toward(s[_POWER], y * y, quick)
+            # What has not been used of the mean square may be spent in a burst, so that the mean itself keeps to it.
+            allowed = square + max(square - s[_HEAT], 0.0) * (quick / slow - 1.0)
+            if s[_POWER] > allowed:
+                y *= math.sqrt(allowed / s[_POWER])
             s[_PEAK_GAIN] += release * (1.0 - s[_PEAK_GAIN])
             if s[_PEAK_GAIN] > 1.0 - _STILL:
                 s[_PEAK_GAIN] = 1.0
             if abs(y) * s[_PEAK_GAIN] > most:
                 s[_PEAK_GAIN] = most / abs(y)
             y *= s[_PEAK_GAIN] * _along(opening, float(frame + i))
-            y = min(max(y, -most), most)
+            s[_HEAT] = _toward(s[_HEAT], y * y, slow)
+            y = min(max(y + out[at + i, channel], -most), most)
             largest = max(largest, abs(y))
             out[at + i, channel] = y
         peaks[row] = max(peaks[row], largest)
+
+
+@kernel
+def _toward(mean, value, share):
+    mean += share * (value - mean)
+    return mean if mean > _STILL else 0.0

@@ -50,6 +50,7 @@ FIRST_LEVEL_DB = -20.0
 _RING_S = 4.0
 _MOST_DEATHS, _WITHIN_S = 4, 20.0  # a process that dies more often than this is not started again
 _PATIENCE_S = 1.0
+_STUCK_S = 5.0  # an engine from which no frame came for so long waits for something that will not come
 
 __all__ = ["Session", "Target"]
 
@@ -75,9 +76,11 @@ class Session:
         self._engine: _Child | None = None
         self._spare: _Child | None = None
         self._compiler: _Child | None = None
-        self._seen = (time.monotonic(), 0)
+        self._seen = self._stuck = (time.monotonic(), 0)
         self._recorder: Recorder | None = None
         self._running = False
+        self._playable: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what the compiler passed last
+        self._passed = False
         self._ticket = 0
         self._wanted = 0
         self._reports: list[Report] = []
@@ -102,12 +105,10 @@ class Session:
         self.stop_recording()
         if self._engine is not None:
             self._engine.send(Quit())
-        children = [child for child in (self._engine, self._spare, self._compiler) if child is not None]
-        for child in children:
-            child.hang_up()
-        due = time.monotonic() + _PATIENCE_S
-        for child in children:
-            child.end(max(due - time.monotonic(), 0.0))
+            self._engine.end(_PATIENCE_S)
+        for child in (self._spare, self._compiler):
+            if child is not None:
+                child.end(0.0)  # they have nothing to bring to an end
         for ring in self._rings:
             ring.close()
         self._status.close()
@@ -118,8 +119,7 @@ class Session:
             return []
         for child in (self._compiler, self._engine):
             self._listen(child)
-        if self._status.get(fields.RUNNING):
-            self._seen = (time.monotonic(), int(self._status.get(fields.FRAME)))
+        self._watch()
         self._revive()
         reports, self._reports = self._reports, []
         return reports
@@ -235,7 +235,7 @@ class Session:
 
     def _warm(self) -> None:
         self._ticket += 1
-        self._wanted = self._ticket
+        self._wanted, self._passed = self._ticket, False
         if self._compiler is not None:
             self._compiler.send(Warm(self._ticket, self.patch.dumps(), str(self.folder or "")))
 
@@ -249,7 +249,9 @@ class Session:
             case Ready(ticket, error) if ticket == self._wanted:
                 if error:
                     self._reports.append(Notice(f"the patch is not played: {error}"))
-                elif self._running and self._engine is not None:
+                    return
+                self._playable, self._passed = (self.patch, self.scopes), True
+                if self._running and self._engine is not None:
                     self._engine.send(Swap(self.patch.dumps(), self.scopes))
                 else:
                     self._go()
@@ -267,14 +269,15 @@ class Session:
         """Give the engine, which waits, all that it needs to run."""
         if self._engine is None:
             return
+        patch, scopes = (self.patch, self.scopes) if self._passed else self._playable
         if self._recorder is not None and not self._running:
-            self._recorder.begin(self.patch)
+            self._recorder.begin(patch)
         self._running = True
         self._engine.send(
             Setup(
                 target=self.target,
-                patch=self.patch.dumps(),
-                scopes=self.scopes,
+                patch=patch.dumps(),
+                scopes=scopes,
                 folder=str(self.folder or ""),
                 status=self._status.name,
                 vibration=self._vibration.where,
@@ -292,12 +295,23 @@ class Session:
         now = frame + round((time.monotonic() - when) * self.target.rate) if frame else 0
         return max(now, self._vibration.written)
 
+    def _watch(self) -> None:
+        """Note which frame it is; an engine that runs but plays no more frames is killed, and so started again."""
+        now, frame = time.monotonic(), int(self._status.get(fields.FRAME))
+        running = bool(self._status.get(fields.RUNNING))
+        if running and frame != self._seen[1]:
+            self._seen = (now, frame)
+        if not running or frame != self._stuck[1]:
+            self._stuck = (now, frame)
+        elif now - self._stuck[0] > _STUCK_S and self._engine is not None:
+            self._engine.process.kill()
+
     def _revive(self) -> None:
         for child in (self._engine, self._compiler):
             if child is None or child.process.is_alive():
                 continue
             self._listen(child)
-            child.end()
+            child.end(_PATIENCE_S)
             if not self._may_revive(child.name, child.reason):
                 self._engine = None if child is self._engine else self._engine
                 self._compiler = None if child is self._compiler else self._compiler
@@ -352,11 +366,8 @@ class _Child:
             return messages  # it died; what it said before counts
         return messages
 
-    def hang_up(self) -> None:
+    def end(self, within_s: float) -> None:
         self._connection.close()
-
-    def end(self, within_s: float = _PATIENCE_S) -> None:
-        self.hang_up()
         self.reason = end_process(self.process, within_s)
 
 

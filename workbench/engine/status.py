@@ -18,15 +18,16 @@ _FIELDS = (
     "peak",
     "awake",
 )
-_PANIC = 8 * len(_FIELDS)
+_COUNT = len(_FIELDS) + 1
+_PANIC = 8 * _COUNT
 
 
 class Status:
-    """A row of numbers named as the fields of `Health`, and one byte for panic."""
+    """The numbers of `Health`, the frame before which every command was reported, and one byte for panic."""
 
     def __init__(self, memory: SharedMemory, owned: bool) -> None:
         self._memory, self._owned = memory, owned
-        self._numbers = np.ndarray((len(_FIELDS),), np.float64, memory.buf)
+        self._numbers = np.ndarray((_COUNT,), np.float64, memory.buf)
         self._panic = np.ndarray((1,), np.uint8, memory.buf, offset=_PANIC)
 
     @staticmethod
@@ -68,7 +69,7 @@ class Status:
         """All numbers."""
         whole = {"running": bool, "xruns": int, "lost": int, "frame": int, "awake": int}
         return Health(
-            **{name: whole.get(name, float)(v) for name, v in zip(_FIELDS, self._numbers.tolist(), strict=True)}
+            **{name: whole.get(name, float)(v) for name, v in zip(_FIELDS, self._numbers[:-1].tolist(), strict=True)}
         )
 
     def close(self) -> None:
@@ -79,4 +80,4 @@ class Status:
             self._memory.unlink()
 
 
-RUNNING, LOAD, WORST, XRUNS, LOST, LATENCY, STREAM_LATENCY, FRAME, PEAK, AWAKE = range(len(_FIELDS))
+RUNNING, LOAD, WORST, XRUNS, LOST, LATENCY, STREAM_LATENCY, FRAME, PEAK, AWAKE, TOLD = range(_COUNT)

@@ -66,7 +66,7 @@ class SlipLaw:
     @property
     def remaining(self) -> float:
         """The share of slips that still last at `t_end`."""
-        return float(1.0 - self._ended[-1])
+        return max(0.0, float(1.0 - self._ended[-1]))
 
     @cached_property
     def duration(self) -> Law:
@@ -109,7 +109,7 @@ class SlipLaw:
         _, middles, widths, masses = self._atoms
         out = np.empty((2, 1))
         _mixture(np.array([self.x0]), middles, widths, masses, out)
-        return float(masses.sum() - out[1, 0])
+        return max(0.0, float(masses.sum() - out[1, 0]))
 
     def places(self, t: float) -> tuple[np.ndarray, np.ndarray, float]:
         """F(., t) as normal densities: their middles [packets] m, masses [packets] 1/s and common width m.
@@ -156,7 +156,9 @@ class SlipLaw:
                 middles = first + speed * within + spacing * np.arange(packets)
                 masses = 0.5 * length / cuts * WEIGHTS[:, None] * (split @ held)
                 pieces.append(np.broadcast_arrays(start + within, middles, width, masses))
-        times, middles, widths, masses = (np.concatenate([p[i].ravel() for p in pieces] or [[]]) for i in range(4))
+        times, middles, widths, masses = (
+            np.concatenate([np.empty(0)] + [p[i].ravel() for p in pieces]) for i in range(4)
+        )
         return times, middles, widths, masses
 
     def _durations(self, points: np.ndarray) -> np.ndarray:
@@ -220,7 +222,9 @@ def _mixture(points, middles, widths, masses, out):
         below = 0.0
         for a in range(middles.size):
             z = (points[i] - middles[a]) / widths[a]
-            if z > -8.0:
+            if z > 8.0:
+                below += masses[a]
+            elif z > -8.0:
                 density += masses[a] * _bell(z) / widths[a]
                 below += masses[a] * _under(z)
         out[0, i] = density
@@ -249,13 +253,15 @@ def _periods(points, table, masses, belt, x0, out):
                 for q in range(packets):
                     middle = first + speed * within + q * spacing
                     z = (lowest - middle) / width
-                    if z < 8.0:
+                    top = (x0 - middle) / width
+                    if z < 8.0 and top > -8.0:
                         mass = 0.0
                         for n in range(INSTANTS):
                             mass += share[n] * masses[int(place) + n * packets + q]
                         mass *= 0.5 * span / cuts * WEIGHTS[m % INSTANTS]
-                        density += mass * belt * _bell(z) / width
-                        below += mass * (_under((x0 - middle) / width) - _under(z))
+                        if z > -8.0:
+                            density += mass * belt * _bell(z) / width
+                        below += mass * ((_under(top) if top < 8.0 else 1.0) - (_under(z) if z > -8.0 else 0.0))
         out[0, i] = density
         out[1, i] = below
 

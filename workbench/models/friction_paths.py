@@ -9,6 +9,7 @@ from workbench.errors import require
 from workbench.kernels import kernel
 from workbench.models.friction_motion import require_slip, transition
 
+
 class Paths(NamedTuple):
     """One entry a slip."""
 

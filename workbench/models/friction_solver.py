@@ -33,8 +33,9 @@ _TO_INTEGRAL = _vander(NODES, INSTANTS) @ np.polynomial.legendre.legint(TO_LEGEN
 _PACKET_WIDTH = 1.1
 """Width of a packet over the lattice spacing: wide enough to interpolate, narrow enough to invert."""
 
-_MOST_PACKETS = 300_000
+_MOST_PACKETS = 150_000
 _MOST_TRIALS = 60
+_FINEST = 0.03
 _MISSED_TO_ERROR = 10.0
 """The largest CDF error was 1 to 10 times the largest residual in all sets tried; it is taken as 10."""
 
@@ -86,7 +87,9 @@ class _Outlook(NamedTuple):
     reach: float
     """Half-width that matters, in deviations; negative: too little to matter."""
     patience: float
-    """Time in which the mean velocity can move by one of its deviations."""
+    """Time in which the mean velocity can move by one of its deviations, s."""
+    clear: float
+    """Time for which nothing can matter yet, s."""
 
 
 class _Lattice(NamedTuple):
@@ -97,11 +100,14 @@ class _Lattice(NamedTuple):
 
 
 class _March:
-    def __init__(self, motion, x0, v0, t_end, error):
+    """One way through time from the slip's start to its end, panel by panel."""
+
+    def __init__(self, motion: tuple[float, float, float, float], x0: float, v0: float, t_end: float, error: float):
         self.motion = motion
         self.x0, self.v0, self.t_end = x0, v0, t_end
         w0, zeta, noise, belt = motion
         self.quickest = 1.0 / max(w0, zeta)
+        self.error = error
         self.tolerance = _LOOSENESS * error
         self.negligible = 0.03 * error
         # Where the pull on the line changes sign the slip's end varies over what the belt covers while noise and pull
@@ -127,7 +133,7 @@ class _March:
         while time < self.t_end * (1.0 - 1e-12) and 1.0 - self.ended > self.negligible:
             outlook = self.outlook(time)
             if outlook.reach < 0.0:
-                stride = min(0.3 * outlook.patience, 0.5 * time, self.t_end - time)
+                stride = min(max(0.3 * outlook.patience, outlook.clear), 0.5 * time, self.t_end - time)
                 if self.outlook(time + stride).reach < 0.0:
                     time += stride
                     length = min(0.5 * time, outlook.patience)
@@ -135,16 +141,19 @@ class _March:
             length = min(length, 2.5 * outlook.patience, time, 1.5 / self.motion[0])
             time, length = self.advance(time, length)
             if (rate := self.settled(time)) > 0.0:
+                missed = self.missed()
                 self.decay(time, rate)
-                break
+                return self.panels(missed)
             if self.used > _MOST_PACKETS:
                 raise BadValue(
                     f"t_end is {self.t_end!r}; allowed for these values: up to {time:.3g}, or a larger error"
                 )
+        return self.panels(self.missed())
+
+    def panels(self, missed: float) -> Panels:
         count = len(self.rates)
-        table = self.table[:count].copy()
         rates = np.array(self.rates).reshape(count, INSTANTS)
-        return Panels(table, self.masses[: self.used].copy(), rates, self.missed())
+        return Panels(self.table[:count].copy(), self.masses[: self.used].copy(), rates, missed)
 
     def first_time(self) -> float:
         """A time before which nothing that matters can have ended."""
@@ -167,10 +176,15 @@ class _March:
         middle = mean_x + s_xv / s_vv * missing
         pull = abs(w0 * w0 * middle + zeta * belt) + 2.0 * noise / layer + 3.0 * w0 * w0 * deviation
         share = pull * min(self.t_end, 1.0 / w0 + time) / math.sqrt(2.0 * math.pi * s_vv)
-        excess = math.log(share / self.negligible) - 0.5 * distance * distance / s_vv
+        spread = math.sqrt(s_vv)
+        weight = math.log(share / self.negligible)
+        excess = weight - 0.5 * (distance / spread) ** 2
+        reach = math.sqrt(2.0 * excess) + 0.3 if excess > 0.0 else -1.0
+        # The mean falls at most as it would now, free of damping; the deviation grows slower than from here on.
         swing = (w0 + zeta) * math.hypot(w0 * mean_x, mean_v)
-        patience = math.sqrt(s_vv) / swing if swing > 0.0 else math.inf
-        return _Outlook(middle, deviation, math.sqrt(2.0 * excess) + 0.3 if excess > 0.0 else -1.0, patience)
+        needed = math.sqrt(2.0 * max(weight, 0.0))
+        clear = 0.5 * (distance - needed * spread) / (swing + needed * noise / spread)
+        return _Outlook(middle, deviation, reach, spread / swing if swing > 0.0 else math.inf, clear)
 
     def advance(self, time: float, length: float) -> tuple[float, float]:
         """Take one panel from `time` on, about `length` long; return where it ends and a length for the next."""
@@ -185,7 +199,9 @@ class _March:
             if late > self.tolerance:
                 trial *= 0.5
                 self.growth = max(4.0 * self.growth, 1e3)
-        raise BadValue(f"error is {self.tolerance!r}; allowed for these values: larger (it stalls at {time:.3g} s)")
+            if self.fineness < _FINEST:
+                break
+        raise BadValue(f"error is {self.error!r}; allowed for these values: larger (it stalls at {time:.3g} s)")
 
     def panel(self, time: float, length: float) -> tuple[float, float]:
         """Solve one panel, and keep it where it is good enough; choose the next lattice's fineness from it.
@@ -225,10 +241,11 @@ class _March:
     def lattice(self, time: float, length: float) -> _Lattice | None:
         times = (time, *(time + 0.5 * length * (1.0 + NODES)), time + length)
         outlooks = [self.outlook(at) for at in times]
-        belt = self.motion[3]
+        _, zeta, _, belt = self.motion
         halfway = outlooks[len(outlooks) // 2]
-        # While the law is narrower than what the belt covers in the panel, the lattice goes with it.
-        speed = belt if belt * length > halfway.deviation * max(1.0, halfway.reach) else 0.0
+        # While the law is narrower than the belt's way so far, it goes with the belt; later it stands in space.
+        way = min(belt * time, self.turning, 2.0 * belt / zeta if zeta > 0.0 else math.inf)
+        speed = belt if halfway.deviation < 0.4 * way else 0.0
         low, high = math.inf, -math.inf
         for at, seen in zip(times, outlooks, strict=True):
             if seen.reach > 0.0:
@@ -250,7 +267,9 @@ class _March:
                 return last
         return _Lattice(edge * step, spacing, places, speed)
 
-    def own_solution(self, lattice, length, finest, known) -> tuple[np.ndarray, np.ndarray]:
+    def own_solution(
+        self, lattice: _Lattice, length: float, finest: float, known: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Masses and law on a panel, given what start and earlier panels add up to: a few substitutions."""
         first, spacing, places, speed = lattice
         if self.own[:2] != (lattice, length):
@@ -271,11 +290,11 @@ class _March:
             law = better
         return masses, better
 
-    def keep(self, time, length, lattice, masses) -> None:
+    def keep(self, time: float, length: float, lattice: _Lattice, masses: np.ndarray) -> None:
         """Append a panel, without the outer packets that hold next to nothing."""
         rates = masses.sum(axis=1)
         within = 0.5 * length * (rates @ _TO_INTEGRAL.T)
-        self.hazards.append(rates / (1.0 - self.ended - within))
+        self.hazards.append(rates / np.maximum(1.0 - self.ended - within, 0.1 * self.negligible))
         self.ended += 0.5 * length * float(WEIGHTS @ rates)
         weight = np.abs(masses).max(axis=0) * length
         begin = int(np.searchsorted(np.cumsum(weight), 0.01 * self.negligible))
@@ -295,14 +314,28 @@ class _March:
         self.rates.append(rates)
 
     def settled(self, time: float) -> float:
-        """The rate of an exponential end, once the hazard has stood still for as long as the free motion remembers."""
+        """The rate of an exponential end, once the hazard has stood still for as long as the free motion remembers.
+
+        Its means over two such stretches, tapered so that its swings cancel, must not differ by what would matter when
+        most has ended; nor may what it still swings by matter within a swing.
+        """
         count = len(self.rates)
-        if count == 0 or self.table[0, 0] > time - self.memory or self.table[count - 1, 5] != 0.0:
+        if time < 2.0 * self.memory or count == 0 or self.table[count - 1, 5] != 0.0:
             return 0.0
-        recent = np.concatenate([self.hazards[i] for i in range(count) if self.table[i, 0] >= time - self.memory])
-        rate = float(recent[-INSTANTS:].mean())
-        still = np.ptp(recent) * (1.0 - self.ended) <= 0.1 * self.tolerance * rate
-        return rate if rate > 0.0 and still else 0.0
+        first = int(np.searchsorted(self.table[:count, 0], time - 2.0 * self.memory))
+        starts, lengths = self.table[first:count, 0, None], self.table[first:count, 1, None]
+        if lengths.sum() < 1.8 * self.memory:
+            return 0.0
+        hazards = np.array(self.hazards[first:])
+        ago = (time - starts - 0.5 * lengths * (1.0 + NODES)) / self.memory
+        taper = np.sin(math.pi * ago) ** 2 * lengths * WEIGHTS
+        rate, earlier = (np.average(hazards, weights=taper * part) for part in (ago < 1.0, ago >= 1.0))
+        drift = abs(rate - earlier)
+        swing = np.ptp((hazards @ WEIGHTS)[lengths.cumsum() > 0.5 * lengths.sum()])
+        enough = 0.25 * self.error / (1.0 - self.ended)
+        if rate <= 0.0 or drift > 0.05 * rate or 0.5 * swing > enough * self.motion[0]:
+            return 0.0
+        return float(rate) if drift * min(math.exp(-1.0) / rate, self.t_end - time) <= enough else 0.0
 
     def decay(self, time: float, rate: float) -> None:
         """Append panels of the last place law, its mass falling at `rate`."""

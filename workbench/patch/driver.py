@@ -107,6 +107,13 @@ def run_block(where, frame, n):
     _finish_ramps(p, frame, n)
 
 
+@kernel
+def remains(where, k):
+    """What a node puts out in its first row with no input, by its own word: 0 for most."""
+    p = tables_at(where)
+    return _remains(p, k, 0) if p.nodes[k, REST] != 0 and p.output.shape[0] > 0 else 0.0
+
+
 @_inner
 def _fill_signal_controls(p, frame, n):
     """Parameters that are signals: filled once when steady, frame by frame while they move."""
@@ -417,12 +424,15 @@ def _may_sleep(p, k, row, now, nap):
     for j in range(p.nodes[k, EVENT_IN_AT], p.nodes[k, EVENT_IN_AT] + p.nodes[k, EVENT_INS]):
         if p.last_event[j, row] >= now - NAP:
             return False
-    if p.nodes[k, REST] == 0:
-        return True
+    return p.nodes[k, REST] == 0 or _remains(p, k, row) <= QUIET
+
+
+@_inner
+def _remains(p, k, row):
     c = p.control.ctypes.data + 8 * (p.nodes[k, CONTROL_MEMORY] + row * p.nodes[k, CONTROLS])
     s = p.state.ctypes.data + 8 * (p.nodes[k, STATE_AT] + row * p.nodes[k, STATE])
     t = p.tuning.ctypes.data + 8 * (p.nodes[k, TUNING_AT] + row * p.nodes[k, TUNING])
-    return _call_rest(p.nodes[k, REST], c, s, t, p.data.ctypes.data + 8 * p.nodes[k, DATA_AT]) <= QUIET
+    return _call_rest(p.nodes[k, REST], c, s, t, p.data.ctypes.data + 8 * p.nodes[k, DATA_AT])
 
 
 @_inner

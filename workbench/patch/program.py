@@ -323,6 +323,9 @@ class Program:
             settings=np.array([float(self.rate)]),
         )
         self._where = tables.addresses(self.tables)
+        for loud in np.flatnonzero(nodes[:, tables.MODE] == tables.ALL).tolist():
+            if driver.remains(self._where, loud) > driver.QUIET:
+                self.tables.asleep[loud] = 0
         driver.run_block(self._where, 0, 0)  # no frames: loads the driver, so that the first block need not
         self.output = self.tables.output
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}

@@ -5,7 +5,10 @@ file is in WAL mode and committed every 100 ms: killed at any moment, it opens a
 Where frames are missing between blocks there is a gap, and `gaps` lists it.
 """
 
+import os
 import sqlite3
+import tempfile
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -26,23 +29,23 @@ create table command (id integer primary key, frame integer not null, kind text 
 
 
 class Writer:
-    """Writes a new recording; what is put in is safe after `commit`."""
+    """Writes a recording; what is put in is safe after `commit`.
 
-    def __init__(self, path: Path, about: dict[str, str]) -> None:
-        if path.exists():
+    The file appears at `path` with all of `about` in it. With `resume` it may be there already, and is gone on with.
+    """
+
+    def __init__(self, path: Path, about: dict[str, str], resume: bool = False) -> None:
+        if path.exists() and not resume:
             raise BadFile(f"{path} is there already; choose another name for the recording")
         try:
+            if not path.exists():
+                _create(path, about)
             self._base = sqlite3.connect(path, isolation_level=None)
-            self._base.execute(f"pragma application_id = {APPLICATION_ID}")
-            self._base.execute(f"pragma user_version = {VERSION}")
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma synchronous = normal")
-            self._base.executescript(_TABLES)
-        except sqlite3.Error as error:
+        except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
         self._base.execute("begin")
-        self._base.executemany("insert into about values (?, ?)", about.items())
-        self.commit()
 
     def force(self, first: int, rows: NDArray[np.float64]) -> None:
         """Force samples: number of the first, and (stamp, arrival, corners...) each."""
@@ -55,6 +58,24 @@ class Writer:
     def command(self, frame: int, kind: str, body: str) -> None:
         """A command and the frame on which it took effect."""
         self._base.execute("insert into command (frame, kind, body) values (?, ?, ?)", (frame, kind, body))
+
+    def note(self, key: str, value: str) -> None:
+        """Something about the session, in the place of what was said before."""
+        self._base.execute("insert or replace into about values (?, ?)", (key, value))
+
+    def end(self, table: str) -> int | None:
+        """The number behind the last sample of `force` or frame of `vibration`; None where there is none."""
+        last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
+        return last[0] if last else None
+
+    def cut(self, end: int) -> None:
+        """Take away what was played from session frame `end` on."""
+        over = self._base.execute("select first, count, data from vibration where first + count > ?", (end,)).fetchall()
+        self._base.execute("delete from vibration where first + count > ?", (end,))
+        for first, count, data in over:
+            if first < end:
+                kept = data[: len(data) // count * (end - first)]
+                self._base.execute("insert into vibration values (?, ?, ?)", (first, end - first, kept))
 
     def commit(self) -> None:
         """Make safe what was put in so far."""
@@ -73,6 +94,23 @@ class Writer:
             self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
 
 
+def _create(path: Path, about: dict[str, str]) -> None:
+    """A recording with nothing in it yet, made beside `path` and moved there, so that no part of one is ever seen."""
+    handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    os.close(handle)
+    try:
+        with closing(sqlite3.connect(beside, isolation_level=None)) as base:
+            base.execute(f"pragma application_id = {APPLICATION_ID}")
+            base.execute(f"pragma user_version = {VERSION}")
+            base.executescript(_TABLES)
+            base.executemany("insert into about values (?, ?)", about.items())
+        Path(beside).chmod(0o644)
+        Path(beside).replace(path)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
+
+
 @dataclass(frozen=True)
 class Gap:
     """Frames (or samples) that are missing: the first, and how many."""
@@ -84,7 +122,7 @@ class Gap:
 class Recording:
     """Reads a recording, also one whose writer was killed.
 
-    `about` has the texts `patch`, `floor`, `rate`, `force_rate` and `target`.
+    `about` has the texts `patch`, `folder`, `floor`, `rate`, `force_rate` and `target`.
     """
 
     def __init__(self, path: str | Path) -> None:

@@ -1,0 +1,69 @@
+"""Tables, figures and pictures of what the bench found."""
+
+import json
+from xml.etree import ElementTree
+
+import pytest
+
+from workbench.bench import report
+from workbench.bench.accuracy import Comparison, Curve, Point
+from workbench.bench.report import Bench
+from workbench.bench.scale import Cost
+from workbench.bench.stability import Failure, Stability
+from workbench.errors import BadFile
+from workbench.patch.patch import Patch
+
+CURVES = (
+    Curve("ours", "steps", False, (Point(1.0, 1e-3, 1e-4), Point(2.0, 2e-3, 0.0))),
+    Curve("a < b", "step, s", True, (Point(0.1, 0.5, 0.1),)),
+)
+COMPARISON = Comparison("impact", "a blow & more", "relative", CURVES)
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture
+def bench():
+    stable = Stability(3, 40, 5, 20.0, {"impact": 7}, [Failure("gain makes a mess", Patch(title="broken"), 8000)])
+    return Bench([COMPARISON], [Cost("gravel", 36, 2, 64, 123.4, 0.056)], stable)
+
+
+def test_the_picture_places_points_by_their_logarithms():
+    root = ElementTree.fromstring(report.picture(COMPARISON))
+    dots = [(float(dot.get("cx")), float(dot.get("cy"))) for dot in root.iter(f"{SVG}circle")]
+    assert len(dots) == 3
+    (x_good, y_quick), (x_best, y_slower), (x_bad, y_slow) = dots
+    assert x_best < x_good < x_bad
+    assert y_quick < y_slow + 1000.0
+    assert y_slow < y_slower < y_quick
+    assert (x_bad - x_good) / (x_good - x_best) == pytest.approx(3.0 / 13.0, rel=0.01)
+    assert (y_quick - y_slower) / (y_slower - y_slow) == pytest.approx(0.30103 / 2.39794, rel=0.02)
+    assert "a < b" in [label.text for label in root.iter(f"{SVG}text")]
+    assert sum(line.get("stroke-dasharray") is not None for line in root.iter(f"{SVG}polyline")) == 2
+
+
+def test_the_table_says_everything(bench):
+    table = report.text(bench)
+    for words in ("a blow & more", "a < b (naive)", "123.4 times real time", "5.6 %", "1 failures", "impact 7"):
+        assert words in table
+    assert bench.stability.failures[0].patch.dumps().decode() in table
+
+
+def test_a_report_is_a_page_with_its_pictures_figures_and_failures(bench, tmp_path):
+    folder = tmp_path / "a" / "report"
+    report.write(bench, folder)
+    (folder / "failure-02.json").write_text("of an earlier run")
+    report.write(bench, folder)
+    assert {file.name for file in folder.iterdir()} == {"bench.json", "index.html", "01-impact.svg", "failure-01.json"}
+    data = json.loads((folder / "bench.json").read_text())
+    assert data == json.loads(json.dumps(bench.data()))
+    assert data["accuracy"][0]["curves"][1]["points"][0] == {"knob": 0.1, "seconds": 0.5, "error": 0.1}
+    assert Patch.loads((folder / "failure-01.json").read_bytes(), {}).title == "broken"
+    page = (folder / "index.html").read_text()
+    assert (folder / "01-impact.svg").read_text() in page
+    assert "a blow &amp; more" in page
+
+
+def test_a_folder_that_cannot_be_written_is_named(bench, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadFile, match="file"):
+        report.write(bench, tmp_path / "file" / "report")

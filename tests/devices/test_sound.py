@@ -1,0 +1,147 @@
+"""Real PortAudio into a PulseAudio null sink, judged by the samples that arrive there."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from live import live
+from made_patches import hum, rough_step
+
+from workbench.clock import FADE
+from workbench.devices.sound import Stream
+from workbench.engine.messages import Level, Notice, Panic, Started
+from workbench.engine.safety import PANIC
+from workbench.errors import DeviceError
+from workbench.floor.layout import Floor, default_floor
+
+BUFFER_S = 0.08
+SINE = {"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0}
+
+
+def placed(heard, played):
+    """Where `played` [frame, channel] begins in `heard`, sample for sample; None where it is not in it."""
+    frame = int(np.argmax(np.abs(played).max(axis=1)))
+    for at in np.flatnonzero((heard[:, : played.shape[1]] == played[frame]).all(axis=1)):
+        begin = at - frame
+        if begin >= 0 and np.array_equal(heard[begin : begin + len(played), : played.shape[1]], played):
+            return begin
+    return None
+
+
+def settled(playing):
+    playing.started()
+    playing.session.send(Level(0.0))
+    playing.play(24_000)
+
+
+def test_what_arrives_is_what_the_engine_says_it_played(null_sink, until):
+    """Bit for bit, on every tile's own channel, in every tenth of a second that this machine let through whole."""
+    with null_sink.heard() as heard, live(rough_step(), until, sound="", latency_s=BUFFER_S) as playing:
+        assert playing.started().where == "sound card"
+        playing.session.send(Level(0.0))
+        playing.play(120_000)
+        count = playing.end
+        until(lambda: heard()[-4_800:].any() and len(heard()) > count, "it is heard")
+        arrived = heard()
+    played = playing.played(0, count)
+    assert played.any(axis=0).all()
+    parts = [first for first in range(14_400, 96_000, 4_800) if played[first : first + 4_800].any(axis=0).sum() > 0]
+    places = [placed(arrived, played[first : first + 4_800]) for first in parts]
+    whole = [(first, place) for first, place in zip(parts, places, strict=True) if place is not None]
+    assert len(parts) >= 10
+    assert len(whole) >= 0.7 * len(parts)
+    shifts = np.diff([place - first for first, place in whole])
+    assert np.median(shifts) == 0.0
+    assert (shifts >= 0).all()
+
+
+def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until):
+    with null_sink.heard() as heard, live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
+        settled(playing)
+        until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard")
+        before = len(heard())
+        playing.session.panic()
+        edge = playing.done(Panic)
+        until(lambda: not heard()[-9_600:].any(), "it is silent", 5.0)
+        arrived = heard()
+        last = np.flatnonzero(arrived.any(axis=1))[-1]
+        # The buffer, a block, and what lies between the sink and this file (parec asks for 20 ms).
+        assert last - before < (BUFFER_S + 0.1) * 48_000
+        playing.play(9_600)
+        assert not playing.played(edge + PANIC, 9_000).any()
+        assert not heard()[last + 1 :].any()
+        playing.session.play()
+        until(lambda: (playing.poll(), np.abs(heard()[-480:]).max() > 0.1)[1], "it is heard again")
+
+
+def test_a_session_that_ends_is_ramped_down(null_sink, until):
+    with null_sink.heard() as heard:
+        with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
+            settled(playing)
+            until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard")
+        until(lambda: not heard()[-9_600:].any(), "it is silent")
+        arrived = heard()[:, 0]
+    end = np.flatnonzero(arrived)[-1] + 1
+    period = arrived[end - 2 * FADE : end - FADE]  # 480 frames: the ramp is as long as the period
+    np.testing.assert_allclose(arrived[end - FADE : end], period * np.linspace(1.0, 0.0, FADE), atol=0.003)
+
+
+@pytest.mark.parametrize("sound", ["no such card", ""])
+def test_without_a_sound_card_the_session_goes_on_and_says_so_once(until, monkeypatch, tmp_path, sound):
+    if not sound:
+        cards = Path("/proc/asound/cards")
+        if cards.exists() and "no soundcards" not in cards.read_text():
+            pytest.skip("this machine has a sound card")
+        (tmp_path / "asound.conf").write_text("pcm.!default { type hw\n card 0 }\nctl.!default { type hw\n card 0 }\n")
+        monkeypatch.setenv("ALSA_CONFIG_PATH", str(tmp_path / "asound.conf"))
+    with live(hum(), until, sound=sound) as playing:
+        started = playing.started()
+        assert started.where == "the simulator, without sound"
+        assert started.notice.endswith("; going on without sound")
+        assert "\n" not in started.notice
+        playing.play(9_600)
+        assert playing.played(playing.end - 480, 480).any()
+        assert len(playing.of(Started)) == 1
+        assert playing.of(Notice) == []
+
+
+def test_a_sound_card_that_goes_away_does_not_end_the_session(null_sink, until):
+    with live(hum(), until, sound="", latency_s=BUFFER_S) as playing:
+        assert playing.started().where == "sound card"
+        playing.play(9_600)
+        null_sink.stop()
+        playing.until(lambda: playing.of(Notice), "it is told")
+        assert "without sound" in playing.of(Notice)[0].text
+        playing.play(24_000)
+        assert len(playing.of(Started)) == 1
+        assert len(playing.of(Notice)) == 1
+
+
+def test_a_tile_without_a_channel_is_named(null_sink, until):
+    tiles = default_floor(1, 3).tiles
+    floor = Floor((*tiles[:2], msgspec.structs.replace(tiles[2], output=40)))
+    with live(hum(), until, sound="", latency_s=BUFFER_S, floor=floor) as playing:
+        assert playing.started().notice == "tiles without a channel: t3"
+        playing.play(4_800)
+        assert not playing.played(playing.end - 480, 480)[:, 2].any()
+        assert playing.played(playing.end - 480, 480)[:, 0].any()
+
+
+def test_a_device_that_is_not_there_is_named_in_one_line():
+    pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
+    with pytest.raises(DeviceError, match="no such card") as error:
+        Stream("no such card", 2, 48_000, 128, lambda: 0)
+    assert "\n" not in str(error.value)
+
+
+def test_without_portaudio_there_are_no_devices():
+    script = """
+import sys
+sys.modules["sounddevice"] = None
+from workbench.devices import sound
+assert sound.devices() == []
+"""
+    subprocess.run([sys.executable, "-c", script], check=True)

@@ -1,0 +1,202 @@
+"""Force at audio rate, against straight lines drawn between the samples by hand."""
+
+import numpy as np
+import pytest
+
+from workbench.devices.device import MOST, room
+from workbench.engine.intake import Intake
+from workbench.floor.layout import default_floor
+
+FLOOR = default_floor(1, 2)
+RATE = 48_000.0
+GATE, HOLD = 0.005, 0.020
+QUIET_S, STAND_S = 0.3, 1.0
+
+
+class Given:
+    """A source that hands over given samples in the frame of their arrival."""
+
+    def __init__(self, rate_hz, stamps, forces, arrivals=None):
+        self.floor, self.rate_hz = FLOOR, rate_hz
+        self.stamps, self.arrivals, self.forces = room(FLOOR)
+        self._all = stamps, stamps if arrivals is None else arrivals, forces
+        self._next = 0
+
+    def pull(self, end):
+        stamps, arrivals, forces = self._all
+        stop = min(int(np.searchsorted(arrivals, end)), self._next + MOST)
+        count = stop - self._next
+        for mine, given in zip((self.stamps, self.arrivals, self.forces), (stamps, arrivals, forces), strict=True):
+            mine[:count] = given[self._next : stop]
+        self._next = stop
+        return count
+
+
+def standing(rate_hz, rate=RATE, seconds=2.0):
+    """Samples of someone who stands on the first tile from 0.3 to 1.3 s and sways: stamps in frames, and forces."""
+    time_s = np.arange(round(seconds * rate_hz)) / rate_hz
+    forces = np.zeros((len(time_s), 2, 4))
+    on = (time_s >= QUIET_S) & (time_s < QUIET_S + STAND_S)
+    sway = 0.3 * np.sin(2.0 * np.pi * 1.7 * time_s[on])
+    load = 600.0 + 150.0 * np.sin(2.0 * np.pi * 3.1 * time_s[on])
+    forces[on, 0] = load[:, None] * np.stack([1 + sway, 1 - sway, 1 - sway, 1 + sway], axis=1) / 4.0
+    return time_s * rate, forces
+
+
+def drawn(source, frames, rate=RATE, blocks=(512,)):
+    """Force, x and y [signal, tile, frame], as the intake gives them in blocks of these sizes."""
+    intake = Intake(source, rate)
+    out = np.zeros((3, 2, frames))
+    at = turn = 0
+    while at < frames:
+        n = min(blocks[turn % len(blocks)], frames - at)
+        block = np.full((3, 2, n), np.nan)
+        intake.take(at + n)
+        intake.fill(*block, at, n)
+        out[:, :, at : at + n] = block
+        at, turn = at + n, turn + 1
+    return out
+
+
+RATES = pytest.mark.parametrize("rate_hz", [1000.0, 240.0, 160.0])
+
+
+@RATES
+def test_force_is_linear_between_samples_and_late_by_exactly_one_period(rate_hz):
+    stamps, forces = standing(rate_hz)
+    force, x, y = drawn(Given(rate_hz, stamps, forces), 90_000)[:, 0]
+    period = RATE / rate_hz
+    frames = np.arange(90_000)
+    onset, off = stamps[forces[:, 0].any(axis=1)][[0, -1]]
+    inside = slice(int(np.ceil(onset + GATE * RATE)) + 1, int(off + period))
+    line = np.interp(frames - period, stamps, forces[:, 0].sum(axis=1))
+    np.testing.assert_allclose(force[inside], line[inside], rtol=1e-12, atol=1e-9)
+    sensors = np.array(FLOOR.tiles[0].sensors_m)
+    loaded = forces[:, 0].any(axis=1)
+    for place, axis in ((x, 0), (y, 1)):
+        centroid = forces[loaded, 0] @ sensors[:, axis] / forces[loaded, 0].sum(axis=1)
+        line = np.interp(frames - period, stamps[loaded], centroid)
+        settled = slice(int(np.ceil(onset + period)), int(off + period))
+        np.testing.assert_allclose(place[settled], line[settled], atol=1e-12)
+
+
+@RATES
+def test_off_contact_all_is_exactly_zero_and_the_gate_takes_5_ms(rate_hz):
+    stamps, forces = standing(rate_hz)
+    signals = drawn(Given(rate_hz, stamps, forces), 90_000)
+    assert not signals[:, 1].any()
+    force = signals[0, 0]
+    loaded = np.flatnonzero(forces[:, 0].any(axis=1))
+    period = RATE / rate_hz
+    opens, closes = stamps[loaded[0]], stamps[loaded[-1] + 1]
+    first, last = np.flatnonzero(force)[[0, -1]]
+    assert first == opens + 1  # at its beginning the line is still at zero
+    assert closes <= last <= closes + max(period, GATE * RATE)
+    assert not signals[:, 0, : first - 1].any()
+    assert not signals[:, 0, int(closes + max(period, GATE * RATE)) + 2 :].any()
+    line = np.interp(np.arange(90_000) - period, stamps, forces[:, 0].sum(axis=1))
+    gate = force[first : first + 300] / line[first : first + 300]
+    np.testing.assert_allclose(gate, np.minimum(np.arange(2, 302) / (GATE * RATE), 1.0), atol=1e-9)
+
+
+@RATES
+def test_noise_of_an_empty_tile_is_not_let_through(rate_hz):
+    stamps, forces = standing(rate_hz)
+    forces[:, 1] = 3.0 + np.random.default_rng(2).normal(0.0, 0.4, (len(stamps), 4))
+    assert not drawn(Given(rate_hz, stamps, forces), 90_000)[:, 1].any()
+
+
+@RATES
+def test_a_gap_is_held_and_then_ramped_to_nothing(rate_hz):
+    stamps, forces = standing(rate_hz)
+    before = np.searchsorted(stamps, 0.8 * RATE)
+    after = np.searchsorted(stamps, 1.0 * RATE)
+    kept = np.r_[:before, after : len(stamps)]
+    force = drawn(Given(rate_hz, stamps[kept], forces[kept]), 90_000)[0, 0]
+    period = RATE / rate_hz
+    reached = int(np.ceil(stamps[before - 1] + period))
+    height = forces[before - 1, 0].sum()
+    hold = HOLD * RATE
+    frames = np.arange(reached, int(stamps[after]))
+    line = height * np.interp(frames - period - stamps[before - 1], [0.0, hold, 2.0 * hold], [1.0, 1.0, 0.0])
+    np.testing.assert_allclose(force[frames], line, atol=1e-9)
+    assert not force[reached + int(2.0 * hold) + 1 : int(stamps[after])].any()
+    back = slice(int(stamps[after] + period + GATE * RATE) + 1, int(1.2 * RATE))
+    full = np.interp(np.arange(90_000) - period, stamps, forces[:, 0].sum(axis=1))
+    np.testing.assert_allclose(force[back], full[back], rtol=1e-12, atol=1e-9)
+
+
+@RATES
+def test_nothing_jumps_at_the_edges_of_a_gap(rate_hz):
+    stamps, forces = standing(rate_hz)
+    gone = (stamps > 0.8 * RATE) & (stamps < (0.8 + 0.030) * RATE)
+    force = drawn(Given(rate_hz, stamps[~gone], forces[~gone]), 90_000)[0, 0]
+    steepest = 750.0 / (RATE / rate_hz) + 750.0 / (GATE * RATE)  # a line through an opening gate
+    assert np.abs(np.diff(force)).max() <= 1.05 * steepest
+
+
+def test_a_sample_that_is_late_changes_nothing_before_it_came():
+    stamps, forces = standing(1000.0)
+    arrivals = stamps.copy()
+    arrivals[900:904] += 30.0
+    changed = forces.copy()
+    changed[902, 0] *= 1.5
+    one = drawn(Given(1000.0, stamps, forces, arrivals), 60_000)[0, 0]
+    other = drawn(Given(1000.0, stamps, changed, arrivals), 60_000)[0, 0]
+    assert np.flatnonzero(one != other)[0] in range(int(arrivals[902]), int(arrivals[902]) + 2)
+
+
+def test_after_a_hold_up_the_force_is_on_time_again():
+    """Fifty samples come at once when the gate has closed: the newest counts, and the next are late by one period."""
+    stamps, forces = standing(1000.0)
+    arrivals = stamps.copy()
+    arrivals[800:850] = stamps[850] - 1.0
+    force = drawn(Given(1000.0, stamps, forces, arrivals), 60_000)[0, 0]
+    line = np.interp(np.arange(60_000) - 48.0, stamps, forces[:, 0].sum(axis=1))
+    on_time = slice(int(stamps[850] + GATE * RATE) + 1, 60_000)
+    np.testing.assert_allclose(force[on_time], line[on_time], rtol=1e-12, atol=1e-9)
+    assert np.abs(np.diff(force[int(stamps[799]) : int(stamps[860])])).max() <= 750.0 / 48.0 + 750.0 / (GATE * RATE)
+
+
+def test_samples_that_are_always_late_by_the_same_are_still_straight_lines():
+    stamps, forces = standing(1000.0)
+    force = drawn(Given(1000.0, stamps, forces, stamps + 130.0), 60_000)[0, 0]
+    line = np.interp(np.arange(60_000) - 48.0 - 82.0 - 48.0, stamps, forces[:, 0].sum(axis=1))
+    inside = slice(int(0.4 * RATE), int(1.2 * RATE))
+    np.testing.assert_allclose(force[inside], line[inside], rtol=1e-9)
+
+
+@pytest.mark.parametrize("rate", [48_000.0, 44_100.0])
+@pytest.mark.parametrize("rate_hz", [1000.0, 240.0, 160.0, 970.3])
+def test_any_block_size_gives_the_same_bytes(rate, rate_hz):
+    random = np.random.default_rng(5)
+    stamps, forces = standing(rate_hz, rate)
+    kept = random.random(len(stamps)) > 0.02
+    kept[: round(0.35 * rate_hz)] = True
+    stamps, forces = stamps[kept], forces[kept]
+    late = np.where(random.random(len(stamps)) < 0.05, random.exponential(0.02 * rate, len(stamps)), 0.0)
+    arrivals = np.maximum.accumulate(stamps + late)
+    whole = drawn(Given(rate_hz, stamps, forces, arrivals), 60_000, rate, [1024])
+    assert whole.any()
+    for blocks in ([64], [7], [1, 250, 33]):
+        again = drawn(Given(rate_hz, stamps, forces, arrivals), 60_000, rate, blocks)
+        assert again.tobytes() == whole.tobytes(), blocks
+
+
+def test_a_tare_takes_what_the_tile_reads_now_as_its_zero():
+    stamps, forces = standing(1000.0)
+    forces[:, 0] += np.where(stamps > 0.1 * RATE, 4.0, 0.0)[:, None]
+    intake = Intake(Given(1000.0, stamps, forces), RATE)
+    intake.take(round(0.25 * RATE))
+    intake.tare()
+    np.testing.assert_allclose(intake.tracker.baseline_n, [[4.0] * 4, [0.0] * 4])
+
+
+def test_who_hears_of_samples_hears_of_each_once():
+    stamps, forces = standing(1000.0)
+    intake = Intake(Given(1000.0, stamps, forces), RATE)
+    heard = []
+    intake.hear = lambda count: heard.extend(intake.source.stamps[:count])
+    for end in (1, 500, 40_000, 90_000):
+        intake.take(end)
+    assert heard == stamps[stamps < 90_000].tolist()

@@ -1,0 +1,262 @@
+import multiprocessing
+import os
+import signal
+import sqlite3
+
+import numpy as np
+import pytest
+from live import live
+from made_patches import hum, stepped_bank
+
+from workbench.engine import messages
+from workbench.engine.messages import Done, Level, Lost, Notice, Panic, Set, Strike, Swap
+from workbench.engine.recorder import Recorder, from_text, to_text
+from workbench.engine.replayed import is_recording, replay
+from workbench.engine.rings import Ring
+from workbench.errors import BadFile
+from workbench.floor.layout import default_floor
+from workbench.nodes import REGISTRY
+from workbench.records.recording import Gap, Recording, Writer
+
+ABOUT = {
+    "patch": hum().dumps().decode(),
+    "floor": default_floor(1, 2).dumps().decode(),
+    "rate": "48000",
+    "force_rate": "1000.0",
+    "target": "simulator",
+}
+
+
+class Rings:
+    """The two rings that a recorder reads, and what was written to them."""
+
+    def __init__(self):
+        self.force, self.vibration = Ring.create(10, 4_096, "float64"), Ring.create(2, 65_536)
+
+    def write(self, count):
+        """The next frames and samples; every number says where it stands."""
+        frames = np.arange(self.vibration.written, self.vibration.written + count)[:, None] / [[1e6, -1e6]]
+        self.vibration.write(frames.astype(np.float32), count)
+        samples = np.arange(self.force.written, self.force.written + count // 48)[:, None] + np.zeros(10)
+        self.force.write(samples, len(samples))
+
+    def close(self):
+        self.force.close()
+        self.vibration.close()
+
+
+@pytest.fixture
+def rings():
+    rings = Rings()
+    yield rings
+    rings.close()
+
+
+@pytest.fixture
+def record(rings, tmp_path):
+    """Starts a recorder of the rings; one that a failed test leaves running is killed."""
+
+    def start(name="a.uf"):
+        return Recorder(multiprocessing.get_context("spawn"), tmp_path / name, ABOUT, rings.force, rings.vibration)
+
+    yield start
+    for process in multiprocessing.active_children():
+        process.kill()
+        process.join()
+
+
+def frames_in(path):
+    """How many frames are safe in a file that is being written."""
+    if not path.exists():
+        return 0
+    base = sqlite3.connect(path)
+    try:
+        return base.execute("select max(first + count) from vibration").fetchone()[0] or 0
+    finally:
+        base.close()
+
+
+def expected(first, end):
+    return (np.arange(first, end)[:, None] / [[1e6, -1e6]]).astype(np.float32)
+
+
+def test_all_that_is_played_from_now_on_is_in_the_file(rings, record, until):
+    rings.write(9_600)
+    recorder = record()
+    rings.write(4_800)
+    until(lambda: frames_in(recorder.path) == 14_400, "the first frames are safe")
+    rings.write(4_800)
+    recorder.note(Done(12_000, Level(-3.0)))
+    recorder.close(19_200)
+    with Recording(recorder.path) as recording:
+        first, played = recording.vibration()
+        assert (first, len(played)) == (9_600, 9_600)
+        np.testing.assert_array_equal(played, expected(9_600, 19_200))
+        np.testing.assert_array_equal(recording.forces()[:, 3], np.arange(200, 400))
+        assert recording.commands() == [(12_000, "Level", '{"db":-3.0}')]
+        assert recording.about == ABOUT
+        assert recording.gaps() == recording.gaps("force") == []
+    assert is_recording(recorder.path)
+    assert sorted(path.name for path in recorder.path.parent.iterdir()) == ["a.uf"]
+
+
+def test_it_ends_where_all_commands_are_known(rings, record, until):
+    recorder = record()
+    for _ in range(3):
+        rings.write(4_800)
+        until(lambda: frames_in(recorder.path) == rings.vibration.written)
+    recorder.close(9_000)
+    with Recording(recorder.path) as recording:
+        np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_000))
+
+
+def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, until):
+    recorder = record()
+    rings.write(9_600)
+    until(lambda: frames_in(recorder.path) == 9_600)
+    rings.write(4_800)
+    os.kill(recorder._process.pid, signal.SIGKILL)
+    until(lambda: not recorder._process.is_alive())
+    with Recording(recorder.path) as recording:
+        first, played = recording.vibration()
+        assert first == 0
+        assert len(played) in (9_600, 14_400)
+        np.testing.assert_array_equal(played, expected(0, len(played)))
+        assert recording.about["patch"] == ABOUT["patch"]
+        assert len(recording.forces()) == len(played) // 48
+
+    assert recorder.gone() == "signal 9"
+    recorder.go_on()
+    rings.write(4_800)
+    recorder.note(Done(15_000, Level(0.0)))
+    recorder.close(1 << 40)
+    with Recording(recorder.path) as recording:
+        np.testing.assert_array_equal(recording.vibration()[1], expected(0, 19_200))
+        np.testing.assert_array_equal(recording.forces()[:, 3], np.arange(400))
+        assert len(recording.commands()) == 1
+
+
+def test_killed_before_there_is_a_file_it_begins_anew(rings, record):
+    recorder = record()
+    os.kill(recorder._process.pid, signal.SIGKILL)
+    recorder._process.join()
+    rings.write(480)
+    assert recorder.gone() == "signal 9"
+    recorder.go_on()
+    recorder.close(480)
+    with Recording(recorder.path) as recording:
+        assert len(recording.vibration()[1]) == 480
+
+
+def test_where_an_engine_took_over_there_is_a_gap(rings, record):
+    recorder = record()
+    rings.write(4_800)
+    rings.vibration.skip(24_000)
+    rings.write(4_800)
+    recorder.close(1 << 40)
+    with Recording(recorder.path) as recording:
+        first, played = recording.vibration()
+        assert recording.gaps() == [Gap(4_800, 19_200)]
+        np.testing.assert_array_equal(played[:4_800], expected(0, 4_800))
+        np.testing.assert_array_equal(played[24_000:], expected(24_000, 28_800))
+        assert (first, played[4_800:24_000].any()) == (0, False)
+    with pytest.raises(BadFile, match="gaps"):
+        replay(recorder.path, REGISTRY)
+
+
+def test_a_file_that_is_there_is_not_written_over(rings, record):
+    record().close(0)
+    with pytest.raises(BadFile, match="there already"):
+        record()
+
+
+def test_a_place_that_cannot_be_written_is_told_in_one_line(rings, record, until):
+    recorder = record("none/a.uf")
+    said = until(recorder.receive, "it says so")
+    assert len(said) == 1
+    assert "none/a.uf is not recorded any further" in said[0]
+    until(lambda: recorder.gone() == "", "it ends by itself")
+
+
+# --- in a session ---
+
+
+def test_a_recorder_that_is_killed_goes_on_in_the_same_file(until, tmp_path):
+    path = tmp_path / "live.uf"
+    with live(stepped_bank(), until, record=path) as playing:
+        session = playing.session
+        playing.started()
+        playing.play(9_600)
+        until(lambda: frames_in(path) > 4_800)
+        os.kill(session._recorder._process.pid, signal.SIGKILL)
+        playing.until(lambda: playing.of(Lost), "the death is noticed")
+        assert playing.of(Lost)[0].process == "recorder"
+        safe = frames_in(path)
+        until(lambda: (playing.poll(), frames_in(path) > safe + 4_800)[1], "it goes on")
+        session.stop_recording()
+        assert session.recording is None
+    with Recording(path) as recording:
+        assert recording.gaps() == []
+        first, played = recording.vibration()
+    assert first == 0
+    assert played.tobytes() == playing.played(0, len(played)).tobytes()
+
+
+def test_a_recording_that_cannot_be_made_is_told_and_ends(until, tmp_path):
+    with live(stepped_bank(), until, record=tmp_path / "none" / "a.uf", start=False) as playing:
+        playing.until(lambda: playing.of(Notice), "it is told")
+        playing.until(lambda: playing.session.recording is None, "it ends")
+        assert playing.of(Lost) == []
+
+
+def test_what_was_recorded_later_cannot_be_replayed(rings, record):
+    rings.write(480)
+    recorder = record()
+    rings.write(480)
+    recorder.close(960)
+    with pytest.raises(BadFile, match="does not begin with its session"):
+        replay(recorder.path, REGISTRY)
+
+
+# --- the file ---
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        Strike("bank", "t1", 0.5),
+        Set("tone", "frequency", 81.25),
+        Swap(hum().dumps(), ("tone.out",)),
+        Swap(hum().dumps(), together=False),
+        Panic(),
+        messages.Press("t1", 0.1, -0.2, 300.0),
+        messages.Play(True),
+    ],
+)
+def test_commands_are_what_they_were(command):
+    assert from_text(*to_text(command)) == command
+
+
+def test_cut_takes_away_whole_blocks_and_parts_of_them(tmp_path):
+    writer = Writer(tmp_path / "a.uf", ABOUT)
+    for first in (0, 100, 200):
+        writer.vibration(first, expected(first, first + 100))
+    assert writer.end("vibration") == 300
+    assert writer.end("force") is None
+    writer.cut(130)
+    writer.note("patch", "another")
+    writer.commit()
+    writer.close()
+    with Recording(tmp_path / "a.uf") as recording:
+        np.testing.assert_array_equal(recording.vibration()[1], expected(0, 130))
+        assert recording.about["patch"] == "another"
+
+
+@pytest.mark.parametrize("text", [b"", b"no recording at all", b"SQLite format 3\0" + bytes(200)])
+def test_other_files_are_refused_in_one_line(tmp_path, text):
+    path = tmp_path / "b.uf"
+    path.write_bytes(text)
+    with pytest.raises(BadFile, match="is not a recording"):
+        Recording(path)
+    with pytest.raises(BadFile, match="no such file"):
+        Recording(tmp_path / "c.uf")

@@ -1,0 +1,115 @@
+import math
+
+import numpy as np
+import pytest
+import soundfile
+from made_patches import hum, rough_step, stepped_bank
+
+from workbench.devices.simulated import SimulatedFloor
+from workbench.engine.messages import Level, Play, Press, Set, Strike
+from workbench.engine.render import render, write_wav
+from workbench.errors import BadFile, BadValue
+from workbench.floor.layout import default_floor
+from workbench.nodes import REGISTRY
+
+FLOOR = default_floor()
+SECONDS = 1.5
+
+
+def walked(patch, block=1024, **options):
+    return render(patch, REGISTRY, SimulatedFloor(FLOOR), SECONDS, block=block, **options)
+
+
+@pytest.mark.parametrize("patch", [stepped_bank(), rough_step(), hum()])
+def test_the_walk_gives_the_same_bytes_for_any_block_size(patch):
+    whole = walked(patch).samples
+    assert whole.any()
+    for block in (7, 64):
+        assert walked(patch, block).samples.tobytes() == whole.tobytes()
+
+
+def test_commands_at_odd_frames_give_the_same_bytes_for_any_block_size():
+    commands = (
+        (0, Play(True)),
+        (5_001, Set("modal-bank", "pitch", 0.7)),
+        (9_007, Strike("", "t4", 1.0)),
+        (11_111, Press("t2", 0.01, 0.02, 250.0)),
+        (20_003, Level(-9.0)),
+        (30_001, Press("t2", 0.0, 0.0, 0.0)),
+        (50_021, Play(False)),
+    )
+    whole = walked(stepped_bank(), commands=commands).samples
+    assert whole[:, 1].any()
+    assert whole[:, 3].any()
+    assert not whole[50_021 + 512 :].any()
+    for block in (7, 64):
+        assert walked(stepped_bank(), block, commands=commands).samples.tobytes() == whole.tobytes()
+
+
+def test_the_seed_decides():
+    own = walked(rough_step()).samples
+    assert walked(rough_step(), seed=rough_step().seed).samples.tobytes() == own.tobytes()
+    assert walked(rough_step(), seed=4).samples.tobytes() != own.tobytes()
+
+
+def test_the_first_foot_comes_down_at_a_fifth_of_a_second():
+    out = walked(rough_step()).samples
+    first = np.flatnonzero(out.any(axis=1))[0] / 48_000
+    assert 0.2 <= first < 0.23
+
+
+def test_nothing_is_let_out_unless_it_is_asked_for():
+    assert not walked(hum(), commands=()).samples.any()
+
+
+def test_an_empty_floor_puts_everything_to_sleep():
+    rendered = render(stepped_bank(), REGISTRY, SimulatedFloor(FLOOR, walking=False), 0.5)
+    assert not rendered.samples.any()
+    assert rendered.run == []
+    assert set(rendered.asleep) == {"tile-force", "footfall", "join", "strike", "modal-bank", "tile-output"}
+
+
+def test_the_summary_says_what_came_out():
+    rendered = walked(hum(tone={"amplitude": 2.0, "harmonics": (1.0,)}).add("noise", REGISTRY))
+    summary = rendered.summary()
+    assert summary["peak"] == pytest.approx(0.1, rel=0.1)  # 2 of 20 m/s^2
+    assert summary["rms"] == pytest.approx(math.sqrt(np.mean(rendered.samples.astype(float) ** 2)))
+    assert summary["seconds"] == SECONDS
+    assert summary["times_real_time"] > 0.0
+    assert summary["nodes"] == {"run": ["tone", "tile-output"], "asleep": [], "left_out": ["noise"]}
+
+
+def test_another_rate_is_played_at_that_rate():
+    tone = hum(tone={"frequency": 100.0, "harmonics": (1.0,)})
+    low, high = (render(tone, REGISTRY, SimulatedFloor(FLOOR, rate), 1.0, rate=rate) for rate in (44_100.0, 96_000.0))
+    for rendered in (low, high):
+        spectrum = np.abs(np.fft.rfft(rendered.samples[:, 0]))
+        assert np.argmax(spectrum) == 100
+    assert (len(low.samples), len(high.samples)) == (44_100, 96_000)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "options"),
+    [(0.0, {}), (math.nan, {}), (1.0, {"block": 0}), (1.0, {"block": 1 << 20}), (1.0, {"rate": 10.0})],
+)
+def test_what_cannot_be_rendered_is_refused(seconds, options):
+    with pytest.raises(BadValue, match="allowed: "):
+        render(hum(), REGISTRY, SimulatedFloor(FLOOR), seconds, **options)
+
+
+def test_the_same_samples_make_the_same_file(tmp_path):
+    samples = walked(stepped_bank()).samples
+    one, two = tmp_path / "one.wav", tmp_path / "two.wav"
+    for path in (one, two):
+        write_wav(path, samples, 48_000)
+    assert one.read_bytes() == two.read_bytes()
+    assert b"PEAK" not in one.read_bytes()[:200]
+    back, rate = soundfile.read(one, dtype="float32", always_2d=True)
+    assert (back.tobytes(), rate) == (samples.tobytes(), 48_000)
+    assert soundfile.info(one).subtype == "FLOAT"
+
+
+def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
+    with pytest.raises(BadFile, match="cannot be written"):
+        write_wav(tmp_path / "none" / "out.wav", np.zeros((10, 1), np.float32), 48_000)
+    assert list(tmp_path.iterdir()) == []

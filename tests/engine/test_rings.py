@@ -1,0 +1,107 @@
+import threading
+
+import numpy as np
+import pytest
+
+from workbench.engine.rings import Reader, Ring
+
+CAPACITY = 256
+
+
+@pytest.fixture
+def ring():
+    ring = Ring.create(2, CAPACITY, "float64")
+    yield ring
+    ring.close()
+
+
+def numbered(first, count):
+    """Rows that say which they are."""
+    return np.repeat(np.arange(first, first + count, dtype=np.float64)[:, None], 2, axis=1)
+
+
+def test_what_is_written_is_read_once_and_in_order(ring):
+    reader = Reader(ring)
+    ring.write(numbered(0, 5), 5)
+    ring.write(numbered(5, 9), 2)
+    first, rows = reader.read()
+    assert (first, rows.tolist()) == (0, numbered(0, 7).tolist())
+    assert len(reader.read()[1]) == 0
+    ring.write(numbered(7, 3), 3)
+    first, rows = reader.read(most=2)
+    assert (first, rows.tolist()) == (7, numbered(7, 2).tolist())
+    assert reader.read()[1].tolist() == numbered(9, 1).tolist()
+
+
+def test_another_process_finds_it_by_its_name(ring):
+    other = Ring.open(ring.where)
+    ring.write(numbered(0, 3), 3)
+    assert Reader(other, start=1).read()[1].tolist() == numbered(1, 2).tolist()
+    other.close()
+
+
+def test_a_new_reader_begins_at_the_present_or_where_it_is_told(ring):
+    ring.write(numbered(0, 10), 10)
+    assert len(Reader(ring).read()[1]) == 0
+    assert Reader(ring, start=4).read()[0] == 4
+
+
+def test_what_was_overwritten_is_missing_and_the_number_tells(ring):
+    reader = Reader(ring)
+    for first in range(0, 3 * CAPACITY, 32):
+        ring.write(numbered(first, 32), 32)
+    first, rows = reader.read()
+    assert first > 2 * CAPACITY
+    assert rows.tolist() == numbered(first, 3 * CAPACITY - first).tolist()
+
+
+@pytest.mark.parametrize("unread", [0, 20])
+def test_rows_that_were_never_written_are_a_gap(ring, unread):
+    """Where one engine takes over from another, what is in the ring by chance was never played."""
+    for first in range(0, 2 * CAPACITY, 32):
+        ring.write(numbered(first, 32), 32)
+    end = 2 * CAPACITY
+    reader = Reader(ring, start=end - unread)
+    other = Ring.open(ring.where)
+    other.skip(end + 50)
+    other.write(numbered(end + 50, 4), 4)
+    reads = [reader.read(), reader.read(), reader.read()]
+    got = [(first, rows[:, 0].tolist()) for first, rows in reads if len(rows)]
+    before = [(end - unread, list(range(end - unread, end)))] if unread else []
+    assert got == [*before, (end + 50, list(range(end + 50, end + 54)))]
+    other.close()
+
+
+def test_going_on_never_goes_back(ring):
+    ring.write(numbered(0, 10), 10)
+    ring.skip(4)
+    assert ring.written == 10
+
+
+def test_a_reader_beside_a_busy_writer_never_sees_a_torn_row():
+    """The writer laps the ring many times while it is read, slowly at times, so that rows are lost: never wrong."""
+    ring = Ring.create(8, 1024, "float64")
+    total = 400_000
+    rows = np.empty((64, 8))
+    done = threading.Event()
+
+    def write():
+        for first in range(0, total, 64):
+            rows[:] = np.arange(first, first + 64)[:, None]
+            ring.write(rows, 64)
+        done.set()
+
+    reader = Reader(ring)
+    writer = threading.Thread(target=write)
+    writer.start()
+    expected = 0
+    seen = 0
+    while not done.is_set() or reader.next < ring.written:
+        first, got = reader.read()
+        assert first >= expected
+        assert (got == np.arange(first, first + len(got))[:, None]).all()
+        expected, seen = first + len(got), seen + len(got)
+    writer.join()
+    ring.close()
+    assert expected == total
+    assert seen > 0

@@ -1,0 +1,170 @@
+"""The last stage before the shaker: whatever comes in, what goes out keeps to the limits."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import freqz, lfilter
+
+from workbench.clock import FADE, RAMP
+from workbench.engine.safety import DC_HZ, PANIC, RMS_SECONDS, Limits, Safety
+
+RATE = 48_000
+USUAL = (Limits(),)
+FULL = USUAL[0].acceleration_per_unit
+
+
+def guarded(signal, blocks=(480,), limits=USUAL, channels=(0,), at_frame=None):
+    """What comes out, float32 [frame, channel], for a signal of full scale, [row, frame]; calls what is `at_frame`."""
+    with np.errstate(over="ignore"):
+        signal = np.atleast_2d(np.asarray(signal, float)) * FULL
+    safety = Safety(list(limits), list(channels), RATE, max(blocks), max(channels) + 1)
+    safety.open(True, -FADE)
+    out = np.empty((signal.shape[1], max(channels) + 1), np.float32)
+    at = turn = 0
+    calls = dict(at_frame or {})
+    still = np.zeros(len(limits), np.uint8)
+    while at < len(out):
+        n = min([blocks[turn % len(blocks)], len(out) - at, *(f - at for f in calls if f > at)])
+        if at in calls:
+            calls[at](safety)
+        block = np.ascontiguousarray(signal[:, at : at + n])
+        still[:] = ~block.any(axis=1)
+        safety.apply(block, still, at, 0, n)
+        out[at : at + n] = safety.out[:n]
+        at, turn = at + n, turn + 1
+    guarded.safety = safety
+    return out
+
+
+def sine(height, hz=60.0, seconds=1.0):
+    return height * np.sin(2.0 * np.pi * hz * np.arange(round(seconds * RATE)) / RATE)
+
+
+def dc_block(signal):
+    """The first-order high-pass that the stage is to be, from its definition."""
+    pole = math.exp(-2.0 * math.pi * DC_HZ / RATE)
+    return lfilter([1.0, -1.0], [1.0, -pole], signal)
+
+
+def running_rms(out):
+    """Exponential mean over the time of the limit, as a voice coil would average it."""
+    share = 1.0 - math.exp(-1.0 / (RMS_SECONDS * RATE))
+    return np.sqrt(lfilter([share], [1.0, share - 1.0], np.square(out, dtype=np.float64), axis=0))
+
+
+def test_a_signal_within_the_limits_loses_its_dc_and_nothing_else():
+    signal = 0.2 + sine(0.3) + sine(0.1, 400.0)
+    np.testing.assert_allclose(guarded(signal)[:, 0], dc_block(signal), atol=1e-7)
+
+
+def test_dc_is_blocked_and_what_is_felt_is_not():
+    pole = math.exp(-2.0 * math.pi * DC_HZ / RATE)
+    _, response = freqz([1.0, -1.0], [1.0, -pole], worN=[0.0, 5.0, 40.0], fs=RATE)
+    assert abs(response[0]) == 0.0
+    assert abs(response[1]) == pytest.approx(math.sqrt(0.5), abs=0.01)
+    assert abs(response[2]) > 0.99
+    out = guarded(np.full(RATE, 0.3))[:, 0]
+    assert abs(out[-1]) < 1e-7
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(
+        st.one_of(
+            st.floats(-3.0, 3.0),
+            st.floats(allow_nan=True, allow_infinity=True),
+        ),
+        min_size=1,
+        max_size=200,
+    ),
+    st.floats(0.01, 1.0),
+)
+def test_nothing_exceeds_the_peak(values, peak):
+    out = guarded(np.repeat(values, 5), limits=(Limits(peak=peak),))
+    assert np.isfinite(out).all()
+    assert np.abs(out).max() <= np.float32(peak)
+
+
+@pytest.mark.parametrize("height", [0.7, 1.0, 20.0])
+def test_the_mean_square_keeps_to_its_limit_from_the_first_moment_on(height):
+    out = guarded(sine(height, seconds=4.0))[:, 0]
+    rms = running_rms(out)
+    assert rms.max() < 1.03 * Limits().rms
+    assert rms[-RATE:].mean() == pytest.approx(Limits().rms, rel=0.01)
+
+
+def test_a_short_burst_is_not_taken_for_lasting_power():
+    signal = np.concatenate([sine(0.9, seconds=0.05), np.zeros(RATE)])
+    np.testing.assert_allclose(guarded(signal)[:, 0], dc_block(signal), atol=1e-7)
+
+
+def test_one_enormous_sample_does_not_switch_the_limits_off():
+    signal = sine(20.0, seconds=12.0)
+    signal[100] = 1e200
+    out = guarded(signal)[:, 0]
+    assert np.isfinite(out).all()
+    assert np.abs(out[-RATE:]).max() > 0.0
+    assert running_rms(out).max() < 1.03 * Limits().rms
+
+
+def test_what_is_not_finite_is_silence_and_is_counted():
+    signal = sine(0.2)
+    signal[[500, 700, 900]] = math.nan, math.inf, -math.inf
+    clean = signal.copy()
+    clean[[500, 700, 900]] = 0.0
+    assert guarded(signal).tobytes() == guarded(clean).tobytes()
+    guarded(signal)
+    assert guarded.safety.faults[0] == 3
+
+
+def test_ramps_are_straight_and_as_long_as_they_are_said_to_be():
+    hum = np.where(np.arange(4800) % 2, 0.3, -0.3)  # far above the DC block, and its size is the gain
+    plain = guarded(hum)[:, 0]
+    for call, length, end in (
+        (lambda safety: safety.level(0.25, 960), RAMP, 0.25),
+        (lambda safety: safety.open(False, 960), FADE, 0.0),
+        (lambda safety: safety.panic(960), PANIC, 0.0),
+    ):
+        gain = guarded(hum, at_frame={960: call})[:, 0] / plain
+        line = np.interp(np.arange(4800), [960, 960 + length], [1.0, end])
+        np.testing.assert_allclose(gain, line, atol=2e-3)
+        if end == 0.0:
+            assert not gain[960 + length :].any()
+
+
+def test_a_panic_is_not_slowed_by_the_stop_that_comes_with_it():
+    hum = np.where(np.arange(2000) % 2, 0.3, -0.3)
+    alone = guarded(hum, at_frame={960: lambda safety: safety.panic(960)})
+    both = guarded(hum, at_frame={960: lambda s: s.panic(960), 970: lambda s: s.open(False, 970)})
+    assert alone.tobytes() == both.tobytes()
+    assert guarded.safety.closed(960 + PANIC)
+    assert not guarded.safety.closed(960 + PANIC - 1)
+
+
+@pytest.mark.parametrize("gain", [math.nan, math.inf, -math.inf, -1.0, 2.0])
+def test_no_level_lets_more_through(gain):
+    out = guarded(sine(20.0), at_frame={480: lambda safety: safety.level(gain, 480)})
+    assert np.isfinite(out).all()
+    assert np.abs(out).max() <= Limits().peak
+
+
+def test_any_block_size_gives_the_same_bytes():
+    signal = np.concatenate([np.zeros(1000), sine(3.0, seconds=0.5), np.zeros(3 * RATE), sine(0.5, seconds=0.2)])
+    calls = {2016: lambda safety: safety.level(0.5, 2016), 9600: lambda safety: safety.panic(9600)}
+    whole = guarded(signal, [1024], at_frame=calls).tobytes()
+    for blocks in ([64], [7, 1, 500]):
+        assert whole == guarded(signal, blocks, at_frame=calls).tobytes()
+
+
+def test_rows_go_to_their_channels_and_add_where_they_share_one():
+    rows = [sine(0.2, 50.0), sine(0.3, 90.0), sine(0.1, 130.0), sine(0.4, 170.0)]
+    out = guarded(rows, limits=[Limits()] * 4, channels=(2, -1, 0, 0))
+    alone = [guarded(row)[:, 0] for row in rows]
+    np.testing.assert_array_equal(out[:, 2], alone[0])
+    assert not out[:, 1].any()
+    np.testing.assert_allclose(out[:, 0], alone[2] + alone[3], atol=1e-7)
+    loud = guarded([sine(0.9)] * 3, limits=[Limits()] * 3, channels=(0, 0, 0))
+    assert np.abs(loud).max() <= np.float32(Limits().peak)

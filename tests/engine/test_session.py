@@ -1,0 +1,244 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from live import live
+from made_patches import hum, patch_of, rough_step, stepped_bank
+
+from workbench.clock import FADE
+from workbench.engine.messages import Level, Lost, Notice, Panic, Press, Pulse, Set, Strike, Swap, Tare, Walk
+from workbench.engine.replayed import replay
+from workbench.engine.safety import PANIC
+from workbench.errors import BadValue
+from workbench.nodes import REGISTRY
+from workbench.records.recording import Recording
+
+SINE = {"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0}
+
+
+def test_a_live_session_replayed_gives_the_same_bytes(until, tmp_path):
+    """Everything that a hand can do to a session while it runs, and then the recording at three block sizes."""
+    path = tmp_path / "session.uf"
+    patch = stepped_bank()
+    with live(patch, until, record=path) as playing:
+        session = playing.session
+        session.edit(patch.set("modal-bank", "decay", 1.2, REGISTRY))
+        playing.started()
+        for command in (Level(-6.0), Strike("", "t2", 0.8), Press("t3", 0.05, 0.02, 350.0)):
+            session.send(command)
+            playing.play(3_000)
+        session.edit(session.patch.set("modal-bank", "pitch", 1.5, REGISTRY))
+        session.send(Strike("", "t1", 0.4))
+        session.edit(rough_step())
+        session.send(Press("t3", -0.05, 0.01, 500.0))
+        playing.done(Swap)
+        session.send(Tare())
+        session.send(Set("scale", "out_high", 6.0))
+        playing.play(5_000)
+        session.panic()
+        playing.done(Panic)
+        session.play()
+        session.send(Pulse("t4"))
+        session.edit(stepped_bank())
+        session.edit(hum().set("tone", "frequency", 80.0, REGISTRY))
+        playing.done(Swap, times=2)
+        session.stop()
+        playing.play(2_000)
+        session.play()
+        session.send(Walk(False))
+        session.send(Press("t3", 0.0, 0.0, 0.0))
+        playing.play(5_000)
+        session.stop_recording()
+    with Recording(path) as recording:
+        first, played = recording.vibration()
+        commands = {kind for _, kind, _ in recording.commands()}
+        assert recording.gaps() == []
+    assert first == 0
+    assert {"Set", "Swap", "Strike", "Press", "Level", "Panic", "Play", "Tare", "Walk", "Pulse"} <= commands
+    assert played.any(axis=0).all()
+    for block in (7, 64, 1024):
+        assert replay(path, REGISTRY, block).samples.tobytes() == played.tobytes(), block
+
+
+@pytest.fixture(scope="module")
+def shared(until):
+    with live(hum(tone=SINE), until, walker=False) as playing:
+        playing.started()
+        playing.session.send(Level(0.0))
+        playing.until(lambda: playing.session._spare is not None)
+        yield playing
+
+
+@pytest.fixture
+def playing(shared):
+    """A session that plays 100 Hz on all tiles, the same one for several tests."""
+    shared.session.edit(hum(tone=SINE))
+    shared.play(20_000)  # until the DC block has settled
+    shared.reports.clear()
+    return shared
+
+
+def test_edits_are_heard_without_a_click(playing):
+    """A tone of 100 Hz repeats itself every 480 frames, whatever is put behind it, and through any swap."""
+    session = playing.session
+    behind = patch_of(("tone.out", "gain.signal"), ("gain.out", "tile-output.acceleration"), tone=SINE)
+    session.edit(behind)
+    swap = playing.done(Swap)
+    playing.play(8_000)
+    session.edit(behind.set("gain", "gain", 0.5, REGISTRY))
+    move = playing.done(Set)
+    playing.play(4_000)
+    around = playing.played(swap - 2_400, 2_400 + FADE + 2_400)[:, 0]
+    assert np.abs(around).max() == pytest.approx(0.2, rel=0.01)
+    np.testing.assert_allclose(around[480:], around[:-480], atol=2e-6)
+    ramp = playing.played(move - 480, 1_440)[:, 0]
+    steepest = 0.2 * (2.0 * np.pi * 100.0 / 48_000 + 0.5 / 240)
+    assert np.abs(np.diff(ramp)).max() <= steepest
+    assert np.abs(ramp[-480:]).max() == pytest.approx(0.1, rel=0.03)
+
+
+def test_a_panic_is_silence_in_a_millisecond_until_play(playing):
+    session = playing.session
+    session.panic()
+    assert session.panicked
+    edge = playing.done(Panic)
+    playing.play(4_800)
+    assert playing.played(edge - 480, 480).any(axis=0).all()
+    assert not playing.played(edge + PANIC, 4_000).any()
+    session.play()
+    assert not session.panicked
+    playing.until(lambda: playing.played(playing.end - 480, 480).any(), "sound is let out again")
+
+
+def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
+    """Also when the patch that is wanted cannot be played."""
+    session = playing.session
+    session.send(Set("tone", "frequency", 200.0))
+    session.edit(patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "none.wav"}))
+    playing.until(lambda: playing.of(Notice), "the patch is refused")
+    assert "none.wav" in playing.of(Notice)[0].text
+    killed = time.monotonic()
+    os.kill(session._engine.process.pid, signal.SIGKILL)
+    playing.until(lambda: not session.health.running, "the death is noticed")
+    playing.started()
+    back = time.monotonic() - killed
+    playing.play(4_800)
+    assert back < 5.0  # within a second, on a machine that has nothing else to do
+    assert [(lost.process, lost.reason) for lost in playing.of(Lost)] == [("engine", "signal 9")]
+    ((end, start),) = playing.gaps
+    assert start - end < 48_000 * (back + 1.0)
+    sounding = playing.played(playing.end - 2_400, 2_400)[:, 0]
+    assert np.argmax(np.abs(np.fft.rfft(sounding))) == 5  # of the patch that was passed, 100 Hz
+    assert np.abs(sounding).max() == pytest.approx(0.2, rel=0.05)
+    playing.until(lambda: session._spare is not None, "there is a spare again")
+
+
+def test_a_compiler_that_is_killed_is_back(playing):
+    session = playing.session
+    os.kill(session._compiler.process.pid, signal.SIGKILL)
+    playing.until(lambda: playing.of(Lost), "the death is noticed")
+    session.edit(patch_of(("noise.out", "tile-output.acceleration")))
+    playing.done(Swap)
+
+
+def test_what_must_not_reach_the_engine_is_refused_here(until):
+    with live(hum(), until, start=False) as playing:
+        session = playing.session
+        for command in (
+            Strike("", "nowhere"),
+            Press("t9", 0.0, 0.0, 1.0),
+            Pulse(""),
+            Press("t1", 0.0, 0.0, float("nan")),
+            Level(float("inf")),
+            Set("tone", "frequency", -3.0),
+            Set("tone", "colour", 1.0),
+            Set("none", "frequency", 50.0),
+        ):
+            with pytest.raises(BadValue, match="allowed: "):
+                session.send(command)
+
+
+def test_a_session_that_never_started_leaves_nothing(until):
+    with live(hum(), until, start=False) as playing:
+        assert playing.session.poll() == []
+        assert not playing.session.health.running
+        playing.session.close()
+        playing.session.close()
+
+
+_OPENS_A_SESSION = """
+import sys, threading
+sys.path[:0] = {paths!r}
+from live import Live
+from made_patches import stepped_bank
+from workbench.engine.session import Session, Target
+from workbench.floor.layout import default_floor
+from workbench.nodes import REGISTRY
+
+def until(holds, what, seconds):
+    while not holds():
+        threading.Event().wait(0.005)
+
+def main():
+    session = Session(Target(default_floor()), stepped_bank(), REGISTRY)
+    session.record({record!r})
+    session.start()
+    playing = Live(session, until)
+    playing.started()
+    playing.until(lambda: session._spare is not None)
+    playing.play(24_000)
+    children = [session._engine, session._spare, session._compiler]
+    print(*(c.process.pid for c in children), session._recorder._process.pid, flush=True)
+    print(session._status.name, *(ring.where.name for ring in session._rings), flush=True)
+    {then}
+
+if __name__ == "__main__":
+    main()
+"""
+
+
+def opened(tmp_path, then):
+    """A process that opened a session and records it; the ids of its children, and its blocks of shared memory."""
+    script = tmp_path / "opens.py"
+    paths = [p for p in sys.path if p]
+    script.write_text(_OPENS_A_SESSION.format(paths=paths, record=str(tmp_path / "session.uf"), then=then))
+    window = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    children = [int(word) for word in window.stdout.readline().split()]
+    blocks = window.stdout.readline().split()
+    if len(children) != 4:
+        pytest.fail(window.communicate()[1])
+    return window, children, blocks
+
+
+def is_alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize("dies", [True, False])
+def test_when_the_window_is_gone_everything_ends_and_the_recording_is_whole(until, tmp_path, dies):
+    """Killed in the middle of it, or ended without a word to its session."""
+    window, children, blocks = opened(tmp_path, then="playing.play(1 << 40)" if dies else "pass")
+    if dies:
+        assert all(is_alive(child) for child in children)
+        window.kill()
+    window.communicate()
+    until(lambda: not any(is_alive(child) for child in children), "the processes end")
+    until(lambda: not any(Path("/dev/shm", name).exists() for name in blocks), "shared memory is let go of")
+    path = tmp_path / "session.uf"
+    assert not path.with_name("session.uf-wal").exists()  # it was closed, not only left
+    with Recording(path) as recording:
+        first, played = recording.vibration()
+        assert recording.gaps() == []
+    assert first == 0
+    assert len(played) >= 20_000
+    assert played[:20_000].any()
+    assert played[:20_000].tobytes() == replay(path, REGISTRY).samples[:20_000].tobytes()

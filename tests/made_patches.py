@@ -1,0 +1,46 @@
+"""Small patches that tests of the engine play."""
+
+from workbench.nodes import REGISTRY
+from workbench.patch.patch import Patch
+
+
+def patch_of(*wires, seed=3, **parameters):
+    """A patch of the nodes that the wires name, each node's id being its type; `parameters` by id."""
+    ids = dict.fromkeys(end.partition(".")[0] for wire in wires for end in wire)
+    patch = Patch(seed=seed)
+    for id in ids:
+        patch = patch.add(id, REGISTRY, **parameters.get(id.replace("-", "_"), {}))
+    for source, target in wires:
+        patch = patch.connect(source, target, REGISTRY)
+    return patch
+
+
+def stepped_bank(**parameters):
+    """A modal bank that footfalls and the hand strike: it rests, wakes, rings and falls asleep."""
+    return patch_of(
+        ("tile-force.force", "footfall.force"),
+        ("footfall.onset", "join.a"),
+        ("strike.out", "join.b"),
+        ("join.out", "modal-bank.strike"),
+        ("modal-bank.out", "tile-output.acceleration"),
+        **parameters,
+    )
+
+
+def hum(**parameters):
+    """A tone on every tile, all the time."""
+    return patch_of(("tone.out", "tile-output.acceleration"), **parameters)
+
+
+def rough_step():
+    """Noise as loud as the tile is loaded, and a push as large as the contact is off the middle."""
+    return patch_of(
+        ("tile-force.force", "scale.signal"),
+        ("scale.out", "noise.amplitude"),
+        ("noise.out", "mix.a"),
+        ("contact.x", "gain.signal"),
+        ("gain.out", "mix.b"),
+        ("mix.out", "tile-output.acceleration"),
+        scale={"high": 500.0, "out_high": 3.0},
+        gain={"gain": 20.0},
+    )

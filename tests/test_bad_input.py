@@ -1,0 +1,216 @@
+"""Files and options that are wrong: each exits with status 1 and one line, and leaves every file as it was."""
+
+import json
+
+import command_line
+import pytest
+
+from workbench.floor.layout import default_floor
+from workbench.patch import library
+from workbench.patch.program import Program
+
+SINE = library.patches()["stimulus-sp"]
+TWO = default_floor(1, 2)
+folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
+
+
+# --- what is wrong with a patch ---
+
+
+def bad_patch(**changes):
+    return json.dumps({"format": "underfoot-patch", "version": 1, **changes}).encode()
+
+
+def bad_node(type="low-pass", **changes):
+    return bad_patch(nodes=[{"id": "a", "type": type, **changes}])
+
+
+GAINS = [{"id": id, "type": "gain"} for id in "ab"]
+BAD_PATCHES = {
+    "not JSON": (b"{nodes", "is not JSON"),
+    "empty": (b"", "is not JSON"),
+    "binary": (bytes(range(256)), "is not JSON"),
+    "another program's": (b'{"lastOpened": "2011"}', "format is None"),
+    "a floor": (default_floor().dumps(), "format is 'underfoot-floor'"),
+    "future version": (bad_patch(version=7), "version is 7; allowed: 1, a newer Underfoot wrote it"),
+    "unknown node": (bad_node("nope"), "nodes[0].type is 'nope'"),
+    "unknown parameter": (bad_node(parameters={"nope": 1}), "nodes[0].parameters is 'nope'"),
+    "out of range": (bad_node(parameters={"cutoff": -3}), "nodes[0].parameters.cutoff is -3; allowed: 1 to 20000 Hz"),
+    "huge number": (bad_node(parameters={"cutoff": 1e308}), "nodes[0].parameters.cutoff is 1e+308"),
+    "NaN": (bad_node(parameters={"cutoff": float("nan")}), "is not JSON"),
+    "nodes no list": (bad_patch(nodes="gain"), "nodes is 'gain'; allowed: a list"),
+    "place in words": (bad_node(at=["left", "top"]), "nodes[0].at[0] is 'left'; allowed: a number"),
+    "parameters no object": (bad_node(parameters=[3]), "nodes[0].parameters is [3]; allowed: an object"),
+    "wire to nowhere": (bad_patch(nodes=GAINS, wires=[["a.out", "c.signal"]]), "wires[0] is 'c.signal'"),
+    "wire to no port": (bad_patch(nodes=GAINS, wires=[["a.out", "b.nope"]]), "the inputs of b: signal, gain"),
+    "cycle": (bad_patch(nodes=GAINS, wires=[["a.out", "b.signal"], ["b.out", "a.signal"]]), "wires make a cycle"),
+    "nested deep": (b'{"format": "underfoot-patch", "title": ' + b"[" * 100_000, "is nested too deep"),
+    "nested as it ends": (bad_patch(title=0).replace(b"0", b"[" * 1000 + b"]" * 1000), "a.json"),
+    "sound file missing": (
+        bad_patch(
+            nodes=[
+                {"id": "a", "type": "wav-player", "parameters": {"file": "x.wav"}},
+                {"id": "b", "type": "tile-output"},
+            ],
+            wires=[["a.out", "b.acceleration"]],
+        ),
+        "x.wav cannot be played",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_PATCHES)
+def test_a_bad_patch_is_one_line_and_the_old_output_stays(refused, folder, name):
+    data, message = BAD_PATCHES[name]
+    (folder / "a.json").write_bytes(data)
+    (folder / "out.wav").write_bytes(b"precious")
+    assert message in refused("render", "a.json", "-o", "out.wav", "--seconds", "0.1")
+
+
+@pytest.mark.parametrize("path", ["missing.json", ".", "missing/a.json", "x" * 300])
+def test_a_patch_that_cannot_be_read(refused, path):
+    assert "cannot be read" in refused("render", path, "-o", "out.wav")
+
+
+def test_a_recording_that_is_none(refused, folder):
+    (folder / "rec.underfoot").write_bytes(b"SQLite format 3\0" + bytes(5000))
+    assert "rec.underfoot" in refused("render", "rec.underfoot", "-o", "out.wav")
+    assert "rec.underfoot" in refused("monitor", "rec.underfoot", "--steps", "steps.csv")
+
+
+# --- what is wrong with forces and floors ---
+
+
+def cell(text):
+    """The table of forces with one cell changed, on line 12."""
+    return lambda lines: [*lines[:11], lines[11].replace("0.000000", text, 1), *lines[12:]]
+
+
+BAD_FORCES = {
+    "empty": (lambda lines: [], "is empty"),
+    "only a header": (lambda lines: lines[:1], "has 0 samples; allowed: 2 or more"),
+    "missing column": (lambda lines: [line.rpartition(",")[0] for line in lines], "line 1 has no column t2.4"),
+    "unknown tile": (lambda lines: [lines[0].replace("t2", "t9"), *lines[1:]], "'t9.1'; allowed: tiles of the floor"),
+    "a sensor more": (lambda lines: [f"{lines[0]},t2.5", *(f"{x},0" for x in lines[1:])], "t2.1 to t2.4"),
+    "tile more": (lambda lines: [f"{lines[0]},t3.1", *(f"{x},0" for x in lines[1:])], "allowed: tiles of the floor"),
+    "letter": (cell("1O0"), "line 12, column t1.1 is '1O0'; allowed: a number"),
+    "nan": (cell("nan"), "line 12, column t1.1 is 'nan'; allowed: a number"),
+    "short line": (lambda lines: [*lines[:11], "0.0105,1", *lines[12:]], "line 12 has 2 columns; allowed: 9"),
+    "time runs back": (lambda lines: [*lines, lines[5]], "a later time"),
+    "binary": (lambda lines: ["\0\1\2"], "is not a text file"),
+    "prose": (lambda lines: ["Dear reader,", "no numbers here"], "line 1, column 1"),
+    "a sample a day": (lambda lines: [lines[0], lines[1], lines[2].replace("0.001", "86400")], "allowed:"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FORCES)
+@pytest.mark.parametrize("command", ["render", "monitor"])
+def test_a_bad_force_table_is_one_line_and_the_old_output_stays(refused, folder, name, command, walk):
+    change, message = BAD_FORCES[name]
+    walk.write_text("\n".join(change(walk.read_text().splitlines())))
+    (folder / "old").write_text("precious")
+    wanted = {
+        "render": ["render", SINE, "--force", "walk.csv", "-o", "old"],
+        "monitor": ["monitor", "walk.csv", "--steps", "old"],
+    }
+    assert message in refused(*wanted[command])
+
+
+BAD_FLOORS = {
+    "not JSON": (b"{", "is not JSON"),
+    "empty": (b"", "is not JSON"),
+    "a patch": (SINE.read_bytes(), 'allowed: "underfoot-floor"'),
+    "future version": (b'{"format": "underfoot-floor", "version": 9}', "$.version is 9"),
+    "no tiles": (b'{"format": "underfoot-floor", "version": 1, "tiles": []}', "at least one tile"),
+    "tiles no list": (b'{"format": "underfoot-floor", "version": 1, "tiles": 3}', "$.tiles is 3"),
+    "size in words": (TWO.dumps().replace(b"0.305", b'"wide"', 1), "$.tiles[0].size_m[0]"),
+    "three sensors": (TWO.dumps().replace(b"[\n     0.1335,\n     0.1335\n    ],", b"", 1), "exactly four points"),
+    "id twice": (TWO.dumps().replace(b'"t2"', b'"t1"'), "an id that no other tile has"),
+    "nested deep": (b"[" * 100_000, "is not JSON"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FLOORS)
+@pytest.mark.parametrize("command", ["render", "monitor"])
+def test_a_bad_floor_is_one_line(refused, folder, name, command, walk):
+    data, message = BAD_FLOORS[name]
+    (folder / "walk.floor.json").write_bytes(data)
+    wanted = {"render": ["render", SINE, "--force", "walk.csv", "-o", "out.wav"], "monitor": ["monitor", "walk.csv"]}
+    assert message in refused(*wanted[command])
+
+
+def test_a_floor_of_other_tiles_does_not_fit(refused, folder, walk):
+    default_floor(1, 3).save("three.json")
+    for command in (["render", SINE, "--force", "walk.csv"], ["monitor", "walk.csv"]):
+        assert "line 1 has no column t3.1" in refused(*command, "--floor", "three.json")
+
+
+def test_a_floor_that_is_not_there(refused, folder, walk):
+    walk.with_suffix(".floor.json").unlink()
+    assert "has no floor beside it (walk.floor.json); say --floor FILE" in refused("monitor", "walk.csv")
+    assert "has no floor beside it" in refused("render", SINE, "--force", "walk.csv")
+    assert "missing.json cannot be read" in refused("monitor", "walk.csv", "--floor", "missing.json")
+    assert "missing.json cannot be read" in refused("render", SINE, "--floor", "missing.json")
+
+
+@pytest.mark.parametrize("path", ["missing.csv", ".", "", "x" * 300])
+def test_forces_that_are_not_there(refused, path):
+    assert "cannot be read" in refused("render", SINE, "--force", path)
+    assert "cannot be read" in refused("monitor", path)
+    assert "--target" in refused("--target", path)
+
+
+# --- what is wrong with options ---
+
+BAD_OPTIONS = [
+    ("nope", "No such command 'nope'"),
+    ("--nope", "No such option '--nope'"),
+    ("render", "Missing argument 'PATCH'; see `underfoot render --help`"),
+    ("monitor", "Missing argument 'SOURCE'"),
+    ("render PATCH more", "unexpected extra argument"),
+    ("render PATCH --nope", "No such option '--nope'"),
+    ("render PATCH --output", "requires an argument"),
+    ("render PATCH --seconds -1", "seconds is -1.0; allowed: above 0, up to a day"),
+    ("render PATCH --seconds 0", "seconds is 0.0"),
+    ("render PATCH --seconds nan", "seconds is nan"),
+    ("render PATCH --seconds inf", "seconds is inf"),
+    ("render PATCH --seconds 1e9", "seconds is 1000000000.0"),
+    ("render PATCH --seconds long", "'long' is not a valid float"),
+    ("render PATCH --block 0", "block is 0; allowed: 1 to 65536 frames"),
+    ("render PATCH --block -64", "block is -64"),
+    ("render PATCH --block 100000", "block is 100000"),
+    ("render PATCH --block 6.4", "'6.4' is not a valid integer"),
+    ("render PATCH --rate 5", "rate is 5.0; allowed: 8000 to 192000 Hz"),
+    ("render PATCH --rate 0", "rate is 0.0"),
+    ("render PATCH --rate nan", "--rate is nan"),
+    ("render PATCH --rate 44100.5", "--rate is 44100.5; allowed: whole numbers"),
+    ("render PATCH --seed one", "'one' is not a valid integer"),
+    ("monitor simulator --seconds nan", "--seconds is nan; allowed: above 0"),
+    ("monitor simulator --seconds -1", "--seconds is -1"),
+    ("monitor serial:nowhere", "serial:nowhere"),
+    ("nodes nope", "there is no node 'nope'; allowed: "),
+    ("nodes gain mix", "unexpected extra argument"),
+]
+
+
+@pytest.mark.parametrize(("line", "message"), BAD_OPTIONS, ids=[line for line, _ in BAD_OPTIONS])
+def test_bad_options_are_one_line(refused, folder, line, message):
+    (folder / "out.wav").write_bytes(b"precious")
+    words = [str(SINE) if word == "PATCH" else word for word in line.split()]
+    if words[0] == "render" and "--output" not in words:
+        words += ["-o", "out.wav"]
+    assert message in refused(*words)
+
+
+@pytest.mark.parametrize("output", ["missing/out.wav", ".", "x" * 300])
+def test_an_output_that_cannot_be_written(refused, folder, output, walk):
+    assert "cannot be written" in refused("render", SINE, "--seconds", "0.1", "-o", output)
+    for option in ("--steps", "--contacts"):
+        assert "cannot be written" in refused("monitor", "walk.csv", option, output)
+
+
+def test_a_value_that_is_not_finite_names_its_node_and_writes_nothing(refused, folder, monkeypatch):
+    monkeypatch.setattr(Program, "fault", lambda self: ("sine", "t2", 4711))
+    assert "node sine made a value that is not finite, on tile t2 at frame 4711" in refused(
+        "render", SINE, "--seconds", "0.1", "-o", "out.wav"
+    )

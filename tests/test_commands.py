@@ -1,0 +1,272 @@
+"""The command line: what each command does with real files."""
+
+import json
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+from typing import ClassVar
+
+import command_line
+import numpy as np
+import pytest
+import soundfile
+
+from workbench import __version__, monitoring
+from workbench.__main__ import cli
+from workbench.engine.messages import Done, Fault, Lost, Notice, Play, Started
+from workbench.floor.layout import default_floor
+from workbench.models import gait
+from workbench.nodes import REGISTRY
+from workbench.patch import library
+from workbench.patch.patch import Patch
+from workbench.records.recording import Recording
+
+COMMANDS = sorted(cli.commands)
+RATE = 48_000
+SINE = library.patches()["stimulus-sp"]
+folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
+
+
+# --- what there is ---
+
+
+def test_every_command_has_help(underfoot):
+    assert "Commands:" in underfoot("--help").out
+    for command in COMMANDS:
+        for option in ("--help", "-h"):
+            said = underfoot(command, option)
+            assert said.status == 0
+            assert said.error == ""
+            assert said.out.startswith(f"Usage: underfoot {command}")
+            for parameter in cli.commands[command].params:
+                assert parameter.param_type_name == "argument" or parameter.help, f"{command}: {parameter.name}"
+
+
+def test_the_version_is_the_package_s(underfoot):
+    assert __version__ in underfoot("--version").out
+
+
+def test_it_runs_as_a_program_of_its_own(folder):
+    done = subprocess.run([sys.executable, "-m", "workbench", "render", "nope.json"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "underfoot: nope.json cannot be read: no such file or directory\n"
+
+
+# --- render ---
+
+
+def test_render_writes_a_float_wav_of_one_channel_a_tile_and_says_what_it_did(underfoot, folder):
+    said = underfoot("render", SINE, "-o", "out.wav", "--seconds", "0.5", "--json")
+    assert (said.status, said.error) == (0, "")
+    told = json.loads(said.out)
+    samples, rate = soundfile.read("out.wav", dtype="float32")
+    assert (rate, samples.shape, soundfile.info("out.wav").subtype) == (RATE, (RATE // 2, 4), "FLOAT")
+    assert told["peak"] == np.abs(samples).max()
+    assert told["rms"] == pytest.approx(np.sqrt(np.mean(samples.astype(float) ** 2)), rel=1e-9)
+    assert told["seconds"] == 0.5
+    assert told["times_real_time"] > 0.0
+    assert told["nodes"] == {"run": ["tile", "proportional", "gain", "sine", "out"], "asleep": [], "left_out": []}
+    assert [path.name for path in folder.iterdir()] == ["out.wav"]
+
+
+def test_render_gives_the_same_file_each_time_and_for_any_block(underfoot, folder):
+    for name, block in (("a.wav", 1024), ("b.wav", 1024), ("c.wav", 7), ("d.wav", 65536)):
+        assert (
+            underfoot("render", library.patches()["gravel"], "-o", name, "--seconds", "0.6", "--block", block).status
+            == 0
+        )
+    files = [(folder / f"{letter}.wav").read_bytes() for letter in "abcd"]
+    assert files[0] == files[1] == files[2] == files[3]
+    assert soundfile.read("a.wav")[0].any()
+
+
+def test_render_takes_seed_rate_and_floor(underfoot, folder):
+    default_floor(1, 3).save("three.json")
+    for name, options in (
+        ("a", ["--seed", 1]),
+        ("b", ["--seed", 2]),
+        ("c", ["--rate", 44100]),
+        ("d", ["--floor", "three.json"]),
+    ):
+        said = underfoot("render", library.patches()["stimulus-td"], "-o", f"{name}.wav", "--seconds", "0.5", *options)
+        assert said.status == 0
+        assert "times real time" in said.out
+    assert soundfile.read("a.wav")[0].tobytes() != soundfile.read("b.wav")[0].tobytes()
+    assert soundfile.info("c.wav").samplerate == 44100
+    assert soundfile.info("d.wav").channels == 3
+
+
+def test_render_plays_forces_from_a_file_for_as_long_as_they_last(underfoot, folder, walk):
+    told = json.loads(underfoot("render", SINE, "--force", "walk.csv", "-o", "out.wav", "--json").out)
+    samples, _ = soundfile.read("out.wav")
+    assert told["seconds"] == pytest.approx(1.599 + 0.5, abs=1e-3)
+    down = np.abs(samples) > 0.01
+    for tile, start_s in ((0, 0.5), (1, 0.9)):
+        sounding = np.flatnonzero(down[:, tile]) / RATE
+        assert start_s < sounding[0] < start_s + 0.03
+        assert start_s + 0.55 < sounding[-1] < start_s + 0.64
+
+
+def test_render_on_an_empty_floor_is_silent_and_everything_sleeps(underfoot, folder):
+    told = json.loads(underfoot("render", SINE, "--force", "none", "--seconds", "1", "--json").out)
+    assert (told["peak"], told["rms"], told["nodes"]["run"]) == (0.0, 0.0, [])
+    assert len(told["nodes"]["asleep"]) == 5
+    assert list(folder.iterdir()) == []
+
+
+def test_render_finds_sound_files_beside_the_patch(underfoot, folder, monkeypatch):
+    (folder / "sounds").mkdir()
+    soundfile.write("sounds/beep.wav", 0.5 * np.sin(np.arange(4800) * 0.1), RATE)
+    patch = Patch().add("wav-player", REGISTRY, file="beep.wav").add("tile-output", REGISTRY)
+    patch.connect("wav-player.out", "tile-output.acceleration", REGISTRY).save("sounds/patch.json")
+    assert json.loads(underfoot("render", "sounds/patch.json", "--seconds", "0.2", "--json").out)["peak"] > 0.1
+
+
+# --- monitor ---
+
+
+def test_monitor_prints_and_writes_the_footsteps_of_a_file(underfoot, folder, walk):
+    said = underfoot("monitor", "walk.csv", "--steps", "steps.csv", "--contacts", "contacts.csv", "--json")
+    assert (said.status, said.error) == (0, "")
+    steps = [json.loads(line) for line in said.out.splitlines()]
+    assert [step["tile"] for step in steps] == ["t1", "t2"]
+    for step, start_s in zip(steps, (0.5, 0.9), strict=True):
+        assert step["start_s"] == pytest.approx(start_s, abs=0.01)
+        assert step["peak1_n"] == pytest.approx(800.0, abs=1.0)
+        assert step["peak2_n"] == pytest.approx(780.0, abs=1.0)
+        assert step["impulse_ns"] == pytest.approx(0.6 * gait.mean_force(800.0, 500.0, 780.0), rel=0.01)
+    header, *rows = (folder / "steps.csv").read_text().splitlines()
+    assert header.startswith("step,tile,side,start_s,contact_ms,peak1_n")
+    assert [row.split(",")[1] for row in rows] == ["t1", "t2"]
+    header, *rows = (folder / "contacts.csv").read_text().splitlines()
+    assert header == "time_s,contact,x_m,y_m,force_n,tiles"
+    assert max(float(row.split(",")[4]) for row in rows) == pytest.approx(800.0, abs=1.0)
+
+
+def test_monitor_says_the_same_in_lines_for_people_and_stops_when_told(underfoot, folder, walk):
+    assert [line.split()[3] for line in underfoot("monitor", "walk.csv").out.splitlines()] == ["t1", "t2"]
+    assert len(underfoot("monitor", "walk.csv", "--seconds", "1.2").out.splitlines()) < 3
+
+
+class Rehearsed:
+    """In a session's place: `acts` are, poll by poll, the reports and the force samples of that moment."""
+
+    force_rate_hz = 1000.0
+    acts: ClassVar = []
+    running = True
+    keeps_recording = True
+    closed = False
+
+    def __init__(self, target, patch, registry, folder):
+        self.tiles = len(target.floor.tiles)
+        self.left, self.recording = list(self.acts), None
+        self.force = self
+
+    def record(self, path):
+        self.recording = path
+
+    def start(self):
+        self.now = 0
+
+    @property
+    def health(self):
+        return SimpleNamespace(running=self.running)
+
+    def poll(self):
+        reports, self.newton = self.left.pop(0)
+        if not self.keeps_recording:
+            self.recording = None
+        return reports
+
+    def read(self):
+        frames = np.arange(self.now, self.now + 100) * 48
+        self.now += 100
+        return frames, np.full((100, self.tiles, 4), self.newton)
+
+    def close(self):
+        Rehearsed.closed = True
+
+
+@pytest.fixture
+def rehearsed(monkeypatch):
+    """Sessions that play what the test says."""
+    monkeypatch.setattr(monitoring, "Session", Rehearsed)
+    for name, value in (("acts", []), ("running", True), ("keeps_recording", True), ("closed", False)):
+        monkeypatch.setattr(Rehearsed, name, value)
+    return Rehearsed
+
+
+def test_monitor_passes_on_what_a_session_has_to_say(underfoot, folder, rehearsed):
+    rehearsed.acts = [
+        ([Started("the simulator", "there is no sound card")], 0.0),
+        ([Fault("gain", "t2", 4711), Done(0, Play(True))], 50.0),
+        ([Lost("engine", "killed"), Notice("tile t4 has no channel")], 0.0),
+        ([], 0.0),
+    ]
+    said = underfoot("monitor", "simulator", "--seconds", "0.35", "--steps", "steps.csv")
+    assert said.status == 0
+    assert said.error.splitlines() == [
+        "underfoot: there is no sound card",
+        "underfoot: node gain made a value that is not finite, on tile t2 at frame 4711",
+        "underfoot: the engine was lost and is started again: killed",
+        "underfoot: tile t4 has no channel",
+    ]
+    assert len((folder / "steps.csv").read_text().splitlines()) == len(said.out.splitlines()) + 1 == 5
+    assert rehearsed.closed
+
+
+def test_monitor_ends_where_nothing_can_be_played(refused, rehearsed):
+    rehearsed.acts, rehearsed.running = [([Notice("the patch is not played: no such sound")], 0.0)], False
+    assert "the patch is not played: no such sound" in refused("monitor", "simulator", "--steps", "steps.csv")
+    assert rehearsed.closed
+
+
+def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, folder, rehearsed):
+    rehearsed.acts, rehearsed.keeps_recording = [([Notice("the disk is full")], 0.0)] * 3, False
+    said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec", "--steps", "steps.csv")
+    assert said.status == 1
+    assert said.error.splitlines()[-1] == "underfoot: rec was not recorded to the end"
+    assert (folder / "steps.csv").is_file()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_monitor_ends_well_when_it_is_told_to(underfoot, folder, rehearsed, number):
+    class Interrupting(list):
+        def __iter__(self):
+            signal.raise_signal(number)
+            return super().__iter__()
+
+    before = signal.getsignal(number)
+    rehearsed.acts = [([], 0.0), ([], 50.0), (Interrupting(), 0.0)]
+    said = underfoot("monitor", "simulator", "--steps", "steps.csv")
+    assert said.status == 0
+    assert len((folder / "steps.csv").read_text().splitlines()) == len(said.out.splitlines()) + 1 > 1
+    assert rehearsed.closed
+    assert signal.getsignal(number) == before
+
+
+def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot, folder):
+    said = underfoot("monitor", "simulator", "--patch", SINE, "--record", "rec", "--seconds", "0.6")
+    assert (said.status, said.error) == (0, "")
+    assert underfoot("render", "rec", "-o", "again.wav").status == 0
+    with Recording("rec") as recording:
+        first, played = recording.vibration()
+    assert first == 0
+    assert np.abs(played).max() > 0.0
+    np.testing.assert_array_equal(soundfile.read("again.wav", dtype="float32")[0], played)
+    assert underfoot("monitor", "rec").status == 0
+
+
+# --- nodes ---
+
+
+def test_nodes_tells_of_every_node(underfoot):
+    text, data = underfoot("nodes").out, json.loads(underfoot("nodes", "--json").out)
+    assert {entry["type"] for entry in data} == REGISTRY.keys()
+    for type, declared in REGISTRY.items():
+        assert f"{type}  ({declared.family}: {declared.label})" in text
+        assert json.loads(underfoot("nodes", type, "--json").out) == [entry for entry in data if entry["type"] == type]
+        entry = next(entry for entry in data if entry["type"] == type)
+        assert [p["name"] for p in entry["parameters"]] == list(declared.parameters)
+        assert {p["name"] for p in entry["inputs"]} == declared.input_ports.keys()

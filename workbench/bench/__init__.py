@@ -1,0 +1,1 @@
+"""What it all costs and what it withstands: run time against error, stability under stress, and a large floor."""

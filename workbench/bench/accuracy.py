@@ -1,0 +1,466 @@
+"""Run time against error: every model over its own knob, beside what a person would write first, in one run.
+
+A task is one thing to compute, with what it is held against; its methods compute it, each over the values of a knob.
+"""
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.bench import naive
+from workbench.models import envelopes, fracture, friction, impact, impact_row, modal, noise, plasticity, waveshaping
+from workbench.models.random import stream_key
+
+RATE = 48_000
+
+
+@dataclass(frozen=True)
+class Point:
+    """One value of a knob: median run time, and the error."""
+
+    knob: float
+    seconds: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A method over its knob."""
+
+    method: str
+    knob: str
+    naive: bool
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What came of a task."""
+
+    model: str
+    task: str
+    error: str
+    curves: tuple[Curve, ...]
+
+    def data(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way of computing a task: `run(knob)`. The naive ones are those to beat."""
+
+    name: str
+    knob: str
+    values: Sequence[float]
+    run: Callable[[float], Any]
+    naive: bool = False
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is computed, what its error is, and `error(result, knob)`."""
+
+    model: str
+    task: str
+    error_is: str
+    error: Callable[[Any, float], float]
+    methods: Sequence[Method]
+
+
+def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Comparison]:
+    """Measure every task. Quick: shorter signals, fewer paths and values, one or two runs a point."""
+    found = []
+    for make in TASKS:
+        for task in make(quick):
+            tell(f"accuracy: {task.model}, {task.task}")
+            found.append(measured(task, 0.05 if quick else 1.0))
+    return found
+
+
+def measured(task: Task, budget_s: float) -> Comparison:
+    """Time each method at each value of its knob: the median of up to 20 runs, or of what fits into `budget_s`.
+
+    >>> square = Method("square", "x", (2.0,), lambda x: x * x)
+    >>> found = measured(Task("doctest", "square", "difference", lambda y, x: abs(y - 4.0), [square]), 0.0)
+    >>> found.curves[0].points[0].error
+    0.0
+    """
+    curves = []
+    for method in task.methods:
+        method.run(method.values[0])  # compiles
+        points = []
+        for value in method.values:
+            spent: list[float] = []
+            while not spent or (len(spent) < 20 and sum(spent) < budget_s):
+                began = time.perf_counter()
+                result = method.run(value)
+                spent.append(time.perf_counter() - began)
+            points.append(Point(float(value), statistics.median(spent), float(task.error(result, value))))
+        curves.append(Curve(method.name, method.knob, method.naive, tuple(points)))
+    return Comparison(task.model, task.task, task.error_is, tuple(curves))
+
+
+def _apart(result: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(result - truth) / np.linalg.norm(truth))
+
+
+def _from_truth(truth: NDArray[np.float64], result: NDArray[np.float64], _: float) -> float:
+    return _apart(result, truth)
+
+
+def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np.float64], knob: float) -> float:
+    """The error of the last frames, as many as the truth has."""
+    return _apart(result[-truths[knob].size :], truths[knob])
+
+
+def _impacts(quick: bool) -> Iterable[Task]:
+    """The hammer of SCIENCE 2 on ten modes."""
+    draw = np.random.default_rng(3)
+    frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
+    modes = (frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
+    frames = 960 if quick else 2400
+    times = np.arange(frames) / RATE
+    for name, stiffness, exponent in (("soft", 1e4, 1.5), ("medium", 1e7, 1.5), ("hard", 1e11, 1.8)):
+        blow = (0.02, 1.0, stiffness, exponent, 0.3)
+        truth = naive.struck_object(blow, modes, times, "DOP853", 1e-11, 0.25 / RATE)
+
+        def asked(error, blow=blow):
+            return impact.blow(*blow, *modes, frames / RATE, RATE, error).displacement_m
+
+        def stepped(steps, blow=blow):
+            mass, velocity, stiffness, exponent, damping = blow
+            order = np.argsort(modes[1])
+            s, t = np.zeros(impact_row.state_size(10)), np.zeros(impact_row.tuning_size(10))
+            impact_row.tune(t, *(np.ascontiguousarray(values[order]) for values in modes), float(RATE), 0.0)
+            hammer = np.array([mass, stiffness, exponent, damping, 0.0, 1e-3, steps])
+            force, acceleration, displacement = np.empty((3, frames))
+            throw = np.array([0.0, velocity, 0.0])
+            impact_row.ring(s, t, hammer, throw, 1, force, acceleration, displacement, 0, frames)
+            return displacement
+
+        def solved(tolerance, blow=blow):
+            return naive.struck_object(blow, modes, times, "RK45", tolerance)
+
+        yield Task(
+            "impact",
+            f"{name} blow on 10 modes, {frames / RATE * 1e3:.0f} ms",
+            "relative L2 of the displacement against DOP853 at 1e-11",
+            partial(_from_truth, truth),
+            [
+                Method("impact.blow", "error asked", (1e-1, 1e-2, 1e-4, 1e-6, 1e-8), asked),
+                Method("impact_row", "sub-steps a frame", (1, 2, 4, 8, 16, 32), stepped),
+                Method("solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), solved, True),
+            ],
+        )
+
+
+def _modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Frequencies in whole eighths of a hertz, so that phases after many frames are known exactly."""
+    count = int(count)
+    draw = np.random.default_rng(count)
+    frequencies = np.round(8.0 * np.exp(draw.uniform(np.log(20.0), np.log(20_000.0), count))) / 8.0
+    return frequencies, np.sort(draw.uniform(0.5, 20.0, count)), draw.normal(size=count)
+
+
+def _rung(ring: Callable, signal: NDArray[np.float64], count: float) -> NDArray[np.float64]:
+    return ring(*_modes(count), signal, RATE)
+
+
+def _poles_to(f: float, b: float, frames: NDArray[np.int64]) -> NDArray[np.complex128]:
+    """exp((-b + 2 pi i f) frames / rate), its angle reduced before it is rounded."""
+    return np.exp(-b * frames / RATE + 2j * np.pi * (f * frames % RATE / RATE))
+
+
+def _modal_banks(quick: bool) -> Iterable[Task]:
+    frames = RATE if quick else 10 * RATE
+    last = np.arange(frames - 1000, frames)
+    strikes = np.zeros(frames)
+    strikes[::4800] = 1.0
+    counts = (10, 64, 200)
+
+    def after_strikes(count):
+        return sum(
+            a * _poles_to(f, b, last - at).imag
+            for f, b, a in zip(*_modes(count), strict=True)
+            for at in np.flatnonzero(strikes)
+            if at < last[0]
+        )
+
+    def after_a_step(count):
+        return sum(
+            a * ((1.0 - _poles_to(f, b, last + 1)) / (1.0 - _poles_to(f, b, np.array([1])))).imag
+            for f, b, a in zip(*_modes(count), strict=True)
+        )
+
+    for task, signal, truth in (
+        ("a strike each 0.1 s", strikes, after_strikes),
+        ("driven in every frame", np.ones(frames), after_a_step),
+    ):
+        truths: dict[float, NDArray[np.float64]] = {count: truth(count) for count in counts}
+        yield Task(
+            "modal",
+            f"{task}, {frames // RATE} s",
+            "relative L2 of the last 1000 frames against the closed form",
+            partial(_end_from_truth, truths),
+            [
+                Method("modal.ring", "modes", counts, partial(_rung, modal.ring, signal)),
+                Method(
+                    "lfilter, mode by mode",
+                    "modes",
+                    counts,
+                    partial(_rung, naive.filter_per_mode, signal),
+                    True,
+                ),
+            ],
+        )
+
+
+def _tones(quick: bool) -> Iterable[Task]:
+    frames = RATE if quick else 10 * RATE
+    at = np.arange(frames)
+    counts = (1, 3, 10, 30) if quick else (1, 3, 10, 30, 60)
+
+    def amplitudes(count):
+        return 1.0 / np.arange(1.0, count + 1.0)
+
+    turns = 50 * at[:, None] * np.arange(1, counts[-1] + 1) % RATE / RATE
+    sines = np.cumsum(np.sin(2.0 * np.pi * turns) * amplitudes(counts[-1]), axis=1)
+    truths: dict[float, NDArray[np.float64]] = {n: sines[:, n - 1] for n in counts}
+    yield Task(
+        "waveshaping",
+        f"a tone of 50 Hz, {frames // RATE} s",
+        "relative L2 against sines of exactly reduced phases",
+        partial(_end_from_truth, truths),
+        [
+            Method(
+                "waveshaping.tone",
+                "harmonics",
+                counts,
+                lambda n: waveshaping.tone(50.0, amplitudes(n), frames / RATE, RATE),
+            ),
+            Method(
+                "sum of sines",
+                "harmonics",
+                counts,
+                lambda n: naive.sum_of_sines(50.0, amplitudes(n), frames, RATE),
+                True,
+            ),
+        ],
+    )
+
+
+def _bundles(quick: bool) -> Iterable[Task]:
+    """A slow ramp to 95 % of the critical load; for endless bundles, load / N = x exp(-(x / scale)^shape)."""
+    shape, scale = 4.0, 2.5
+    share = np.linspace(0.0, 0.95, RATE)
+    critical = fracture.critical_stress(1, shape, scale)
+    truth = np.zeros(RATE)
+    for _ in range(200):
+        truth = share * critical * np.exp((truth / scale) ** shape)
+    counts = (2e3, 2e4, 2e5) if quick else (2e3, 2e4, 2e5, 2e6, 1e7)
+
+    def bundle(count, model):
+        load = share * fracture.critical_stress(int(count), shape, scale)
+        return fracture.bundle(load, RATE, int(count), shape, scale, mass=0.0, damping=0.0, model=model).strain
+
+    def first(method):
+        return lambda count: method(share * critical * count, int(count), shape, scale, 0)
+
+    yield Task(
+        "fracture",
+        "strain of a bundle loaded to 95 % in 1 s",
+        "relative L2 against an endless bundle: falls as 1/sqrt(N) by nature",
+        lambda result, _: _apart(result, truth),
+        [
+            Method("fracture.bundle", "fibres", counts, lambda n: bundle(n, "exact")),
+            Method("fracture.bundle, mean", "fibres", counts[:1], lambda n: bundle(n, "mean")),
+            Method("sorting fibres", "fibres", counts, first(naive.sorted_fibres), True),
+            Method("scanning fibres", "fibres", counts[: 1 if quick else 2], first(naive.scanned_fibres), True),
+        ],
+    )
+
+
+def _slip_force(times: NDArray[np.float64] | float) -> Any:
+    return 1500.0 * np.sin(np.pi * times / 0.4) ** 2
+
+
+def _slips_solved(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Displacement of ground that slips by 5 mJ whenever its plastic unit reaches 100 N, by DOP853."""
+    from scipy.integrate import solve_ivp
+
+    plastic, place, begin, state = 4e5, 0.0, 0.0, np.zeros(2)
+    out = np.zeros(times.size)
+    while begin < times[-1]:
+
+        def motion(t, y, place=place):
+            return [y[1], (_slip_force(t) - 400.0 * y[1] - 4e5 * y[0] - plastic * (y[0] - place)) / 0.5]
+
+        def reaches(t, y, place=place):
+            return plastic * (y[0] - place) - 100.0
+
+        reaches.terminal, reaches.direction = True, 1.0  # type: ignore[attr-defined]
+        inside = times >= begin
+        part = solve_ivp(
+            motion, (begin, times[-1]), state, "DOP853", dense_output=True, events=reaches, rtol=1e-11, atol=1e-15
+        )
+        assert part.sol is not None
+        out[inside] = part.sol(np.minimum(times[inside], part.t[-1]))[0]
+        begin, state = float(part.t[-1]), part.y[:, -1]
+        place += 2.0 * 5e-3 / (100.0 + math.sqrt(100.0**2 - 2.0 * plastic * 5e-3))
+    return out
+
+
+def _slips(quick: bool) -> Iterable[Task]:
+    times = np.arange(200) / 1000.0
+    truth = _slips_solved(times)
+
+    def slip(rate):
+        frames = np.arange(int(0.2 * rate)) / rate
+        moved = plasticity.slip(_slip_force(frames), rate, least_j=5e-3, most_j=5e-3).displacement_m
+        return moved[:: int(rate) // 1000]
+
+    def euler(rate):
+        frames = np.arange(int(0.2 * rate)) / rate
+        moved = np.empty(frames.size)
+        naive.slip_by_euler(_slip_force(frames), 1.0 / rate, 0.5, 400.0, 4e5, 4e5, 100.0, 5e-3, moved)
+        return moved[:: int(rate) // 1000]
+
+    rates = (12e3, 48e3, 192e3, 1536e3)
+    yield Task(
+        "plasticity",
+        "displacement of ground that slips, 0.2 s",
+        "relative L2 at each ms against DOP853 from slip to slip; a slip late by a frame may miss its ms",
+        lambda result, _: _apart(result, truth),
+        [
+            Method("plasticity.slip", "rate, Hz", rates, slip),
+            Method("semi-implicit Euler", "rate, Hz", rates, euler, True),
+        ],
+    )
+
+
+def _friction(quick: bool) -> Iterable[Task]:
+    slip = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # thesis, figure 8.6
+    reference = friction.first_passage(*slip, error=1e-6)
+
+    def error(result, _):
+        at, cdf = result
+        return float(np.abs(cdf - np.interp(at, reference.t, reference.cdf)).max())
+
+    def law(asked):
+        found = friction.first_passage(*slip, error=asked)
+        return found.t, found.cdf
+
+    def counted(durations):
+        at = np.linspace(0.0, 20.0, 2001)[:-1]
+        return at, np.searchsorted(np.sort(durations), at, side="right") / durations.size
+
+    def euler(step):
+        durations = np.empty(20_000 if quick else 200_000)
+        naive.slips_by_euler_maruyama(*slip, step, np.random.default_rng(1), durations)
+        return counted(durations)
+
+    yield Task(
+        "friction",
+        "law of the slip duration, thesis figure 8.6",
+        "largest CDF difference against the law at 1e-6; paths add about 1/sqrt(their number)",
+        error,
+        [
+            Method(
+                "friction.first_passage", "error asked", (1e-2, 1e-3, 1e-4) if quick else (1e-2, 1e-3, 1e-4, 1e-5), law
+            ),
+            Method(
+                "friction.paths",
+                "paths",
+                (1e3, 1e4, 1e5) if quick else (1e3, 1e4, 1e5, 1e6),
+                lambda n: counted(friction.paths(*slip, count=int(n), seed=1).duration),
+            ),
+            Method("Euler-Maruyama", "step, s", (0.1, 0.03, 0.01) if quick else (0.1, 0.03, 0.01, 0.002), euler, True),
+        ],
+    )
+
+
+def _noise(quick: bool) -> Iterable[Task]:
+    lengths = (0.1, 1.0, 10.0) if quick else (0.1, 1.0, 10.0, 100.0)
+
+    def band(seconds):
+        rms = []
+        t = np.zeros(noise.BAND_TUNING)
+        noise.tune_band(t, noise.LOW_HZ, noise.HIGH_HZ, float(RATE))
+        for seed in range(8):
+            y = np.empty(round(seconds * RATE))
+            noise.run_band(np.zeros(noise.BAND_STATE), t, stream_key(seed, "bench"), 0, y, y.size)
+            rms.append(y.std())
+        return rms
+
+    def filtered(seconds):
+        from scipy.signal import butter, sosfilt
+
+        sections = butter(2, (noise.LOW_HZ, noise.HIGH_HZ), "bandpass", fs=RATE, output="sos")
+        gain = 1.0 / np.linalg.norm(sosfilt(sections, np.eye(1, RATE)[0]))
+        return [
+            gain * sosfilt(sections, np.random.default_rng(seed).standard_normal(round(seconds * RATE))).std()
+            for seed in range(8)
+        ]
+
+    yield Task(
+        "noise",
+        "band-limited noise of unit RMS, 8 streams",
+        "RMS difference of the streams' RMS from 1: falls as 1/sqrt(length) by nature",
+        lambda result, _: float(np.sqrt(np.mean((np.array(result) - 1.0) ** 2))),
+        [
+            Method("noise.run_band", "seconds", lengths, band),
+            Method("normal draws, sosfilt", "seconds", lengths, filtered, True),
+        ],
+    )
+
+
+def _envelopes(quick: bool) -> Iterable[Task]:
+    from scipy.integrate import solve_ivp
+
+    w0, mass = 2.0 * math.pi * envelopes.STRAIN_HZ, envelopes.STRAIN_MASS_KG
+    times = np.arange(600) / 1000.0
+
+    def force(t):
+        return 700.0 * np.sin(np.pi * t / 0.6) ** 2
+
+    def motion(t, y):
+        return [y[1], force(t) / mass - 2.0 * w0 * y[1] - w0 * w0 * y[0]]
+
+    truth = solve_ivp(motion, (0.0, 0.6), [0.0, 0.0], "DOP853", times, rtol=1e-12, atol=1e-15).y[1]
+
+    def strain_rate(rate):
+        push = force(np.arange(int(0.6 * rate)) / rate)
+        t, out = np.zeros(envelopes.STRAIN_TUNING), np.empty(push.size)
+        envelopes.tune_strain_rate(t, envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, mass, rate)
+        envelopes.run_strain_rate(np.zeros(envelopes.STRAIN_STATE), t, push, envelopes.SIGNED, out, out.size)
+        return out[:: int(rate) // 1000]
+
+    def euler(rate):
+        push = force(np.arange(int(0.6 * rate)) / rate)
+        out = np.empty(push.size)
+        naive.strain_rate_by_euler(push, 1.0 / rate, w0, envelopes.STRAIN_DAMPING, mass, out)
+        return out[:: int(rate) // 1000]
+
+    rates = (8e3, 48e3, 96e3, 192e3)
+    yield Task(
+        "envelopes",
+        "strain rate under a footstep, 0.6 s",
+        "relative L2 at each ms against DOP853",
+        lambda result, _: _apart(result, truth),
+        [
+            Method("envelopes.run_strain_rate", "rate, Hz", rates, strain_rate),
+            Method("semi-implicit Euler", "rate, Hz", rates, euler, True),
+        ],
+    )
+
+
+TASKS = (_impacts, _modal_banks, _tones, _bundles, _slips, _friction, _noise, _envelopes)

@@ -1,0 +1,190 @@
+"""What a node may not do whatever its input: make energy, pull, or pass a bound that its own declaration promises.
+
+Each law looks at one node of a patch that ran and answers with what was broken, or "". Where a law needs a parameter
+that a wire drives, or a signal of a certain kind, it says nothing about any other.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.nodes.impacts import FASTEST
+
+_SLACK = 1.0 + 1e-6
+_NOTHING = 1e-30
+"""Sums of squares below this are lost in rounding and in what sleep lets go of (1e-9 a frame)."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What one node was given and gave on one tile: signals [frames] and events [events, 3] by the names of its ports.
+
+    Parameters that a wire drives are not among `values`.
+    """
+
+    rate: float
+    values: Mapping[str, Any]
+    inputs: Mapping[str, NDArray[np.float64]]
+    outputs: Mapping[str, NDArray[np.float64]]
+    events_in: Mapping[str, NDArray[np.float64]]
+    events_out: Mapping[str, NDArray[np.float64]]
+
+
+def broken(type: str, seen: Seen) -> str:
+    """Which law a node of `type` broke, with the figures; "" where none is known or none was broken.
+
+    >>> loud, quiet = {"signal": np.ones(8)}, {"signal": np.full(8, 0.1)}
+    >>> seen = Seen(48e3, {"depth": 0.5}, quiet, {"out": loud["signal"]}, {}, {})
+    >>> broken("roughness", seen)
+    'gives 1 at frame 0, outside what it promises'
+    """
+    if type not in LAWS:
+        return ""
+    try:
+        return LAWS[type](seen)
+    except KeyError:  # a port without a wire, or a parameter with one
+        return ""
+
+
+def _gains_no_more(given: NDArray[np.float64], got: NDArray[np.float64], gain: float) -> str:
+    """A stable linear filter's output has at most the energy of its input times its largest gain squared."""
+    scale = max(float(np.abs(given).max(initial=0.0)), float(np.abs(got).max(initial=0.0)), 1e-9)
+    came, went = float(np.sum((given / scale) ** 2)), float(np.sum((got / scale) ** 2))
+    lost_in_sleep = got.size * (1e-9 / scale) ** 2
+    if went > came * (gain * _SLACK) ** 2 + lost_in_sleep + _NOTHING:
+        times = math.sqrt(went / came) / gain if came > 0.0 else math.inf
+        return f"puts out {times:.6g} times what its gain of {gain:.6g} allows (RMS)"
+    return ""
+
+
+def _steady(seen: Seen, *names: str) -> None:
+    """Only a filter that does not move keeps the law: one whose state is carried into another band may ring louder."""
+    for name in names:
+        seen.values[name]
+
+
+def _resonant(seen: Seen) -> str:
+    q = seen.values["q"]
+    _steady(seen, "cutoff")
+    gain = 1.0 if q <= math.sqrt(0.5) else q / math.sqrt(1.0 - 0.25 / (q * q))
+    return _gains_no_more(seen.inputs["signal"], seen.outputs["out"], gain)
+
+
+def _band_pass(seen: Seen) -> str:
+    _steady(seen, "centre", "width")
+    return _gains_no_more(seen.inputs["signal"], seen.outputs["out"], 1.0)
+
+
+def _strain_rate(seen: Seen) -> str:
+    values = seen.values
+    w0 = 2.0 * math.pi * min(values["frequency"], 0.49 * seen.rate)
+    gain = 1.0 / (2.0 * values["damping"] * w0 * values["mass"])
+    return _gains_no_more(seen.inputs["force"], seen.outputs["out"], gain)
+
+
+def _within(signal: NDArray[np.float64], low: float | NDArray, high: float | NDArray) -> str:
+    outside = (signal < low) | (signal > high)
+    if outside.any():
+        at = int(np.argmax(outside))
+        return f"gives {signal[at]:.6g} at frame {at}, outside what it promises"
+    return ""
+
+
+def _contact(seen: Seen) -> str:
+    return _within(seen.outputs["out"], 0.0, 1.0)
+
+
+def _roughness(seen: Seen) -> str:
+    most = (1.0 + seen.values["depth"]) * _SLACK * np.abs(seen.inputs["signal"])
+    return _within(seen.outputs["out"], -most, most)
+
+
+def _tone(seen: Seen) -> str:
+    most = _SLACK * seen.values["amplitude"]
+    return _within(seen.outputs["out"], -most, most)
+
+
+def _scale(seen: Seen) -> str:
+    """From the first frame on in which its input is not 0: before that it has not been woken."""
+    ends = seen.values["out_low"], seen.values["out_high"]
+    slack = 1e-9 * max(map(abs, ends))
+    woken = np.cumsum(seen.inputs["signal"] != 0.0) > 0
+    return _within(seen.outputs["out"][woken], min(ends) - slack, max(ends) + slack)
+
+
+def _modal_bank(seen: Seen) -> str:
+    strikes = np.abs(seen.events_in["strike"][:, 1]).sum()
+    amplitudes = sum(abs(mode[2]) for mode in seen.values["modes"])
+    most = _SLACK * seen.values["level"] * amplitudes * strikes + 1e-9
+    return _within(seen.outputs["out"], -most, most)
+
+
+def _impact(seen: Seen) -> str:
+    """A hammer never pulls, and never leaves with more energy than all blows so far brought: impulse <= m (v + w)."""
+    force, mass = seen.outputs["force"], seen.values["mass"]
+    if force.min(initial=0.0) < 0.0:
+        return f"pulls with {force.min():.6g} N"
+    speeds = np.clip(seen.values["velocity"] * seen.events_in["strike"][:, 1], 0.0, FASTEST)
+    most = mass * float(np.sum(speeds + np.sqrt(np.cumsum(speeds**2))))
+    impulse = float(force.sum()) / seen.rate
+    if impulse > most * _SLACK + 1e-15:
+        return f"gives an impulse of {impulse:.6g} N s where its blows allow {most:.6g}"
+    return ""
+
+
+def _work(force: NDArray[np.float64], moved: NDArray[np.float64], frames: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The most that a force has done by each of `frames`, if it came within one frame and stays: F x; else infinity."""
+    steady = np.flatnonzero(force)
+    if steady.size == 0 or np.ptp(force[steady[0] :]) > 0.0 or force[-1] < 0.0 or moved.min(initial=0.0) < 0.0:
+        return np.full(frames.size, math.inf)
+    at = np.clip(np.floor(frames).astype(np.int64), 0, moved.size - 1)
+    return force[-1] * moved[at]
+
+
+def _released(energy: NDArray[np.float64], work: NDArray[np.float64]) -> str:
+    total = np.cumsum(energy)
+    above = total > work * _SLACK + 1e-300
+    if above.any():
+        at = int(np.argmax(above))
+        return f"has set free {total[at]:.6g} by event {at}, and the load has done work of {work[at]:.6g}"
+    return ""
+
+
+def _slip(seen: Seen) -> str:
+    events, values = seen.events_out["events"], seen.values
+    energy = np.minimum(events[:, 1], 1e150) ** 2 * max(values["most"], 1.001 * values["least"])
+    return _released(energy, _work(seen.inputs["force"], seen.outputs["displacement"], events[:, 0]))
+
+
+def _bundle(seen: Seen) -> str:
+    """Of exact bundles only: chains that stiffen while stretched take energy from nowhere, as in the thesis."""
+    values, events = seen.values, seen.events_out["events"]
+    if values["model"] != "exact" or values["softness"] < 0.1 or values["loudness"] < 1e-3:
+        return ""
+    law, n, k, scale = values["thresholds"], values["fibres"], values["shape"], values["scale"]
+    share = 0.25 if law == "uniform" else k ** (-1.0 / k) * math.exp(-1.0 / k)
+    stress = seen.inputs["force"] * (n * values["stiffness"] * scale * share / values["strength"])
+    unit = 0.5 * values["stiffness"] * scale**2
+    energy = unit * (events[:, 1] / values["loudness"]) ** (1.0 / values["softness"])
+    return _released(energy, _work(stress, seen.outputs["strain"], events[:, 0]))
+
+
+LAWS: Mapping[str, Callable[[Seen], str]] = {
+    "low-pass": _resonant,
+    "high-pass": _resonant,
+    "band-pass": _band_pass,
+    "strain-rate-envelope": _strain_rate,
+    "contact-envelope": _contact,
+    "roughness": _roughness,
+    "tone": _tone,
+    "scale": _scale,
+    "modal-bank": _modal_bank,
+    "impact": _impact,
+    "slip": _slip,
+    "fibre-bundle": _bundle,
+}
+"""The laws by type of node."""

@@ -1,0 +1,434 @@
+"""Nodes and patches under stress: everything their declarations allow, at every rate, with inputs that nobody sends.
+
+A patch is stressed on one tile for each of `ROWS`, all in one program: each tile is given another kind of input, and
+each is struck. What is held to: every signal is finite; no fault but that of the input that is not a number, at the
+node that read it; what leaves `Safety` is within its limits; no node breaks its law (`laws`).
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.bench import laws
+from workbench.devices.simulated import SimulatedFloor
+from workbench.engine.loop import Loop
+from workbench.engine.messages import Play, Strike
+from workbench.engine.safety import Limits, Safety
+from workbench.errors import BadValue
+from workbench.floor.layout import default_floor
+from workbench.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows
+from workbench.patch.node import Registry
+from workbench.patch.patch import Patch
+from workbench.patch.program import Program
+
+RATES = (8_000, 44_100, 48_000, 96_000, 192_000)
+ROWS = ("zero", "full", "steps", "impulses", "constant", "tiny", "huge", "nan")
+"""A tile for each kind of input: nothing, full scale, steps, single frames, DC, 1e-310, 1e6, and not a number."""
+FULL_N, FULL_M = 750.0, 0.15
+"""Full scale of a force, and of a place on a tile."""
+FRAMES = 768
+_BLOCKS = (1, 31, 224, 512)
+_STRIKES = (40.4, 411.0)
+_STRENGTHS = (1.0, 1.0, 10.0, 0.5, 1.0, 1e-310, 1e6, 1.0)
+_FARTHEST = 1e100
+"""A patch whose signals go beyond this overflows by its own arithmetic: a product of products is no fault."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What went wrong, and the patch and rate that make it go wrong again: `stress(patch, registry, rate)`."""
+
+    what: str
+    patch: Patch
+    rate: int
+
+    def line(self) -> str:
+        """One line for a person, and one for the file."""
+        return f"{self.what}, at {self.rate} Hz, with\n{self.patch.dumps().decode()}"
+
+
+@dataclass
+class Stability:
+    """How much was tried, and what failed."""
+
+    nodes: int = 0
+    points: int = 0
+    patches: int = 0
+    simulated_s: float = 0.0
+    cut_short: dict[str, int] = field(default_factory=dict)
+    """Nodes whose time was up, and the points at which it was."""
+    failures: list[Failure] = field(default_factory=list)
+
+    def data(self) -> dict[str, Any]:
+        """As plain data."""
+        return {
+            "nodes": self.nodes,
+            "points": self.points,
+            "patches": self.patches,
+            "simulated_s": round(self.simulated_s, 3),
+            "cut_short": self.cut_short,
+            "failures": [{"what": f.what, "rate_hz": f.rate, "patch": f.patch.dumps().decode()} for f in self.failures],
+        }
+
+
+def run(
+    registry: Registry,
+    sound: Path,
+    *,
+    corners: int = 1024,
+    points: int = 10_000,
+    patches: int = 2_000,
+    seconds: float = 3600.0,
+    budget_s: float = 600.0,
+    seed: int = 1,
+    tell: Callable[[str], None] = lambda line: None,
+) -> Stability:
+    """Stress every node at its corners and at random points, and random patches; then let patches run for `seconds`.
+
+    `corners` and `points` are for each node, at each of `RATES`; the corners are all there are if they are so few. A
+    node may take `budget_s`. `sound` is a sound file for nodes that play one. At most one failure a node is kept, with
+    as little in its patch as makes it fail.
+    """
+    result = Stability()
+    draw = np.random.default_rng(seed)
+    for type in sorted(registry):
+        tell(f"stability: {type}")
+        result.nodes += 1
+        until = time.monotonic() + budget_s
+        for tried, patch in enumerate(_points(type, registry, str(sound), corners, points, draw)):
+            if tried and time.monotonic() > until:
+                result.cut_short[type] = tried
+                break
+            result.points += 1
+            if _kept(result, patch, registry, RATES):
+                break
+    tell("stability: patches")
+    for _ in range(patches):
+        result.patches += 1
+        _kept(result, random_patch(registry, str(sound), draw), registry, (int(draw.choice(RATES)),))
+    longest = max(1.0, seconds / 60.0)
+    while seconds > 0.0:
+        length = min(longest, seconds)
+        patch, rate = random_patch(registry, str(sound), draw), int(draw.choice(RATES))
+        what = endure(patch, registry, rate, length, int(draw.integers(0, 24 * 3600)) * rate)
+        if what:
+            result.failures.append(Failure(what, patch, rate))
+        result.patches += 1
+        result.simulated_s += length
+        seconds -= length
+        tell(f"stability: {result.simulated_s:.0f} s simulated")
+    return result
+
+
+def stress(patch: Patch, registry: Registry, rate: int) -> str:
+    """What fails when `patch` is given every kind of input at `rate`; "" if nothing does.
+
+    >>> from workbench.nodes import REGISTRY
+    >>> patch = Patch().add("tile-force", REGISTRY).add("low-pass", REGISTRY)
+    >>> stress(patch.connect("tile-force.force", "low-pass.signal", REGISTRY), REGISTRY, 48_000)
+    ''
+    """
+    signals, events = _outputs(patch, registry)
+    program = Program(patch, registry, ROWS, rate=rate, block=max(_BLOCKS), scopes=signals + events)
+    safety = Safety([Limits()] * len(ROWS), list(range(len(ROWS))), float(rate), max(_BLOCKS), len(ROWS))
+    safety.open(True, 0)
+    for tile, strength in zip(ROWS, _STRENGTHS, strict=True):
+        for strike in _STRIKES:
+            program.strike("", tile, strike, strength)
+    seen = np.zeros((len(program.scope_names), len(ROWS), FRAMES))
+    readers = {node.id for node in patch.nodes if registry[node.type].hosts}
+    faults = []
+    for at, n in _blocks():
+        _feed(program, slice(None), at, n)
+        program.run(at, n)
+        seen[:, :, at : at + n] = program.tables.scope[:, :, :n]
+        if not np.isfinite(program.output[:, :n]).all():
+            return "the output is not finite"
+        safety.apply(program.output, program.tables.still, at, 0, n)
+        if not (np.abs(safety.out[:n]) <= Limits().peak).all():
+            return f"{np.abs(safety.out[:n]).max()} of full scale reaches a shaker"
+        fault = program.fault()
+        faults += [fault] if fault else []
+    if not np.isfinite(seen).all():
+        return "a signal is not finite"
+    if np.abs(seen).max(initial=0.0) > _FARTHEST:
+        return ""
+    for node, tile, frame in faults:
+        if tile != "nan" or node not in readers:
+            return f"{node} makes a value that is not finite at frame {frame}, input {tile!r}"
+    if readers & set(program.node_ids) and not faults:
+        return "an input that is not a number names no node"
+    scopes = dict(zip(program.scope_names, seen, strict=True))
+    for row, tile in enumerate(ROWS):
+        found = _lawless(patch, registry, rate, {name: signal[row] for name, signal in scopes.items()}, {})
+        if found:
+            return f"{found}, input {tile!r}"
+    return _law_of_events(patch, registry, rate, signals, events)
+
+
+def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: int) -> str:
+    """What fails while a walker walks over `patch` for `seconds` from session frame `frame` on; "" if nothing does."""
+    source = SimulatedFloor(default_floor(1, 2), rate, patch.seed)
+    source.skip(frame)
+    loop = Loop(patch, registry, source, rate=rate, block=1024, frame=frame)
+    loop.send(Play(True))
+    for k in range(round(seconds * rate) // 1024):
+        if k % 64 == 0:
+            loop.send(Strike("", source.floor.ids[k // 64 % 2], 1.0))
+        loop.run(1024)
+        if not (np.abs(loop.out) <= Limits().peak).all():  # false where it is not a number
+            return f"{np.abs(loop.out).max()} of full scale reaches a shaker at frame {loop.frame}"
+        fault = loop.program.fault()
+        if fault and np.abs(loop.program.tables.lanes).max(initial=0.0) < _FARTHEST:
+            return f"{fault[0]} makes a value that is not finite at frame {fault[2]}, tile {fault[1]}"
+    return ""
+
+
+def alone(type: str, registry: Registry, parameters: dict[str, Any], wired: tuple[str, ...] = ()) -> Patch:
+    """A patch in which every input of a node is fed straight from floor and hand, and so are the parameters `wired`."""
+    node = registry[type]
+    patch = Patch(seed=3, title=f"{type} under stress").add(type, registry, **parameters)
+    ports = [*node.inputs, *(node.input_ports[name] for name in wired)]
+    feeds: dict[str, str] = {}
+    for port in ports:
+        kind = "events" if port.kind == "event" else "m" if port.unit == "m" else "N" if port.unit in ("", "N") else ""
+        if kind not in feeds:
+            patch, feeds[kind] = _fed(patch, registry, kind)
+        patch = patch.connect(feeds[kind], f"{type}.{port.name}", registry)
+    return patch
+
+
+def random_patch(registry: Registry, sound: str, draw: np.random.Generator) -> Patch:
+    """A patch drawn from the registry: up to a dozen nodes, most inputs wired to what came before, and an output."""
+    patch = Patch(title="drawn at random", seed=int(draw.integers(1 << 30)))
+    types = sorted(registry)
+    sinks = [type for type in types if registry[type].is_sink]
+    drawn = [types[i] for i in draw.integers(len(types), size=draw.integers(2, 12))]
+    for type in ["tile-force", "strike", *drawn, sinks[int(draw.integers(len(sinks)))]]:
+        before = patch
+        patch = patch.add(type, registry, **_values(type, registry, sound, draw))
+        id = patch.nodes[-1].id
+        node = registry[type]
+        for name, port in node.input_ports.items():
+            sources = [
+                f"{other.id}.{out}"
+                for other in before.nodes
+                for out, source in registry[other.type].output_ports.items()
+                if source.kind == port.kind and port.unit in ("", source.unit or port.unit)
+            ]
+            if sources and draw.random() < (0.15 if name in node.parameters else 0.9):
+                patch = _connected(patch, sources[int(draw.integers(len(sources)))], f"{id}.{name}", registry)
+    return patch
+
+
+def smallest(patch: Patch, fails: Callable[[Patch], bool]) -> Patch:
+    """`patch` without the nodes, wires and settings that it can do without and still fail."""
+    for id in [node.id for node in patch.nodes]:
+        if len(patch.nodes) > 1 and fails(without := patch.remove([id])):
+            patch = without
+    for wire in patch.wires:
+        if fails(without := patch.disconnect([wire])):
+            patch = without
+    for node in patch.nodes:
+        for name in node.parameters:
+            kept = {key: value for key, value in patch.node(node.id).parameters.items() if key != name}
+            if fails(without := _with(patch, node.id, kept)):
+                patch = without
+    return patch
+
+
+def _law_of_events(patch: Patch, registry: Registry, rate: int, scopes: list[str], events: list[str]) -> str:
+    """Laws that need events, on a tile of its own: the program tells the events of its last one."""
+    row = ROWS.index("constant")
+    program = Program(patch, registry, ROWS[row : row + 1], rate=rate, block=max(_BLOCKS), scopes=scopes + events)
+    program.strike("", ROWS[row], _STRIKES[0], _STRENGTHS[row])
+    signals = {name: np.zeros(FRAMES) for name in program.scope_names}
+    lists: dict[str, list[NDArray[np.float64]]] = {name: [] for name in events}
+    for at, n in _blocks():
+        _feed(program, slice(row, row + 1), at, n)
+        program.run(at, n)
+        for name, signal in signals.items():
+            signal[at : at + n] = program.scope[name][0, :n]
+        for name, found in lists.items():
+            found.append(program.events(name))
+    told = {name: np.concatenate(found) for name, found in lists.items()}
+    for name, list_ in told.items():
+        if not np.isfinite(list_).all():
+            return f"{name} gives an event that is not finite"
+        if (np.diff(np.floor(list_[:, 0])) <= 0.0).any():
+            return f"{name} gives two events in one frame, or not in order"
+    return _lawless(patch, registry, rate, signals, told)
+
+
+def _lawless(
+    patch: Patch,
+    registry: Registry,
+    rate: int,
+    signals: dict[str, NDArray[np.float64]],
+    events: dict[str, NDArray[np.float64]],
+) -> str:
+    """The first law that a node broke on one tile, from all that its outputs gave there."""
+    sources = {target: source for source, target in patch.wires}
+    for node in patch.nodes:
+        type = registry[node.type]
+        values = type.values(node.parameters)
+
+        def at_inputs(found: dict[str, NDArray[np.float64]], node=node, type=type) -> dict[str, NDArray[np.float64]]:
+            ends = {name: sources.get(f"{node.id}.{name}") for name in type.input_ports}
+            return {name: found[end] for name, end in ends.items() if end in found}
+
+        def at_outputs(found: dict[str, NDArray[np.float64]], node=node, type=type) -> dict[str, NDArray[np.float64]]:
+            return {name: found[end] for name in type.output_ports if (end := f"{node.id}.{name}") in found}
+
+        steady = {name: value for name, value in values.items() if f"{node.id}.{name}" not in sources}
+        seen = laws.Seen(rate, steady, at_inputs(signals), at_outputs(signals), at_inputs(events), at_outputs(events))
+        what = laws.broken(node.type, seen)
+        if what:
+            return f"{node.id} {what}"
+    return ""
+
+
+def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int, ...]) -> bool:
+    """Whether a patch fails at one of the rates; if so, the failure is kept, with the smallest patch that shows it."""
+    for rate in rates:
+        if stress(patch, registry, rate):
+            patch = smallest(patch, lambda less: bool(stress(less, registry, rate)))  # noqa: B023
+            result.failures.append(Failure(stress(patch, registry, rate), patch, rate))
+            return True
+    return False
+
+
+def _points(
+    type: str, registry: Registry, sound: str, corners: int, points: int, draw: np.random.Generator
+) -> Iterator[Patch]:
+    """Patches with a node at the corners of its box, then at random points, some of its parameters driven by wires."""
+    node = registry[type]
+    numbers = {name: p for name, p in node.parameters.items() if isinstance(p, Number | Count)}
+    whole = 2 ** len(numbers)
+    chosen = range(whole) if whole <= corners else [0, whole - 1, *draw.integers(whole, size=corners - 2).tolist()]
+    for corner in chosen:
+        values = _values(type, registry, sound, draw)
+        for i, (name, number) in enumerate(numbers.items()):
+            high = min(number.high, 1_000_000) if isinstance(number, Count) else number.high
+            values[name] = high if corner >> i & 1 else number.low
+        yield alone(type, registry, values)
+    drivable = [name for name in node.input_ports if name in node.parameters]
+    for _ in range(points if node.parameters else 1):
+        wired = tuple(name for name in drivable if draw.random() < 0.2)
+        yield alone(type, registry, _values(type, registry, sound, draw), wired)
+
+
+def _values(type: str, registry: Registry, sound: str, draw: np.random.Generator) -> dict[str, Any]:
+    return {
+        name: sound if isinstance(parameter, FilePath) else _value(parameter, draw)
+        for name, parameter in registry[type].parameters.items()
+    }
+
+
+def _value(parameter: Parameter, draw: np.random.Generator) -> Any:
+    """A value that the declaration allows; one in eight numbers lies at an end of its range."""
+    match parameter:
+        case Number():
+            place = draw.random()
+            return parameter.value(float(round(place) if draw.random() < 0.125 else place))
+        case Count():
+            return int(parameter.low - 1 + (parameter.high - parameter.low + 1) ** draw.random())
+        case Choice():
+            return parameter.options[int(draw.integers(len(parameter.options)))]
+        case Numbers():
+            size = int(draw.integers(parameter.least, parameter.most + 1))
+            return [float(value) for value in draw.uniform(parameter.low, parameter.high, size)]
+        case Rows():
+            size = int(parameter.most ** draw.random())
+            return [[float(_between(low, high, draw)) for _, low, high in parameter.columns] for _ in range(size)]
+    return parameter.default
+
+
+def _between(low: float, high: float, draw: np.random.Generator) -> float:
+    place = draw.random()
+    value = low * (high / low) ** place if low > 0.0 else low + (high - low) * place
+    return min(max(value, low), high)
+
+
+def _fed(patch: Patch, registry: Registry, kind: str) -> tuple[Patch, str]:
+    """With what feeds inputs of a kind, and the output that does: force, place, any unit, or footfalls and strikes."""
+    ids = {node.type: node.id for node in patch.nodes[1:]}
+    if kind == "m":
+        patch = patch.add("contact", registry)
+        return patch, f"{patch.nodes[-1].id}.x"
+    if "tile-force" not in ids:
+        patch = patch.add("tile-force", registry)
+        ids["tile-force"] = patch.nodes[-1].id
+    force = f"{ids['tile-force']}.force"
+    if kind == "N":
+        return patch, force
+    if kind == "":
+        patch = patch.add("gain", registry)
+        gain = patch.nodes[-1].id
+        return patch.connect(force, f"{gain}.signal", registry), f"{gain}.out"
+    for type in ("footfall", "strike", "join"):
+        patch = patch.add(type, registry)
+    footfall, strike, join = (node.id for node in patch.nodes[-3:])
+    patch = patch.connect(force, f"{footfall}.force", registry).connect(f"{footfall}.onset", f"{join}.a", registry)
+    return patch.connect(f"{strike}.out", f"{join}.b", registry), f"{join}.out"
+
+
+def _connected(patch: Patch, source: str, target: str, registry: Registry) -> Patch:
+    try:
+        return patch.connect(source, target, registry)
+    except BadValue:
+        return patch
+
+
+def _with(patch: Patch, id: str, parameters: dict[str, Any]) -> Patch:
+    nodes = tuple(msgspec.structs.replace(n, parameters=parameters) if n.id == id else n for n in patch.nodes)
+    return msgspec.structs.replace(patch, nodes=nodes)
+
+
+def _outputs(patch: Patch, registry: Registry) -> tuple[list[str], list[str]]:
+    """Every output of a patch: signals, and events."""
+    found: dict[str, list[str]] = {"signal": [], "event": []}
+    for node in patch.nodes:
+        for name, port in registry[node.type].output_ports.items():
+            found[port.kind].append(f"{node.id}.{name}")
+    return found["signal"], found["event"]
+
+
+def _blocks() -> Iterator[tuple[int, int]]:
+    at = 0
+    for k in count():
+        if at >= FRAMES:
+            return
+        n = min(_BLOCKS[k % len(_BLOCKS)], FRAMES - at)
+        yield at, n
+        at += n
+
+
+def _inputs(full: float) -> NDArray[np.float64]:
+    """Every kind of input, [row, frame]; `full` is full scale."""
+    frame = np.arange(FRAMES)
+    begun = frame >= 10
+    signals = np.zeros((len(ROWS), FRAMES))
+    signals[1] = full * np.cos(frame * 0.7)
+    signals[2] = full * (frame // 160 % 2)
+    signals[3] = full * (frame % 97 == 5)
+    signals[4] = full * begun
+    signals[5] = 1e-310 * begun
+    signals[6] = 1e6 * begun * np.where(frame < 500, 1.0, (-1.0) ** frame)
+    signals[7] = np.where(frame < 300, full * np.sin(frame * 0.05), np.nan)
+    return signals
+
+
+_INPUTS = {"force_n": _inputs(FULL_N), "x_m": _inputs(FULL_M), "y_m": _inputs(-FULL_M)}
+
+
+def _feed(program: Program, rows: slice, at: int, n: int) -> None:
+    for name, signal in program.hosts.items():
+        signal[:, :n] = _INPUTS[name][rows, at : at + n]
