@@ -27,7 +27,7 @@ def pulled(source, ends):
     return [np.concatenate(column) for column in zip(*parts, strict=True)]
 
 
-@pytest.mark.parametrize("step", [7, 64, 1024, 300_000])
+@pytest.mark.parametrize("step", [333, 1024, 300_000])
 def test_every_sample_comes_once_at_its_own_time(step):
     forces = table()
     source = Replay(forces, FLOOR, 48_000)

@@ -11,11 +11,14 @@ from live import live
 from made_patches import hum, rough_step
 
 from workbench.clock import FADE
-from workbench.devices.sound import Stream
+from workbench.devices.sound import Stream, most_channels
 from workbench.engine.messages import Level, Notice, Panic, Started
+from workbench.engine.replayed import replay
 from workbench.engine.safety import PANIC
 from workbench.errors import DeviceError
 from workbench.floor.layout import Floor, default_floor
+from workbench.nodes import REGISTRY
+from workbench.records.recording import Recording
 
 BUFFER_S = 0.08
 SINE = {"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0}
@@ -58,8 +61,11 @@ def test_what_arrives_is_what_the_engine_says_it_played(null_sink, until):
     assert (shifts >= 0).all()
 
 
-def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until):
-    with null_sink.heard() as heard, live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
+def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until, tmp_path):
+    """And what was recorded of it is replayed to the same bytes."""
+    path = tmp_path / "session.uf"
+    patch = hum(tone=SINE)
+    with null_sink.heard() as heard, live(patch, until, path, sound="", latency_s=BUFFER_S, walker=False) as playing:
         settled(playing)
         until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard")
         before = len(heard())
@@ -75,6 +81,11 @@ def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until):
         assert not heard()[last + 1 :].any()
         playing.session.play()
         until(lambda: (playing.poll(), np.abs(heard()[-480:]).max() > 0.1)[1], "it is heard again")
+        playing.session.stop_recording()
+    with Recording(path) as recording:
+        played = recording.vibration()[1]
+    assert played.any()
+    assert replay(path, REGISTRY).samples.tobytes() == played.tobytes()
 
 
 def test_a_session_that_ends_is_ramped_down(null_sink, until):
@@ -135,6 +146,16 @@ def test_a_device_that_is_not_there_is_named_in_one_line():
     with pytest.raises(DeviceError, match="no such card") as error:
         Stream("no such card", 2, 48_000, 128, lambda: 0)
     assert "\n" not in str(error.value)
+
+
+def test_a_device_says_how_many_channels_it_has(monkeypatch):
+    sounddevice = pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
+    for channels, most in ((2, 2), (128, 32)):
+        device = {"max_output_channels": channels}
+        monkeypatch.setattr(sounddevice, "query_devices", lambda name, kind, device=device: device)
+        assert most_channels("") == most
+    monkeypatch.undo()
+    assert most_channels("no such card") == 32
 
 
 def test_without_portaudio_there_are_no_devices():

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 from made_patches import hum, stepped_bank
 
+from workbench.engine import process
 from workbench.engine.messages import Done, Panic, Play, Swap
 from workbench.engine.process import Engine, Setup
 from workbench.engine.rings import Reader, Ring
@@ -68,6 +69,16 @@ def test_a_callback_writes_what_it_played_read_and_looked_at():
         assert played[1_000:].any(axis=0).all()
         assert seen.any(axis=0).all()
         assert status.health().frame == 12_800
+
+
+def test_a_card_with_fewer_channels_than_tiles_plays_the_first_ones(monkeypatch):
+    monkeypatch.setattr(process, "most_channels", lambda name: 2)
+    with engine_of(hum(), sound="") as (engine, _, rings, _):
+        reader = Reader(rings[0])
+        blocks(engine, 100)
+        _, played = reader.read()
+        assert engine._loop.out.shape[1] == 2
+        assert played.any(axis=0).tolist() == [True, True, False, False]
 
 
 def test_a_panic_goes_before_whatever_waits():

@@ -244,7 +244,7 @@ def test_cut_takes_away_whole_blocks_and_parts_of_them(tmp_path):
     assert writer.end("vibration") == 300
     assert writer.end("force") is None
     writer.cut(130)
-    writer.note("patch", "another")
+    writer.say("patch", "another")
     writer.commit()
     writer.close()
     with Recording(tmp_path / "a.uf") as recording:

@@ -15,6 +15,7 @@ from workbench.engine.messages import Level, Lost, Notice, Panic, Press, Pulse, 
 from workbench.engine.replayed import replay
 from workbench.engine.safety import PANIC
 from workbench.errors import BadValue
+from workbench.floor.layout import default_floor
 from workbench.nodes import REGISTRY
 from workbench.records.recording import Recording
 
@@ -63,6 +64,26 @@ def test_a_live_session_replayed_gives_the_same_bytes(until, tmp_path):
     assert played.any(axis=0).all()
     for block in (7, 64, 1024):
         assert replay(path, REGISTRY, block).samples.tobytes() == played.tobytes(), block
+
+
+def test_a_force_file_played_live_and_recorded_gives_the_same_bytes(until, tmp_path):
+    """At a rate at which samples fall between frames, with gaps, over and over."""
+    time_s = np.arange(0.0, 0.6, 1.0 / 431.7)
+    time_s = time_s[(time_s < 0.3) | (time_s > 0.37)]
+    on = np.where((time_s > 0.1) & (time_s < 0.5), 300.0, 0.0)
+    lines = [f"{now!r},{','.join([repr(force)] * 4)}" for now, force in zip(time_s.tolist(), on.tolist(), strict=True)]
+    csv = tmp_path / "walk.csv"
+    csv.write_text("\n".join(["time_s,t1.1,t1.2,t1.3,t1.4", *lines]))
+    path, floor = tmp_path / "session.uf", default_floor(1, 1)
+    with live(rough_step(), until, record=path, floor=floor, kind="replay", source=str(csv)) as playing:
+        playing.started()
+        playing.play(48_000)
+        playing.session.stop_recording()
+    with Recording(path) as recording:
+        played = recording.vibration()[1]
+    assert played.any()
+    for block in (7, 1024):
+        assert replay(path, REGISTRY, block).samples.tobytes() == played.tobytes()
 
 
 @pytest.fixture(scope="module")

@@ -38,6 +38,21 @@ def devices() -> list[Card]:
     ]
 
 
+def most_channels(name: str) -> int:
+    """Channels that the device can play in one stream; `MOST_CHANNELS` also where there is no such device to ask."""
+    try:
+        import sounddevice
+
+        device = sounddevice.query_devices(name or None, "output")
+    except (OSError, ImportError, RuntimeError, ValueError):
+        return MOST_CHANNELS
+    except Exception as error:  # as above
+        if type(error).__name__ != "PortAudioError":
+            raise
+        return MOST_CHANNELS
+    return min(int(device["max_output_channels"]), MOST_CHANNELS)
+
+
 class Stream:
     """An output stream: calls `fill() -> address` for each block of interleaved float32, and plays what is there.
 

@@ -3,6 +3,7 @@
 Compiling holds the interpreter for long stretches; here nobody minds. The engine then only loads what is in the cache.
 """
 
+import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -60,6 +61,7 @@ class Look:
 
 def run(connection: Connection) -> None:
     """The process's main function; returns when the connection ends. Of several requests to look, the newest counts."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     try:
         while True:
             request = connection.recv()

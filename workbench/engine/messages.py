@@ -98,11 +98,15 @@ Command = Swap | Set | Strike | Press | Walk | Tare | Level | Play | Panic | Pul
 
 @dataclass(frozen=True)
 class Started:
-    """The engine runs: what it plays on, in words, and why it is not what was asked for, if so."""
+    """The engine runs: what it plays on, in words, and why it is not what was asked for, if so.
+
+    `channels` has that of each tile, or -1 for a tile that is silent because the sound card has none for it.
+    """
 
     where: str
     notice: str = ""
     process: int = 0
+    channels: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

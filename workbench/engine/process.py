@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 import sys
 import threading
 import time
@@ -15,7 +16,7 @@ import numpy as np
 from workbench.clock import next_span
 from workbench.devices.device import ForceSource
 from workbench.devices.simulated import SimulatedFloor
-from workbench.devices.sound import MOST_CHANNELS, Stream
+from workbench.devices.sound import Stream, most_channels
 from workbench.engine import status as fields
 from workbench.engine.loop import InTurn, Loop, output_channels
 from workbench.engine.messages import Costs, Fault, Level, Notice, Play, Quit, Started, Swap
@@ -60,6 +61,7 @@ class Prepare:
 
 def run(connection: Connection) -> None:
     """The process's main function: waits for its `Setup`; returns when the connection ends or `Quit` comes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     # Numba looks for SciPy's BLAS when it loads its first kernel: half a second for what no kernel uses.
     sys.modules.setdefault("scipy", None)  # type: ignore[arg-type]
     try:
@@ -104,8 +106,10 @@ class Engine:
         frame = next_span(setup.frame)
         self._vibration.skip(frame)
         self._scope.skip(frame)
-        wanted = output_channels(target.floor)
-        self._channels = [c if c < MOST_CHANNELS or target.sound is None else -1 for c in wanted]
+        self._channels = output_channels(target.floor)
+        if target.sound is not None:
+            most = most_channels(target.sound)
+            self._channels = [channel if channel < most else -1 for channel in self._channels]
         patch = Patch.loads(setup.patch, REGISTRY)
         folder = Path(setup.folder) if setup.folder else None
         self._loop = self._make(patch, source_of(target, frame), folder, frame)
@@ -158,7 +162,7 @@ class Engine:
         sys.setswitchinterval(SWITCH_S)
         self._status.put(fields.RUNNING, 1.0)
         where = "the simulator, without sound" if self._stream is None else "sound card"
-        self._connection.send(Started(where, notice, os.getpid()))
+        self._connection.send(Started(where, notice, os.getpid(), tuple(self._channels)))
         threading.Thread(target=self._listen, name="commands", daemon=True).start()
         self._start_stream()
         while not self._quit.is_set():

@@ -1,5 +1,6 @@
 """The recorder: a process of its own that reads the rings and writes the file, so that it outlives everything else."""
 
+import signal
 import sqlite3
 import time
 from contextlib import suppress
@@ -15,7 +16,6 @@ from workbench.engine import messages
 from workbench.engine.messages import Command, Done, Swap
 from workbench.engine.rings import Reader, Ring, RingName
 from workbench.errors import BadFile, UnderfootError
-from workbench.patch.patch import Patch
 from workbench.records.recording import Writer
 
 EVERY_S = 0.1
@@ -23,10 +23,11 @@ EVERY_S = 0.1
 
 
 @dataclass(frozen=True)
-class Begin:
-    """The patch with which the session begins."""
+class Say:
+    """Something about the session that was not known beforehand."""
 
-    patch: str
+    key: str
+    value: str
 
 
 @dataclass(frozen=True)
@@ -52,9 +53,9 @@ class Recorder:
         self._job = replace(self._job, resume=True)
         self._start()
 
-    def begin(self, patch: Patch) -> None:
-        """Record with which patch the session begins."""
-        self._send(Begin(patch.dumps().decode()))
+    def say(self, key: str, value: str) -> None:
+        """Record something about the session that was not known beforehand."""
+        self._send(Say(key, value))
 
     def note(self, done: Done) -> None:
         """Record a command with its frame."""
@@ -126,6 +127,7 @@ class Job:
 
 def run(connection: Connection, job: Job) -> None:
     """The process's main function: writes until the connection ends, then closes the file."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     try:
         force_ring, vibration_ring = Ring.open(job.force), Ring.open(job.vibration)
         writer = Writer(Path(job.path), job.about, job.resume)
@@ -151,8 +153,8 @@ def _write(connection: Connection, writer: Writer, forces: Reader, frames: Reade
                 match connection.recv():
                     case Done(frame, command):
                         writer.command(frame, *to_text(command))
-                    case Begin(patch):
-                        writer.note("patch", patch)
+                    case Say(key, value):
+                        writer.say(key, value)
                     case Stop(frame):
                         end = frame
         except (EOFError, OSError):

@@ -1,5 +1,6 @@
 """A recorded session, played again: the same patch, forces and commands at the same frames, and so the same bytes."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -61,7 +62,9 @@ def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
         commands = [(frame, from_text(kind, body)) for frame, kind, body in recording.commands()]
         force_rate = float(about["force_rate"])
         folder = Path(about["folder"]) if about.get("folder") else None
-    loop = Loop(patch, registry, RecordedForce(rows, floor, force_rate), rate=rate, block=block, folder=folder)
+        channels = json.loads(about.get("channels", "null"))
+    source = RecordedForce(rows, floor, force_rate)
+    loop = Loop(patch, registry, source, rate=rate, block=block, folder=folder, channels=channels)
     for frame, command in commands:
         if isinstance(command, Swap):
             program = loop.build(Patch.loads(command.patch, registry, str(path)), command.scopes)

@@ -4,6 +4,7 @@ It is a plain object in the process that opened the session. `poll` never waits:
 """
 
 import atexit
+import json
 import math
 import multiprocessing
 import time
@@ -67,7 +68,7 @@ class Session:
         self.force_rate_hz = force_rate_hz(target)
         self._status = Status.create()
         self._vibration = Ring.create(tiles, round(_RING_S * target.rate))
-        self._force = Ring.create(2 + 4 * tiles, round(_RING_S * 2000), "float64")
+        self._force = Ring.create(2 + 4 * tiles, round(_RING_S * max(2000.0, self.force_rate_hz)), "float64")
         self._scope = Ring.create(tiles, round(_RING_S * target.rate))
         self._rings = (self._vibration, self._force, self._scope)
         self.vibration, self.scope = VibrationReader(self._vibration), VibrationReader(self._scope)
@@ -260,9 +261,12 @@ class Session:
             case _:
                 if isinstance(message, Done) and self._recorder is not None:
                     self._recorder.note(message)
-                if isinstance(message, Started) and self._spare is None:
-                    self._spare = self._spawn("engine", process.run)
-                    self._spare.send(Prepare())
+                if isinstance(message, Started):
+                    if self._recorder is not None:
+                        self._recorder.say("channels", json.dumps(message.channels))
+                    if self._spare is None:
+                        self._spare = self._spawn("engine", process.run)
+                        self._spare.send(Prepare())
                 self._reports.append(message)  # type: ignore[arg-type]
 
     def _go(self) -> None:
@@ -271,7 +275,7 @@ class Session:
             return
         patch, scopes = (self.patch, self.scopes) if self._passed else self._playable
         if self._recorder is not None and not self._running:
-            self._recorder.begin(patch)
+            self._recorder.say("patch", patch.dumps().decode())
         self._running = True
         self._engine.send(
             Setup(

@@ -183,17 +183,21 @@ class SlipLaw:
         """Points between which the CDF is straight to a quarter of the error, by halving."""
         low, high = ends
         points = np.unique(np.concatenate([np.linspace(low, high, 65), np.clip(seeds, low, high)]))
+        least = 1e-12 * max(abs(low), abs(high))
+        points = points[np.diff(points, prepend=-np.inf) > least]
         values = law(points)
-        for _ in range(12):
+        for _ in range(12 if points.size > 1 else 0):
             halves = 0.5 * (points[1:] + points[:-1])
             between = law(halves)
             bent = np.abs(between[1] - 0.5 * (values[1, 1:] + values[1, :-1])) > 0.25 * self.error
-            bent[1:] |= bent[:-1]
+            # Neighbours too: a curve that turns in its middle looks straight there.
+            bent = (np.convolve(bent, np.ones(3), mode="same") > 0.0) & (np.diff(points) > 2.0 * least)
             if not bent.any():
                 break
-            order = np.argsort(points := np.concatenate([points, halves[bent]]))
-            values = np.concatenate([values, between[:, bent]], axis=1)[:, order]
+            points = np.concatenate([points, halves[bent]])
+            order = np.argsort(points)
             points = points[order]
+            values = np.concatenate([values, between[:, bent]], axis=1)[:, order]
         density = np.maximum(values[0], 0.0)
         cdf = np.clip(np.maximum.accumulate(values[1]), 0.0, 1.0)
         return Law(points, density, cdf, missing)

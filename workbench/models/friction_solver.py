@@ -133,7 +133,9 @@ class _March:
         while time < self.t_end * (1.0 - 1e-12) and 1.0 - self.ended > self.negligible:
             outlook = self.outlook(time)
             if outlook.reach < 0.0:
-                stride = min(max(0.3 * outlook.patience, outlook.clear), 0.5 * time, self.t_end - time)
+                stride = min(
+                    max(0.3 * outlook.patience, outlook.clear), 0.5 * time, 0.3 / self.motion[0], self.t_end - time
+                )
                 if self.outlook(time + stride).reach < 0.0:
                     time += stride
                     length = min(0.5 * time, outlook.patience)
@@ -159,9 +161,8 @@ class _March:
         """A time before which nothing that matters can have ended."""
         w0, zeta, noise, belt = self.motion
         gap = belt - self.v0
-        pull = (w0 + zeta) * math.hypot(w0 * self.x0, self.v0)
         diffusing = gap * gap / (4.0 * noise) / (2.0 * math.log(1.0 / self.negligible) + 10.0)
-        falling = 0.05 * gap / pull if pull > 0.0 else math.inf
+        falling = _time_for(0.05 * gap, abs(w0 * w0 * self.x0 + zeta * self.v0), w0 * w0 * abs(self.v0))
         return min(diffusing, falling, 0.02 * self.quickest, 0.01 * self.t_end)
 
     def outlook(self, time: float) -> _Outlook:
@@ -180,11 +181,12 @@ class _March:
         weight = math.log(share / self.negligible)
         excess = weight - 0.5 * (distance / spread) ** 2
         reach = math.sqrt(2.0 * excess) + 0.3 if excess > 0.0 else -1.0
-        # The mean falls at most as it would now, free of damping; the deviation grows slower than from here on.
-        swing = (w0 + zeta) * math.hypot(w0 * mean_x, mean_v)
+        # The mean's way in a time t is at most about |a| t + w0^2 |v| t^2; the deviation grows slower than now.
+        steady = abs(w0 * w0 * mean_x + zeta * mean_v)
+        turn = w0 * w0 * abs(mean_v)
         needed = math.sqrt(2.0 * max(weight, 0.0))
-        clear = 0.5 * (distance - needed * spread) / (swing + needed * noise / spread)
-        return _Outlook(middle, deviation, reach, spread / swing if swing > 0.0 else math.inf, clear)
+        clear = _time_for(0.5 * (distance - needed * spread), steady + needed * noise / spread, turn)
+        return _Outlook(middle, deviation, reach, _time_for(spread, steady, turn), clear)
 
     def advance(self, time: float, length: float) -> tuple[float, float]:
         """Take one panel from `time` on, about `length` long; return where it ends and a length for the next."""
@@ -362,3 +364,11 @@ class _March:
         w0, zeta, noise, belt = self.motion
         _, _, a_vx, a_vv, _, _, s_vv = transition(w0, zeta, noise, time)
         return 0.5 * math.erfc((belt - a_vx * self.x0 - a_vv * self.v0) / math.sqrt(2.0 * s_vv))
+
+
+def _time_for(way: float, speed: float, turn: float) -> float:
+    """The time t in which speed t + turn t^2 comes to `way`; 0 where that lies behind."""
+    if way <= 0.0:
+        return 0.0
+    root = speed + math.sqrt(speed * speed + 4.0 * turn * way)
+    return 2.0 * way / root if root > 0.0 else math.inf

@@ -59,7 +59,7 @@ class Writer:
         """A command and the frame on which it took effect."""
         self._base.execute("insert into command (frame, kind, body) values (?, ?, ?)", (frame, kind, body))
 
-    def note(self, key: str, value: str) -> None:
+    def say(self, key: str, value: str) -> None:
         """Something about the session, in the place of what was said before."""
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
@@ -122,7 +122,8 @@ class Gap:
 class Recording:
     """Reads a recording, also one whose writer was killed.
 
-    `about` has the texts `patch`, `folder`, `floor`, `rate`, `force_rate` and `target`.
+    `about` has the texts `patch`, `folder`, `floor`, `rate`, `force_rate`, `target`, and `channels` of the tiles as a
+    JSON list, once that is known.
     """
 
     def __init__(self, path: str | Path) -> None:
