@@ -186,11 +186,10 @@ class MainWindow(QMainWindow):
     # --- events ---
 
     def event(self, event: QEvent) -> bool:
-        # Escape is looked at before any widget takes it, unless it ends something that is going on.
-        if event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Escape:  # type: ignore[attr-defined]
-            busy = isinstance(self.focusWidget(), SearchField) or QApplication.mouseButtons() != Qt.MouseButton.NoButton
-            if not busy:
-                self.player.panic()
+        # Escape is looked at before any widget takes it; only the node search closes by it.
+        escaped = event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Escape  # type: ignore[attr-defined]
+        if escaped and not isinstance(self.focusWidget(), SearchField):
+            self.player.panic()
         return super().event(event)
 
     def keyPressEvent(self, event) -> None:
