@@ -39,7 +39,10 @@ LEAVE_S = 0.060
 
 @dataclass(frozen=True)
 class Setup:
-    """All that the engine's process is given: target, patch, the names of what it shares, and where to go on from."""
+    """All that the engine's process is given: target, patch, the names of what it shares, and where to go on from.
+
+    `since` is when it was `frame`, by `time.monotonic`; None at the session's beginning, which waits for the engine.
+    """
 
     target: Target
     patch: bytes
@@ -52,6 +55,7 @@ class Setup:
     frame: int
     playing: bool
     level_db: float
+    since: float | None = None
 
 
 @dataclass(frozen=True)
@@ -103,17 +107,18 @@ class Engine:
         self._status = Status.open(setup.status)
         self._vibration, self._force = Ring.open(setup.vibration), Ring.open(setup.force)
         self._scope = Ring.open(setup.scope)
-        frame = next_span(setup.frame)
-        self._vibration.skip(frame)
-        self._scope.skip(frame)
         self._channels = output_channels(target.floor)
         if target.sound is not None:
             most = most_channels(target.sound)
             self._channels = [channel if channel < most else -1 for channel in self._channels]
         patch = Patch.loads(setup.patch, REGISTRY)
         folder = Path(setup.folder) if setup.folder else None
-        self._loop = self._make(patch, source_of(target, frame), folder, frame)
         self._warm(patch, folder)
+        passed_s = 0.0 if setup.since is None else time.monotonic() - setup.since
+        frame = next_span(setup.frame + round(passed_s * target.rate))
+        self._vibration.skip(frame)
+        self._scope.skip(frame)
+        self._loop = self._make(patch, source_of(target, frame), folder, frame)
         self._loop.send(Level(setup.level_db))
         if setup.playing:
             self._loop.send(Play(True))

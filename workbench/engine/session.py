@@ -287,17 +287,12 @@ class Session:
                 vibration=self._vibration.where,
                 force=self._force.where,
                 scope=self._scope.where,
-                frame=self._next_frame(),
+                frame=max(self._seen[1], self._vibration.written),
                 playing=self.playing,
                 level_db=self.level_db,
+                since=self._seen[0] if self._seen[1] else None,
             )
         )
-
-    def _next_frame(self) -> int:
-        """Where an engine goes on: at the frame that it is now, so that the time without one is a gap."""
-        when, frame = self._seen
-        now = frame + round((time.monotonic() - when) * self.target.rate) if frame else 0
-        return max(now, self._vibration.written)
 
     def _watch(self) -> None:
         """Note which frame it is; an engine that runs but plays no more frames is killed, and so started again."""

@@ -40,7 +40,7 @@ _MISSED_TO_ERROR = 10.0
 """The largest CDF error was 1 to 10 times the largest residual in all sets tried; it is taken as 10."""
 
 _LOOSENESS = 4.0
-"""What one panel may leave out over the asked error: with it the error asked is met 5 to 50 times over."""
+"""What one panel's Legendre terms may leave out, over the asked error; that is met 2 to 50 times over with it."""
 
 
 class Panels(NamedTuple):
@@ -194,7 +194,7 @@ class _March:
         trial = left if left < 1.4 * length else 0.5 * left if left < 2.0 * length else length
         for _ in range(_MOST_TRIALS):
             late, aliased = self.panel(time, trial)
-            if late <= self.tolerance and aliased <= self.tolerance:
+            if late <= self.tolerance and aliased <= self.error:
                 longer = late * self.growth < self.tolerance
                 self.growth = max(0.8 * self.growth, 32.0)
                 return time + trial, 2.0 * trial if longer else trial
@@ -231,12 +231,12 @@ class _March:
         part = 2.0 * np.arange(spectrum.shape[1]) / places
         alias = 1.0 / (1.0 + np.exp(2.0 * math.pi**2 * _PACKET_WIDTH**2 * (1.0 - part)))
         aliased = math.sqrt(2.0) * length * spacing * float(np.sqrt(((spectrum * alias) ** 2).sum(axis=1)).max())
-        if late <= self.tolerance and aliased <= self.tolerance:
+        if late <= self.tolerance and aliased <= self.error:
             self.keep(time, length, lattice, masses)
-        if aliased > 0.1 * self.tolerance:
-            octaves = 0.125 if aliased <= self.tolerance else 0.25 if aliased < 10.0 * self.tolerance else 0.5
+        if aliased > 0.1 * self.error:
+            octaves = 0.125 if aliased <= self.error else 0.25 if aliased < 10.0 * self.error else 0.5
             self.fineness *= 2.0**-octaves
-        elif aliased < 1e-3 * self.tolerance:
+        elif aliased < 1e-3 * self.error:
             self.fineness = min(self.fineness * 2.0**0.125, 0.9)
         return late, aliased
 
