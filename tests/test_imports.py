@@ -13,7 +13,7 @@ SOURCES = {
     for path in sorted((ROOT / "workbench").rglob("*.py"))
 }
 LEVELS = (
-    {"workbench", "errors", "clock", "files", "kernels", "models"},
+    {"workbench", "errors", "clock", "drawing", "files", "kernels", "models"},
     {"parameters"},
     {"floor", "patch"},
     {"nodes", "devices", "calibration", "records"},

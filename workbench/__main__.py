@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from workbench import __version__
-from workbench.commands import bench, monitor, nodes, render
+from workbench.commands import COMMANDS
 from workbench.errors import BadFile, UnderfootError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def cli(context: click.Context, target: str, floor: Path | None, patch: Path | N
         context.exit(_open_window(target, floor, patch, screenshot))
 
 
-for command in (render, monitor, nodes, bench):
+for command in COMMANDS:
     cli.add_command(command)
 
 

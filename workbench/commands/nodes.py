@@ -1,0 +1,21 @@
+"""`underfoot nodes`: the node reference."""
+
+import json
+
+import click
+
+from workbench.errors import BadValue
+
+
+@click.command()
+@click.argument("type", required=False)
+@click.option("--json", "as_json", is_flag=True, help="All of it as JSON.")
+def nodes(type: str | None, as_json: bool) -> None:
+    """The node reference: every node with its ports and parameters, or one TYPE."""
+    from workbench.nodes import REGISTRY
+    from workbench.patch.reference import reference, text
+
+    if type is not None and type not in REGISTRY:
+        raise BadValue(f"there is no node {type!r}; allowed: {', '.join(sorted(REGISTRY))}")
+    chosen = {type: REGISTRY[type]} if type else REGISTRY
+    print(json.dumps(reference(chosen), indent=1) if as_json else text(chosen))
