@@ -96,14 +96,26 @@ def run_block(where, frame, n):
     _fill_signal_controls(p, frame, n)
     first = NAP - frame % NAP
     naps = 1 if n <= first else 1 + (n - first + NAP - 1) // NAP
-    for row in range(p.output.shape[0]):
+    rows = p.output.shape[0]
+    for row in range(rows):
+        if p.idle[row] != 0 and p.still[row] != 0 and _nobody(p, row, n):
+            for j in range(p.scopes.size):
+                for i in range(n):
+                    p.scope[j, row, i] = 0.0
+            if row == rows - 1:
+                _forget_events(p)
+            continue
         for lane in p.hosts:
             _listen(p, lane, row, first, naps, n)
+        ran = False
         for k in range(p.nodes.shape[0]):
-            _run_node(p, k, row, frame, n, first, naps)
+            ran |= _run_node(p, k, row, frame, n, first, naps)
         for lane in range(p.carry.shape[0]):
-            p.carry[lane, row] = p.loud[lane, naps - 1] if (frame + n) % NAP != 0 else 0
+            carry = p.loud[lane, naps - 1] if (frame + n) % NAP != 0 else 0
+            p.carry[lane, row] = carry
+            ran |= carry != 0
         _play(p, row, n)
+        p.idle[row] = not ran
     _finish_ramps(p, frame, n)
 
 
@@ -143,21 +155,46 @@ def on_ramp(begin, end, frames):
 
 
 @_inner
+def _nobody(p, row, n):
+    """Whether what the engine brings to an idle row is zero all through the block: then there is nothing to be done."""
+    for lane in p.hosts:
+        at = p.lane_at[lane] + row * p.lane_step[lane]
+        if _loud(p, at, at + n):
+            return False
+    return True
+
+
+@_inner
+def _loud(p, at, end):
+    """Whether anything from place `at` of the lanes on, to `end`, is not zero."""
+    some = np.int64(0)
+    for i in range(np.uint64(at), np.uint64(end)):  # unsigned: no test for a negative index, which would keep it scalar
+        some |= p.bits[i]
+    return some & _MAGNITUDE != 0
+
+
+@_inner
+def _forget_events(p):
+    """No events in this block, as the last row has none."""
+    for k in range(p.nodes.shape[0]):
+        for j in range(p.nodes[k, EVENT_OUTS]):
+            p.events[p.nodes[k, EVENT_OUT_AT] + j, 0] = 0.0
+
+
+@_inner
 def _listen(p, lane, row, first, naps, n):
     """Find out in which naps a lane that the engine filled is loud."""
     at = p.lane_at[lane] + row * p.lane_step[lane]
     f = 0
     for nap in range(naps):
         g = min(first + nap * NAP, n)
-        loud = np.int64(0)
-        for i in range(f, g):
-            loud |= p.bits[at + i] & _MAGNITUDE
-        p.loud[lane, nap] = loud != 0 or (nap == 0 and p.carry[lane, row] != 0)
+        p.loud[lane, nap] = _loud(p, at + f, at + g) or (nap == 0 and p.carry[lane, row] != 0)
         f = g
 
 
 @_inner
 def _run_node(p, k, row, frame, n, first, naps):
+    """Run a row of a node for the block; true if it was awake for any of it."""
     outs, out_at = p.nodes[k, OUTS], p.nodes[k, OUT_AT]
     for j in range(p.nodes[k, EVENT_INS]):
         p.cursor[p.nodes[k, EVENT_IN_AT] + j] = 0
@@ -169,6 +206,7 @@ def _run_node(p, k, row, frame, n, first, naps):
             p.loud[lane, nap] = 0
     by_span = p.nodes[k, DRIVEN] != 0 or p.moving[k] != 0
     asleep = p.asleep[k, row] != 0
+    ran = not asleep and p.masked[k, row] == 0
     f = 0
     if p.masked[k, row] != 0 or (asleep and not _stirred(p, k, row, naps)):
         _silence(p, k, 0, n, n)
@@ -182,6 +220,7 @@ def _run_node(p, k, row, frame, n, first, naps):
             f = wake
         if f < end_of_nap:
             began = _cycles()
+            ran = True
             if asleep:
                 asleep = False
                 into_span = (frame + f) % SPAN
@@ -211,6 +250,7 @@ def _run_node(p, k, row, frame, n, first, naps):
     last = n - 1 - (frame + n - 1) % SPAN
     if by_span and asleep and last >= 0:
         _read_controls(p, k, row, frame, last)
+    return ran
 
 
 @_inner
@@ -360,7 +400,7 @@ def _look(p, lane, f, g, nap):
     at = p.lane_at[lane]
     some = np.int64(0)
     largest = np.int64(0)
-    for i in range(at + f, at + g):
+    for i in range(np.uint64(at + f), np.uint64(at + g)):
         magnitude = p.bits[i] & _MAGNITUDE
         some |= magnitude
         largest = max(largest, magnitude)
@@ -447,12 +487,12 @@ def _play(p, row, n):
             p.output[row, i] = 0.0
     for lane in p.sinks:
         if p.clean[lane] == 0:
-            at = p.lane_at[lane]
-            for i in range(n):
+            at = np.uint64(p.lane_at[lane])
+            for i in range(np.uint64(n)):
                 p.output[row, i] += p.lanes[at + i]
     for j in range(p.scopes.size):
-        at = p.lane_at[p.scopes[j]]
-        for i in range(n):
+        at = np.uint64(p.lane_at[p.scopes[j]])
+        for i in range(np.uint64(n)):
             p.scope[j, row, i] = p.lanes[at + i]
 
 

@@ -294,7 +294,7 @@ class Program:
             clean=np.array([r == 0 for r in lane_rows], np.uint8),
             loud=np.zeros((len(lane_rows), self.block // driver.NAP + 2), np.uint8),
             carry=np.zeros((len(lane_rows), rows), np.uint8),
-            hosts=np.array(list(self._host_lanes.values()), np.int64),
+            hosts=np.array([lane for lane in self._host_lanes.values() if lane in watched], np.int64),
             events=np.zeros((len(event_rows), 1 + 3 * self.block)),
             event_step=np.array(event_rows, np.int64),
             stage=np.zeros((max([1, *nodes[:, tables.EVENT_INS]]), 1 + 3 * self.block)),
@@ -312,6 +312,7 @@ class Program:
             sinks=np.array(sinks, np.int64),
             output=np.zeros((rows, self.block)),
             still=np.zeros(rows, np.uint8),
+            idle=np.zeros(rows, np.uint8),
             scopes=np.array([lane_of[name] for name in self.scope_names], np.int64),
             scope=np.zeros((len(self.scope_names), rows, self.block)),
             fault=np.array([-1, 0, 0], np.int64),
@@ -352,6 +353,7 @@ class Program:
                 continue
             events[3 * count + 1 : 3 * count + 4] = time, strength, duration
             events[0] = count + 1
+            self.tables.idle[row] = 0
             self._brought.append(self._struck[k] + row)
 
     def _same_memory(self, k: int, old: "Program", j: int) -> bool:

@@ -40,7 +40,7 @@ class Tables(NamedTuple):
     clean: B1  # [lane]: all frames are known to be zero
     loud: B2  # [lane, nap]: some frame of the nap so far is not zero
     carry: B2  # [lane, row]: the part of this nap before this block was loud
-    hosts: I1  # lanes that the engine fills
+    hosts: I1  # lanes that the engine fills and somebody waits for
     events: F2  # [list, 1 + 3 * block]
     event_step: I1  # [list]: 1 where the list has a row for each tile
     stage: F2  # [input, 1 + 3 * block]: the events of one stretch
@@ -58,6 +58,7 @@ class Tables(NamedTuple):
     sinks: I1  # lanes that are played
     output: F2  # [row, frame]
     still: B1  # [row]: the output is known to be zero
+    idle: B1  # [row]: every node slept through the block before this one
     scopes: I1  # lanes that somebody looks at
     scope: F3  # [scope, row, frame]
     fault: I1  # [3]: node or -1, row, session frame of the first value that was not finite
