@@ -18,6 +18,9 @@ from workbench.models.modal_phasors import BLOCK, P64, PHASOR_ROWS, TABLE_ROWS, 
 MOST_SUBSTEPS = 4096
 """Of a frame, in real time as offline: beyond them contact is no longer resolved, though it still makes no energy."""
 
+_PATIENT, _IMPATIENT, _LEAST = 8192, 2048, 8
+"""A hammer that chatters on the object may take so many sub-steps; then, and after each `_IMPATIENT` more, a frame has
+half as many, down to `_LEAST`. A blow that leaves takes (10 / error)^(1/4), at most some hundreds."""
 _FEW = 8  # sub-steps that are not worth a step of their own
 _PATIENCE = 8 * BLOCK  # how often modes that fell below the floor are looked for
 _SLOWEST = 1e-6  # rad/s: a mode slower than this moves as a free mass, and a phasor must turn
@@ -30,6 +33,7 @@ _MASS, _STIFFNESS, _EXPONENT, _DAMPING, _LOAD = 9, 10, 11, 12, 13  # as the hamm
 _SUBSTEPS, _A, _B, _C = 14, 15, 16, 17
 _CHANGE, _CURVE = 18, 19  # what the free modes do to D and W of the next sub-step
 _SURFACE, _SURFACE_SPEED = 20, 21  # of the struck point at the frame's start, as heard
+_ALLOWED = 22  # sub-steps until there are fewer a frame
 _ACCELERATION, _DISPLACEMENT, _WORK, _ROWS = 32, 32 + BLOCK, 32 + 2 * BLOCK, 32 + 3 * BLOCK
 # Rows of s, of which phasors take two: at `_FROM`, at the block's end, to work with; then those of contact, and what
 # was tuned when it began.
@@ -291,6 +295,8 @@ def _throw(s, t, rows, known, hammer, start, part, velocity):
     for i in range(5):
         s[_MASS + i] = hammer[i]
     steps = int(hammer[6])
+    if s[_IN_CONTACT] == 0.0:
+        s[_ALLOWED] = _PATIENT if steps == 0 else math.inf
     if steps == 0:
         speed = abs(velocity) + abs(speed)
         steps = substeps(hammer[5], s[_MASS], s[_STIFFNESS], s[_EXPONENT], speed, mobility, t[2])
@@ -324,6 +330,7 @@ def _contact(s, t, rows, known, first, impulse, force, acceleration, displacemen
             _fly(s, rows, known, 1.0 / t[2])
         else:
             impulse += _advance(s, rows, known, h, steps - first)
+            s[_ALLOWED] -= steps - first
         s[_SURFACE], s[_SURFACE_SPEED] = _listen(rows)
         force[done] = impulse * t[2]
         acceleration[done] = (s[_SURFACE_SPEED] - before) * t[2]
@@ -333,6 +340,11 @@ def _contact(s, t, rows, known, first, impulse, force, acceleration, displacemen
         if _has_left(s, rows):
             s[_IN_CONTACT] = 0.0
             break
+        if s[_ALLOWED] < 0.0 and steps > _LEAST:
+            steps = max(steps // 2, _LEAST)
+            h = 1.0 / (steps * t[2])
+            s[_SUBSTEPS], s[_ALLOWED] = steps, _IMPATIENT
+            _set_step(s, rows, known, int(t[0]), h)
     return done
 
 
