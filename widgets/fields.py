@@ -63,8 +63,8 @@ class ParameterEditor(QWidget):
         self._show()
 
     def _show(self) -> None:
-        """Let the control show `_value`."""
-        raise NotImplementedError
+        """Let the control show `_value`: each kind of control has its own way."""
+        raise AssertionError(f"{type(self).__name__} shows nothing")
 
     def _give(self, value: Any) -> None:
         """Take a person's change and tell of it; `BadValue` where it is not allowed."""
@@ -107,6 +107,7 @@ class Field(QLineEdit):
         super().focusOutEvent(event)
         if event.reason() != Qt.FocusReason.PopupFocusReason:
             self._finish()
+            self.setCursorPosition(0)
             self.left.emit()
 
     def event(self, event: QEvent) -> bool:

@@ -71,6 +71,7 @@ class TextEditor(ParameterEditor):
     def _show(self) -> None:
         if not self.field.hasFocus():
             self.field.setText(self._as_text(self._value))
+            self.field.setCursorPosition(0)  # a long text is read from its beginning
 
     def _typed(self, text: str) -> None:
         try:
