@@ -7,7 +7,7 @@ remainder. The end of 64 frames is one product with p^64 away: nothing drifts, 1
 
 import math
 
-from workbench.kernels import kernel, modal_kernel
+from workbench.kernels import kernel, modal_kernel, widest
 
 BLOCK = 64
 TABLE_ROWS = 12
@@ -50,6 +50,7 @@ def free_block(block, table, row, phasors, active):
     `active` is a multiple of 8. Sixteen sums at a time stay in registers: four phasors, four frames apart, times three
     tabulated powers.
     """
+    widest()
     p1, q1 = table[:active], table[row : row + active]
     p2, q2 = table[2 * row : 2 * row + active], table[3 * row : 3 * row + active]
     p3, q3 = table[4 * row : 4 * row + active], table[5 * row : 5 * row + active]

@@ -9,7 +9,7 @@ A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and conti
 
 import math
 
-from workbench.kernels import kernel, modal_kernel
+from workbench.kernels import kernel, modal_kernel, widest
 
 PASS = 16
 _PATIENCE = 64  # frames without excitation after which modes under the floor are looked for
@@ -166,6 +166,7 @@ def _squared_amplitude(s, t, m):
 @modal_kernel
 def _run_passes(s, t, excitation, first_in, out, first_out, count):
     """`count` whole passes, from `excitation[first_in]` to `out[first_out]`."""
+    widest()
     row = _padded(int(t[0]))
     nears, fars = s[_VALUES : _VALUES + row], s[_VALUES + row : _VALUES + 2 * row]
     o = _TABLE
