@@ -11,12 +11,11 @@ running a small node. Waking happens at the very frame of the first nonzero inpu
 import math
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import njit
 
 from workbench.clock import RAMP, SPAN
 from workbench.kernels import kernel
+from workbench.patch.calls import call_rest, call_run, cycles
 from workbench.patch.tables import (
     ANY,
     CONTROL_AT,
@@ -53,40 +52,6 @@ QUIET = 1e-9
 
 _EXPONENT = 0x7FF0000000000000
 _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
-
-
-@intrinsic
-def _call_run(context, address, x, y, c, s, t, d, e, o, key, rate, frame, n):
-    i64, f64 = types.int64, types.float64
-    signature = types.void(i64, i64, i64, i64, i64, i64, i64, i64, i64, types.uint64, f64, i64, i64)
-
-    def code(context, builder, signature, args):
-        word = ir.IntType(64)
-        function = ir.FunctionType(ir.VoidType(), [word] * 9 + [ir.DoubleType(), word, word])
-        builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
-        return context.get_dummy_value()
-
-    return signature, code
-
-
-@intrinsic
-def _call_rest(context, address, c, s, t, d):
-    i64 = types.int64
-
-    def code(context, builder, signature, args):
-        function = ir.FunctionType(ir.DoubleType(), [ir.IntType(64)] * 4)
-        return builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
-
-    return types.float64(i64, i64, i64, i64, i64), code
-
-
-@intrinsic
-def _cycles(context):
-    def code(context, builder, signature, args):
-        function = builder.module.declare_intrinsic("llvm.readcyclecounter", fnty=ir.FunctionType(ir.IntType(64), []))
-        return builder.call(function, [])
-
-    return types.int64(), code
 
 
 @kernel
@@ -219,7 +184,7 @@ def _run_node(p, k, row, frame, n, first, naps):
             _silence(p, k, f, wake, n)
             f = wake
         if f < end_of_nap:
-            began = _cycles()
+            began = cycles()
             ran = True
             if asleep:
                 asleep = False
@@ -244,7 +209,7 @@ def _run_node(p, k, row, frame, n, first, naps):
                 for i in range(at, at + p.nodes[k, STATE]):
                     p.state[i] = 0.0
                 asleep = True
-            p.cycles[k] += _cycles() - began
+            p.cycles[k] += cycles() - began
         nap += 1
     p.asleep[k, row] = asleep
     last = n - 1 - (frame + n - 1) % SPAN
@@ -379,7 +344,7 @@ def _stretch(p, k, row, frame, f, g, nap, first):
     s = p.state.ctypes.data + 8 * (p.nodes[k, STATE_AT] + row * p.nodes[k, STATE])
     t = p.tuning.ctypes.data + 8 * (p.nodes[k, TUNING_AT] + row * p.nodes[k, TUNING])
     d = p.data.ctypes.data + 8 * p.nodes[k, DATA_AT]
-    _call_run(p.nodes[k, RUN], x, y, c, s, t, d, e, o, p.keys[k, row], p.settings[0], frame + f, g - f)
+    call_run(p.nodes[k, RUN], x, y, c, s, t, d, e, o, p.keys[k, row], p.settings[0], frame + f, g - f)
     p.ran[k, row] += g - f
     for j in range(p.nodes[k, OUTS]):
         lane = p.nodes[k, OUT_AT] + j
@@ -472,7 +437,7 @@ def _remains(p, k, row):
     c = p.control.ctypes.data + 8 * (p.nodes[k, CONTROL_MEMORY] + row * p.nodes[k, CONTROLS])
     s = p.state.ctypes.data + 8 * (p.nodes[k, STATE_AT] + row * p.nodes[k, STATE])
     t = p.tuning.ctypes.data + 8 * (p.nodes[k, TUNING_AT] + row * p.nodes[k, TUNING])
-    return _call_rest(p.nodes[k, REST], c, s, t, p.data.ctypes.data + 8 * p.nodes[k, DATA_AT])
+    return call_rest(p.nodes[k, REST], c, s, t, p.data.ctypes.data + 8 * p.nodes[k, DATA_AT])
 
 
 @_inner

@@ -1,0 +1,43 @@
+"""What compiled code cannot say by itself: calls of kernels by address, and the processor's cycle counter."""
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+
+@intrinsic
+def call_run(context, address, x, y, c, s, t, d, e, o, key, rate, frame, n):
+    """Call a node's kernel by its address; what stands in between are addresses of its arrays."""
+    i64, f64 = types.int64, types.float64
+    signature = types.void(i64, i64, i64, i64, i64, i64, i64, i64, i64, types.uint64, f64, i64, i64)
+
+    def code(context, builder, signature, args):
+        word = ir.IntType(64)
+        function = ir.FunctionType(ir.VoidType(), [word] * 9 + [ir.DoubleType(), word, word])
+        builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return signature, code
+
+
+@intrinsic
+def call_rest(context, address, c, s, t, d):
+    """What remains in a row, by the word of a node's rest kernel at this address."""
+    i64 = types.int64
+
+    def code(context, builder, signature, args):
+        function = ir.FunctionType(ir.DoubleType(), [ir.IntType(64)] * 4)
+        return builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+
+    return types.float64(i64, i64, i64, i64, i64), code
+
+
+@intrinsic
+def cycles(context):
+    """The processor's cycle counter."""
+
+    def code(context, builder, signature, args):
+        function = builder.module.declare_intrinsic("llvm.readcyclecounter", fnty=ir.FunctionType(ir.IntType(64), []))
+        return builder.call(function, [])
+
+    return types.int64(), code
