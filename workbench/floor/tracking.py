@@ -2,9 +2,10 @@
 they do.
 
 Everything here goes sample by sample, so that the result does not depend on how a stream is cut into chunks. State is
-in arrays of records: one `TILE` a tile, one `CLOCK` in all. Samples taken for baselines are thinned to about 250 a
-second; `ring` (tiles, length, 5) holds the latest of them, four sensors and their sum, and `window` (tiles, 5, n)
-those that count, each row in ascending order.
+in arrays of records: one `TILE` a tile, one `CLOCK` in all. For baselines about 250 values a second are taken, each the
+mean of the samples since the one before; `ring` (tiles, length, 5) holds the latest of them, four sensors and the sum
+of the last sample alone, whose noise is asked for, and `window` (tiles, 5, n) those that count, each row in ascending
+order.
 """
 
 import math
@@ -18,7 +19,7 @@ from workbench.kernels import kernel
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
 """On at `max(ON_N, ON_SIGMAS` times the noise`)`, off at `OFF_SHARE` of that (SCIENCE 14)."""
 
-GUARD_S, WINDOW_S, RENEW_S, RECENT_S, MINIMUM_S = 0.2, 1.0, 0.5, 0.1, 0.1
+GUARD_S, WINDOW_S, RENEW_S, RECENT_S, MINIMUM_S = 0.2, 2.0, 0.5, 0.1, 0.1
 """A baseline leaves out the last `GUARD_S` and is of `WINDOW_S` before that, of `MINIMUM_S` at least; after a contact
 it waits for `RENEW_S` of quiet; begun anew it is of the last `RECENT_S`."""
 
@@ -48,6 +49,8 @@ PLATE = np.dtype(
 TILE = np.dtype(
     [
         ("base_n", np.float64, (4,)),
+        ("sum_n", np.float64, (4,)),
+        ("summed", np.int64),
         ("noise_n", np.float64),
         ("load_n", np.float64),
         ("x_m", np.float64),
@@ -70,9 +73,10 @@ TILE = np.dtype(
     ],
     align=True,
 )
-"""What is known of a tile. `quiet` counts its thinned quiet samples in a row and `need` is how many a baseline wants.
-In contact: `token` numbers its contacts, `foot` is 0 until decided, `partner` the tile it shares a foot with or -1,
-and from `steady_s` on its load stayed between `low_n` and `high_n`."""
+"""What is known of a tile. `sum_n` is of `summed` samples, those since the last that was taken for baselines. `quiet`
+counts its thinned quiet samples in a row and `need` is how many a baseline wants. In contact: `token` numbers its
+contacts, `foot` is 0 until decided, `partner` the tile it shares a foot with or -1, and from `steady_s` on its load
+stayed between `low_n` and `high_n`."""
 
 CLOCK = np.dtype(
     [
@@ -149,8 +153,9 @@ def follow(time_s, force_n, plates, gaps_m, tiles, clock, ring, window, rows, ev
             tile = tiles[k]
             before_n = tile.load_n
             _weigh(tile, plates[k], force_n[i, k])
+            _gather(tile, force_n[i, k])
             if take:
-                _keep(ring[k, at.taken % ring.shape[1]], force_n[i, k])
+                _keep(tile, ring[k, at.taken % ring.shape[1]], force_n[i, k])
             if not math.isfinite(tile.load_n):
                 tile.load_n = before_n
                 tile.quiet = 0
@@ -275,11 +280,22 @@ def _weigh(tile, plate, force_n):
 
 
 @kernel
-def _keep(slot, force_n):
+def _gather(tile, force_n):
+    total = force_n[0] + force_n[1] + force_n[2] + force_n[3]
+    if math.isfinite(total):
+        for sensor in range(4):
+            tile.sum_n[sensor] += force_n[sensor]
+        tile.summed += 1
+
+
+@kernel
+def _keep(tile, slot, force_n):
     slot[4] = 0.0
     for sensor in range(4):
-        slot[sensor] = force_n[sensor]
+        slot[sensor] = tile.sum_n[sensor] / tile.summed if tile.summed > 0 else math.nan
         slot[4] += force_n[sensor]
+        tile.sum_n[sensor] = 0.0
+    tile.summed = 0
 
 
 @kernel
@@ -358,8 +374,10 @@ def _slide(tile, ring, window, at):
     comes = ring[(at.taken - at.guard) % ring.shape[0]]
     goes = ring[(at.taken - at.guard - length) % ring.shape[0]]
     for channel in range(5):
-        kept = _remove(window[channel], had, goes[channel]) if had == length else had
-        _insert(window[channel], kept, comes[channel])
+        if had == length:
+            _exchange(window[channel], goes[channel], comes[channel])
+        else:
+            _insert(window[channel], had, comes[channel])
     return min(had + 1, length)
 
 
@@ -457,11 +475,16 @@ def _insert(ascending, n, value):
 
 
 @kernel
-def _remove(ascending, n, value):
-    place = np.searchsorted(ascending[:n], value)
-    for i in range(place, n - 1):
-        ascending[i] = ascending[i + 1]
-    return n - 1
+def _exchange(ascending, goes, comes):
+    """Put one value in another's stead: only what lies between the two moves."""
+    place = np.searchsorted(ascending, goes)
+    while place + 1 < ascending.size and ascending[place + 1] < comes:
+        ascending[place] = ascending[place + 1]
+        place += 1
+    while place > 0 and ascending[place - 1] > comes:
+        ascending[place] = ascending[place - 1]
+        place -= 1
+    ascending[place] = comes
 
 
 @kernel
