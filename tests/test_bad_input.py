@@ -209,6 +209,20 @@ def test_an_output_that_cannot_be_written(refused, folder, output, walk):
         assert "cannot be written" in refused("monitor", "walk.csv", option, output)
 
 
+def test_no_output_takes_the_place_of_an_input_or_of_another_output(refused, folder, walk):
+    (folder / "patch.json").write_bytes(SINE.read_bytes())
+    assert "patch.json is given twice" in refused("render", "patch.json", "--seconds", "0.1", "-o", "./patch.json")
+    assert "walk.csv is given twice" in refused("monitor", "walk.csv", "--steps", "walk.csv")
+    assert "out.csv is given twice" in refused("monitor", "walk.csv", "--steps", "out.csv", "--contacts", "out.csv")
+
+
+def test_a_window_that_could_not_show_what_was_named_is_not_opened(refused, folder):
+    (folder / "patch.json").write_bytes(b"{nodes")
+    for patch, message in (("missing.json", "no such file"), ("patch.json", "is not JSON")):
+        assert message in refused("--patch", patch, "--screenshot", "pictures")
+    assert "cannot be made a folder" in refused("--screenshot", "patch.json/pictures")
+
+
 def test_a_value_that_is_not_finite_names_its_node_and_writes_nothing(refused, folder, monkeypatch):
     monkeypatch.setattr(Program, "fault", lambda self: ("sine", "t2", 4711))
     assert "node sine made a value that is not finite, on tile t2 at frame 4711" in refused(

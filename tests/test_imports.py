@@ -13,7 +13,7 @@ SOURCES = {
     for path in sorted((ROOT / "workbench").rglob("*.py"))
 }
 LEVELS = (
-    {"workbench", "errors", "clock", "drawing", "files", "kernels", "models"},
+    {"workbench", "arguments", "errors", "clock", "documents", "drawing", "files", "kernels", "models"},
     {"parameters"},
     {"floor", "patch"},
     {"nodes", "devices", "calibration", "records"},

@@ -12,7 +12,7 @@ from workbench.patch.patch import Patch
 from workbench.patch.program import Program
 
 RATE, BLOCK, FRAMES = 48_000, 960, 48_000
-FRACTURE = ("fibre-bundle", "fibre-grid", "slip")
+SOURCES = ("fibre-bundle", "fibre-grid", "slip", "stick-slip")
 MATERIALS = {
     name.removeprefix("material-"): Patch.load(path, REGISTRY)
     for name, path in library.patches().items()
@@ -38,7 +38,7 @@ def play(material, seed=1, weight_n=700.0):
         patch = MATERIALS[material]
         program = Program(patch, REGISTRY, ("t1",), rate=RATE, block=BLOCK, seed=seed)
         hosts = step(weight_n)
-        sources = [f"{node.id}.events" for node in patch.nodes if node.type in FRACTURE]
+        sources = [f"{node.id}.events" for node in patch.nodes if node.type in SOURCES]
         out, events = np.zeros(FRAMES), []
         for at in range(0, FRAMES, BLOCK):
             for name, signal in program.hosts.items():
@@ -101,7 +101,7 @@ def strangers(figures):
 def test_the_materials_that_are_promised_are_there():
     assert MATERIALS.keys() == {
         *("gravel-fine", "gravel-coarse", "sand-dry", "sand-wet", "snow-fresh", "snow-packed"),
-        *("ice", "wood", "leaves", "twigs"),
+        *("ice", "wood", "leaves", "twigs", "rubber"),
     }
 
 

@@ -32,8 +32,7 @@ class Photographer(QObject):
         self._poses = self._walk()
 
     def start(self) -> None:
-        """Begin; the folder is made where it is missing."""
-        self._folder.mkdir(parents=True, exist_ok=True)
+        """Begin."""
         self._window.show_workspace(len(self._window.workspaces) - 1)
         self._window.resize(*SIZES[0])
         QTimer.singleShot(_LOOK_MS, self._look)

@@ -10,12 +10,16 @@ import platformdirs
 from PySide6.QtCore import QObject, Signal
 
 from widgets.bridge import Bridge
+from widgets.calibrate.profiles import folder_of
 from widgets.settings import Settings
+from workbench.engine.correction import correction_of
 from workbench.engine.messages import Command, Level, Tare
 from workbench.engine.session import Session, Target
+from workbench.engine.target import LINKS, require_port
 from workbench.errors import UnderfootError
 from workbench.floor.forces import floor_beside
 from workbench.floor.layout import Floor, default_floor
+from workbench.floor.profile import Profile
 from workbench.patch.node import Registry
 from workbench.patch.patch import Patch
 
@@ -30,21 +34,27 @@ class Player(QObject):
     playing_changed = Signal(bool)
     recording_changed = Signal(object)
     """The `Path` that is recorded to, or None."""
+    released = Signal()
+    """The session is closed, and what it played on is free."""
     _closed = Signal()
     _made = Signal(object)
     _failed = Signal(str)
 
-    def __init__(self, registry: Registry, settings: Settings, target: Target | None, parent: QObject) -> None:
+    def __init__(
+        self, registry: Registry, settings: Settings, target: Target | None, profiles: Path, parent: QObject
+    ) -> None:
+        """`profiles` has a folder for each floor."""
         super().__init__(parent)
         self.bridge = Bridge(self)
         self.session: Session | None = None
         self._unclaimed: Session | None = None
-        self.target = target or remembered_target(settings)
+        self._profiles = profiles
+        self.target = self._calibrated(target or remembered_target(settings))
         self.playing = True
         self._registry, self._settings = registry, settings
         self._patch, self._patch_folder = Patch(), None  # type: tuple[Patch, Path | None]
         self._worker: threading.Thread | None = None
-        self._is_leaving = self._is_changing = False
+        self._is_leaving = self._is_changing = self._is_released = False
         self._closed.connect(self._open)
         self._made.connect(self._take)
         self._failed.connect(self._fall_back)
@@ -65,14 +75,36 @@ class Player(QObject):
 
     def set_target(self, target: Target) -> None:
         """Close the session and open one on another target. Nobody waits for the old one to end."""
-        self.target = target
+        self.target = self._calibrated(target)
         if self.session is not None:
-            self.record(False)
-            self.bridge.leave()
-            session, self.session = self.session, None
             self._is_changing = True
             self.said.emit("Changing the target…")
-            self._end(session)
+            self._let_go(self.session)
+
+    def release(self) -> None:
+        """Close the session, so that something else can have what it plays on; `released` tells when that is free."""
+        self._is_released = True
+        if self.session is not None:
+            self._let_go(self.session)
+        elif self._worker is None or not self._worker.is_alive():
+            self.released.emit()
+
+    def reopen(self) -> None:
+        """Open a session again after `release`; one that is open is opened anew, and reads the profiles anew."""
+        if self._is_released:
+            self._is_released = False
+            self._open()
+        else:
+            self.set_target(self.target)
+
+    def use_profile(self, profile: Profile, kind: str, folder: Path) -> None:
+        """Part `kind` of a profile was written: the engine is to use it at once."""
+        if folder != Path(self.target.profiles or "."):
+            self.target = replace(self.target, profiles=str(folder))
+        if kind == "response":
+            self.send(correction_of(profile.tile, profile))
+        elif kind == "fsr" and self.session is not None:
+            self.reopen()
 
     def close(self) -> None:
         """End the session, and wait for it."""
@@ -84,9 +116,17 @@ class Player(QObject):
         if session is not None:
             session.close()
 
+    def _calibrated(self, target: Target) -> Target:
+        """A target with the profiles of its floor, where there are any."""
+        folder = folder_of(self._profiles, target.floor)
+        return replace(target, profiles=str(folder)) if not target.profiles and folder.is_dir() else target
+
     def _open(self) -> None:
         """Make a session in a thread: loading its kernels and starting its processes takes longer than a frame."""
         if self._is_leaving:
+            return
+        if self._is_released:
+            self.released.emit()
             return
         target, patch, folder = self.target, self._patch, self._patch_folder
 
@@ -108,7 +148,7 @@ class Player(QObject):
         if self._is_leaving:
             return
         self._unclaimed = None
-        if session.target != self.target:
+        if session.target != self.target or self._is_released:
             self._end(session)
             return
         if self._is_changing:
@@ -126,9 +166,20 @@ class Player(QObject):
     def _fall_back(self, why: str) -> None:
         """The target cannot be played on: say so, and go back to one that can."""
         self.said.emit(why)
+        if self.target.profiles:
+            self.target = replace(self.target, profiles="")
+            self._open()
+            return
         self.target = replace(self.target, floor=default_floor(), kind="simulator", source="")
         self._settings.kind, self._settings.source = "simulator", ""
         self._open()
+
+    def _let_go(self, session: Session) -> None:
+        """Follow a session no more, and end it."""
+        self.record(False)
+        self.bridge.leave()
+        self.session = None
+        self._end(session)
 
     def _end(self, session: Session) -> None:
         """Close a session in a thread, and open the next one after it: they may want the same card."""
@@ -194,7 +245,7 @@ class Player(QObject):
             else:
                 self.said.emit(f"Recording to {session.recording}")
         elif not on and path is not None:
-            session.stop_recording()
+            session.end_recording()
             self.said.emit(f"The recording is {path}")
         self.recording_changed.emit(session.recording)
 
@@ -220,6 +271,15 @@ class Player(QObject):
     def use_forces(self, path: Path) -> None:
         """Play back the forces in a CSV file, whose floor lies beside it; `BadFile` where one cannot be read."""
         self._retarget("replay", str(path), Floor.load(floor_beside(path)))
+
+    def use_line(self, kind: str, source: str) -> None:
+        """Play on tiles on a line ("serial" or "udp") of the present floor; `UnderfootError` where it cannot be opened.
+
+        It is not remembered: the next start may find nothing there.
+        """
+        target = _target(self._settings, kind, source, self.target.floor)
+        require_port(target)
+        self.set_target(target)
 
     def _retarget(self, kind: str, source: str, floor: Floor) -> None:
         self._settings.kind, self._settings.source = kind, source
@@ -249,6 +309,8 @@ def in_words(target: Target) -> str:
     """
     if target.kind == "replay":
         return f"Recorded forces  {Path(target.source).stem}"
+    if target.kind in LINKS:
+        return f"{'Serial port' if target.kind == 'serial' else 'UDP'}  {target.source}"
     count = len(target.floor.tiles)
     for rows in range(1, 33):
         if count % rows == 0 and count // rows <= 32 and target.floor == default_floor(rows, count // rows):
@@ -258,7 +320,7 @@ def in_words(target: Target) -> str:
 
 def _target(settings: Settings, kind: str, source: str, floor: Floor) -> Target:
     sound: dict[str, Any] = {"sound": settings.sound, "rate": settings.rate, "block": settings.block}
-    return Target(floor=floor, kind=kind, source=source if kind == "replay" else "", **sound)
+    return Target(floor=floor, kind=kind, source="" if kind == "simulator" else source, **sound)
 
 
 def _recording_path() -> Path:

@@ -21,7 +21,9 @@ _SLOTS = 16
 class Settings(msgspec.Struct):
     """What the window remembers: the last target, sound device, level, and where things stood.
 
-    `sound` is "" for the default device, None for no sound, else a device's name.
+    `sound` is "" for the default device, None for no sound, else a device's name. `references` are what each
+    calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
+    metres right of and above the screen's.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -43,6 +45,9 @@ class Settings(msgspec.Struct):
     block: int = 128
     level_db: float = LOW_LEVEL_DB
     folder: str = ""
+    references: dict[str, str] = {}
+    projector_scale: float = 1.0
+    projector_at: tuple[float, float] = (0.0, 0.0)
     geometry: str = ""
     recent: list[str] = []
 

@@ -24,6 +24,7 @@ from workbench.engine.messages import Health
 
 LOWEST_DB = -60.0
 HOT_DB = -6.0
+MOST_FLAGS = 8
 BUSY = 0.8
 """Share of a block's time from which the engine's load is shown as an alarm."""
 
@@ -47,6 +48,7 @@ class TransportBar(QWidget):
     level_chosen = Signal(float)
     """Decibels of full scale."""
     audio_wanted = Signal()
+    flags_clicked = Signal()
 
     def __init__(self, menu: QMenu) -> None:
         super().__init__()
@@ -60,6 +62,7 @@ class TransportBar(QWidget):
         self._add_menu(menu)
         self._add_tabs()
         self._add_target()
+        self._add_flags()
         self._add_buttons()
         self._add_level()
         self._layout.addStretch(1)
@@ -98,6 +101,14 @@ class TransportBar(QWidget):
         """What the session plays on, in words."""
         self.target.setText(words)
         self.target.setToolTip(f"Plays on: {words}. Click to choose another target.")
+
+    def set_flags(self, lines: Sequence[str]) -> None:
+        """What speaks against the calibration of the target's tiles; nothing is shown where nothing does."""
+        self.flags.setVisible(bool(lines))
+        more = [f"and {len(lines) - MOST_FLAGS} more"] if len(lines) > MOST_FLAGS else []
+        self.flags.setToolTip("\n".join(["Calibration:", *lines[:MOST_FLAGS], *more]))
+        self.flags.setAccessibleName(f"Calibration: {len(lines)} warnings")
+        self.flags.setAccessibleDescription("; ".join(lines))
 
     def set_playing(self, playing: bool) -> None:
         """Whether sound is let out."""
@@ -168,6 +179,14 @@ class TransportBar(QWidget):
         self.target.setFixedWidth(23 * theme.GRID)
         self.target.setStyleSheet("QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }")
         self._layout.addWidget(self.target)
+
+    def _add_flags(self) -> None:
+        self.flags = QToolButton()
+        self.flags.setProperty("role", "flat")
+        self.flags.setIcon(theme.icon("alert-outline", theme.FORCE))
+        self.flags.clicked.connect(self.flags_clicked)
+        self.flags.hide()
+        self._layout.addWidget(self.flags)
 
     def _add_buttons(self) -> None:
         self.play = self._button("play", theme.VIBRATION, "Play (Space)")

@@ -32,20 +32,23 @@ from widgets.settings import Settings
 from widgets.transport import TransportBar
 from workbench.devices.sound import devices
 from workbench.engine.messages import Health, Press, Preview, Pulse, Started, Strike
-from workbench.engine.target import Target
+from workbench.engine.target import LINKS, Target
 from workbench.errors import UnderfootError
 from workbench.nodes import REGISTRY
 from workbench.patch import library
 from workbench.patch.patch import Patch
 
 FIRST = "gravel"
-MONITOR = 1
+MONITOR, CALIBRATE = 1, 2
 TARGETS = (
     ("simulator 2 2", "Simulated floor  2 × 2"),
     ("simulator 6 6", "Simulated floor  6 × 6"),
     ("", ""),
     ("floor", "Simulated floor from a file…"),
     ("forces", "Recorded forces from a file…"),
+    ("", ""),
+    ("serial", "Tiles on a serial port…"),
+    ("udp", "Tiles over UDP…"),
 )
 MESSAGE_MS = 20_000
 
@@ -61,6 +64,15 @@ MONITOR_KEYS = (
 )
 
 
+CALIBRATE_KEYS = (
+    ("Begin, continue, or do what the button with the focus says", "Return"),
+    ("The page before", "Alt+Left"),
+    ("On the floor: scale, finer with Ctrl", "+ and −"),
+    ("On the floor: move, finer with Ctrl", "Arrows"),
+    ("On the floor: close it", "Esc"),
+)
+
+
 class MainWindow(QMainWindow):
     """Shows a patch and the session that plays it. `start` opens the session; closing the window ends it."""
 
@@ -69,7 +81,7 @@ class MainWindow(QMainWindow):
         self._folder = folder
         self.settings = Settings.load(folder)
         self.document = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
-        self.player = Player(REGISTRY, self.settings, target, self)
+        self.player = Player(REGISTRY, self.settings, target, folder / "profiles", self)
         self.bridge = self.player.bridge
         self._is_leaving = False
         self.workspaces: list[str] = []
@@ -104,12 +116,18 @@ class MainWindow(QMainWindow):
         self._message.setToolTip(text)
         self._message_timer.start()
 
+    def panic(self) -> None:
+        """Silence at once, whatever makes the sound."""
+        self.player.panic()
+        self.calibrate.silence()
+
     # --- the session speaks ---
 
     def _show_target(self, target: Target) -> None:
         self.transport.set_target(in_words(target))
         self.design.setFloor(target.floor.tiles)
         self.monitor.set_session(target.floor, target.rate, target.kind == "simulator")
+        self.calibrate.set_target(target)
         if self._awaited:
             self._want_preview(self._awaited)
 
@@ -153,8 +171,25 @@ class MainWindow(QMainWindow):
             self.player.set_floor(*map(int, size))
         elif kind == "floor":
             self.document.ask_file("A floor", "Floors (*.json);;All files (*)", self.player.use_floor)
+        elif kind in LINKS:
+            self._ask_line(kind)
         else:
             self.document.ask_file("Recorded forces", "Force tables (*.csv);;All files (*)", self.player.use_forces)
+
+    def _ask_line(self, kind: str) -> None:
+        from widgets.line_dialog import LineDialog
+
+        def chosen(source: str) -> None:
+            try:
+                self.player.use_line(kind, source)
+            except UnderfootError as error:
+                self.say(str(error))
+
+        floor = self.player.target.floor
+        dialog = LineDialog(kind, floor.title or f"{len(floor.tiles)} tiles", self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.chosen.connect(chosen)
+        dialog.open()
 
     def _open_audio(self) -> None:
         from widgets.audio_dialog import AudioDialog
@@ -175,6 +210,7 @@ class MainWindow(QMainWindow):
             ("EVERYWHERE", [*keys_of(self.actions()), *EXTRA_KEYS]),
             ("DESIGN, WITH THE FOCUS ON THE CANVAS", keys_of(self.design.actions_by_name().values())),
             ("MONITOR", MONITOR_KEYS),
+            ("CALIBRATE", CALIBRATE_KEYS),
         ]
         dialog = ShortcutsDialog(groups, self)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -189,7 +225,7 @@ class MainWindow(QMainWindow):
         # Escape is looked at before any widget takes it; only the node search closes by it.
         escaped = event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Escape  # type: ignore[attr-defined]
         if escaped and not isinstance(self.focusWidget(), SearchField):
-            self.player.panic()
+            self.panic()
         return super().event(event)
 
     def keyPressEvent(self, event) -> None:
@@ -206,6 +242,7 @@ class MainWindow(QMainWindow):
             return
         self.settings.window_bytes = bytes(self.saveGeometry().data())
         self.hide()
+        self.calibrate.close_down()
         self.player.close()
         self.document.close()
         self.settings.save(self._folder)
@@ -256,13 +293,16 @@ class MainWindow(QMainWindow):
 
     def _make_workspaces(self) -> list[tuple[str, QWidget]]:
         """The workspaces in the order of their tabs."""
+        from widgets.calibrate.catalogue import KINDS
+        from widgets.calibrate.workspace import CalibrateWorkspace
         from widgets.monitor.workspace import MonitorWorkspace
 
         self.design = DesignWorkspace(REGISTRY)
         self.design.setFocusProxy(self.design.canvas)
         self.monitor = MonitorWorkspace()
         self.monitor.set_level(self.settings.level_db)
-        return [("Design", self.design), ("Monitor", self.monitor)]
+        self.calibrate = CalibrateWorkspace(self._folder / "profiles", self.settings, KINDS)
+        return [("Design", self.design), ("Monitor", self.monitor), ("Calibrate", self.calibrate)]
 
     def _bottom_line(self) -> QWidget:
         line = QWidget()
@@ -296,7 +336,7 @@ class MainWindow(QMainWindow):
         self._act("save", "Save", key.Save, lambda: document.save())
         self._act("save as", "Save as…", "Ctrl+Shift+S", lambda: document.save_as())
         self._act("play", "Play or stop", "Ctrl+Space", player.play_or_stop)
-        self._act("panic", "Panic: silence at once", "Ctrl+.", player.panic)
+        self._act("panic", "Panic: silence at once", "Ctrl+.", self.panic)
         self._act("record", "Record", "Ctrl+R", lambda: player.record(not self.transport.record.isChecked()))
         self._act("audio", "Audio…", "Ctrl+,", self._open_audio)
         self._act("keys", "Keyboard shortcuts", "F1", self._show_shortcuts)
@@ -339,16 +379,18 @@ class MainWindow(QMainWindow):
             self._recent.addAction("None yet").setEnabled(False)
 
     def _connect(self) -> None:
-        transport, player, bridge, design, monitor = self.transport, self.player, self.bridge, self.design, self.monitor
+        transport, player, bridge = self.transport, self.player, self.bridge
+        design, monitor, calibrate = self.design, self.monitor, self.calibrate
         transport.workspace_chosen.connect(self.show_workspace)
         transport.target_chosen.connect(self._choose_target)
         transport.play_wanted.connect(player.play)
         transport.stop_wanted.connect(player.stop)
-        transport.panic_wanted.connect(player.panic)
+        transport.panic_wanted.connect(self.panic)
         transport.record_wanted.connect(player.record)
         transport.level_chosen.connect(player.set_level)
         transport.level_chosen.connect(monitor.set_level)
         transport.audio_wanted.connect(self._open_audio)
+        transport.flags_clicked.connect(lambda: self.show_workspace(CALIBRATE))
         player.said.connect(self.say)
         player.retargeted.connect(self._show_target)
         player.playing_changed.connect(transport.set_playing)
@@ -366,6 +408,13 @@ class MainWindow(QMainWindow):
         bridge.ticked.connect(monitor.draw)
         monitor.commanded.connect(player.send)
         monitor.noticed.connect(self.say)
+        calibrate.noticed.connect(self.say)
+        calibrate.flagged.connect(transport.set_flags)
+        calibrate.profile_changed.connect(player.use_profile)
+        calibrate.release_wanted.connect(player.release)
+        calibrate.reopen_wanted.connect(player.reopen)
+        calibrate.held.connect(lambda held: transport.target.setEnabled(not held))
+        player.released.connect(calibrate.begin_released)
         design.patchEdited.connect(self._edited)
         design.previewWanted.connect(self._want_preview)
         design.struck.connect(lambda tile, strength: player.send(Strike("", tile, strength)))
@@ -373,6 +422,7 @@ class MainWindow(QMainWindow):
         self.document.opened.connect(self._opened)
         self.document.changed.connect(self._show_title)
         self.document.said.connect(self.say)
+        calibrate.set_target(player.target)
 
 
 def _first_patch() -> Patch:

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 @click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
-@click.option("--target", default="simulator", show_default=True, help="simulator, or a force CSV to play back.")
+@click.option(
+    "--target", default="simulator", show_default=True, help="simulator, serial:PORT, udp:HOST:PORT, or a force CSV."
+)
 @click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
 @click.option("--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace here, and exit.")
@@ -60,21 +62,40 @@ def _fail(line: str) -> None:
 
 
 def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> int:
+    """Open the window, after everything that was named on the command line has been looked at."""
+    from workbench.nodes import REGISTRY
+    from workbench.patch.patch import Patch
+
+    opened = _target(target, floor)
+    if patch is not None:
+        Patch.load(patch, REGISTRY)
+    if screenshot is not None:
+        try:
+            screenshot.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
     from widgets.window import run
 
-    return run(_target(target, floor), patch, screenshot)
+    return run(opened, patch, screenshot)
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":
     """The target that was asked for; None for what the window opens by itself."""
-    from workbench.engine.target import Target, force_rate_hz
+    from workbench.engine.target import Target, force_rate_hz, link_of, require_port
     from workbench.floor.forces import floor_beside
-    from workbench.floor.layout import Floor
+    from workbench.floor.layout import Floor, default_floor
 
+    line = link_of(name)
+    if line is not None:
+        target = Target(Floor.load(floor) if floor else default_floor(), kind=line[0], source=line[1])
+        require_port(target)
+        return target
     if name == "simulator":
         return Target(Floor.load(floor)) if floor else None
     if not os.path.isfile(name):
-        raise BadFile(f"--target is {name}; allowed: simulator, or a force CSV that is there")
+        raise BadFile(
+            f"--target is {name}; allowed: simulator, serial:PORT, udp:HOST:PORT, or a force CSV that is there"
+        )
     target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there
     return target

@@ -17,6 +17,7 @@ from workbench.errors import require
 
 WIDTH, HEIGHT = 640, 400
 _LEFT, _RIGHT, _TOP, _BOTTOM = 76, 24, 40, 52
+_LEGEND = 180  # how wide
 GROUND, LINE, TEXT, MUTED = "#12151a", "#2c3540", "#dfe5ec", "#8d99a8"
 COLOURS = {
     "force": "#f0a63c",
@@ -113,11 +114,7 @@ def svg(drawing: Drawing) -> str:
         parts.append(_label(_LEFT - 8, y + 4, up.words(value), anchor="end", fill=MUTED))
     for one in drawing.series:
         parts += _drawn(one, across, up)
-    for k, one in enumerate(s for s in drawing.series if s.name):
-        y = _TOP + 16 + 16 * k
-        parts.append(_stroke([(WIDTH - 204, y - 4), (WIDTH - 184, y - 4)], COLOURS[one.colour], 2, one.style))
-        parts.append(_label(WIDTH - 178, y, one.name))
-    return "\n".join([*parts, "</svg>\n"])
+    return "\n".join([*parts, *_legend(drawing, across, up), "</svg>\n"])
 
 
 def page(title: str, body: Sequence[str]) -> str:
@@ -172,8 +169,8 @@ class _Axis:
 
 
 def _axes(drawing: Drawing) -> tuple[_Axis, _Axis]:
-    x_low, x_high = _range([s.x for s in drawing.series] + [s.to[:, 0] for s in _arrows(drawing)], drawing.x_log)
-    y_low, y_high = _range([s.y for s in drawing.series] + [s.to[:, 1] for s in _arrows(drawing)], drawing.y_log)
+    x_low, x_high = _range([s.x for s in drawing.series] + [to[:, 0] for to in _ends(drawing)], drawing.x_log)
+    y_low, y_high = _range([s.y for s in drawing.series] + [to[:, 1] for to in _ends(drawing)], drawing.y_log)
     if drawing.equal:
         ratio = ((x_high - x_low) / (WIDTH - _LEFT - _RIGHT)) / ((y_high - y_low) / (HEIGHT - _TOP - _BOTTOM))
         if ratio < 1.0:
@@ -186,8 +183,8 @@ def _axes(drawing: Drawing) -> tuple[_Axis, _Axis]:
     )
 
 
-def _arrows(drawing: Drawing) -> list[Series]:
-    return [s for s in drawing.series if s.to is not None]
+def _ends(drawing: Drawing) -> list[NDArray[np.float64]]:
+    return [one.to for one in drawing.series if one.to is not None]
 
 
 def _range(values: Sequence[NDArray[np.float64]], log: bool) -> tuple[float, float]:
@@ -208,7 +205,7 @@ def _widened(low: float, high: float, times: float) -> tuple[float, float]:
 
 def _drawn(one: Series, across: _Axis, up: _Axis) -> list[str]:
     colour = COLOURS[one.colour]
-    good = np.isfinite(one.x) & np.isfinite(one.y) & ((one.x > 0.0) | (not across.log)) & ((one.y > 0.0) | (not up.log))
+    good = _shown(one, across, up)
     if one.to is not None:
         return [
             f'<line x1="{across.place(x):.1f}" y1="{up.place(y):.1f}" x2="{across.place(to[0]):.1f}" '
@@ -227,6 +224,44 @@ def _drawn(one: Series, across: _Axis, up: _Axis) -> list[str]:
             kept = _thinned(one.y[run]) + run[0]
             strokes.append(_stroke([(across.place(one.x[i]), up.place(one.y[i])) for i in kept], colour, 2, one.style))
     return strokes
+
+
+def _legend(drawing: Drawing, across: _Axis, up: _Axis) -> list[str]:
+    """The names of the series, in the corner where they cover least; the upper right one if it can be."""
+    named = [one for one in drawing.series if one.name]
+    if not named:
+        return []
+    tall = 16 * len(named)
+    x, y = np.concatenate([_seen(one, across, up) for one in drawing.series]).T
+    covered = {}
+    for top in (_TOP + 16, HEIGHT - _BOTTOM - tall + 4):
+        for left in (WIDTH - _RIGHT - _LEGEND, _LEFT + 12):
+            inside = (x > left - 8) & (x < left + _LEGEND) & (y > top - 16) & (y < top + tall)
+            covered[left, top] = np.count_nonzero(inside)
+    left, top = min(covered, key=covered.__getitem__)
+    parts = []
+    for k, one in enumerate(named):
+        middle = top + 16 * k - 4
+        parts.append(_stroke([(left, middle), (left + 20, middle)], COLOURS[one.colour], 2, one.style))
+        parts.append(_label(left + 26, middle + 4, one.name))
+    return parts
+
+
+def _seen(one: Series, across: _Axis, up: _Axis) -> NDArray[np.float64]:
+    """Places [n, 2] on the picture where a series can be seen; on a line of few points, between them too."""
+    shown = np.flatnonzero(_shown(one, across, up))
+    shown = shown[:: 1 + shown.size // _MOST_POINTS]
+    places = np.array([(across.place(one.x[i]), up.place(one.y[i])) for i in shown]).reshape(-1, 2)
+    if one.style in ("line", "dashed") and len(places) > 1:
+        between = np.linspace(0.0, len(places) - 1.0, _MOST_POINTS)
+        places = np.column_stack([np.interp(between, np.arange(len(places)), column) for column in places.T])
+    return places
+
+
+def _shown(one: Series, across: _Axis, up: _Axis) -> NDArray[np.bool_]:
+    """Which points of a series can be drawn."""
+    good = np.isfinite(one.x) & np.isfinite(one.y)
+    return good & ((one.x > 0.0) | (not across.log)) & ((one.y > 0.0) | (not up.log))
 
 
 def _thinned(y: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.engine.intake import Missing
 from workbench.engine.messages import Fault, Lost, Notice, Started
 from workbench.engine.replayed import is_recording
 from workbench.engine.session import Session, Target
+from workbench.engine.target import link_of, require_port
 from workbench.errors import BadFile, BadValue, DeviceError
 from workbench.floor.contacts import ContactRows, ContactTracker
 from workbench.floor.footsteps import Step, StepCounter
@@ -25,6 +27,7 @@ from workbench.records.recording import Recording
 
 _CHUNK = 4096
 _WAIT_S = 0.02
+_SILENT_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -97,11 +100,13 @@ class SessionStream:
             frames, forces = session.force.read()
             if len(frames):
                 now = float(frames[-1]) / self._rate
+            else:  # nothing may come any more
+                now = max(now, session.health.frame / self._rate - _SILENT_S)
+                time.sleep(_WAIT_S)
+            if len(frames) or news:
                 kept = frames / self._rate < self._seconds
                 yield replace(self._steps.feed(frames[kept] / self._rate, forces[kept]), news=tuple(news))
                 news.clear()
-            else:
-                time.sleep(_WAIT_S)
         yield replace(self._steps.finish(), news=tuple(news))
 
     def stop(self) -> None:
@@ -138,9 +143,13 @@ class _Steps:
         self._floor = floor
         self._tracker = ContactTracker(floor, rate_hz)
         self._counter = StepCounter(floor)
+        self._missing = Missing(self._tracker, _CHUNK)
         self._untared = np.zeros(len(floor.tiles), bool)
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
+        if not np.isfinite(force_n).all():
+            force_n = force_n.copy()
+            self._missing.fill(time_s, force_n, len(time_s))
         followed = self._tracker.feed(time_s, force_n)
         self._untared |= self._tracker.untared
         now = float(time_s[-1]) if len(time_s) else -math.inf
@@ -156,18 +165,35 @@ class _Steps:
 
 
 def open_stream(
-    source: str, floor: Path | None, seconds: float | None, pace: bool, record: Path | None, patch: Path | None
+    source: str,
+    floor: Path | None = None,
+    seconds: float | None = None,
+    pace: bool = False,
+    record: Path | None = None,
+    patch: Path | None = None,
+    profiles: Path | None = None,
+    sensor_hz: float | None = None,
 ) -> FileStream | SessionStream:
-    """The stream of "simulator", of a force CSV, or of a recording."""
-    if source == "simulator":
-        return SessionStream(Target(Floor.load(floor) if floor else default_floor()), seconds, record, patch)
+    """The stream of "simulator", of a line to hardware, of a force CSV, or of a recording."""
+    link = link_of(source)
+    if sensor_hz is not None and link is None:
+        raise BadValue(f"--sensor-rate is for tiles on a line; {source} has its own rate")
+    if source == "simulator" or link is not None:
+        target = Target(Floor.load(floor) if floor else default_floor(), profiles=str(profiles or ""))
+        if link is not None:
+            target = replace(target, kind=link[0], source=link[1], sensor_hz=sensor_hz or target.sensor_hz)
+            require_port(target)
+        return SessionStream(target, seconds, record, patch)
+    if profiles is not None:
+        raise BadValue(f"--profiles is for tiles that send readings; {source} is in newtons")
     path = Path(source)
     if is_recording(path):
         if pace or record is not None or patch is not None:
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
     if not os.path.isfile(path):
-        raise BadFile(f"{source} cannot be read: no such file (SOURCE is simulator, a force CSV, or a recording)")
+        allowed = "simulator, serial:PORT, udp:HOST:PORT, a force CSV, or a recording"
+        raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
     beside = floor_beside(path)
     if floor is None and not beside.is_file():
         raise BadFile(f"{source} has no floor beside it ({beside.name}); say --floor FILE")

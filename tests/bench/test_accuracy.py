@@ -25,7 +25,7 @@ def test_every_point_has_its_own_error_and_time():
     assert found.data()["curves"][0]["points"][2]["knob"] == 3.0
 
 
-@pytest.mark.parametrize("make", [accuracy._modal_banks, accuracy._tones, accuracy._envelopes])
+@pytest.mark.parametrize("make", [accuracy.modal_banks, accuracy.tones, accuracy.strain_rates])
 def test_models_are_as_exact_as_their_oracles_say(make):
     for task in make(True):
         ours = task.methods[0]

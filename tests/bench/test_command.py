@@ -19,7 +19,7 @@ def bench(monkeypatch, *options, failures=()):
     def run(quick, seed, tell):
         asked.update(quick=quick, seed=seed)
         tell("working")
-        return Bench([], [Cost("gravel", 36, 36, 64, 50.0, 1.0)], Stability(failures=list(failures)))
+        return Bench([], [], [Cost("gravel", 36, 36, 64, 50.0, 1.0)], Stability(failures=list(failures)))
 
     monkeypatch.setattr(whole, "run", run)
     return CliRunner().invoke(cli, ["bench", *options]), asked

@@ -80,6 +80,22 @@ def test_a_breaker_is_told_and_a_tenth_of_it_is_not(type, case):
     assert broken(type, seen(**tamed)) == ""
 
 
+def test_a_drawn_bank_rings_no_louder_than_all_its_modes_together():
+    values, strike = {"level": 2.0, "modes": 9}, {"strike": [5.0, 0.1, 0.0]}
+    assert broken("drawn-bank", seen(values, outputs={"out": 0.6 * LOUD}, events_in=strike)) == ""
+    assert "outside" in broken("drawn-bank", seen(values, outputs={"out": 0.7 * LOUD}, events_in=strike))
+
+
+def test_a_block_that_is_not_pressed_lies_still():
+    values, force = {"frequency": 100.0}, np.repeat([0.0, 700.0], 50)
+    moved = {"acceleration": np.repeat([0.0, 3.0], 50)}
+    slip = {"events": [60.0, 1.0, 0.01]}
+    assert broken("stick-slip", seen(values, {"force": force}, moved, events_out=slip)) == ""
+    assert "frame 0" in broken("stick-slip", seen(values, {"force": force}, {"acceleration": LOUD}))
+    for event in ([60.0, -1.0, 0.01], [60.0, 1.0, 2.0]):
+        assert "slip" in broken("stick-slip", seen(values, {"force": force}, moved, events_out={"events": event}))
+
+
 def test_a_hammer_may_give_twice_its_momentum_and_no_more():
     values, blow = {"mass": 0.1, "velocity": 2.0}, {"strike": [3.0, 1.0, 0.0]}
     force = np.zeros(100)

@@ -7,9 +7,11 @@ import pytest
 
 from workbench.bench import report
 from workbench.bench.accuracy import Comparison, Curve, Point
+from workbench.bench.reach import Reach
 from workbench.bench.report import Bench
 from workbench.bench.scale import Cost
 from workbench.bench.stability import Failure, Stability
+from workbench.drawing import svg
 from workbench.errors import BadFile
 from workbench.patch.patch import Patch
 
@@ -18,17 +20,22 @@ CURVES = (
     Curve("a < b", "step, s", True, (Point(0.1, 0.5, 0.1),)),
 )
 COMPARISON = Comparison("impact", "a blow & more", "relative", CURVES)
+REACHES = [
+    Reach("tones", "error", 5e-16, high=1e-12),
+    Reach("floors", "gravel", 31.0, "times real time", low=40.0),
+    Reach("bundles", "strength", 2766.5, "", 2764.0, 2768.0),
+]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture
 def bench():
     stable = Stability(3, 40, 5, 20.0, {"impact": 7}, [Failure("gain makes a mess", Patch(title="broken"), 8000)])
-    return Bench([COMPARISON], [Cost("gravel", 36, 2, 64, 123.4, 0.056)], stable)
+    return Bench(REACHES, [COMPARISON], [Cost("gravel", 36, 2, 64, 123.4, 0.056)], stable)
 
 
 def test_the_picture_places_points_by_their_logarithms():
-    root = ElementTree.fromstring(report.picture(COMPARISON))
+    root = ElementTree.fromstring(svg(report.picture(COMPARISON)))
     dots = [(float(dot.get("cx")), float(dot.get("cy"))) for dot in root.iter(f"{SVG}circle")]
     assert len(dots) == 3
     (x_good, y_quick), (x_best, y_slower), (x_bad, y_slow) = dots
@@ -38,7 +45,10 @@ def test_the_picture_places_points_by_their_logarithms():
     assert (x_bad - x_good) / (x_good - x_best) == pytest.approx(3.0 / 13.0, rel=0.01)
     assert (y_quick - y_slower) / (y_slower - y_slow) == pytest.approx(0.30103 / 2.39794, rel=0.02)
     assert "a < b" in [label.text for label in root.iter(f"{SVG}text")]
-    assert sum(line.get("stroke-dasharray") is not None for line in root.iter(f"{SVG}polyline")) == 2
+    lines = [line for line in root.iter(f"{SVG}polyline") if line.get("stroke-width") == "2"]
+    assert (
+        sum(line.get("stroke-dasharray") is not None for line in lines) == 2
+    )  # the naive curve, here and in the legend
 
 
 def test_the_table_says_everything(bench):
@@ -46,6 +56,22 @@ def test_the_table_says_everything(bench):
     for words in ("a blow & more", "a < b (naive)", "123.4 times real time", "5.6 %", "1 failures", "impact 7"):
         assert words in table
     assert bench.stability.failures[0].patch.dumps().decode() in table
+
+
+def test_reaches_are_said_to_be_met_or_not(bench):
+    table = report.text(bench).splitlines()
+    assert table[0] == "reach: 3 asked, 1 not met"
+    (missed,) = (line for line in table if line.endswith("NOT MET"))
+    for words in ("floors: gravel", "at least 40", "31 times real time"):
+        assert words in missed
+    rows = bench.data()["reach"]
+    assert [row["met"] for row in rows] == [True, False, True]
+    assert rows[0] == {
+        "model": "tones", "what": "error", "measured": 5e-16, "unit": "",
+        "low": None, "high": 1e-12, "asked": "at most 1e-12", "met": True,
+    }  # fmt: skip
+    assert rows[2]["asked"] == "2764 to 2768"
+    assert not Reach("any", "figure", float("nan"), high=1.0).met
 
 
 def test_a_report_is_a_page_with_its_pictures_figures_and_failures(bench, tmp_path):

@@ -87,7 +87,8 @@ def test_all_that_is_played_from_now_on_is_in_the_file(rings, record, until):
     until(lambda: frames_in(recorder.path) == 14_400, "the first frames are safe")
     rings.write(4_800)
     recorder.note(Done(12_000, Level(-3.0)))
-    recorder.close(19_200)
+    recorder.end(19_200)
+    assert recorder.ended(10.0)
     with Recording(recorder.path) as recording:
         first, played = recording.vibration()
         assert (first, len(played)) == (9_600, 9_600)
@@ -105,7 +106,8 @@ def test_it_ends_where_all_commands_are_known(rings, record, until):
     for _ in range(3):
         rings.write(4_800)
         until(lambda: frames_in(recorder.path) == rings.vibration.written)
-    recorder.close(9_000)
+    recorder.end(9_000)
+    assert recorder.ended(10.0)
     with Recording(recorder.path) as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_000))
 
@@ -129,7 +131,8 @@ def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, 
     recorder.go_on()
     rings.write(4_800)
     recorder.note(Done(15_000, Level(0.0)))
-    recorder.close(1 << 40)
+    recorder.end(1 << 40)
+    assert recorder.ended(10.0)
     with Recording(recorder.path) as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 19_200))
         np.testing.assert_array_equal(recording.forces()[:, 3], np.arange(400))
@@ -143,7 +146,8 @@ def test_killed_before_there_is_a_file_it_begins_anew(rings, record):
     rings.write(480)
     assert recorder.gone() == "signal 9"
     recorder.go_on()
-    recorder.close(480)
+    recorder.end(480)
+    assert recorder.ended(10.0)
     with Recording(recorder.path) as recording:
         assert len(recording.vibration()[1]) == 480
 
@@ -153,7 +157,8 @@ def test_where_an_engine_took_over_there_is_a_gap(rings, record):
     rings.write(4_800)
     rings.vibration.skip(24_000)
     rings.write(4_800)
-    recorder.close(1 << 40)
+    recorder.end(1 << 40)
+    assert recorder.ended(10.0)
     with Recording(recorder.path) as recording:
         first, played = recording.vibration()
         assert recording.gaps() == [Gap(4_800, 19_200)]
@@ -165,7 +170,9 @@ def test_where_an_engine_took_over_there_is_a_gap(rings, record):
 
 
 def test_a_file_that_is_there_is_not_written_over(rings, record):
-    record().close(0)
+    recorder = record()
+    recorder.end(0)
+    assert recorder.ended(10.0)
     with pytest.raises(BadFile, match="there already"):
         record()
 
@@ -213,7 +220,8 @@ def test_what_was_recorded_later_cannot_be_replayed(rings, record):
     rings.write(480)
     recorder = record()
     rings.write(480)
-    recorder.close(960)
+    recorder.end(960)
+    assert recorder.ended(10.0)
     with pytest.raises(BadFile, match="does not begin with its session"):
         replay(recorder.path, REGISTRY)
 

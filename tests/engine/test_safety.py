@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import freqz, lfilter
 
 from workbench.clock import FADE, RAMP
-from workbench.engine.safety import DC_HZ, PANIC, RMS_SECONDS, Limits, Safety
+from workbench.engine.safety import DC_HZ, PANIC, RMS_SECONDS, Limits, Safety, limited
 
 RATE = 48_000
 USUAL = (Limits(),)
@@ -168,3 +168,23 @@ def test_rows_go_to_their_channels_and_add_where_they_share_one():
     np.testing.assert_allclose(out[:, 0], alone[2] + alone[3], atol=1e-7)
     loud = guarded([sine(0.9)] * 3, limits=[Limits()] * 3, channels=(0, 0, 0))
     assert np.abs(loud).max() <= np.float32(Limits().peak)
+
+
+@pytest.mark.parametrize("blocks", [(480,), (7,), (1, 64, 333)])
+def test_full_scale_goes_to_its_new_acceleration_in_a_ramp(blocks):
+    def turn(safety):
+        safety.rescale(0, 2.0 * FULL, 4_800)
+
+    tone = sine(0.2, 4_800.0, 0.3)  # so high that the DC block leaves the ramp as it is
+    out = guarded(tone, blocks, at_frame={4_800: turn})[:, 0]
+    gain = np.interp(np.arange(out.size), [4_800, 4_800 + FADE], [1.0, 0.5])
+    np.testing.assert_allclose(out, dc_block(tone) * gain, atol=2e-4)
+    assert out.tobytes() == guarded(tone, at_frame={4_800: turn})[:, 0].tobytes()
+
+
+def test_a_measuring_signal_keeps_to_the_limits():
+    tone = sine(0.4, 300.0)
+    np.testing.assert_allclose(limited(tone, RATE), dc_block(tone), atol=1e-6)
+    loud = limited(sine(5.0, 300.0, 3.0), RATE)
+    assert np.abs(loud).max() <= np.float32(Limits().peak)
+    assert running_rms(loud).max() < 1.03 * Limits().rms

@@ -11,7 +11,7 @@ from live import live
 from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from workbench.clock import FADE
-from workbench.engine.messages import Level, Lost, Notice, Panic, Press, Pulse, Set, Strike, Swap, Tare, Walk
+from workbench.engine.messages import Level, Lost, Notice, Panic, Press, Preview, Pulse, Set, Strike, Swap, Tare, Walk
 from workbench.engine.replayed import replay
 from workbench.engine.safety import PANIC
 from workbench.errors import BadValue
@@ -159,10 +159,14 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
     playing.until(lambda: session._spare is not None, "there is a spare again")
 
 
-def test_a_compiler_that_is_killed_is_back(playing):
+def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):
     session = playing.session
+    os.kill(session._compiler.process.pid, signal.SIGSTOP)  # so that it does not answer before it dies
+    ticket = session.preview(session.patch, "tone")
     os.kill(session._compiler.process.pid, signal.SIGKILL)
     playing.until(lambda: playing.of(Lost), "the death is noticed")
+    playing.until(lambda: playing.of(Preview), "the preview comes")
+    assert [preview.ticket for preview in playing.of(Preview)] == [ticket]
     session.edit(patch_of(("noise.out", "tile-output.acceleration")))
     playing.done(Swap)
 

@@ -241,6 +241,18 @@ def test_a_long_slip_law_ends_exponentially_and_goes_through_the_short_one():
     assert left[0] / left[1] == pytest.approx(left[1] / left[2], rel=2e-2)
 
 
+@pytest.mark.parametrize("values", [(1.0, 1.0, 0.1, 1.0, 1.0, 0.0), (1.0, 0.3, 0.059, 1.0, 0.075, 0.0)])
+def test_a_hazard_that_stands_still_is_not_solved_on(values):
+    law = SlipLaw.solve(*values, t_end=800.0, error=1e-2)
+    assert len(law.panels.table) < 60
+    earlier = SlipLaw.solve(*values, t_end=100.0, error=1e-5)
+    hazard = -np.diff(np.log1p(-np.interp([70.0, 100.0], earlier.duration.t, earlier.duration.cdf)))[0] / 30.0
+    left = 1.0 - earlier.duration.cdf[-1]
+    for t in (200.0, 400.0, 800.0):
+        expected = 1.0 - left * math.exp(-hazard * (t - 100.0))
+        assert np.interp(t, law.duration.t, law.duration.cdf) == pytest.approx(expected, abs=1e-2)
+
+
 def test_nothing_ends_where_nothing_can():
     law = friction.first_passage(1.0, 0.1, 1e-12, 1.0, 0.5, 0.0, t_end=50.0, error=1e-3)
     assert law.missing == 1.0

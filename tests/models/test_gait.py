@@ -172,6 +172,18 @@ def test_a_walker_outside_its_ranges_is_refused(name):
             Walker(**{name: value})
 
 
+def test_a_foot_rolls_from_where_and_as_far_as_its_walker_says():
+    walker = Walker(roll_start=0.3, roll_reach=0.5, toe_out_deg=0.0, variation=0.0, foot_length_m=0.2)
+    step = footfalls(walker, LINE, 0.3)[0]
+    x, _ = step.centre_m([step.start_s, step.start_s + 0.5 * step.duration_s, step.start_s + step.duration_s])
+    np.testing.assert_allclose(x - step.heel_x_m, 0.2 * np.array([0.3, 0.55, 0.8]), atol=1e-12)
+
+
+def test_no_foot_rolls_beyond_its_toes():
+    with pytest.raises(BadValue, match=r"^roll_reach is 0.9; allowed: at most 0.8, to the toes$"):
+        Walker(roll_start=0.2)
+
+
 @pytest.mark.parametrize(
     ("path", "seconds", "name"), [([], 1.0, "path"), ([(0, np.nan)], 1.0, "path"), (LINE, np.inf, "seconds")]
 )

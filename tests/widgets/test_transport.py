@@ -16,7 +16,7 @@ WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0107, 96_000, 0.25, 1)
 def bar(qtbot):
     made = TransportBar(QMenu())
     qtbot.addWidget(made)
-    for name in ("Design", "Monitor"):
+    for name in ("Design", "Monitor", "Calibrate"):
         made.add_workspace(name)
     made.resize(1280, 48)
     made.show()
@@ -113,6 +113,17 @@ def test_the_meter_rises_at_once_and_falls_slowly(bar):
     assert bar.level._peak_db < -60.0
 
 
+def test_flags_are_seen_only_where_there_are_any(bar, qtbot):
+    assert not bar.flags.isVisible()
+    bar.set_flags([f"t{i} is too old" for i in range(12)])
+    assert bar.flags.isVisible()
+    assert bar.flags.toolTip().splitlines()[1::8] == ["t0 is too old", "and 4 more"]
+    with qtbot.waitSignal(bar.flags_clicked):
+        qtbot.mouseClick(bar.flags, Qt.MouseButton.LeftButton)
+    bar.set_flags([])
+    assert not bar.flags.isVisible()
+
+
 def test_recording_and_playing_are_seen(bar):
     bar.set_recording("Recording to a file")
     assert bar.record.isChecked()
@@ -130,6 +141,7 @@ def test_nothing_overlaps_at_the_smallest_width(bar, qtbot):
     qtbot.waitExposed(bar)
     bar.set_health(WELL, 196)
     bar.set_target("Simulated floor  14 × 14")
+    bar.set_flags(["too old"])
     places = sorted((w.x(), w.x() + w.width()) for w in bar.children() if hasattr(w, "isVisible") and w.isVisible())
     assert all(left[1] <= right[0] for left, right in itertools.pairwise(places))
     assert places[-1][1] <= 1280

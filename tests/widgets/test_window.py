@@ -2,6 +2,7 @@
 
 import multiprocessing
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QImage
@@ -9,11 +10,16 @@ from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QLabel, QLineE
 
 from widgets import bridge, pictures
 from widgets.audio_dialog import AudioDialog
+from widgets.line_dialog import LineDialog
 from widgets.settings import LOW_LEVEL_DB, Autosave, Settings
 from widgets.shortcuts import ShortcutsDialog
-from widgets.window import MONITOR, MainWindow
+from widgets.window import CALIBRATE, MONITOR, MainWindow
+from workbench.calibration.procedure import Result
+from workbench.devices.emulator import Emulator, PtyWay
+from workbench.devices.simulated import SimulatedFloor
 from workbench.engine.session import Target
 from workbench.floor.layout import default_floor
+from workbench.floor.profile import Profile, Response
 from workbench.nodes import REGISTRY
 from workbench.patch.patch import Patch
 
@@ -118,7 +124,7 @@ def test_space_stops_and_plays_unless_text_is_edited(window, qtbot):
     field.clear()
 
 
-@pytest.mark.parametrize("workspace", [0, MONITOR])
+@pytest.mark.parametrize("workspace", [0, MONITOR, CALIBRATE])
 def test_escape_is_panic_and_play_lets_sound_out_again(window, qtbot, workspace):
     window.show_workspace(workspace)
     session = window.player.session
@@ -154,6 +160,7 @@ def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeyp
     qtbot.mouseClick(window.transport.record, Qt.MouseButton.LeftButton)
     assert window.player.session.recording is None
     assert str(path) in window._message.fullText()
+    qtbot.waitUntil(lambda: not window.player.session._ending, timeout=LONG_MS)
 
 
 def test_a_preview_comes_for_what_is_selected(window, qtbot):
@@ -223,15 +230,80 @@ def test_presets_open_as_a_copy(window):
 def test_pictures_are_taken_of_every_workspace(window, qtbot, tmp_path, monkeypatch):
     monkeypatch.setattr(pictures, "PLAY_S", 0.0)
     monkeypatch.setattr(pictures, "SETTLE_MS", 50)
+    (tmp_path / "shots").mkdir()
     photographer = pictures.Photographer(window, tmp_path / "shots")
     with qtbot.waitSignal(photographer.done, timeout=LONG_MS):
         photographer.start()
     sizes = {path.name: QImage(str(path)).size().toTuple() for path in (tmp_path / "shots").iterdir()}
     assert sizes == {
         f"{name}-{width}x{height}.png": (width, height)
-        for name in ("design", "monitor")
+        for name in ("design", "monitor", "calibrate")
         for width, height in ((1280, 800), (1920, 1080))
     }
+
+
+# --- calibration ---
+
+
+def _with_response(level):
+    """A result whose part plays a full-scale unit at `level` m/s^2."""
+    part = Response(
+        made="2020-03-04",
+        frequencies_hz=(50.0, 750.0),
+        magnitude=(level, level),
+        acceleration_per_unit=level,
+        equaliser=((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),),
+    )
+    return Result("response", "Response", (), "", True, apply=lambda profile: profile.with_part(part))
+
+
+def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_is_old(window, qtbot):
+    session = window.player.session
+    window.show_workspace(CALIBRATE)
+    qtbot.mouseClick(window.calibrate.choice.cards["response"], Qt.MouseButton.LeftButton)
+    window.calibrate.profiles.save("t2", _with_response(31.0))
+    qtbot.waitUntil(lambda: "t2" in session._corrections, timeout=LONG_MS)
+    assert session._corrections["t2"].acceleration_per_unit == 31.0
+    assert session._corrections["t2"].sections == ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),)
+    assert window.player.session is session
+    assert Profile.load(f"{window.player.target.profiles}/t2.json").acceleration_per_unit == 31.0
+    assert window.transport.flags.isVisible()
+    assert "days old" in window.transport.flags.toolTip()
+    window.show_workspace(0)
+    qtbot.mouseClick(window.transport.flags, Qt.MouseButton.LeftButton)
+    assert window.workspace == CALIBRATE
+
+
+def test_the_target_is_let_go_for_a_calibration_and_opened_again(qtbot, tmp_path, place):
+    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
+    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+        window.start()
+    with qtbot.waitSignal(window.player.released, timeout=LONG_MS):
+        window.player.release()
+    assert window.player.session is None
+    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+        window.player.reopen()
+    assert window.player.session.patch == window.design.patch()
+
+
+def test_a_session_that_is_being_opened_is_let_go_too(qtbot, tmp_path, place):
+    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
+    with qtbot.waitSignal(window.player.released, timeout=LONG_MS):
+        window.start()
+        window.player.release()
+    assert window.player.session is None
+
+
+def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(qtbot, tmp_path, place):
+    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
+    folder = window.calibrate.profiles.folder
+    folder.mkdir(parents=True)
+    (folder / "t1.json").write_text("{}")
+    window.player.set_target(window.player.target)
+    with qtbot.waitSignals([window.player.said, window.player.retargeted], timeout=LONG_MS):
+        window.start()
+    assert window.player.target.profiles == ""
+    assert window.player.session is not None
 
 
 # --- dialogs, targets ---
@@ -286,6 +358,36 @@ def test_a_target_that_cannot_be_played_is_said_and_the_floor_comes_back(qtbot, 
         window.start()
     assert "no column t1.2" in window._message.fullText()
     assert window.player.target.kind == "simulator"
+
+
+def test_tiles_on_a_line_are_chosen_in_a_dialog(qtbot, tmp_path, place):
+    """A real pseudo-terminal, with an emulated floor behind it on which a walker walks."""
+    way = PtyWay()
+    emulator = Emulator(way, SimulatedFloor(default_floor()))
+    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
+    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+        window.start()
+    window.transport.target_chosen.emit("serial")
+    dialog = window.findChild(LineDialog)
+    dialog.line.setEditText("/dev/no such port")
+    qtbot.keyClick(dialog.line, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: "cannot be opened" in window._message.fullText(), timeout=LONG_MS)
+    assert window.player.target.kind == "simulator"
+    window.transport.target_chosen.emit("serial")
+    dialog = next(found for found in window.findChildren(LineDialog) if found.isVisible())
+    dialog.line.setEditText(way.name)
+    emulator.start()
+    try:
+        with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+            connect = next(b for b in dialog.findChildren(QPushButton) if b.text() == "Connect")
+            qtbot.mouseClick(connect, Qt.MouseButton.LeftButton)
+        assert window.transport.target.text() == f"Serial port  {way.name}"
+        heard = []
+        window.bridge.forces.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
+        qtbot.waitUntil(lambda: bool(heard) and max(heard) > 100.0, timeout=LONG_MS)
+    finally:
+        emulator.close()
+    assert window.settings.kind == "simulator"
 
 
 # --- what is kept ---

@@ -122,7 +122,7 @@ def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np
     return _apart(result[-truths[knob].size :], truths[knob])
 
 
-def _impacts(quick: bool) -> Iterable[Task]:
+def impacts(quick: bool) -> Iterable[Task]:
     """The hammer of SCIENCE 2 on ten modes."""
     draw = np.random.default_rng(3)
     frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
@@ -163,7 +163,7 @@ def _impacts(quick: bool) -> Iterable[Task]:
         )
 
 
-def _modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Frequencies in whole eighths of a hertz, so that phases after many frames are known exactly."""
     count = int(count)
     draw = np.random.default_rng(count)
@@ -172,7 +172,7 @@ def _modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDAr
 
 
 def _rung(ring: Callable, signal: NDArray[np.float64], count: float) -> NDArray[np.float64]:
-    return ring(*_modes(count), signal, RATE)
+    return ring(*modes(count), signal, RATE)
 
 
 def _poles_to(f: float, b: float, frames: NDArray[np.int64]) -> NDArray[np.complex128]:
@@ -180,7 +180,7 @@ def _poles_to(f: float, b: float, frames: NDArray[np.int64]) -> NDArray[np.compl
     return np.exp(-b * frames / RATE + 2j * np.pi * (f * frames % RATE / RATE))
 
 
-def _modal_banks(quick: bool) -> Iterable[Task]:
+def modal_banks(quick: bool) -> Iterable[Task]:
     frames = RATE if quick else 10 * RATE
     last = np.arange(frames - 1000, frames)
     strikes = np.zeros(frames)
@@ -190,7 +190,7 @@ def _modal_banks(quick: bool) -> Iterable[Task]:
     def after_strikes(count):
         return sum(
             a * _poles_to(f, b, last - at).imag
-            for f, b, a in zip(*_modes(count), strict=True)
+            for f, b, a in zip(*modes(count), strict=True)
             for at in np.flatnonzero(strikes)
             if at < last[0]
         )
@@ -198,7 +198,7 @@ def _modal_banks(quick: bool) -> Iterable[Task]:
     def after_a_step(count):
         return sum(
             a * ((1.0 - _poles_to(f, b, last + 1)) / (1.0 - _poles_to(f, b, np.array([1])))).imag
-            for f, b, a in zip(*_modes(count), strict=True)
+            for f, b, a in zip(*modes(count), strict=True)
         )
 
     for task, signal, truth in (
@@ -224,7 +224,7 @@ def _modal_banks(quick: bool) -> Iterable[Task]:
         )
 
 
-def _tones(quick: bool) -> Iterable[Task]:
+def tones(quick: bool) -> Iterable[Task]:
     frames = RATE if quick else 10 * RATE
     at = np.arange(frames)
     counts = (1, 3, 10, 30) if quick else (1, 3, 10, 30, 60)
@@ -258,7 +258,7 @@ def _tones(quick: bool) -> Iterable[Task]:
     )
 
 
-def _bundles(quick: bool) -> Iterable[Task]:
+def bundles(quick: bool) -> Iterable[Task]:
     """A slow ramp to 95 % of the critical load; for endless bundles, load / N = x exp(-(x / scale)^shape)."""
     shape, scale = 4.0, 2.5
     share = np.linspace(0.0, 0.95, RATE)
@@ -319,7 +319,7 @@ def _slips_solved(times: NDArray[np.float64]) -> NDArray[np.float64]:
     return out
 
 
-def _slips(quick: bool) -> Iterable[Task]:
+def slips(quick: bool) -> Iterable[Task]:
     times = np.arange(200) / 1000.0
     truth = _slips_solved(times)
 
@@ -347,7 +347,7 @@ def _slips(quick: bool) -> Iterable[Task]:
     )
 
 
-def _friction(quick: bool) -> Iterable[Task]:
+def frictions(quick: bool) -> Iterable[Task]:
     slip = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # thesis, figure 8.6
     reference = friction.first_passage(*slip, error=1e-6)
 
@@ -388,7 +388,7 @@ def _friction(quick: bool) -> Iterable[Task]:
     )
 
 
-def _noise(quick: bool) -> Iterable[Task]:
+def noises(quick: bool) -> Iterable[Task]:
     lengths = (0.1, 1.0, 10.0) if quick else (0.1, 1.0, 10.0, 100.0)
 
     def band(seconds):
@@ -423,7 +423,7 @@ def _noise(quick: bool) -> Iterable[Task]:
     )
 
 
-def _envelopes(quick: bool) -> Iterable[Task]:
+def strain_rates(quick: bool) -> Iterable[Task]:
     from scipy.integrate import solve_ivp
 
     w0, mass = 2.0 * math.pi * envelopes.STRAIN_HZ, envelopes.STRAIN_MASS_KG
@@ -463,4 +463,4 @@ def _envelopes(quick: bool) -> Iterable[Task]:
     )
 
 
-TASKS = (_impacts, _modal_banks, _tones, _bundles, _slips, _friction, _noise, _envelopes)
+TASKS = (impacts, modal_banks, tones, bundles, slips, frictions, noises, strain_rates)

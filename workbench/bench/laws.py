@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.models.friction_table import LONGEST
 from workbench.nodes.impacts import FASTEST
 
 _SLACK = 1.0 + 1e-6
@@ -123,6 +124,28 @@ def _modal_bank(seen: Seen) -> str:
     return _within(seen.outputs["out"], -most, most)
 
 
+def _drawn_bank(seen: Seen) -> str:
+    """The squares of its amplitudes sum to 1, so that they themselves sum to the root of their number at most."""
+    strikes = np.abs(seen.events_in["strike"][:, 1]).sum()
+    most = _SLACK * seen.values["level"] * math.sqrt(seen.values["modes"]) * strikes + 1e-9
+    return _within(seen.outputs["out"], -most, most)
+
+
+def _stick_slip(seen: Seen) -> str:
+    """Nothing moves a block that is not pressed, and no slip that began lasts longer than its table goes."""
+    pressed = seen.inputs["force"] > 0.0
+    loose = np.where(pressed, 0.0, seen.outputs["acceleration"])
+    if loose.any():
+        return (
+            f"gives {loose[np.argmax(loose != 0.0)]:.6g} at frame {np.argmax(loose != 0.0)}, where nothing presses it"
+        )
+    events = seen.events_out.get("events", np.empty((0, 3)))
+    longest = LONGEST / (2.0 * math.pi * seen.values["frequency"])
+    if (events[:, 1] < 0.0).any() or (events[:, 2] > longest * _SLACK).any():
+        return f"gives a slip of strength {events[:, 1].min():.6g} and length {events[:, 2].max():.6g} s"
+    return ""
+
+
 def _impact(seen: Seen) -> str:
     """A hammer never pulls, and never leaves with more energy than all blows so far brought: impulse <= m (v + w)."""
     force, mass = seen.outputs["force"], seen.values["mass"]
@@ -183,6 +206,8 @@ LAWS: Mapping[str, Callable[[Seen], str]] = {
     "tone": _tone,
     "scale": _scale,
     "modal-bank": _modal_bank,
+    "drawn-bank": _drawn_bank,
+    "stick-slip": _stick_slip,
     "impact": _impact,
     "slip": _slip,
     "fibre-bundle": _bundle,

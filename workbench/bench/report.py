@@ -1,30 +1,31 @@
-"""What the bench found, as a table for a terminal, as plain data, and as a page with a log-log picture of each task."""
+"""What the bench found, as tables for a terminal, as plain data, and as a page with a log-log picture of each task."""
 
 import html
 import json
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from workbench.bench.accuracy import Comparison, Curve
+import numpy as np
+
+from workbench.bench.accuracy import Comparison
+from workbench.bench.reach import Reach
 from workbench.bench.scale import Cost
 from workbench.bench.stability import Stability
+from workbench.drawing import Drawing, Series, page, series, svg
 from workbench.errors import BadFile
 
-_WIDTH, _HEIGHT = 640, 400
-_LEFT, _RIGHT, _TOP, _BOTTOM = 76, 24, 40, 52
-_OURS, _NAIVE = ("#3fc1c9", "#b693f2", "#7ed491"), ("#f0a63c", "#ff6259")
-_GROUND, _LINE, _TEXT, _MUTED = "#12151a", "#2c3540", "#dfe5ec", "#8d99a8"
+_OURS, _NAIVE = ("vibration", "events", "contact"), ("force", "alarm")
 _LEAST = 1e-17
-"""An error below rounding, 0 too, is drawn and written as this."""
+"""An error below rounding, 0 too, is drawn as this."""
 
 
 @dataclass(frozen=True)
 class Bench:
     """All that one run of the bench found."""
 
+    reaches: Sequence[Reach]
     comparisons: Sequence[Comparison]
     costs: Sequence[Cost]
     stability: Stability
@@ -32,6 +33,7 @@ class Bench:
     def data(self) -> dict[str, Any]:
         """As plain data, for JSON."""
         return {
+            "reach": [reach.data() for reach in self.reaches],
             "accuracy": [comparison.data() for comparison in self.comparisons],
             "scale": [cost.data() for cost in self.costs],
             "stability": self.stability.data(),
@@ -40,7 +42,7 @@ class Bench:
 
 def text(bench: Bench) -> str:
     """All of it as tables for a terminal."""
-    lines = []
+    lines = [*_reach_lines(bench.reaches), ""]
     for comparison in bench.comparisons:
         lines += [f"{comparison.model}: {comparison.task}", f"  error: {comparison.error}"]
         for curve in comparison.curves:
@@ -66,89 +68,44 @@ def write(bench: Bench, folder: Path) -> None:
         (folder / "bench.json").write_text(json.dumps(bench.data(), indent=1))
         pictures = []
         for k, comparison in enumerate(bench.comparisons, 1):
-            pictures.append(picture(comparison))
+            pictures.append(svg(picture(comparison)))
             (folder / f"{k:02}-{comparison.model}.svg").write_text(pictures[-1])
         for k, failure in enumerate(bench.stability.failures, 1):
             (folder / f"failure-{k:02}.json").write_bytes(failure.patch.dumps())
-        (folder / "index.html").write_text(_page(text(bench), pictures))
+        body = ["<p>Lower and further to the left is better. Naive methods are dashed.</p>", *pictures]
+        body.append(f"<pre>{html.escape(text(bench))}</pre>")
+        (folder / "index.html").write_text(page("Underfoot: bench", body))
     except OSError as error:
         raise BadFile(f"{folder} cannot be written: {error.strerror}") from None
 
 
-def picture(comparison: Comparison) -> str:
-    """Run time over error, both logarithmic, as an SVG: lower and further to the left is better."""
-    points = [point for curve in comparison.curves for point in curve.points]
-    across = _decades([max(point.error, _LEAST) for point in points])
-    up = _decades([point.seconds for point in points])
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}"'
-        f' font-family="sans-serif" font-size="12" fill="{_TEXT}">',
-        f'<rect width="{_WIDTH}" height="{_HEIGHT}" fill="{_GROUND}"/>',
-        _label(_LEFT, 22, f"{comparison.model}: {comparison.task}", size=14),
-        _label((_LEFT + _WIDTH - _RIGHT) / 2, _HEIGHT - 12, "error", anchor="middle", fill=_MUTED),
-        f'<g transform="translate(16 {(_TOP + _HEIGHT - _BOTTOM) / 2}) rotate(-90)">'
-        f"{_label(0, 0, 'run time, s', anchor='middle', fill=_MUTED)}</g>",
-    ]
-    for decade in _ticks(*across):
-        x = _x(10.0**decade, across)
-        parts.append(_stroke([(x, _TOP), (x, _HEIGHT - _BOTTOM)], _LINE))
-        parts.append(_label(x, _HEIGHT - _BOTTOM + 18, f"1e{decade}", anchor="middle", fill=_MUTED))
-    for decade in _ticks(*up):
-        y = _y(10.0**decade, up)
-        parts.append(_stroke([(_LEFT, y), (_WIDTH - _RIGHT, y)], _LINE))
-        parts.append(_label(_LEFT - 8, y + 4, f"1e{decade}", anchor="end", fill=_MUTED))
+def picture(comparison: Comparison) -> Drawing:
+    """Run time over error, both logarithmic: lower and further to the left is better."""
+    drawn = tuple(_curves(comparison))
+    return Drawing(f"{comparison.model}: {comparison.task}", "error", "run time, s", drawn, x_log=True, y_log=True)
+
+
+def _curves(comparison: Comparison) -> Iterator[Series]:
+    """A line through the points of each curve, and the points."""
     taken = [0, 0]
-    for k, curve in enumerate(comparison.curves):
+    for curve in comparison.curves:
         colours = _NAIVE if curve.naive else _OURS
         colour = colours[taken[curve.naive] % len(colours)]
         taken[curve.naive] += 1
-        parts.append(_drawn(curve, across, up, colour))
-        y = _TOP + 16 + 16 * k
-        parts.append(_stroke([(_WIDTH - 204, y - 4), (_WIDTH - 184, y - 4)], colour, 2, curve.naive))
-        parts.append(_label(_WIDTH - 178, y, curve.method))
-    return "\n".join([*parts, "</svg>\n"])
+        errors = np.maximum([point.error for point in curve.points], _LEAST)
+        seconds = [point.seconds for point in curve.points]
+        yield series(curve.method, errors, seconds, "dashed" if curve.naive else "line", colour)
+        yield series("", errors, seconds, "dots", colour)
 
 
-def _drawn(curve: Curve, across: tuple[int, int], up: tuple[int, int], colour: str) -> str:
-    at = [(_x(point.error, across), _y(point.seconds, up)) for point in curve.points]
-    dots = [
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{colour}"><title>{html.escape(curve.knob)} {point.knob:g}: '
-        f"{point.seconds:.3g} s, {point.error:.2g}</title></circle>"
-        for (x, y), point in zip(at, curve.points, strict=True)
-    ]
-    return "\n".join([_stroke(at, colour, 2, curve.naive), *dots])
-
-
-def _x(error: float, decades: tuple[int, int]) -> float:
-    share = (math.log10(max(error, _LEAST)) - decades[0]) / (decades[1] - decades[0])
-    return _LEFT + share * (_WIDTH - _LEFT - _RIGHT)
-
-
-def _y(seconds: float, decades: tuple[int, int]) -> float:
-    share = (math.log10(seconds) - decades[0]) / (decades[1] - decades[0])
-    return _HEIGHT - _BOTTOM - share * (_HEIGHT - _TOP - _BOTTOM)
-
-
-def _decades(values: Sequence[float]) -> tuple[int, int]:
-    low = math.floor(math.log10(min(values)))
-    return low, max(low + 1, math.ceil(math.log10(max(values))))
-
-
-def _ticks(first: int, last: int) -> range:
-    return range(first, last + 1, 1 + (last - first) // 9)
-
-
-def _stroke(points: Sequence[tuple[float, float]], colour: str, width: int = 1, dashed: bool = False) -> str:
-    path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
-    dash = ' stroke-dasharray="6 4"' if dashed else ""
-    return f'<polyline points="{path}" fill="none" stroke="{colour}" stroke-width="{width}"{dash}/>'
-
-
-def _label(x: float, y: float, words: str, *, anchor: str = "start", size: int = 12, fill: str = _TEXT) -> str:
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" font-size="{size}" fill="{fill}">'
-        f"{html.escape(words)}</text>"
-    )
+def _reach_lines(reaches: Sequence[Reach]) -> list[str]:
+    missed = sum(not reach.met for reach in reaches)
+    lines = [f"reach: {len(reaches)} asked, {missed or 'none'} not met", f"  {'':65} {'asked':>22}  {'measured':>10}"]
+    for reach in reaches:
+        what = f"{reach.model}: {reach.what}"
+        met = "" if reach.met else "   NOT MET"
+        lines.append(f"  {what:65} {reach.asked:>22}  {reach.measured:>10.4g} {reach.unit}{met}")
+    return lines
 
 
 def _stability_lines(stability: Stability) -> list[str]:
@@ -162,17 +119,3 @@ def _stability_lines(stability: Stability) -> list[str]:
     for failure in stability.failures:
         lines += ["", failure.line()]
     return lines
-
-
-def _page(tables: str, pictures: Sequence[str]) -> str:
-    return "\n".join(
-        [
-            '<!doctype html><html lang="en"><meta charset="utf-8"><title>Underfoot: bench</title>',
-            f"<style>body{{background:{_GROUND};color:{_TEXT};font-family:sans-serif;margin:24px}}"
-            "svg{margin:8px}</style>",
-            "<h1>Run time against error, scale and stability</h1>",
-            "<p>Lower and further to the left is better. Naive methods are dashed.</p>",
-            *pictures,
-            f"<pre>{html.escape(tables)}</pre></html>\n",
-        ]
-    )

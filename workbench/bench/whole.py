@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.bench import accuracy, scale, stability
+from workbench.bench import accuracy, reach, scale, stability
 from workbench.bench.report import Bench
 from workbench.nodes import REGISTRY
 from workbench.patch import library
@@ -14,11 +14,16 @@ from workbench.patch.patch import Patch
 
 
 def run(quick: bool = False, seed: int = 1, tell: Callable[[str], None] = lambda line: None) -> Bench:
-    """Accuracy, scale and stability. Quick takes about a minute; else every corner and point, and an hour of sound."""
-    comparisons = accuracy.run(quick, tell)
+    """Scale, reach, accuracy and stability. Quick takes about a minute.
+
+    In full: some minutes for the first three; then at most ten for each node, every corner and point, random patches,
+    and an hour of sound, which takes several hours.
+    """
     files = library.patches()
     patches = {name: Patch.load(path, REGISTRY) for name, path in files.items() if "gravel" in name}
     costs = scale.run(patches, REGISTRY, repeats=5 if quick else 20, tell=tell)
+    reaches = reach.run(costs, quick, tell)
+    comparisons = accuracy.run(quick, tell)
     with tempfile.TemporaryDirectory() as folder:
         sound = Path(folder, "sound.wav")
         _write_sound(sound)
@@ -28,7 +33,7 @@ def run(quick: bool = False, seed: int = 1, tell: Callable[[str], None] = lambda
             )
         else:
             stable = stability.run(REGISTRY, sound, seed=seed, tell=tell)
-    return Bench(comparisons, costs, stable)
+    return Bench(reaches, comparisons, costs, stable)
 
 
 def _write_sound(path: Path) -> None:

@@ -1,6 +1,7 @@
 """What the commands' options for files have in common."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -11,10 +12,19 @@ FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""
 
 
-def require_room(*outputs: Path | None) -> None:
-    """Say before the work, and not after it, that what comes of it cannot be written."""
+def require_room(*outputs: Path | None, inputs: Sequence[str | Path | None] = ()) -> None:
+    """Say before the work, and not after it, that what comes of it cannot be written, or would be written over.
+
+    No output may be one of `inputs`, nor another output.
+    """
+    taken = {os.path.realpath(path) for path in inputs if path is not None}
     for path in outputs:
-        if path is not None and os.path.isdir(path):
+        if path is None:
+            continue
+        if os.path.isdir(path):
             raise BadFile(f"{path} cannot be written: it is a folder")
-        if path is not None and not os.path.isdir(path.parent):
+        if not os.path.isdir(path.parent):
             raise BadFile(f"{path} cannot be written: there is no folder {path.parent}")
+        if os.path.realpath(path) in taken:
+            raise BadFile(f"{path} is given twice; what comes out needs a file of its own")
+        taken.add(os.path.realpath(path))

@@ -19,6 +19,8 @@ from workbench.errors import BadFile, BadValue
 @click.option("--contacts", type=FILE, help="CSV of every contact at every sample.")
 @click.option("--patch", type=FILE, help="Patch that the session plays meanwhile.")
 @click.option("--record", type=FILE, help="Record the session to this file.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
+@click.option("--sensor-rate", type=float, help="Samples a second of tiles on a line; 1000 by default.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @click.option("--pace", is_flag=True, help="Play a file back in real time instead of as fast as it goes.")
 @click.option("--json", "as_json", is_flag=True, help="Print each footstep as a line of JSON.")
@@ -29,18 +31,26 @@ def monitor(
     contacts: Path | None,
     patch: Path | None,
     record: Path | None,
+    profiles: Path | None,
+    sensor_rate: float | None,
     seconds: float | None,
     pace: bool,
     as_json: bool,
 ) -> None:
-    """Print footsteps as they happen. SOURCE is "simulator", a force CSV, or a recording."""
+    """Print footsteps as they happen.
+
+    SOURCE is "simulator", serial:PORT (or serial:PORT@BAUD), udp:HOST:PORT to listen at, a force CSV, or a recording.
+    Tile 0 of a line is the floor's first; the floor is 2 x 2 tiles unless --floor names another.
+    """
     from workbench import monitoring
     from workbench.records.tables import contact_table, step_table
 
     if seconds is not None and not seconds > 0.0:
         raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")
-    require_room(steps, contacts, record)
-    stream = monitoring.open_stream(source, floor, seconds, pace, record, patch)
+    if sensor_rate is not None and not 20.0 <= sensor_rate <= 100_000.0:
+        raise BadValue(f"--sensor-rate is {sensor_rate:g}; allowed: 20 to 100000 Hz")
+    require_room(steps, contacts, record, inputs=(source, floor, patch))
+    stream = monitoring.open_stream(source, floor, seconds, pace, record, patch, profiles, sensor_rate)
     with ExitStack() as stack:
         stack.callback(stream.close)
         for number in (signal.SIGINT, signal.SIGTERM):

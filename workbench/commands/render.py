@@ -21,6 +21,7 @@ from workbench.errors import BadFile, BadValue
 @click.option("--seed", type=int, help="Seed instead of the patch's own.")
 @click.option("--force", help='Force CSV, or "none" for an empty floor; by default a walker walks.')
 @click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: how each is driven.")
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed and what slept as JSON.")
 def render(
     patch: Path,
@@ -31,18 +32,21 @@ def render(
     seed: int | None,
     force: str | None,
     floor: Path | None,
+    profiles: Path | None,
     as_json: bool,
 ) -> None:
     """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes."""
+    from workbench.engine.correction import corrections_of
     from workbench.engine.render import render as run
     from workbench.engine.render import write_wav
     from workbench.engine.replayed import is_recording, replay
+    from workbench.floor.profile import profiles_of
     from workbench.nodes import REGISTRY
     from workbench.patch.patch import Patch
 
-    require_room(output)
+    require_room(output, inputs=(patch, force, floor))
     if is_recording(patch):
-        if rate is not None or seed is not None or force is not None or floor is not None or seconds is not None:
+        if any(given is not None for given in (rate, seed, force, floor, seconds, profiles)):
             raise BadValue(f"{patch} is a recording; allowed with it: --output, --block and --json")
         rendered = replay(patch, REGISTRY, block)
     else:
@@ -60,6 +64,7 @@ def render(
             block=block,
             seed=seed,
             folder=patch.parent,
+            corrections=corrections_of(profiles_of(profiles, source.floor)) if profiles else (),
         )
     if output is not None:
         write_wav(output, rendered.samples, rendered.rate_hz)

@@ -23,10 +23,28 @@ class ForceSource(Protocol):
     arrivals: np.ndarray
     """float64 [MOST]: the session frame from which the sample counts; at most its stamp where the future is known."""
     forces: np.ndarray
-    """float64 [MOST, tiles, 4], in newtons, not tared."""
+    """float64 [MOST, tiles, 4], in newtons, not tared. NaN for a tile of which no sample came for this one."""
 
     def pull(self, end: int) -> int:
         """Take what came before session frame `end`; at most `MOST` samples. Allocates nothing."""
+        ...
+
+
+class Port(Protocol):
+    """A line from which bytes come. `name` is what the person knows it by."""
+
+    name: str
+
+    def open(self) -> None:
+        """Open it; `DeviceError` where it is not there."""
+        ...
+
+    def read(self) -> bytes | memoryview:
+        """What came, at the latest after a tenth of a second; `DeviceError` where it has gone away."""
+        ...
+
+    def close(self) -> None:
+        """Let go of it."""
         ...
 
 

@@ -1,13 +1,19 @@
 """The simulated floor: a walker, and a hand or mouse, on tiles that read at 1 kHz."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.clock import RATE_HZ
 from workbench.devices.device import MOST, room
 from workbench.floor import simulator, tracking
+from workbench.floor.forces import read_forces
 from workbench.floor.layout import Floor
+from workbench.floor.profile import Profile
+from workbench.floor.sensing import FloorSensors
+from workbench.floor.simulation import TileParameters
 from workbench.kernels import kernel
 
 SENSOR_HZ = 1000.0
@@ -17,25 +23,47 @@ LONGEST_S = 600.0
 
 
 class SimulatedFloor:
-    """Forces on `floor` as its sensors would read them, noise-free and tared; the same for the same seed.
+    """Forces on `floor`, the same for the same seed. Without `simulation` its sensors are ideal: noise-free and tared.
 
-    Everything a walker will do is known, so every sample arrives in time. `walk` and `press` act from the next one on.
+    With `simulation` they err as real ones do, and are read by `profiles` (by tile id) or, where a tile has none, by
+    their kind's nominal law: `lines` say so, and `sensors` has the counts. The walker, or a recording, is then the one
+    that the parameters name. Everything a walker will do is known, so every sample arrives in time. `walk` and `press`
+    act from the next one on.
     """
 
-    def __init__(self, floor: Floor, rate: float = RATE_HZ, seed: int = 1, walking: bool = True) -> None:
+    def __init__(
+        self,
+        floor: Floor,
+        rate: float = RATE_HZ,
+        seed: int = 1,
+        walking: bool = True,
+        simulation: TileParameters | None = None,
+        profiles: Mapping[str, Profile] | None = None,
+    ) -> None:
         self.floor, self.rate_hz = floor, SENSOR_HZ
         self.stamps, self.arrivals, self.forces = room(floor)
         self._period = rate / SENSOR_HZ
         self._rate = float(rate)
         self._plates = tracking.plates(floor)
-        self._steps = simulator.footfall_table(floor, LONGEST_S, seed)
-        self._shapes = simulator.curves()
+        walker = simulation.walker if simulation else None
+        path = simulation.path_m if simulation else ()
+        self._steps = simulator.footfall_table(floor, LONGEST_S, seed, walker, path)
+        self._shapes = simulator.curves(walker)
         self._walking = np.array([1.0 if walking else 0.0])
         self._hands = np.zeros((len(floor.tiles), 4))  # x, y, force asked for, force now
+        self._leans_m = np.zeros(len(floor.tiles))
+        self._recorded = np.zeros((0, len(floor.tiles), 4))
         self._sample = 0
+        self.sensors: FloorSensors | None = None
+        self.lines: tuple[str, ...] = ()
+        if simulation is not None:
+            self.sensors = FloorSensors(floor, simulation, seed, SENSOR_HZ, MOST, profiles)
+            self._leans_m, self.lines = self.sensors.leans_m, self.sensors.lines
+            if simulation.recording:
+                self._recorded = recorded(simulation.recording, floor)
 
     def skip(self, frame: int) -> None:
-        """Begin at session frame `frame`."""
+        """Begin at session frame `frame`, with sensors that have rested."""
         self._sample = math.ceil(frame / self._period)
 
     def walk(self, on: bool) -> None:
@@ -46,6 +74,8 @@ class SimulatedFloor:
         """Press on a tile at a place in its frame; 0 lets go."""
         if force_n > 0.0:
             self._hands[row, :2] = x_m, y_m
+            if self.sensors is not None:
+                self._hands[row, :2] += self.sensors.lean_m[row]
         self._hands[row, 2] = force_n
 
     def pull(self, end: int) -> int:
@@ -54,10 +84,28 @@ class SimulatedFloor:
         if count:
             _stand(self.forces, self.stamps, self.arrivals, self._sample, count, self._period)
             if self._walking[0] > 0.0:
-                simulator.walk(self.forces, self.stamps, count, self._rate, self._plates, self._steps, self._shapes)
+                if len(self._recorded):
+                    _tread_again(self.forces, self._recorded, self._sample, count)
+                else:
+                    simulator.walk(
+                        self.forces, self.stamps, count, self._rate, self._plates, self._steps, self._shapes,
+                        self._leans_m,
+                    )  # fmt: skip
             simulator.press(self.forces, count, self._plates, self._hands)
+            if self.sensors is not None:
+                self.sensors.read(self.forces, self._sample, count, len(self._recorded) > 0)
             self._sample += count
         return count
+
+
+def recorded(path: str, floor: Floor) -> NDArray[np.float64]:
+    """A force CSV of `floor` at 1 kHz, straight between its samples and across its gaps: shape (n, tiles, 4)."""
+    forces = read_forces(path, floor)
+    time_s = forces.time_s - forces.time_s[0]
+    at = np.arange(math.floor(time_s[-1] * SENSOR_HZ) + 1) / SENSOR_HZ
+    flat = forces.force_n.reshape(len(time_s), -1)
+    found = np.stack([np.interp(at, time_s, column) for column in flat.T], axis=1)
+    return np.ascontiguousarray(found.reshape(len(at), len(floor.tiles), 4))
 
 
 @kernel
@@ -65,3 +113,9 @@ def _stand(forces, stamps, arrivals, first, count, period):
     for i in range(count):
         stamps[i] = arrivals[i] = (first + i) * period
         forces[i] = 0.0
+
+
+@kernel
+def _tread_again(forces, recorded, first, count):
+    for i in range(count):
+        forces[i] += recorded[(first + i) % len(recorded)]

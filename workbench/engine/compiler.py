@@ -16,6 +16,7 @@ from workbench.devices.simulated import SimulatedFloor
 from workbench.engine.loop import Loop
 from workbench.engine.messages import Compiling, Play, Preview, Strike
 from workbench.engine.process import load_kernels
+from workbench.engine.target import LINKS, Target, source_of
 from workbench.errors import UnderfootError
 from workbench.floor.forces import Forces
 from workbench.floor.layout import Floor
@@ -31,10 +32,11 @@ _BLOCK = 480  # the strike falls between two blocks
 
 @dataclass(frozen=True)
 class Warm:
-    """Have every kernel of a patch in the cache; answered with `Ready`."""
+    """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Ready`."""
 
     ticket: int
     patch: bytes
+    target: Target
     folder: str = ""
 
 
@@ -85,6 +87,8 @@ def _warm(request: Warm, tell: Callable[[object], None]) -> Ready:
             REGISTRY[name].compile()
         tell(Compiling(total - 1, total))
         warm(patch, Path(request.folder) if request.folder else None)
+        if request.target.kind in LINKS or request.target.simulation:
+            source_of(request.target).pull(round(request.target.rate))
         tell(Compiling(total, total))
     except UnderfootError as error:
         return Ready(request.ticket, str(error))

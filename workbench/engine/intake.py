@@ -3,15 +3,16 @@
 The force goes to the sample of frame s from frame s to s + period, so that the next one is always known: the force at
 audio rate is delayed by exactly one sample period, live and offline. A sample that comes too late for that is gone to
 within a period of its arrival, and where several came at once, only the newest. Where samples are missing the last
-force is held for 20 ms and then ramped to 0 in 20 ms. A tile's signals are exactly 0 while nobody stands on it;
-between, a gate opens or closes in 5 ms.
+force is held for 20 ms and then ramped to 0 in 20 ms: on the whole floor, or on a tile that is NaN in them. A tile's
+signals are exactly 0 while nobody stands on it; between, a gate opens or closes in 5 ms.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.devices.device import MOST, ForceSource
 from workbench.floor import tracking
-from workbench.floor.contacts import ContactTracker
+from workbench.floor.contacts import GAP_S, ContactTracker
 from workbench.kernels import kernel
 
 HOLD_S = 0.020
@@ -27,6 +28,27 @@ _FROM, _TO, _FORCE, _X, _Y, _ON, _ENTRY = range(7)
 _T0, _V0, _T1, _V1, _GATE, _OPEN, _HEAD, _TAIL, _LAST, _ROW = 0, 1, 4, 5, 8, 9, 10, 11, 12, 13
 
 
+class Missing:
+    """Fills in what a floor's tracker is to see of tiles of which no sample came (NaN), so that it need not begin anew.
+
+    A tile stays as it was for 40 ms, the time in which its force goes to 0, and then reads as it does when nobody
+    stands on it; one that was never heard stays NaN. One that is first heard after the stream's opening is tared with
+    what it reads then, unless that is a load.
+    """
+
+    def __init__(self, tracker: ContactTracker, most: int) -> None:
+        _, _, tiles, self._clock, *_ = tracker.memory
+        self._tiles = tiles
+        self._last = np.zeros((len(tiles), 4))
+        self._since = np.full(len(tiles), -np.inf)
+        self.absent = np.zeros((most, len(tiles)), np.bool_)
+        """Which tiles of the samples that were filled in had none of their own."""
+
+    def fill(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64], count: int) -> None:
+        """Fill in the first `count` samples of `force_n` (n, tiles, 4). Allocates nothing."""
+        _fill_in(time_s, force_n, count, self._tiles, self._clock, self._last, self._since, self.absent)
+
+
 class Intake:
     """Turns the samples of `source` into force and centroid (tile frame) of each tile, frame by frame."""
 
@@ -34,6 +56,7 @@ class Intake:
         self.source = source
         self.tracker = ContactTracker(source.floor, source.rate_hz)
         self._memory = self.tracker.memory
+        self._missing = Missing(self.tracker, MOST)
         tiles = len(source.floor.tiles)
         self._seconds = np.zeros(MOST)
         self._rate = rate
@@ -51,6 +74,7 @@ class Intake:
             if count:
                 self.hear(count)
                 np.multiply(self.source.stamps, 1.0 / self._rate, out=self._seconds)
+                self._missing.fill(self._seconds, self.source.forces, count)
                 self._follow(count)
 
     def _follow(self, count: int) -> None:
@@ -60,8 +84,8 @@ class Intake:
             begin += 1
         source = self.source
         _follow(
-            begin, count, self._seconds, source.stamps, source.arrivals, source.forces, *self._memory, self._queue,
-            self._rows, self._period,
+            begin, count, self._seconds, source.stamps, source.arrivals, source.forces, self._missing.absent,
+            *self._memory, self._queue, self._rows, self._period,
         )  # fmt: skip
 
     def fill(self, force_n: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, frame: int, n: int) -> None:
@@ -81,14 +105,38 @@ def _nobody(count: int) -> None:
 
 
 @kernel
+def _fill_in(time_s, force_n, count, tiles, clock, last, since, absent):
+    for i in range(count):
+        for k in range(len(tiles)):
+            total = 0.0
+            for sensor in range(4):
+                total += force_n[i, k, sensor]
+            absent[i, k] = not np.isfinite(total)
+            if not absent[i, k]:
+                if since[k] == -np.inf and clock[0].count > 0:
+                    tiles[k].untared = total >= tracking.TARE_N
+                    for sensor in range(4):
+                        tiles[k].base_n[sensor] = 0.0 if tiles[k].untared else force_n[i, k, sensor]
+                since[k] = time_s[i]
+                for sensor in range(4):
+                    last[k, sensor] = force_n[i, k, sensor]
+            elif since[k] > -np.inf:
+                held = time_s[i] - since[k] <= GAP_S
+                for sensor in range(4):
+                    force_n[i, k, sensor] = last[k, sensor] if held else tiles[k].base_n[sensor]
+
+
+@kernel
 def _follow(
-    begin, count, seconds, stamps, arrivals, forces, plates, gaps_m, tiles, clock, ring, window, rows, events, queue,
-    lines, period,
+    begin, count, seconds, stamps, arrivals, forces, absent, plates, gaps_m, tiles, clock, ring, window, rows, events,
+    queue, lines, period,
 ):  # fmt: skip
     for i in range(begin, count):
         tracking.follow(seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events)
         for k in range(len(tiles)):
             tile, plate, line = tiles[k], plates[k], lines[k]
+            if absent[i, k]:
+                continue
             start = max(line[_LAST], stamps[i] - period, arrivals[i] - period)
             entry = queue[k, int(line[_TAIL] - 1.0) % queue.shape[1]]
             waits = line[_HEAD] < line[_TAIL] and entry[_FROM] >= arrivals[i] - period

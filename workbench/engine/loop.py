@@ -2,8 +2,9 @@
 
 import time
 from collections import deque
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,9 @@ import numpy as np
 from workbench.clock import FADE, RATE_HZ, next_span
 from workbench.devices.device import ForceSource
 from workbench.devices.simulated import SimulatedFloor
+from workbench.engine.correction import Correction, tuning_of
 from workbench.engine.intake import Intake
-from workbench.engine.messages import Command, Done, Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
+from workbench.engine.messages import Command, Correct, Done, Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
 from workbench.engine.safety import Limits, Safety
 from workbench.errors import BadValue
 from workbench.floor.layout import Floor
@@ -35,13 +37,22 @@ class InTurn:
     program: Program
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """A correction with its equaliser made ready, so that nothing is computed in the callback."""
+
+    correction: Correct
+    row: int
+    tuning: np.ndarray
+
+
 class Loop:
     """Runs `patch` on the force of `source`, in blocks of up to `block` frames, from session frame `frame` on.
 
     After `run(n)`, `out` holds n frames, float32 [frame, channel], full scale at most 1, and `scoped` the same frames
     of the program's first scope, float32 [frame, tile]. Commands act on the next span edge, wherever in a block that
     is, and are told in `done` with their frame. `spent_s` is the time inside programs. Programs that were replaced lie
-    in `retired`, so that someone else can let go of their memory.
+    in `retired`, so that someone else can let go of their memory. `corrections` are those of the tiles' profiles.
     """
 
     def __init__(
@@ -53,6 +64,7 @@ class Loop:
         rate: float = RATE_HZ,
         block: int = 1024,
         limits: list[Limits] | None = None,
+        corrections: Sequence[Correct] = (),
         channels: list[int] | None = None,
         scopes: tuple[str, ...] = (),
         folder: Path | None = None,
@@ -66,12 +78,15 @@ class Loop:
         self.channels = output_channels(floor) if channels is None else channels
         self.intake = Intake(source, rate)
         self.program = self.build(patch, scopes)
-        self.safety = Safety(
-            limits or [Limits()] * len(floor.tiles), self.channels, rate, block, max(self.channels, default=0) + 1
-        )
+        limits = list(limits or [Limits()] * len(floor.tiles))
+        for correction in corrections:
+            row = floor.index(correction.tile)
+            limits[row] = replace(limits[row], acceleration_per_unit=correction.acceleration_per_unit)
+        self.correction = Correction(floor, corrections, self.rate)
+        self.safety = Safety(limits, self.channels, rate, block, max(self.channels, default=0) + 1)
         self.out = self.safety.out
         self.done: deque[Done] = deque(maxlen=4096)
-        self._commands: deque[tuple[int, Command | Program | InTurn]] = deque()
+        self._commands: deque[tuple[int, Command | Program | InTurn | Prepared]] = deque()
         self._fade, self._fade_from = "", 0  # from "old" to new, or "out" and then "in"
         self._old = self._next = self.program  # what is faded out beside the program, or waits to be faded in
         self.retired: deque[Program] = deque(maxlen=8)
@@ -94,11 +109,18 @@ class Loop:
             seed=self._seed,
         )
 
-    def send(self, command: Command | Program | InTurn, frame: int | None = None) -> None:
+    def prepare(self, correction: Correct) -> Prepared:
+        """A correction for this loop. Allocates: never in the callback. `BadValue` for one that cannot be."""
+        row = self.source.floor.index(correction.tile)
+        return Prepared(correction, row, tuning_of(correction, self.rate))
+
+    def send(self, command: Command | Program | InTurn | Prepared, frame: int | None = None) -> None:
         """Let a command, or a program that was built, take effect at the first span edge from `frame` (now) on.
 
-        Commands take effect in the order in which they were sent.
+        Commands take effect in the order in which they were sent. A correction is prepared here if it is not yet.
         """
+        if isinstance(command, Correct):
+            command = self.prepare(command)
         self._commands.append((next_span(self.frame if frame is None else frame), command))
 
     def panic(self) -> None:
@@ -117,6 +139,8 @@ class Loop:
                 due, command = self._commands[0]
                 if self._fade and isinstance(command, Program | InTurn):
                     due = max(due, self._fade_from + FADE)  # one fade after the other
+                elif isinstance(command, Prepared):
+                    due = max(due, self.correction.free(command.row))
                 if due <= now and now == next_span(now):
                     self._commands.popleft()
                     self._apply(command, now)
@@ -147,6 +171,7 @@ class Loop:
             _scale(program.output, program.tables.still, self._fade == "in", self._fade_from, frame, n)
         if frame < self._pulse_end:
             _pulse(program.output, program.tables.still, self._pulse, frame, n, self.rate)
+        self.correction.apply(program.output, program.tables.still, frame, n)
         self.safety.apply(program.output, program.tables.still, frame, at, n)
         if program.scope_names:
             _look_in(program.tables.scope, self.scoped, at, n)
@@ -182,8 +207,12 @@ class Loop:
         program.take_over(self.program, frame)
         self._old, self.program = self.program, program
 
-    def _apply(self, command: Command | Program | InTurn, frame: int) -> None:
+    def _apply(self, command: Command | Program | InTurn | Prepared, frame: int) -> None:
         match command:
+            case Prepared(correction, row, tuning):
+                self.correction.change(row, tuning, frame)
+                self.safety.rescale(row, correction.acceleration_per_unit, frame)
+                command = correction
             case Program():
                 self._exchange(command, frame)
                 self._fade, self._fade_from = "old", frame

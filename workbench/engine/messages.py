@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from workbench.clock import RATE_HZ
+
 # --- commands: to the engine ---
 
 
@@ -86,11 +88,24 @@ class Pulse:
 
 
 @dataclass(frozen=True)
+class Correct:
+    """How a tile is driven from now on, as its profile says: m/s^2 a full-scale unit, and its equaliser.
+
+    `sections` are second-order sections [b0, b1, b2, 1, a1, a2] at `rate_hz`; none for no equaliser.
+    """
+
+    tile: str
+    acceleration_per_unit: float = 20.0
+    sections: tuple[tuple[float, ...], ...] = ()
+    rate_hz: float = RATE_HZ
+
+
+@dataclass(frozen=True)
 class Quit:
     """Ramp down and leave."""
 
 
-Command = Swap | Set | Strike | Press | Walk | Tare | Level | Play | Panic | Pulse | Quit
+Command = Swap | Set | Strike | Press | Walk | Tare | Level | Play | Panic | Pulse | Correct | Quit
 
 
 # --- reports: from the engine, compiler and supervisor ---

@@ -15,11 +15,12 @@ import numpy as np
 
 from workbench.clock import next_span
 from workbench.devices.device import ForceSource
+from workbench.devices.linked import LinkedFloor
 from workbench.devices.simulated import SimulatedFloor
 from workbench.devices.sound import Stream, most_channels
 from workbench.engine import status as fields
 from workbench.engine.loop import InTurn, Loop, output_channels
-from workbench.engine.messages import Costs, Fault, Level, Notice, Play, Quit, Started, Swap
+from workbench.engine.messages import Correct, Costs, Fault, Level, Notice, Play, Quit, Started, Swap
 from workbench.engine.rings import Ring, RingName, publish, write_rows
 from workbench.engine.status import Status
 from workbench.engine.target import Target, source_of
@@ -55,6 +56,7 @@ class Setup:
     frame: int
     playing: bool
     level_db: float
+    corrections: tuple[Correct, ...] = ()
     since: float | None = None
 
 
@@ -122,6 +124,8 @@ class Engine:
         self._loop.send(Level(setup.level_db))
         if setup.playing:
             self._loop.send(Play(True))
+        source = self._loop.source
+        self._link = source if isinstance(source, LinkedFloor) else None
         self._address = self._loop.out.ctypes.data
         self._seconds = target.block / target.rate
         self._played = np.zeros((target.block, len(target.floor.tiles)), np.float32)
@@ -133,6 +137,8 @@ class Engine:
         self._inbox: deque[object] = deque()
         self._notices: deque[Notice] = deque()
         self._stream: Stream | None = None
+        if isinstance(source, SimulatedFloor):
+            self._notices.extend(map(Notice, source.lines))
 
     def _make(self, patch: Patch, source: ForceSource, folder: Path | None, frame: int) -> Loop:
         target = self._setup.target
@@ -146,6 +152,7 @@ class Engine:
             scopes=self._setup.scopes,
             folder=folder,
             frame=frame,
+            corrections=self._setup.corrections,
         )
 
     def _warm(self, patch: Patch, folder: Path | None) -> None:
@@ -165,8 +172,11 @@ class Engine:
         gc.freeze()
         gc.disable()
         sys.setswitchinterval(SWITCH_S)
+        if self._link is not None:
+            self._link.start()
         self._status.put(fields.RUNNING, 1.0)
-        where = "the simulator, without sound" if self._stream is None else "sound card"
+        kind = "the simulator" if self._setup.target.kind == "simulator" else self._setup.target.kind
+        where = f"{kind}, without sound" if self._stream is None else "sound card"
         self._connection.send(Started(where, notice, os.getpid(), tuple(self._channels)))
         threading.Thread(target=self._listen, name="commands", daemon=True).start()
         self._start_stream()
@@ -279,6 +289,8 @@ class Engine:
         self._status.put(fields.RUNNING, 0.0)
         if self._stream is not None:
             self._stream.close()
+        if self._link is not None:
+            self._link.close()
 
     # --- commands ---
 
@@ -326,10 +338,16 @@ class Engine:
             together = self._load * both <= MOST_LOAD
             self._inbox.append(program if together else InTurn(program))
             self._inbox.append(replace(command, together=together))
+        elif isinstance(command, Correct):
+            self._inbox.append(self._loop.prepare(command))
         else:
             self._inbox.append(command)
 
     def _tell(self) -> None:
+        if self._link is not None:
+            self._status.put(fields.LOST, float(self._link.counts.lost))
+            for line in self._link.news():
+                self._connection.send(Notice(line))
         program = self._loop.program
         load = self._load
         awake = program.awake()

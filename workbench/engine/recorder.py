@@ -80,11 +80,17 @@ class Recorder:
         reason = end_process(self._process, 0.0)
         return reason if failed else ""
 
-    def close(self, end: int) -> None:
-        """Let it write what there is before session frame `end`, and wait until the file is closed."""
-        self._send(Stop(end))
+    def end(self, frame: int) -> None:
+        """Let it write what there is before session frame `frame`, and close the file; nobody waits for that."""
+        self._send(Stop(frame))
         self._connection.close()
-        end_process(self._process, 10.0)
+
+    def ended(self, within_s: float = 0.0) -> bool:
+        """After `end`: whether the file is closed. With `within_s`, wait; a process that takes longer is killed."""
+        if within_s == 0.0 and self._process.is_alive():
+            return False
+        end_process(self._process, within_s)
+        return True
 
     def _start(self) -> None:
         self._connection, theirs = self._context.Pipe()
@@ -189,5 +195,6 @@ def from_text(kind: str, body: str) -> Command:
     """
     values = msgspec.json.decode(body)
     if kind == "Swap":
-        values |= {"patch": values["patch"].encode(), "scopes": tuple(values["scopes"])}
-    return getattr(messages, kind)(**values)
+        values["patch"] = values["patch"].encode()
+    command: Command = msgspec.convert(values, getattr(messages, kind))
+    return command

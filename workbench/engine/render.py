@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 from workbench.clock import RATE_HZ
 from workbench.devices.device import ForceSource
 from workbench.engine.loop import Loop
-from workbench.engine.messages import Command, Play
+from workbench.engine.messages import Command, Correct, Play
 from workbench.errors import BadFile, BadValue, require
 from workbench.patch.node import Registry
 from workbench.patch.patch import Patch
@@ -52,12 +53,16 @@ def render(
     seed: int | None = None,
     folder: Path | None = None,
     commands: tuple[tuple[int, Command], ...] = ((0, Play(True)),),
+    corrections: Sequence[Correct] = (),
 ) -> Rendered:
-    """Run `patch` on the force of `source`. `commands` (frame, command) take effect as in a live session."""
+    """Run `patch` on the force of `source`. `commands` (frame, command) take effect as in a live session.
+
+    `corrections` are those of the tiles' profiles.
+    """
     require(0.0 < seconds <= 24 * 3600.0, "seconds", seconds, "above 0, up to a day")
     require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
     require(8000.0 <= rate <= 192_000.0, "rate", rate, "8000 to 192000 Hz")
-    loop = Loop(patch, registry, source, rate=rate, block=block, seed=seed, folder=folder)
+    loop = Loop(patch, registry, source, rate=rate, block=block, seed=seed, folder=folder, corrections=corrections)
     for frame, command in commands:
         loop.send(command, frame)
     frames = round(seconds * rate)

@@ -3,11 +3,12 @@
 import json
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from workbench.devices.device import MOST, room
 from workbench.engine.loop import InTurn, Loop
-from workbench.engine.messages import Swap
+from workbench.engine.messages import Correct, Swap
 from workbench.engine.recorder import from_text
 from workbench.engine.render import Rendered
 from workbench.errors import BadFile
@@ -63,8 +64,18 @@ def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
         force_rate = float(about["force_rate"])
         folder = Path(about["folder"]) if about.get("folder") else None
         channels = json.loads(about.get("channels", "null"))
+        corrections = msgspec.json.decode(about.get("corrections", "[]"), type=tuple[Correct, ...])
     source = RecordedForce(rows, floor, force_rate)
-    loop = Loop(patch, registry, source, rate=rate, block=block, folder=folder, channels=channels)
+    loop = Loop(
+        patch,
+        registry,
+        source,
+        rate=rate,
+        block=block,
+        folder=folder,
+        channels=channels,
+        corrections=corrections,
+    )
     for frame, command in commands:
         if isinstance(command, Swap):
             program = loop.build(Patch.loads(command.patch, registry, str(path)), command.scopes)

@@ -44,7 +44,9 @@ class Safety:
 
     def __init__(self, limits: list[Limits], channels: list[int], rate: float, block: int, width: int) -> None:
         self.out = np.zeros((block, width), np.float32)
-        self._limits = np.array([(1.0 / m.acceleration_per_unit, m.peak, m.rms) for m in limits])
+        self._limits = np.array([(m.peak, m.rms) for m in limits])
+        # Full scale a m/s^2: from, to, first frame, length; so are the level and the opening.
+        self._scales = np.array([(1.0 / m.acceleration_per_unit,) * 2 + (0.0, 1.0) for m in limits])
         self.channels = np.array(channels, np.int64)
         self._state = np.zeros((len(limits), _WIDTH))
         self._state[:, _PEAK_GAIN] = 1.0
@@ -56,10 +58,14 @@ class Safety:
                 1.0 - math.exp(-1.0 / (RELEASE_SECONDS * rate)),
             ]
         )
-        self._level = np.array([1.0, 1.0, 0.0, 1.0])  # from, to, first frame, length
+        self._level = np.array([1.0, 1.0, 0.0, 1.0])
         self._open = np.array([0.0, 0.0, 0.0, 1.0])
         self.faults = np.zeros(1, np.int64)
         self.peaks = np.zeros(len(limits))
+
+    def rescale(self, row: int, acceleration_per_unit: float, frame: int) -> None:
+        """Let full scale of a row be so many m/s^2, in a ramp of 10 ms from `frame` on."""
+        self._turn(self._scales[row], 1.0 / acceleration_per_unit, frame, FADE)
 
     def level(self, gain: float, frame: int) -> None:
         """Go to `gain`, 0 to 1, in a ramp from `frame` on; to silence if it is not a number."""
@@ -93,6 +99,7 @@ class Safety:
             still,
             self.out,
             self._limits,
+            self._scales,
             self.channels,
             self._state,
             self._coefficients,
@@ -106,6 +113,20 @@ class Safety:
         )
 
 
+def limited(signal: np.ndarray, rate_hz: float) -> np.ndarray:
+    """A measuring signal (frames,), of full scale, as this stage lets it out: float64 (frames,).
+
+    >>> bool(np.abs(limited(np.full(4800, 5.0), 48000.0)).max() <= Limits().peak)
+    True
+    """
+    limits = Limits()
+    stage = Safety([limits], [0], rate_hz, len(signal), 1)
+    stage.open(True, -FADE)
+    rows = np.ascontiguousarray(signal, dtype=np.float64)[None, :] * limits.acceleration_per_unit
+    stage.apply(rows, np.zeros(1, np.uint8), 0, 0, len(signal))
+    return stage.out[:, 0].astype(np.float64)
+
+
 @kernel
 def _along(ramp, frame):
     share = min(max((frame - ramp[2]) / ramp[3], 0.0), 1.0)
@@ -113,7 +134,7 @@ def _along(ramp, frame):
 
 
 @kernel
-def _protect(x, still, out, limits, channels, state, coefficients, level, opening, faults, peaks, frame, at, n):
+def _protect(x, still, out, limits, scales, channels, state, coefficients, level, opening, faults, peaks, frame, at, n):
     keep, quick, slow, release = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
     for i in range(at, at + n):
         for j in range(out.shape[1]):
@@ -124,10 +145,11 @@ def _protect(x, still, out, limits, channels, state, coefficients, level, openin
         peaks[row] *= 0.5 ** (n / 4800.0)
         if channel < 0 or (still[row] != 0 and s[_PEAK_GAIN] == 1.0 and s[_X] == s[_Y] == s[_POWER] == s[_HEAT] == 0.0):
             continue
-        scale, most, square = limits[row, 0], limits[row, 1], limits[row, 2] ** 2
+        most, square = limits[row, 0], limits[row, 1] ** 2
+        scale, settled = scales[row, 1], scales[row, 2] + scales[row, 3]
         largest = 0.0
         for i in range(n):
-            now = x[row, i] * scale
+            now = x[row, i] * (scale if frame + i >= settled else _along(scales[row], float(frame + i)))
             if not math.isfinite(now):
                 faults[0] += 1
                 now = 0.0

@@ -13,13 +13,16 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from workbench.engine import compiler, process
 from workbench.engine import status as fields
 from workbench.engine.compiler import Look, Ready, Warm
+from workbench.engine.correction import corrections_of
 from workbench.engine.messages import (
     Command,
+    Correct,
     Done,
     Health,
     Level,
@@ -27,6 +30,7 @@ from workbench.engine.messages import (
     Notice,
     Play,
     Press,
+    Preview,
     Pulse,
     Quit,
     Report,
@@ -43,6 +47,8 @@ from workbench.engine.status import Status
 from workbench.engine.target import Target, force_rate_hz
 from workbench.errors import require
 from workbench.floor.layout import Floor
+from workbench.floor.profile import profiles_of
+from workbench.models.sections import checked
 from workbench.patch.node import Registry
 from workbench.patch.patch import Patch
 
@@ -51,6 +57,7 @@ FIRST_LEVEL_DB = -20.0
 _RING_S = 4.0
 _MOST_DEATHS, _WITHIN_S = 4, 20.0  # a process that dies more often than this is not started again
 _PATIENCE_S = 1.0
+_RECORDER_S = 10.0
 _STUCK_S = 5.0  # an engine from which no frame came for so long waits for something that will not come
 
 __all__ = ["Session", "Target"]
@@ -64,6 +71,8 @@ class Session:
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
+        known = profiles_of(target.profiles, target.floor) if target.profiles else {}
+        self._corrections = {correction.tile: correction for correction in corrections_of(known)}
         tiles = len(target.floor.tiles)
         self.force_rate_hz = force_rate_hz(target)
         self._status = Status.create()
@@ -79,6 +88,8 @@ class Session:
         self._compiler: _Child | None = None
         self._seen = self._stuck = (time.monotonic(), 0)
         self._recorder: Recorder | None = None
+        self._ending: list[Recorder] = []
+        self._look: Look | None = None
         self._running = False
         self._playable: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what the compiler passed last
         self._passed = False
@@ -122,6 +133,7 @@ class Session:
             self._listen(child)
         self._watch()
         self._revive()
+        self._ending = [recorder for recorder in self._ending if not recorder.ended()]
         reports, self._reports = self._reports, []
         return reports
 
@@ -156,6 +168,8 @@ class Session:
                 self.level_db = db
             case Walk(on):
                 self.target = replace(self.target, walker=on)
+            case Correct(tile):
+                self._corrections[tile] = command
             case Set(node, name, value):
                 self.patch = self.patch.set(node, name, value, self.registry)
                 if self.registry[self.patch.node(node).type].parameters[name].kind != "number":
@@ -189,9 +203,9 @@ class Session:
         self._ticket += 1
         if self._compiler is not None:
             tile = tile or self.target.floor.tiles[0].id
-            self._compiler.send(
-                Look(self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, str(self.folder or ""))
-            )
+            folder = str(self.folder or "")
+            self._look = Look(self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder)
+            self._compiler.send(self._look)
         return self._ticket
 
     # --- recording ---
@@ -214,16 +228,30 @@ class Session:
             "rate": str(self.target.rate),
             "force_rate": repr(self.force_rate_hz),
             "target": self.target.kind,
+            "corrections": self._corrections_text(),
         }
         self._recorder = Recorder(self._context, Path(path), about, self._force, self._vibration)
 
     def stop_recording(self) -> None:
-        """Close the recording. It ends where the engine last told of all commands: some 20 ms ago."""
+        """Close the recording and wait until the file is whole."""
+        self.end_recording()
+        while self._ending:
+            self._ending.pop().ended(_RECORDER_S)
+
+    def end_recording(self) -> None:
+        """Close the recording; the file is whole some 0.2 s later, for which nobody waits.
+
+        It ends where the engine last told of all commands: some 20 ms ago.
+        """
         if self._recorder is not None:
             told = int(self._status.get(fields.TOLD))
             self._listen(self._engine)
-            self._recorder.close(told)
+            self._recorder.end(told)
+            self._ending.append(self._recorder)
             self._recorder = None
+
+    def _corrections_text(self) -> str:
+        return msgspec.json.encode(tuple(self._corrections.values())).decode()
 
     # --- processes ---
 
@@ -238,7 +266,7 @@ class Session:
         self._ticket += 1
         self._wanted, self._passed = self._ticket, False
         if self._compiler is not None:
-            self._compiler.send(Warm(self._ticket, self.patch.dumps(), str(self.folder or "")))
+            self._compiler.send(Warm(self._ticket, self.patch.dumps(), self.target, str(self.folder or "")))
 
     def _listen(self, child: "_Child | None") -> None:
         if child is not None:
@@ -259,6 +287,8 @@ class Session:
             case Ready():
                 pass
             case _:
+                if isinstance(message, Preview) and self._look is not None and message.ticket == self._look.ticket:
+                    self._look = None
                 if isinstance(message, Done) and self._recorder is not None:
                     self._recorder.note(message)
                 if isinstance(message, Started):
@@ -276,6 +306,7 @@ class Session:
         patch, scopes = (self.patch, self.scopes) if self._passed else self._playable
         if self._recorder is not None and not self._running:
             self._recorder.say("patch", patch.dumps().decode())
+            self._recorder.say("corrections", self._corrections_text())
         self._running = True
         self._engine.send(
             Setup(
@@ -290,6 +321,7 @@ class Session:
                 frame=max(self._seen[1], self._vibration.written),
                 playing=self.playing,
                 level_db=self.level_db,
+                corrections=tuple(self._corrections.values()),
                 since=self._seen[0] if self._seen[1] else None,
             )
         )
@@ -322,6 +354,8 @@ class Session:
             else:
                 self._compiler = self._spawn("compiler", compiler.run)
                 self._warm()
+                if self._look is not None:
+                    self._compiler.send(self._look)
         recorder = self._recorder
         if recorder is not None:
             self._reports.extend(Notice(text) for text in recorder.receive())
@@ -414,5 +448,9 @@ def _moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | No
 def _check(command: Command, floor: Floor) -> None:
     if isinstance(command, Strike | Press | Pulse):
         floor.index(command.tile)
+    if isinstance(command, Correct):
+        floor.index(command.tile)
+        require(command.acceleration_per_unit > 0.0, "acceleration_per_unit", command.acceleration_per_unit, "above 0")
+        checked(command.sections)
     for name, value in vars(command).items():
         require(not isinstance(value, float) or math.isfinite(value), name, value, "a finite number")

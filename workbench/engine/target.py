@@ -3,18 +3,29 @@
 from dataclasses import dataclass
 
 from workbench.devices.device import ForceSource
+from workbench.devices.link import port_of
+from workbench.devices.linked import LinkedFloor
 from workbench.devices.replay import Replay
 from workbench.devices.simulated import SENSOR_HZ, SimulatedFloor
+from workbench.errors import DeviceError
 from workbench.floor.forces import read_forces
 from workbench.floor.layout import Floor
+from workbench.floor.profile import Profile, profiles_of
+from workbench.floor.simulation import TileParameters
+
+LINKS = ("serial", "udp")
+"""Kinds of target whose force comes over a line."""
 
 
 @dataclass(frozen=True)
 class Target:
     """Where force comes from and vibration goes.
 
-    `kind` is "simulator" or "replay" (of the force CSV `source`). `sound` is None for no sound card, "" for the default
-    one, else a device's name. `latency_s` is what to ask of the sound device, 0 for its own low latency.
+    `kind` is "simulator", "replay" (of the force CSV `source`), "serial" (the port `source`, PORT or PORT@BAUD) or
+    "udp" (`source` is HOST:PORT to listen at). `sound` is None for no sound card, "" for the default one, else a
+    device's name. `latency_s` is what to ask of the sound device, 0 for its own low latency. `profiles` is a folder
+    with the tiles' calibration files, "" for none. `simulation` is a file of a simulated floor's parameters, "" for
+    ideal sensors; `sensor_hz` is how often tiles on a line send.
     """
 
     floor: Floor
@@ -25,17 +36,55 @@ class Target:
     block: int = 128
     walker: bool = True
     latency_s: float = 0.0
+    profiles: str = ""
+    simulation: str = ""
+    sensor_hz: float = SENSOR_HZ
+
+
+def link_of(text: str) -> tuple[str, str] | None:
+    """Kind and source of a target on a line, as commands name it; None for anything else.
+
+    >>> link_of("udp:127.0.0.1:9000"), link_of("walk.csv")
+    (('udp', '127.0.0.1:9000'), None)
+    """
+    kind, colon, source = text.partition(":")
+    return (kind, source) if colon and kind in LINKS else None
 
 
 def force_rate_hz(target: Target) -> float:
-    """Force samples a second of a target; `BadFile` for a file that cannot be played back."""
-    return read_forces(target.source, target.floor).rate_hz if target.kind == "replay" else SENSOR_HZ
+    """Force samples a second of a target; `BadFile` for a file that cannot be played back, `BadValue` for no port."""
+    if target.kind == "replay":
+        return read_forces(target.source, target.floor).rate_hz
+    if target.kind in LINKS:
+        port_of(target.kind, target.source)
+        return target.sensor_hz
+    return SENSOR_HZ
+
+
+def require_port(target: Target) -> None:
+    """Say before a session begins that there is nothing to listen to: `DeviceError`."""
+    if target.kind in LINKS:
+        port = port_of(target.kind, target.source)
+        port.open()
+        port.close()
 
 
 def source_of(target: Target, frame: int = 0) -> ForceSource:
-    """What brings the force of a target, from session frame `frame` on."""
+    """What brings the force of a target, from session frame `frame` on. A line is read as soon as it is started."""
     if target.kind == "replay":
         return Replay(read_forces(target.source, target.floor), target.floor, target.rate, start=frame, repeats=True)
-    simulated = SimulatedFloor(target.floor, target.rate, walking=target.walker)
+    if target.kind in LINKS:
+        port = port_of(target.kind, target.source)
+        return LinkedFloor(port, target.floor, target.rate, _profiles(target), target.sensor_hz, frame)
+    if target.kind != "simulator":
+        raise DeviceError(f"there is no target of kind {target.kind!r}; allowed: simulator, replay, serial, udp")
+    simulation = TileParameters.load(target.simulation) if target.simulation else None
+    simulated = SimulatedFloor(
+        target.floor, target.rate, walking=target.walker, simulation=simulation, profiles=_profiles(target)
+    )
     simulated.skip(frame)
     return simulated
+
+
+def _profiles(target: Target) -> dict[str, Profile]:
+    return profiles_of(target.profiles, target.floor) if target.profiles else {}

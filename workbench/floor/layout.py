@@ -4,16 +4,14 @@ Two frames are used, both in metres. A tile's own has its origin at the tile's c
 edges; the floor's is common to all tiles. A tile's x axis points `rotation_deg` counter-clockwise of the floor's.
 """
 
-import json
 import math
-import re
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.documents import read_document
 from workbench.errors import BadFile, BadValue, require
 from workbench.files import read_file, write_file
 from workbench.parameters import IDENTIFIER
@@ -151,24 +149,9 @@ class Floor(msgspec.Struct, frozen=True):
         Traceback (most recent call last):
         workbench.errors.BadFile: a.floor.json: $.version is 7; allowed: 1 (a newer Underfoot may have written it)
         """
+        file = read_document(text, source, FORMAT, VERSION, _FloorFile)
         try:
-            raw = json.loads(text)
-        except UnicodeDecodeError:
-            raise BadFile(f"{source} is not JSON: it is not text") from None
-        except (ValueError, RecursionError) as error:
-            raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
-        if not isinstance(raw, dict) or raw.get("format") != FORMAT:
-            given = raw.get("format") if isinstance(raw, dict) else raw
-            raise BadFile(f'{source}: $.format is {_short(given)}; allowed: "{FORMAT}"')
-        version = raw.get("version")
-        if version != VERSION or isinstance(version, bool):
-            newer = " (a newer Underfoot may have written it)" if isinstance(version, int) and version > VERSION else ""
-            raise BadFile(f"{source}: $.version is {_short(version)}; allowed: {VERSION}{newer}")
-        try:
-            file = msgspec.convert(raw, _FloorFile)
             return Floor(file.tiles, file.title)
-        except msgspec.ValidationError as error:
-            raise BadFile(f"{source}: {_placed(error, raw)}") from None
         except BadValue as error:
             raise BadFile(f"{source}: $.{error}") from None
 
@@ -214,36 +197,9 @@ def default_floor(rows: int = 2, columns: int = 2) -> Floor:
 
 
 class _FloorFile(msgspec.Struct, forbid_unknown_fields=True):
-    format: str
-    version: int
     tiles: tuple[Tile, ...]
     title: str = ""
 
 
 def _is_place(length_m: float) -> bool:
     return abs(length_m) <= 10_000.0
-
-
-def _placed(error: msgspec.ValidationError, raw: Any) -> str:
-    """The library's message with its place in front and, where it says only a type, the value that was there."""
-    message, _, place = str(error).partition(" - at `")
-    place = place.rstrip("`") or "$"
-    value = raw
-    try:
-        for key, index in re.findall(r"\.([A-Za-z0-9_-]+)|\[(\d+)\]", place):
-            value = value[key] if key else value[int(index)]
-    except (KeyError, IndexError, TypeError):
-        value = raw
-    if message.startswith("Expected") and place != "$":
-        return f"{place} is {_short(value)}; allowed: {message[9:].partition(', got')[0].replace('`', '')}"
-    return f"{place}.{message}" if "; allowed: " in message else f"{place}: {_lower(message)}"
-
-
-def _short(value: object) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _lower(error: object) -> str:
-    text = str(error)
-    return text[:1].lower() + text[1:]

@@ -5,7 +5,9 @@ point presses on the tile that it is on, which splits it over its corners biline
 """
 
 import math
+from collections.abc import Sequence
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,18 +25,28 @@ HAND_SHARE = 0.12
 _START, _DURATION, _X, _Y, _COS, _SIN, _LENGTH, _PEAK1, _VALLEY, _PEAK2 = range(10)
 
 
-def footfall_table(floor: Floor, seconds: float, seed: int) -> NDArray[np.float64]:
-    """A walk round the floor as the kernels read it, shape (footfalls, 10), the first footfall at 0.2 s.
+def footfall_table(
+    floor: Floor,
+    seconds: float,
+    seed: int,
+    walker: gait.Walker | None = None,
+    path_m: Sequence[tuple[float, float]] = (),
+) -> NDArray[np.float64]:
+    """A walk on the floor as the kernels read it, shape (footfalls, 10), the first footfall at 0.2 s.
 
-    The path is a rectangle halfway between the floor's middle and its edges. Steps are short where the floor is: on
-    2 x 2 tiles each foot lands on the next tile.
+    Without a path it is a rectangle halfway between the floor's middle and its edges, walked round and round, and steps
+    are short where the floor is: on 2 x 2 tiles each foot lands on the next tile.
     """
-    corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    middle, half = (low + high) / 2.0, (high - low) / 4.0
-    path = [tuple(middle + half * turn) for turn in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
-    walker = gait.Walker(step_length_m=min(0.66, float(half.sum())))
-    steps = gait.footfalls(walker, [(float(x), float(y)) for x, y in path], seconds, seed)
+    walker = walker or gait.Walker()
+    if not path_m:
+        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        middle, half = (low + high) / 2.0, (high - low) / 4.0
+        turns = [middle + half * turn for turn in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
+        path_m = [(float(x), float(y)) for x, y in turns]
+        short = min(walker.step_length_m, float(half.sum()))
+        walker = msgspec.structs.replace(walker, step_length_m=short)
+    steps = gait.footfalls(walker, path_m, seconds, seed)
     return np.array(
         [
             (
@@ -54,19 +66,26 @@ def footfall_table(floor: Floor, seconds: float, seed: int) -> NDArray[np.float6
     )
 
 
-def curves() -> NDArray[np.float64]:
+def curves(walker: gait.Walker | None = None) -> NDArray[np.float64]:
     """A footfall's force per unit of first peak, valley and second peak, and its roll, over the phase: shape (4, 2049).
 
     The force is linear in its three extremes, so the models of `gait` need be asked only once.
     """
+    walker = walker or gait.Walker()
     phase = np.linspace(0.0, 1.0, _PHASES + 1)
     ones = np.eye(3)
-    return np.array([*(gait.vertical_force(phase, *one) for one in ones), gait.roll(phase)])
+    return np.array(
+        [*(gait.vertical_force(phase, *one) for one in ones), gait.roll(phase, walker.roll_start, walker.roll_reach)]
+    )
 
 
 @kernel
-def walk(forces, stamps, count, rate, tiles, steps, shapes):
-    """Add to the first `count` of `forces` (n, tiles, 4) the footfalls at session frames `stamps`, over and over."""
+def walk(forces, stamps, count, rate, tiles, steps, shapes, leans_m):
+    """Add to the first `count` of `forces` (n, tiles, 4) the footfalls at session frames `stamps`, over and over.
+
+    A foot brakes, then pushes off: the place where vertical sensors see it is `leans_m` (tiles,) ahead of where it is
+    as it comes down, and as much behind as it leaves.
+    """
     length = steps[-1, _START] + steps[-1, _DURATION]
     longest = 0.0
     for step in range(len(steps)):
@@ -79,7 +98,7 @@ def walk(forces, stamps, count, rate, tiles, steps, shapes):
                 break
             phase = (now - steps[k, _START]) / steps[k, _DURATION]
             if phase < 1.0:
-                _tread(forces[i], tiles, steps[k], shapes, phase)
+                _tread(forces[i], tiles, steps[k], shapes, leans_m, phase)
 
 
 @kernel
@@ -95,7 +114,7 @@ def press(forces, count, tiles, hands):
 
 
 @kernel
-def _tread(forces, tiles, step, shapes, phase):
+def _tread(forces, tiles, step, shapes, leans_m, phase):
     at = phase * _PHASES
     i = min(int(at), _PHASES - 1)
     share = at - i
@@ -105,15 +124,17 @@ def _tread(forces, tiles, step, shapes, phase):
     roll = shapes[3, i] + share * (shapes[3, i + 1] - shapes[3, i])
     heel, ball = min(HEEL, roll), max(BALL, roll)
     on_ball = (roll - heel) / (ball - heel)
+    braking = math.cos(math.pi * phase)
+    ahead, aside = braking * step[_COS], braking * step[_SIN]
     for part, load in ((heel, force * (1.0 - on_ball)), (ball, force * on_ball)):
         for j in range(_POINTS):
             along = (part + REACH * (2.0 * j / (_POINTS - 1) - 1.0)) * step[_LENGTH]
             x, y = step[_X] + along * step[_COS], step[_Y] + along * step[_SIN]
-            _press_floor(forces, tiles, x, y, load / _POINTS)
+            _press_floor(forces, tiles, x, y, load / _POINTS, leans_m, ahead, aside)
 
 
 @kernel
-def _press_floor(forces, tiles, x, y, force):
+def _press_floor(forces, tiles, x, y, force, leans_m, ahead, aside):
     """A point force on the floor goes to the tile that it is on; beside the tiles it goes into the ground."""
     for k in range(len(tiles)):
         tile = tiles[k]
@@ -121,6 +142,9 @@ def _press_floor(forces, tiles, x, y, force):
         along = tile.axes[0, 0] * dx + tile.axes[0, 1] * dy
         across = tile.axes[1, 0] * dx + tile.axes[1, 1] * dy
         if abs(along) <= tile.half_m[0] and abs(across) <= tile.half_m[1]:
+            lean = leans_m[k]
+            along += lean * (tile.axes[0, 0] * ahead + tile.axes[0, 1] * aside)
+            across += lean * (tile.axes[1, 0] * ahead + tile.axes[1, 1] * aside)
             _split(forces[k], tile, along, across, force)
             return
 

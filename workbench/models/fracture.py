@@ -23,7 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import BadValue, require
+from workbench.arguments import HUGE, TINY, number, numbers, seed_of, whole
+from workbench.errors import require
 from workbench.kernels import kernel
 from workbench.models.fracture_damage import (
     DRAWS,
@@ -108,16 +109,16 @@ def bundle(
     >>> round(result.strain[-1], 2), bool(30 < result.failures.sum() < 90)  # 2000 P(x) = 57
     (np.float64(1.02), True)
     """
-    load = finite_signal(stress, "stress")
+    load = numbers("stress", stress)
     codes = require_bundle(rate, fibres, shape, scale, stiffness, mass, damping, creep, model, thresholds)
     require_inverse(restructurings, stiffening, renewal_s)
     tuning, state = np.zeros(TUNING_SIZE), np.zeros(state_size())
-    tune(tuning, rate, *codes, fibres, shape, scale, stiffness, mass, damping, creep)
+    tune(tuning, rate, *codes, *map(float, (fibres, shape, scale, stiffness, mass, damping, creep)))
     tune_inverse(tuning, restructurings, stiffening, compound)
     tune_contact(tuning, rate, 1.0, renewal_s, 1.0, 1.0, False)
     strain, failures, energy, threshold = np.zeros((4, load.size))
     events = np.zeros(3 * load.size)
-    key = stream_key(seed, "fracture")
+    key = stream_key(seed_of(seed), "fracture")
     count = _run(state, tuning, key, 0, load, strain, events, failures, energy, threshold)
     return Fracture(strain, failures.astype(np.int64), energy, threshold, events[: 3 * count : 3] / rate)
 
@@ -249,13 +250,13 @@ def require_bundle(
     >>> require_bundle(48000.0, 2000, 4.0, 2.5, 1.0, 1e-3, 0.0065, 0.0, "exact", "uniform")
     (0, 1)
     """
-    require(math.isfinite(rate) and rate > 0.0, "rate", rate, "above 0 Hz")
-    require(1 <= fibres <= 1e12 and fibres == int(fibres), "fibres", fibres, "a whole number from 1 to 1e12")
-    require(0.1 <= shape <= 30.0, "shape", shape, "0.1 to 30")
-    require(math.isfinite(scale) and scale > 0.0, "scale", scale, "above 0")
-    require(math.isfinite(stiffness) and stiffness > 0.0, "stiffness", stiffness, "above 0")
+    number("rate", rate, TINY, HUGE, "above 0 Hz")
+    whole("fibres", fibres, 1, 10**12, "1 to 1e12")
+    number("shape", shape, 0.1, 50.0, "0.1 to 50")
+    number("scale", scale, TINY, HUGE, "above 0")
+    number("stiffness", stiffness, TINY, HUGE, "above 0")
     for name, value in (("mass", mass), ("damping", damping), ("creep", creep)):
-        require(math.isfinite(value) and value >= 0.0, name, value, "0 or more")
+        number(name, value, 0.0, HUGE, "0 or more")
     require(model in MODELS, "model", model, "one of " + ", ".join(MODELS))
     require(thresholds in THRESHOLDS, "thresholds", thresholds, "one of " + ", ".join(THRESHOLDS))
     return MODELS.index(model), THRESHOLDS.index(thresholds)
@@ -266,23 +267,6 @@ def require_inverse(restructurings: int, stiffening: float, renewal_s: float) ->
 
     >>> require_inverse(20, 0.005, 0.25)
     """
-    whole = 1 <= restructurings <= 1000 and restructurings == int(restructurings)
-    require(whole, "restructurings", restructurings, "a whole number from 1 to 1000")
-    require(0.0 <= stiffening <= 10.0, "stiffening", stiffening, "0 to 10")
-    require(renewal_s > 0.0, "renewal_s", renewal_s, "above 0 s")
-
-
-def finite_signal(values: ArrayLike, name: str) -> NDArray[np.float64]:
-    """`values` as an array [frames] of finite numbers, or `BadValue`.
-
-    >>> finite_signal([1, 2], "stress")
-    array([1., 2.])
-    """
-    try:
-        signal = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise BadValue(f"{name} is not numbers; allowed: a one-dimensional array of finite numbers") from error
-    require(signal.ndim == 1, f"{name}.shape", np.shape(values), "one dimension")
-    for first in np.flatnonzero(~np.isfinite(signal))[:1]:
-        require(False, f"{name}[{first}]", float(signal[first]), "finite numbers")
-    return signal
+    whole("restructurings", restructurings, 1, 10_000, "1 to 10000")
+    number("stiffening", stiffening, 0.0, 10.0, "0 to 10")
+    number("renewal_s", renewal_s, TINY, math.inf, "above 0 s")

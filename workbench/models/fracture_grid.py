@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.arguments import HUGE, TINY, number, numbers, seed_of, whole
 from workbench.errors import require
 from workbench.kernels import kernel
-from workbench.models.fracture import finite_signal, require_bundle, require_inverse
+from workbench.models.fracture import require_bundle, require_inverse
 from workbench.models.fracture_damage import (
     CREEP,
     DRAWS,
@@ -103,19 +104,19 @@ def grid(
     >>> int(result.failures[:, 0::4].sum()) > int(result.failures[:, 3::4].sum()) == 0
     True
     """
-    load, across, along = finite_signal(force, "force"), finite_signal(x_m, "x_m"), finite_signal(y_m, "y_m")
+    load, across, along = numbers("force", force), numbers("x_m", x_m), numbers("y_m", y_m)
     require(across.size == load.size, "x_m", across.size, f"as many frames as force, {load.size}")
     require(along.size == load.size, "y_m", along.size, f"as many frames as force, {load.size}")
     require(model in GRID_MODELS, "model", model, "one of " + ", ".join(GRID_MODELS))
     codes = require_bundle(rate, fibres, shape, scale, stiffness, mass, damping, creep, model, thresholds)
     require_inverse(restructurings, stiffening, renewal_s)
-    for name, whole in (("columns", columns), ("rows", rows)):
-        require(1 <= whole <= 32 and whole == int(whole), name, whole, "a whole number from 1 to 32")
+    for name, count in (("columns", columns), ("rows", rows)):
+        whole(name, count, 1, 32, "1 to 32")
     for name, value in (("width_m", width_m), ("depth_m", depth_m), ("print_m", print_m)):
-        require(math.isfinite(value) and value > 0.0, name, value, "above 0 m")
-    require(math.isfinite(coupling) and coupling >= 0.0, "coupling", coupling, "0 or more")
-    require(0.0 < rubble <= 1.0, "rubble", rubble, "above 0, at most 1")
-    require(math.isfinite(pressure), "pressure", pressure, "a finite number")
+        number(name, value, TINY, HUGE, "above 0 m")
+    number("coupling", coupling, 0.0, HUGE, "0 or more")
+    number("rubble", rubble, TINY, 1.0, "above 0, at most 1")
+    number("pressure", pressure, -HUGE, HUGE, "a finite number")
     cells = columns * rows
     tuning, state = np.zeros(tuning_size()), np.zeros(state_size(cells))
     tune(tuning, rate, *codes, fibres, shape, scale, stiffness, mass, damping, creep)
@@ -124,7 +125,7 @@ def grid(
     tune_grid(tuning, columns, rows, width_m, depth_m, print_m, coupling, rubble)
     strain, energy = np.zeros((2, load.size))
     failures = np.zeros((load.size, cells))
-    key = stream_key(seed, "fracture grid")
+    key = stream_key(seed_of(seed), "fracture grid")
     _run(state, tuning, key, 0, load, across, along, strain, np.zeros(3 * load.size), failures, energy)
     return GridFracture(strain, failures.astype(np.int64), energy)
 

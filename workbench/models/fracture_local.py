@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.arguments import HUGE, TINY, number, numbers, seed_of
 from workbench.errors import require
 from workbench.kernels import kernel
-from workbench.models.fracture import finite_signal, require_bundle
+from workbench.models.fracture import require_bundle
 from workbench.models.random import stream_key, uniform
 
 
@@ -44,11 +45,11 @@ def ring(thresholds: ArrayLike, stiffness: float = 1.0, locality: float = 1.0) -
     >>> broken.fibres.tolist(), broken.load.round(3).tolist()
     ([3, 3], [6.0, 21.6])
     """
-    strains = finite_signal(thresholds, "thresholds")
+    strains = numbers("thresholds", thresholds)
     require(strains.size > 0, "thresholds", strains.size, "at least one fibre")
     require(bool((strains > 0.0).all()), "the least of thresholds", strains.min(), "above 0")
-    require(np.isfinite(stiffness) and stiffness > 0.0, "stiffness", stiffness, "above 0")
-    require(0.0 <= locality <= 1.0, "locality", locality, "0 to 1")
+    number("stiffness", stiffness, TINY, HUGE, "above 0")
+    number("locality", locality, 0.0, 1.0, "0 to 1")
     loads, fibres = np.zeros(strains.size), np.zeros(strains.size, np.int64)
     count = _raise_load(strains, locality, loads, fibres)
     return Avalanches(stiffness * strains.size * loads[:count], fibres[:count])
@@ -65,7 +66,7 @@ def draw_thresholds(
     """
     require_bundle(1.0, fibres, shape, scale, 1.0, 0.0, 0.0, 0.0, "exact", thresholds)
     chances = np.zeros(int(fibres))
-    _fill(chances, stream_key(seed, "thresholds"))
+    _fill(chances, stream_key(seed_of(seed), "thresholds"))
     if thresholds == "uniform":
         return scale * chances
     return scale * (-np.log(chances)) ** (1.0 / shape)

@@ -4,8 +4,9 @@ A block on a spring rides a belt at v_b. From slip onset at (x0, v0) it follows 
 `dv = (-w0^2 x - zeta v) dt + sqrt(2 D) dW` until its velocity reaches the belt's; then it sticks and rides back to x0.
 The laws are exact to the error asked for: no grid, step or box is to be chosen (`friction_boundary` says how).
 
-The rest of the family: `friction_paths.paths` draws slips, `friction_texture` plays the joint law as events,
-`friction_crossings` has the thesis's expansions in upcrossings, corrected, to compare with.
+The rest of the family: `friction_paths.paths` draws slips, `friction_table` tabulates the joint law of durations and
+distances and `friction_texture` plays it, `friction_crossings` has the thesis's expansions in upcrossings, corrected,
+to compare with.
 """
 
 from workbench.models.friction_laws import Law, SlipLaw

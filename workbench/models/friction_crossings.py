@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.arguments import HUGE, TINY, number, numbers
 from workbench.errors import require
 from workbench.models.friction_motion import require_slip, transition
 
@@ -98,7 +99,7 @@ def white_upcrossings(
     which is step = 1 s whatever its simulations' step was. `BadValue` for values out of range.
     """
     times = _times(w0, zeta, noise, belt_velocity, x0, v0, t)
-    require(step > 0.0, "step", step, "above 0 s")
+    number("step", step, TINY, HUGE, "above 0 s")
     moments = np.array([transition(w0, zeta, noise, at) for at in times])
     start = np.array([x0, v0])
     mean = np.zeros((times.size, 3))
@@ -126,17 +127,17 @@ def coloured_upcrossings(
 
     It starts in its own law. Parameters as for `white_upcrossings`, zeta above 0. `BadValue` for values out of range.
     """
-    from scipy.linalg import expm, solve_continuous_lyapunov
+    from scipy.linalg import solve_continuous_lyapunov
 
     times = _times(w0, zeta, noise, belt_velocity, x0, v0, t)
-    require(zeta > 0.0, "zeta", zeta, "above 0")
-    require(correlation_time > 0.0, "correlation_time", correlation_time, "above 0 s")
+    number("zeta", zeta, TINY, HUGE, "above 0")
+    number("correlation_time", correlation_time, TINY, HUGE, "above 0 s")
     power = noise / correlation_time
     motion = np.array([[0.0, 1.0, 0.0], [-w0 * w0, -zeta, 1.0], [0.0, 0.0, -1.0 / correlation_time]])
     settled = solve_continuous_lyapunov(motion, -np.diag([0.0, 0.0, 2.0 * power / correlation_time]))
     missing = settled - np.diag([0.0, 0.0, power])
     to_acceleration = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], motion[1]])
-    flow = np.array([expm(motion * at) for at in times])
+    flow = _exponentials(motion, times)
     mean = flow @ np.array([x0, v0, 0.0]) @ to_acceleration.T
     covariance = settled - flow @ missing @ flow.transpose(0, 2, 1)
     return Upcrossings(belt_velocity, x0, times, mean, to_acceleration @ covariance @ to_acceleration.T)
@@ -151,19 +152,32 @@ def escape_time(w0: float, zeta: float, noise: float, belt_velocity: float, step
     True
     """
     require_slip(w0, zeta, noise, belt_velocity, 0.0, 0.0, 1.0, 0.1)
-    require(zeta > 0.0, "zeta", zeta, "above 0")
-    require(step > 0.0, "step", step, "above 0 s")
+    number("zeta", zeta, TINY, HUGE, "above 0")
+    number("step", step, TINY, HUGE, "above 0 s")
     level = noise / zeta
     rising = _rising(np.array(-zeta * belt_velocity), np.array(2.0 * noise / step + w0 * w0 * level))
     return float(1.0 / (_normal(np.array(belt_velocity), np.array(level)) * rising))
 
 
 def _times(w0, zeta, noise, belt_velocity, x0, v0, t) -> NDArray[np.float64]:
-    times = np.atleast_1d(np.asarray(t, float))
-    rising = times.ndim == 1 and times.size > 0 and times[0] > 0.0 and bool(np.all(np.diff(times) > 0.0))
+    times = numbers("t", t)
+    rising = times.size > 0 and times[0] > 0.0 and bool(np.all(np.diff(times) > 0.0))
     require(rising, "t", t, "rising times above 0")
     require_slip(w0, zeta, noise, belt_velocity, x0, v0, float(times[-1]), 0.1)
     return times
+
+
+def _exponentials(matrix: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """exp(matrix t) at each of the rising `times`, [times, n, n]: a power series at a share of them, doubled up."""
+    halvings = max(0, 3 + math.ceil(math.log2(np.abs(matrix).sum(axis=1).max() * times[-1])))
+    part = matrix * np.ldexp(times, -halvings)[:, None, None]
+    unit = np.eye(len(matrix))
+    flow = unit + part / 12.0
+    for n in range(11, 0, -1):
+        flow = unit + part @ flow / n
+    for _ in range(halvings):
+        flow = flow @ flow
+    return flow
 
 
 def _normal(distance, variance):

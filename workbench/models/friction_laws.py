@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.errors import require
+from workbench.arguments import number
 from workbench.kernels import kernel
 from workbench.models.friction_boundary import INSTANTS, NODES, WEIGHTS, shares
 from workbench.models.friction_solver import TO_LEGENDRE, Panels, solve
@@ -82,7 +82,7 @@ class SlipLaw:
 
         def law(points):
             out = np.empty((2, points.size))
-            _mixture(points, at, widths, masses, out)
+            mixture(points, at, widths, masses, out)
             return out
 
         ends = [(at - 6.0 * widths).min(), (at + 6.0 * widths).max()] if at.size else [0.0, 0.0]
@@ -108,7 +108,7 @@ class SlipLaw:
         """The share of slips that end ahead of x0, where the stick time (x0 - x)/v_b would be negative: no period."""
         _, middles, widths, masses = self._atoms
         out = np.empty((2, 1))
-        _mixture(np.array([self.x0]), middles, widths, masses, out)
+        mixture(np.array([self.x0]), middles, widths, masses, out)
         return max(0.0, float(masses.sum() - out[1, 0]))
 
     def places(self, t: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -116,7 +116,7 @@ class SlipLaw:
 
         `t` in s, 0 to t_end; no packets where nothing ends.
         """
-        require(0.0 <= t <= self.t_end, "t", t, "0 to t_end")
+        number("t", t, 0.0, self.t_end, "0 to t_end")
         index = int(np.searchsorted(self.panels.table[:, 0], t, side="right")) - 1
         if index < 0:
             return np.empty(0), np.empty(0), 1.0
@@ -223,8 +223,14 @@ def _reading(way, width):
 
 
 @kernel
-def _mixture(points, middles, widths, masses, out):
-    # Density and cdf, out[0] and out[1], of a mixture of normal laws.
+def mixture(points, middles, widths, masses, out):
+    """Density and cdf at `points` of a mixture of normal laws, to `out[0]` and `out[1]`; all arrays are [packets].
+
+    >>> out = np.empty((2, 1))
+    >>> mixture(np.array([1.0]), np.array([1.0, 9.0]), np.array([0.5, 0.5]), np.array([0.3, 0.7]), out)
+    >>> round(float(out[1, 0]), 3)
+    0.15
+    """
     for i in range(points.size):
         density = 0.0
         below = 0.0

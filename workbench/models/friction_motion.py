@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from workbench.errors import require
+from workbench.arguments import HUGE, TINY, number
 from workbench.kernels import kernel
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -58,19 +58,24 @@ def transition(w0, zeta, noise, t):
 
 def require_slip(
     w0: float, zeta: float, noise: float, belt_velocity: float, x0: float, v0: float, t_end: float, error: float
-) -> None:
-    """Refuse what has no slip to solve for: `BadValue` names the first value that is out of its range.
+) -> tuple[float, ...]:
+    """What every slip needs, in this order, as float64; `BadValue` names the first value that is out of its range.
 
     >>> require_slip(1.0, 0.1, 0.4, 1.0, 0.0, 1.0, 20.0, 1e-4)
     Traceback (most recent call last):
     workbench.errors.BadValue: v0 is 1.0; allowed: finite and below belt_velocity
     """
-    for name, value in (("w0", w0), ("noise", noise), ("belt_velocity", belt_velocity), ("t_end", t_end)):
-        require(0.0 < value < math.inf, name, value, "finite and above 0")
-    require(0.0 <= zeta < math.inf, "zeta", zeta, "finite and at least 0")
-    require(math.isfinite(x0), "x0", x0, "finite")
-    require(-math.inf < v0 < belt_velocity, "v0", v0, "finite and below belt_velocity")
-    require(1e-6 <= error <= 0.1, "error", error, "1e-6 to 0.1")
+    belt = number("belt_velocity", belt_velocity, TINY, HUGE, "finite and above 0")
+    return (
+        number("w0", w0, TINY, HUGE, "finite and above 0"),
+        number("zeta", zeta, 0.0, HUGE, "finite and at least 0"),
+        number("noise", noise, TINY, HUGE, "finite and above 0"),
+        belt,
+        number("x0", x0, -HUGE, HUGE, "finite"),
+        number("v0", v0, -HUGE, math.nextafter(belt, 0.0), "finite and below belt_velocity"),
+        number("t_end", t_end, TINY, HUGE, "finite and above 0"),
+        number("error", error, 1e-6, 0.1, "1e-6 to 0.1"),
+    )
 
 
 @kernel

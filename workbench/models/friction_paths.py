@@ -5,9 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.arguments import seed_of, whole
 from workbench.errors import require
 from workbench.kernels import kernel
 from workbench.models.friction_motion import require_slip, transition
+
+_MOST_STEPS = 1e8
+"""In t_end, of the shortest."""
 
 
 class Paths(NamedTuple):
@@ -40,9 +44,13 @@ def paths(
     >>> bool(abs(np.mean(drawn.duration < 3.0) - 0.814) < 0.04)
     True
     """
-    require_slip(w0, zeta, noise, belt_velocity, x0, v0, t_end, error)
-    require(count >= 0, "count", count, "at least 0")
-    steps = max(1, math.ceil(t_end / _shortest(w0, zeta, noise, belt_velocity - v0, error)))
+    w0, zeta, noise, belt_velocity, x0, v0, t_end, error = require_slip(
+        w0, zeta, noise, belt_velocity, x0, v0, t_end, error
+    )
+    count = whole("count", count, 0, 2**31, "0 to 2^31")
+    shortest = _shortest(w0, zeta, noise, belt_velocity - v0, error)
+    require(t_end <= _MOST_STEPS * shortest, "t_end", t_end, f"for these values: up to {_MOST_STEPS * shortest:.3g}")
+    steps = max(1, math.ceil(t_end / shortest))
     longest = max(1, min(steps, int(steps / (t_end * (w0 + zeta)))))
     levels = np.empty((int(math.log2(longest)) + 1, 9))
     for level in range(len(levels)):
@@ -54,8 +62,8 @@ def paths(
         levels[level] = stride, a_xx, a_xv, a_vx, a_vv, root, tied, free, 6.0 * root
     duration = np.full(count, math.inf)
     position = np.full(count, math.nan)
-    motion = (float(w0), float(zeta), float(noise), float(belt_velocity))
-    _draw(motion, x0, v0, steps, levels, np.random.default_rng(seed), duration, position)
+    motion = (w0, zeta, noise, belt_velocity)
+    _draw(motion, x0, v0, steps, levels, np.random.default_rng(seed_of(seed)), duration, position)
     return Paths(duration, position)
 
 

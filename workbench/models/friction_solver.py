@@ -1,8 +1,9 @@
 """The slip's end, solved panel by panel: lengths, lattices and ranges follow from the error asked for.
 
 A panel is tried at a length, judged by how fast its Legendre terms (time) and its Fourier terms (place) fall off, and
-taken or cut. When all is done the solution is held against an equation that was not used to find it
-(`friction_boundary.add_above`); where that misses the asked error, all is done again at a tighter tolerance.
+taken or cut; what it takes is summed by the kernels of `friction_boundary`. When all is done the solution is held
+against an equation that was not used to find it (`add_above` there); where that misses the asked error, all is done
+again at a tighter tolerance.
 """
 
 import math
@@ -33,7 +34,8 @@ _TO_INTEGRAL = _vander(NODES, INSTANTS) @ np.polynomial.legendre.legint(TO_LEGEN
 _PACKET_WIDTH = 1.1
 """Width of a packet over the lattice spacing: wide enough to interpolate, narrow enough to invert."""
 
-_MOST_PACKETS = 150_000
+_MOST_PACKETS = 60_000
+_MOST_STRIDES = 100_000
 _MOST_TRIALS = 60
 _FINEST = 0.03
 _MISSED_TO_ERROR = 10.0
@@ -68,11 +70,12 @@ def solve(
     >>> panels.missed < 1e-3
     True
     """
-    require_slip(w0, zeta, noise, belt_velocity, x0, v0, t_end, error)
+    w0, zeta, noise, belt_velocity, x0, v0, t_end, error = require_slip(
+        w0, zeta, noise, belt_velocity, x0, v0, t_end, error
+    )
     aim = error
     for _ in range(4):
-        march = _March((float(w0), float(zeta), float(noise), float(belt_velocity)), x0, v0, t_end, aim)
-        panels = march.run()
+        panels = _March((w0, zeta, noise, belt_velocity), x0, v0, t_end, aim).run()
         if _MISSED_TO_ERROR * panels.missed <= error:
             return panels
         aim *= 0.25
@@ -130,7 +133,13 @@ class _March:
     def run(self) -> Panels:
         time = self.first_time()
         length = 0.5 * time
+        strides = 0
         while time < self.t_end * (1.0 - 1e-12) and 1.0 - self.ended > self.negligible:
+            strides += 1
+            if self.used > _MOST_PACKETS or strides > _MOST_STRIDES:
+                raise BadValue(
+                    f"t_end is {self.t_end!r}; allowed for these values: up to {time:.3g}, or a larger error"
+                )
             outlook = self.outlook(time)
             if outlook.reach < 0.0:
                 stride = min(
@@ -146,10 +155,6 @@ class _March:
                 missed = self.missed()
                 self.decay(time, rate)
                 return self.panels(missed)
-            if self.used > _MOST_PACKETS:
-                raise BadValue(
-                    f"t_end is {self.t_end!r}; allowed for these values: up to {time:.3g}, or a larger error"
-                )
         return self.panels(self.missed())
 
     def panels(self, missed: float) -> Panels:
@@ -322,11 +327,11 @@ class _March:
         most has ended; nor may what it still swings by matter within a swing.
         """
         count = len(self.rates)
-        if time < 2.0 * self.memory or count == 0 or self.table[count - 1, 5] != 0.0:
+        if time < 2.0 * self.memory or count == 0:
             return 0.0
-        first = int(np.searchsorted(self.table[:count, 0], time - 2.0 * self.memory))
+        first = max(0, int(np.searchsorted(self.table[:count, 0], time - 2.0 * self.memory, side="right")) - 1)
         starts, lengths = self.table[first:count, 0, None], self.table[first:count, 1, None]
-        if lengths.sum() < 1.8 * self.memory:
+        if lengths.sum() < 1.99 * self.memory:  # nothing ended for a while
             return 0.0
         hazards = np.array(self.hazards[first:])
         ago = (time - starts - 0.5 * lengths * (1.0 + NODES)) / self.memory
@@ -340,11 +345,11 @@ class _March:
         return float(rate) if drift * min(math.exp(-1.0) / rate, self.t_end - time) <= enough else 0.0
 
     def decay(self, time: float, rate: float) -> None:
-        """Append panels of the last place law, its mass falling at `rate`."""
-        _, _, first, spacing, _, _, places, place = self.table[len(self.rates) - 1]
-        last = self.masses[int(place) : self.used].reshape(INSTANTS, int(places))
-        shape = (WEIGHTS @ last) / (WEIGHTS @ last).sum()
-        lattice = _Lattice(first, spacing, int(places), 0.0)
+        """Append resting panels of the place law at the last instant, its mass falling at `rate`."""
+        _, length, first, spacing, _, speed, places, place = self.table[len(self.rates) - 1]
+        last = self.masses[int(place) : self.used].reshape(INSTANTS, int(places))[-1]
+        shape = last / last.sum()
+        lattice = _Lattice(first + 0.5 * length * (1.0 + NODES[-1]) * speed, spacing, int(places), 0.0)
         while time < self.t_end * (1.0 - 1e-12) and 1.0 - self.ended > self.negligible:
             length = min(1.5 / rate, self.t_end - time)
             falling = rate * (1.0 - self.ended) * np.exp(-0.5 * rate * length * (1.0 + NODES))

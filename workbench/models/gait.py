@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -46,8 +47,8 @@ def mean_force(peak1: float, valley: float, peak2: float) -> float:
     return ends + first + 0.5 * (valley + peak2) * (PEAK2_PHASE - VALLEY_PHASE)
 
 
-def roll(phase: ArrayLike) -> NDArray[np.float64]:
-    """Where the centre of pressure is, as a fraction of the foot's length from the heel: from 0.05 to 0.95.
+def roll(phase: ArrayLike, start: float = 0.05, reach: float = 0.9) -> NDArray[np.float64]:
+    """Where the centre of pressure is, as a fraction of the foot's length from the heel: from `start` on, by `reach`.
 
     It leaves the heel and reaches the toes fast and crosses the middle slowly; it never goes back.
 
@@ -55,15 +56,15 @@ def roll(phase: ArrayLike) -> NDArray[np.float64]:
     array([0.05, 0.5 , 0.95])
     """
     p = np.clip(np.asarray(phase, dtype=np.float64), 0.0, 1.0)
-    return 0.05 + 0.9 * (p + 0.3 * np.sin(2.0 * np.pi * p) / (2.0 * np.pi))
+    return start + reach * (p + 0.3 * np.sin(2.0 * np.pi * p) / (2.0 * np.pi))
 
 
-@dataclass(frozen=True)
-class Walker:
+class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Who walks: weight, cadence (steps a minute, both feet), feet, and how much footfalls vary.
 
-    Peaks and valley are in body weights. `variation` is the relative deviation of forces and of the step time, and in
-    units of 0.3 m of the places. Raises `BadValue` outside the ranges below.
+    Peaks and valley are in body weights. The centre of pressure rolls from `roll_start` on by `roll_reach`, fractions
+    of the foot's length (a flat-footed step has a short reach). `variation` is the relative deviation of forces and of
+    the step time, and in units of 0.3 m of the places. Raises `BadValue` outside the ranges below.
 
     >>> round(Walker().contact_s, 3)
     0.673
@@ -78,12 +79,16 @@ class Walker:
     peak1: float = 1.10
     valley: float = 0.72
     peak2: float = 1.08
+    roll_start: float = 0.05
+    roll_reach: float = 0.9
     variation: float = 0.02
 
     def __post_init__(self) -> None:
         for name, (low, high) in WALKER_RANGES.items():
             value = getattr(self, name)
             require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+        most = 1.0 - self.roll_start
+        require(self.roll_reach <= most, "roll_reach", self.roll_reach, f"at most {most:g}, to the toes")
 
     @property
     def step_s(self) -> float:
@@ -106,6 +111,8 @@ WALKER_RANGES = {
     "peak1": (0.9, 2.0),
     "valley": (0.2, 1.0),
     "peak2": (0.9, 2.0),
+    "roll_start": (0.0, 0.9),
+    "roll_reach": (0.0, 1.0),
     "variation": (0.0, 0.2),
 }
 """The allowed range of each of a walker's parameters."""
@@ -125,6 +132,8 @@ class Footfall:
     peak1_n: float
     valley_n: float
     peak2_n: float
+    roll_start: float = 0.05
+    roll_reach: float = 0.9
 
     def force_n(self, time_s: ArrayLike) -> NDArray[np.float64]:
         """The vertical force at each of `time_s`; 0 before and after."""
@@ -132,7 +141,7 @@ class Footfall:
 
     def centre_m(self, time_s: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The centre of pressure (x, y) at each of `time_s`, held at heel and toe outside the contact."""
-        along = self.length_m * roll(self._phase(time_s))
+        along = self.length_m * roll(self._phase(time_s), self.roll_start, self.roll_reach)
         return self.heel_x_m + along * math.cos(self.heading_rad), self.heel_y_m + along * math.sin(self.heading_rad)
 
     def _phase(self, time_s: ArrayLike) -> NDArray[np.float64]:
@@ -218,6 +227,8 @@ def _footfall(walker: Walker, points: NDArray[np.float64], step: int, key: np.ui
         peak1_n=walker.weight_n * walker.peak1 * (1.0 + vary[4]),
         valley_n=walker.weight_n * walker.valley * (1.0 + vary[5]),
         peak2_n=walker.weight_n * walker.peak2 * (1.0 + vary[6]),
+        roll_start=walker.roll_start,
+        roll_reach=walker.roll_reach,
     )
 
 

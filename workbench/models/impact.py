@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.arguments import number
 from workbench.errors import require
 from workbench.models import impact_row
-from workbench.models.modal import checked_modes, checked_number
+from workbench.models.modal import checked_modes
 
 
 @dataclass(frozen=True)
@@ -69,14 +70,15 @@ def blow(
         ("error", error, 1e-12, 0.5, "1e-12 to 0.5"),
         ("load_n", load_n, 0.0, 1e9, "0 to 1e9 N"),
     ):
-        checked_number(name, value, lowest, highest, allowed)
+        number(name, value, lowest, highest, allowed)
     frequencies, decays, masses, weights = checked_modes(
         frequencies_hz=frequencies_hz, decays_per_s=decays_per_s, masses_kg=masses_kg, shapes=shapes
     )
     order = np.argsort(decays, kind="stable")
     modes = (frequencies[order], decays[order], masses[order], weights[order])
     mobility = float((weights**2 / masses).sum())
-    frames = round(seconds * rate)
+    rate = float(rate)
+    frames = round(float(seconds) * rate)
     require(frames <= 2**28, "seconds", seconds, f"at most 2^28 frames, {2**28 / rate:.6g} s at this rate")
     steps = impact_row.substeps(error, mass_kg, stiffness, exponent, velocity_m_s, mobility, rate)
     hammer = np.array([mass_kg, stiffness, exponent, damping_s_m, load_n, error, (steps + 1) // 2], dtype=np.float64)

@@ -3,11 +3,10 @@
 `modal_events` rings where excitation is sparse, `modal_signal` where it is dense; both run in real time, row by row.
 """
 
-from numbers import Real
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.arguments import number, numbers
 from workbench.errors import require
 from workbench.models import modal_events, modal_signal
 
@@ -35,7 +34,7 @@ def ring(
         frequencies_hz=frequencies_hz, decays_per_s=decays_per_s, amplitudes=amplitudes
     )
     signal = numbers("excitation", excitation)
-    checked_number("rate", rate, 1e-6, 1e12, "1e-6 to 1e12 Hz")
+    rate = number("rate", rate, 1e-6, 1e12, "1e-6 to 1e12 Hz")
     order = np.argsort(decays, kind="stable")
     modes = (frequencies[order], decays[order], weights[order])
     floor = _FLOOR * float(np.abs(weights).max() * np.abs(signal).max(initial=0.0))
@@ -46,18 +45,13 @@ def ring(
         events[:, 0] = frames
         events[:, 1] = signal[frames]
         s, t = _memory(modal_events, weights.size)
-        modal_events.tune(t, *modes, float(rate), floor)
+        modal_events.tune(t, *modes, rate, floor)
         modal_events.ring(s, t, events.ravel(), frames.size, out, 0, out.size)
     else:
         s, t = _memory(modal_signal, weights.size)
-        modal_signal.tune(t, *modes, float(rate), floor)
+        modal_signal.tune(t, *modes, rate, floor)
         modal_signal.ring(s, t, signal, out, 0, out.size)
     return out
-
-
-def checked_number(name: str, value: object, lowest: float, highest: float, allowed: str) -> None:
-    """Raise `BadValue` unless `value` is a number within `lowest` to `highest`."""
-    require(isinstance(value, Real) and lowest <= float(value) <= highest, name, value, allowed)
 
 
 def checked_modes(**lists: ArrayLike) -> list[NDArray[np.float64]]:
@@ -72,16 +66,6 @@ def checked_modes(**lists: ArrayLike) -> list[NDArray[np.float64]]:
         if name == "masses_kg":
             require(bool((values > 0.0).all()), name, values, "above 0")
     return list(arrays.values())
-
-
-def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Finite numbers in one dimension, as a contiguous array."""
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.full((1, 1), np.nan)
-    require(np.ndim(values) == 1 and bool(np.isfinite(array).all()), name, values, "finite numbers in one dimension")
-    return array
 
 
 def _memory(form, modes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -20,9 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
+from workbench.arguments import HUGE, TINY, number, numbers, seed_of
 from workbench.kernels import kernel
-from workbench.models.fracture import finite_signal
 from workbench.models.fracture_damage import crossing
 from workbench.models.fracture_motion import frame_step, resolved
 from workbench.models.random import stream_key, uniform
@@ -70,7 +69,7 @@ def slip(
     >>> len(result.time_s) > 10, bool(result.energy_j.min() >= 1e-5)
     (True, True)
     """
-    load = finite_signal(force_n, "force_n")
+    load = numbers("force_n", force_n)
     for name, value in (
         ("rate_hz", rate_hz),
         ("stiffness_n_m", stiffness_n_m),
@@ -78,20 +77,20 @@ def slip(
         ("threshold_n", threshold_n),
         ("least_j", least_j),
     ):
-        require(math.isfinite(value) and value > 0.0, name, value, "above 0")
+        number(name, value, TINY, HUGE, "above 0")
     for name, value in (("mass_kg", mass_kg), ("damping_ns_m", damping_ns_m)):
-        require(math.isfinite(value) and value >= 0.0, name, value, "0 or more")
-    require(0.0 <= spread < 1.0, "spread", spread, "0 or more, below 1")
-    require(0.0 <= gamma <= 10.0, "gamma", gamma, "0 to 10")
-    require(math.isfinite(most_j) and most_j >= least_j, "most_j", most_j, f"least_j, {least_j}, or more")
-    require(renewal_s > 0.0, "renewal_s", renewal_s, "above 0 s")
+        number(name, value, 0.0, HUGE, "0 or more")
+    number("spread", spread, 0.0, math.nextafter(1.0, 0.0), "0 or more, below 1")
+    number("gamma", gamma, 0.0, 10.0, "0 to 10")
+    number("most_j", most_j, least_j, HUGE, f"least_j, {least_j}, or more")
+    number("renewal_s", renewal_s, TINY, math.inf, "above 0 s")
     tuning, state = np.zeros(tuning_size()), np.zeros(state_size())
     tune(tuning, rate_hz, mass_kg, damping_ns_m, stiffness_n_m, plastic_stiffness_n_m, threshold_n, spread)
     tune_energy(tuning, gamma, least_j, most_j, most_j, 1.0)
     tune_renewal(tuning, rate_hz, renewal_s)
     displacement, plastic = np.zeros((2, load.size))
     events = np.zeros(3 * load.size)
-    count = _run(state, tuning, stream_key(seed, "slip"), 0, load, displacement, events, plastic)
+    count = _run(state, tuning, stream_key(seed_of(seed), "slip"), 0, load, displacement, events, plastic)
     return Slips(displacement, plastic, events[: 3 * count : 3] / rate_hz, events[1 : 3 * count : 3])
 
 

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.arguments import HUGE, TINY, number, numbers
 from workbench.errors import require
 from workbench.kernels import kernel
 
@@ -31,14 +32,13 @@ def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> ND
     >>> tone(50.0, [1.0], 0.02, 400.0).round(3)[:3]
     array([0.   , 0.707, 1.   ])
     """
-    require(math.isfinite(f0_hz) and f0_hz > 0, "f0_hz", f0_hz, "above 0")
-    require(math.isfinite(rate) and rate > 0, "rate", rate, "above 0")
-    require(math.isfinite(seconds) and seconds >= 0, "seconds", seconds, "0 or more")
-    weights = np.ascontiguousarray(amplitudes, dtype=np.float64)
-    require(weights.ndim == 1 and weights.size > 0, "amplitudes", amplitudes, "a row of at least one number")
-    require(bool(np.isfinite(weights).all()), "amplitudes", amplitudes, "finite numbers")
-    y = np.empty(round(seconds * rate))
-    run(np.zeros(STATE_SIZE), np.array([float(f0_hz)]), weights, float(rate), np.zeros(WORK_SHAPE), y, y.size)
+    f0_hz = number("f0_hz", f0_hz, TINY, HUGE, "above 0 Hz")
+    rate = number("rate", rate, TINY, HUGE, "above 0 Hz")
+    number("seconds", seconds, 0.0, 2**31 / rate, f"0 to {2**31 / rate:.6g} s at this rate: 2^31 frames")
+    weights = numbers("amplitudes", amplitudes)
+    require(weights.size > 0, "amplitudes", amplitudes, "a row of at least one number")
+    y = np.empty(round(float(seconds) * rate))
+    run(np.zeros(STATE_SIZE), np.array([f0_hz]), weights, rate, np.zeros(WORK_SHAPE), y, y.size)
     return y
 
 

@@ -1,5 +1,6 @@
 """The document: nodes and wires as pure data. Every edit gives a new patch; nothing in a file is ever executed."""
 
+import codecs
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -182,7 +183,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def loads(text: bytes | str, registry: Registry, source: str = "patch") -> "Patch":
         """The patch in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
         try:
-            raw = msgspec.json.decode(text)
+            raw = msgspec.json.decode(text.removeprefix(codecs.BOM_UTF8) if isinstance(text, bytes) else text)
         except msgspec.DecodeError as error:
             raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
         except UnicodeDecodeError:

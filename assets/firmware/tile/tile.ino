@@ -1,0 +1,56 @@
+/* One tile: four sensors, a thousand times a second, as frames on the serial port. See README.md beside this file. */
+
+#include "tile_frame.h"
+
+const uint16_t TILE = 0;                         /* the tile's place in the floor's file, from 0 */
+const uint8_t SENSORS[4] = {A0, A1, A2, A3};     /* in the order of the floor's file */
+const uint32_t PERIOD_US = 1000;
+const bool AS_TEXT = false;                      /* lines of text instead: for a first look, at 200 Hz at most */
+
+/* Readings go out as 0 to 65535: a converter's bits stand at the top. */
+#if defined(TEENSYDUINO) || defined(ARDUINO_ARCH_SAMD) || defined(ARDUINO_ARCH_ESP32) || defined(ARDUINO_ARCH_RP2040)
+const uint8_t BITS = 12;
+#else
+const uint8_t BITS = 10;
+#endif
+
+static uint16_t sequence = 0;
+static uint32_t due;
+
+void setup() {
+    Serial.begin(1000000);                       /* boards with USB of their own ignore this */
+#if defined(TEENSYDUINO) || defined(ARDUINO_ARCH_SAMD) || defined(ARDUINO_ARCH_ESP32) || defined(ARDUINO_ARCH_RP2040)
+    analogReadResolution(BITS);
+#endif
+#if defined(__AVR__)
+    ADCSRA = (ADCSRA & 0xF8) | 0x05;             /* the converter at 500 kHz: 26 instead of 104 microseconds each */
+#endif
+    due = micros();
+}
+
+void loop() {
+    const uint32_t now = micros();
+    if ((int32_t)(now - due) < 0) return;
+    due += AS_TEXT ? 5 * PERIOD_US : PERIOD_US;
+    if ((int32_t)(now - due) > 0) due = now + PERIOD_US;   /* held up: what was missed is not made up for */
+
+    uint16_t readings[4];
+    for (uint8_t i = 0; i < 4; i++) readings[i] = (uint16_t)analogRead(SENSORS[i]) << (16 - BITS);
+
+    if (AS_TEXT) {
+        Serial.print(TILE);
+        Serial.print(',');
+        Serial.print(sequence);
+        Serial.print(',');
+        Serial.print(now);
+        for (uint8_t i = 0; i < 4; i++) {
+            Serial.print(',');
+            Serial.print(readings[i]);
+        }
+        Serial.print('\n');
+    } else {
+        uint8_t frame[TILE_FRAME_SIZE];
+        Serial.write(frame, tile_frame_encode(frame, TILE, sequence, now, readings));
+    }
+    sequence++;
+}

@@ -1,0 +1,74 @@
+"""Sensors and presses that owe nothing to the program: laws in closed form, hysteresis, a press robot."""
+
+import numpy as np
+
+FULL_N = 200.0
+
+LAWS = {
+    "soft conductance": lambda f: 60000.0 * f * f / (f * f + 120.0 * (f + 15.0)),
+    "logarithm": lambda f: 8000.0 * np.log1p(f / 8.0),
+    "divider that falls": lambda f: 65535.0 / (1.0 + f / 60.0),
+    "straight, with an offset": lambda f: 32768.0 + 60.0 * f,
+    "power": lambda f: 4000.0 * f**0.4,
+    "saturating": lambda f: 50000.0 * np.tanh(f / 120.0),
+}
+
+
+def loadings(rate_hz, seed, count=4, full_n=FULL_N):
+    """Time and force of loadings up and down, unloaded before, between and after."""
+    draws = np.random.default_rng(seed)
+    pieces = [np.zeros(int(rate_hz))]
+    for k in range(count):
+        n = int(rate_hz * draws.uniform(1.0, 2.0))
+        top = full_n * (1.0 if k == 0 else draws.uniform(0.75, 1.0))
+        pieces += [top * np.sin(np.pi * np.arange(n) / n), np.zeros(int(0.3 * rate_hz))]
+    force = np.concatenate(pieces)
+    return np.arange(force.size) / rate_hz, force
+
+
+def lagging(force_n, width=0.08):
+    """What a sensor feels that reads `width` more when force falls: a play whose width is a share of the force."""
+    felt, held = np.empty_like(force_n), 0.0
+    for i, force in enumerate(force_n):
+        held = min(max(held, force), (1.0 + width) * force)
+        felt[i] = held
+    return felt
+
+
+def read(law, felt_n, seed, gain=1.0, noise=3.0):
+    counts = LAWS[law](gain * felt_n) + noise * np.random.default_rng(seed).standard_normal(felt_n.size)
+    return np.clip(np.round(counts), 0.0, 65535.0)
+
+
+def pairs_rows(law, rate_hz=100.0, width=0.0, gains=(0.85, 1.0, 1.1, 1.2), count=4):
+    """Columns of a table of pairs: time, sensor from 0, reading, force."""
+    found = []
+    for j, gain in enumerate(gains):
+        time_s, force = loadings(rate_hz, j, count)
+        reading = read(law, lagging(force, width), 10 + j, gain)
+        found.append(np.stack([time_s + 100.0 * j, np.full(force.size, j), reading, force], axis=1))
+    return np.concatenate(found)
+
+
+def robot(sensors_m, gains=(1.0, 1.0, 1.0, 1.0), moved_m=0.0, twist=0.0, bias_n=0.0, noise_n=0.0, inset_m=0.02,
+          side_m=0.305, rows=7, loads=(100.0, 200.0, 400.0), seed=0):  # fmt: skip
+    """Presses on a grid: places, loads and corner forces of a plate that splits bilinearly, but for what is asked.
+
+    Sensors are `moved_m` from where they should be, each reads `gains` times what it carries, the plate twists by a
+    share `twist` of the load, and each force is `bias_n` off.
+    """
+    draws = np.random.default_rng(seed)
+    true_m = sensors_m + draws.uniform(-moved_m, moved_m, sensors_m.shape)
+    line = np.linspace(inset_m - side_m / 2.0, side_m / 2.0 - inset_m, rows)
+    at = np.array([(x, y) for x in line for y in line])
+    at = np.repeat(at, len(loads), axis=0)
+    load = np.tile(loads, rows * rows)
+    forces = np.empty((len(at), 4))
+    for k, (place, force) in enumerate(zip(at, load, strict=True)):
+        # The one split without twist: sum and both moments are right, and forces are linear in the sensor's x, y, xy.
+        signs = np.sign(sensors_m[:, 0] * sensors_m[:, 1])
+        equations = np.vstack([np.ones(4), true_m.T, signs])
+        wanted = [force, *(force * place), force * (np.prod(place) / 0.1335**2 + twist)]
+        forces[k] = np.linalg.solve(equations, wanted)
+    forces = forces * gains + bias_n * np.array([1.0, -1.0, 0.5, 0.0]) + noise_n * draws.standard_normal(forces.shape)
+    return at, load, forces

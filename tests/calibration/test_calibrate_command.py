@@ -1,0 +1,112 @@
+"""`underfoot calibrate fsr|centroid`: files in, profile, report and figures out."""
+
+import json
+
+import command_line
+import made_sensors
+import numpy as np
+import pytest
+
+from workbench.calibration.tables import PAIR_HEADER, PRESS_HEADER, write_table
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Profile
+
+folder, underfoot = command_line.folder, command_line.underfoot
+TILE = default_floor(1, 1).tiles[0]
+
+
+@pytest.fixture
+def measured(folder):
+    """Tables of one tile: pairs of sensors with a straight law, and presses read through them."""
+    default_floor(1, 1).save("floor.json")
+    rows = made_sensors.pairs_rows("straight, with an offset", gains=(1.0,) * 4)
+    rows[:, 1] += 1.0
+    write_table("pairs.csv", PAIR_HEADER, rows, "t1")
+    at, load, forces = made_sensors.robot(np.array(TILE.sensors_m), moved_m=0.008, loads=(60.0, 120.0, 180.0))
+    write_table("presses.csv", PRESS_HEADER, np.column_stack([at, load, 32768.0 + 60.0 * forces]), "t1")
+    return folder
+
+
+def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
+    said = underfoot("calibrate", "fsr", "--pairs", "pairs.csv", "--profile", "t1.json", "--report", "out", "--json")
+    assert (said.status, said.error) == (0, "")
+    figures = json.loads(said.out)
+    assert figures["good"]
+    assert figures["error_percent"] < 0.2
+    files = ("--presses", "presses.csv", "--floor", "floor.json", "--profile", "t1.json", "--report", "out")
+    said = underfoot("calibrate", "centroid", *files, "--json", "--serial", "A7")
+    assert (said.status, said.error) == (0, "")
+    figures = json.loads(said.out)
+    assert figures["mean_after_mm"] < 1.0 < figures["mean_before_mm"]
+    profile = Profile.load("t1.json")
+    assert (profile.tile, profile.serial) == ("t1", "A7")
+    assert profile.force(np.full(4, 32768.0 + 60.0 * 100.0)) == pytest.approx(np.full(4, 100.0), rel=0.01)
+    made = {path.name for path in (measured / "out").iterdir()}
+    assert {"fsr.html", "fsr-pairs.csv", "fsr.json", "centroid.html", "centroid-presses.csv", "centroid.json"} <= made
+    page = (measured / "out" / "centroid.html").read_text()
+    assert page.count("<svg") >= 4
+    assert profile.centroid.verdict.split(" mm")[0] in page
+    again = underfoot("calibrate", "fsr", "--pairs", "out/fsr-pairs.csv", "--profile", "t1.json", "--report", "out")
+    assert again.status == 0
+    assert "Newtons are true to" in again.out
+    assert [earlier.kind for earlier in Profile.load("t1.json").earlier] == ["fsr"]
+    assert "Beside the one replaced on" in (measured / "out" / "fsr.html").read_text()
+
+
+def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
+    """Without a profile its sensors are linearised first; on hardware that is for the person to do."""
+    said = underfoot("calibrate", "centroid", "--target", "simulator", "--quick", "--profile", "both.json")
+    assert said.status == 0
+    profile = Profile.load("both.json")
+    assert profile.is_calibrated
+    assert profile.centroid is not None
+    refused = underfoot("calibrate", "centroid", "--target", "udp:127.0.0.1:9999", "--profile", "none.json")
+    assert (refused.status, refused.out) == (1, "")
+    assert "calibrate fsr first" in refused.error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("fsr",), "give either --pairs or --target"),
+        (("fsr", "--pairs", "pairs.csv", "--target", "simulator"), "give either --pairs or --target"),
+        (("fsr", "--pairs", "nope.csv"), "nope.csv cannot be read: no such file or directory"),
+        (("fsr", "--pairs", "presses.csv"), "presses.csv: line 1 has 0 columns time_s"),
+        (("fsr", "--pairs", "pairs.csv", "--tile", "t2"), "pairs.csv has no tile t2; allowed: t1"),
+        (("fsr", "--pairs", "pairs.csv", "--profile", "no/where.json"), "no/where.json cannot be written"),
+        (("fsr", "--pairs", "pairs.csv", "--report", "pairs.csv"), "pairs.csv is not a folder"),
+        (("fsr", "--pairs", "pairs.csv", "--divider-ohm", "0"), "--divider-ohm is 0; allowed: above 0"),
+        (("fsr", "--target", "moon"), "--target is 'moon'; allowed: simulator"),
+        (("fsr", "--target", "simulator", "--seed", "-1"), "--seed is -1; allowed: 0 or more"),
+        (("centroid", "--presses", "presses.csv"), "--presses needs --floor"),
+        (("centroid", "--presses", "presses.csv", "--floor", "pairs.csv"), "pairs.csv is not JSON"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_1(underfoot, measured, arguments, said):
+    found = underfoot("calibrate", *arguments)
+    assert (found.status, found.out) == (1, "")
+    assert found.error.count("\n") == 1
+    assert said in found.error
+
+
+def test_a_profile_of_another_tile_stays_as_it_was(underfoot, measured):
+    Profile(tile="t9").save("other.json")
+    before = (measured / "other.json").read_bytes()
+    found = underfoot("calibrate", "fsr", "--pairs", "pairs.csv", "--profile", "other.json")
+    assert found.error == "underfoot: other.json is the profile of tile t9; allowed: t1\n"
+    (measured / "broken.json").write_text("{")
+    assert underfoot("calibrate", "fsr", "--pairs", "pairs.csv", "--profile", "broken.json").status == 1
+    assert (measured / "other.json").read_bytes() == before
+    assert (measured / "broken.json").read_text() == "{"
+
+
+def test_dead_sensors_are_refused_with_the_file(underfoot, measured):
+    rows = np.loadtxt("pairs.csv", delimiter=",", skiprows=1, usecols=(0, 2, 3, 4))
+    rows[:, 2] = 700.0
+    write_table("dead.csv", PAIR_HEADER, rows, "t1")
+    found = underfoot("calibrate", "fsr", "--pairs", "dead.csv", "--profile", "t1.json")
+    assert found.status == 1
+    assert found.error.startswith(
+        "underfoot: dead.csv: no sensor can be calibrated: sensor 1 is not calibrated: it is dead"
+    )
+    assert not (measured / "t1.json").exists()

@@ -1,0 +1,165 @@
+"""Where a load stands: presses of a robot that errs in known ways, and what the correction makes of them."""
+
+import made_sensors
+import numpy as np
+import pytest
+
+from workbench.calibration.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, loads
+from workbench.calibration.tables import Presses
+from workbench.errors import BadValue
+from workbench.floor.curves import Curve
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Fsr, Profile
+
+TILE = default_floor(1, 1).tiles[0]
+SENSORS = np.array(TILE.sensors_m)
+
+
+def presses(**errors):
+    at, load, forces = made_sensors.robot(SENSORS, **errors)
+    return Presses("t1", at, load, forces)
+
+
+def test_a_perfect_tile_needs_no_correction():
+    found = assessed(presses(), TILE)
+    assert found.form == "none"
+    assert found.errors_mm(found.after_m).max() < 1e-9
+    assert found.correction.gains == (1.0, 1.0, 1.0, 1.0)
+    assert found.good
+
+
+def test_wrong_gains_are_found_to_a_thousandth():
+    gains = np.array([1.2, 0.85, 1.0, 0.95])
+    found = assessed(presses(gains=gains), TILE)
+    learned = np.array(found.correction.gains)
+    assert learned / learned.mean() == pytest.approx(1.0 / gains / np.mean(1.0 / gains), rel=1e-3)
+    assert found.errors_mm(found.before_m).mean() > 5.0
+    assert found.errors_mm(found.after_m).max() < 0.2
+
+
+def test_curves_that_are_wrong_of_light_loads_are_bent_right():
+    """A soft start that a curve missed, another at each sensor, and corners that lift and read half of it."""
+    table = presses(moved_m=0.004)
+
+    def misread(forces):
+        soft = np.array([6.0, -4.0, 8.0, 3.0]) * -np.expm1(-np.maximum(forces, 0.0) / 20.0)
+        return np.where(forces < 0.0, 0.5, 1.0) * forces - soft
+
+    found = assessed(Presses("t1", table.at_m, table.force_n, misread(table.readings)), TILE)
+    assert found.form.startswith("bends")
+    plain = dict(found.tried)["gains and affine"]
+    assert dict(found.tried)[found.form] < 0.4 * plain
+    assert found.errors_mm(found.after_m).max() < 0.2 * found.errors_mm(found.before_m).max()
+    profile = Profile(tile="t1").with_part(found.part("a robot"))
+    again = Profile.loads(profile.dumps())
+    fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, moved_m=0.004)
+    off = again.position(misread(fresh)) - fresh_at
+    assert 1e3 * np.hypot(*off.T).mean() < 1.5 * found.errors_mm(found.after_m).mean() + 0.2
+
+
+@pytest.mark.parametrize(
+    "errors", [{"moved_m": 0.012}, {"moved_m": 0.008, "twist": 0.03, "gains": np.array([1.15, 0.9, 1.0, 1.05])}]
+)
+def test_misplaced_sensors_and_a_warped_plate_are_corrected_on_places_left_out(errors):
+    found = assessed(presses(noise_n=0.1, **errors), TILE)
+    before, after = found.errors_mm(found.before_m), found.errors_mm(found.after_m)
+    assert after.mean() < 0.2 * before.mean()
+    assert after.max() < 5.0
+    fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, noise_n=0.1, seed=0, **errors)
+    place = found.correction.place(fresh, SENSORS, 0.0)
+    assert 1e3 * np.hypot(*(place - fresh_at).T).mean() < 1.5 * after.mean() + 0.2
+
+
+def test_nothing_is_extrapolated():
+    found = assessed(presses(moved_m=0.012, inset_m=0.07, noise_n=0.2), TILE)
+    assert found.correction.powers
+    corners = np.eye(4) * 300.0
+    moved = found.correction.place(corners, SENSORS, 0.0) - centroid(corners * found.correction.gains, SENSORS)
+    inside = np.array(found.correction.area_m)
+    sums = [found.correction.place(f, SENSORS, 0.0) for f in np.full((1, 4), 100.0)]
+    assert np.isfinite(sums).all()
+    at_edge = moved_at(found.correction, inside)
+    assert np.hypot(*moved.T).max() <= np.hypot(*at_edge.T).max() + 1e-9
+
+
+def moved_at(correction, points_m):
+    """The displacement at points, from the polynomial as it is written down."""
+    u = points_m / correction.scale_m
+    terms = np.array([u[:, 0] ** i * u[:, 1] ** j for i, j in correction.powers])
+    return terms.T @ np.array(correction.displacement_m)
+
+
+def test_noise_is_not_made_worse():
+    found = assessed(presses(noise_n=15.0), TILE)
+    after, before = found.errors_mm(found.after_m).mean(), found.errors_mm(found.before_m).mean()
+    assert after <= before
+
+
+def test_errors_are_told_by_load_edge_and_shear():
+    figures = {name: value for name, value, _ in assessed(presses(bias_n=3.0), TILE).quantities}
+    # A constant error of forces moves the place by as much less as the load is larger.
+    by_load = [figures[f"mean_after_mm_at_{load}_n"] for load in (100, 200, 400)]
+    assert by_load[0] > by_load[1] > 0.0
+    assert figures["shear_mm"] == pytest.approx(1e3 * SHEAR_SHARE * TILE.sensor_depth_m)
+    assert {"mean_after_mm_0_to_3_cm_from_edge", "mean_after_mm_over_10_cm_from_edge"} <= figures.keys()
+    assert (figures["presses"], figures["places"]) == (147.0, 49.0)
+
+
+def test_readings_go_through_the_profile_s_curves():
+    table = presses()
+    curve = Curve(
+        law="power", rest=500.0, full_scale_n=500.0, readings=(500, 50500), forces_n=(0, 500), slopes=(0.01, 0.01)
+    )
+    profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
+    counts = Presses("t1", table.at_m, table.force_n, 500.0 + 100.0 * table.readings)
+    found = assessed(counts, TILE, profile)
+    assert found.errors_mm(found.after_m).max() < 0.1
+    silent = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, Curve(uncalibrated="dead"), curve)))
+    with pytest.raises(BadValue, match="sensor 3 has no curve"):
+        assessed(counts, TILE, silent)
+
+
+def test_what_cannot_be_right_is_refused_or_left_out():
+    table = presses()
+    swapped = Presses("t1", table.at_m, table.force_n, table.readings[:, [1, 0, 2, 3]])
+    with pytest.raises(BadValue, match="sensors 1 and 2 look swapped"):
+        assessed(swapped, TILE)
+    with pytest.raises(BadValue, match="allowed: on tile t1"):
+        assessed(Presses("t1", table.at_m * 10.0, table.force_n, table.readings), TILE)
+    with pytest.raises(BadValue, match="at least 6"):
+        assessed(Presses("t1", table.at_m[:4], table.force_n[:4], table.readings[:4]), TILE)
+    with pytest.raises(BadValue, match="at least 4 different"):
+        assessed(Presses("t1", table.at_m[:9], table.force_n[:9], table.readings[:9]), TILE)
+    force = table.force_n.copy()
+    force[7] *= 10.0
+    found = assessed(Presses("t1", table.at_m, force, table.readings), TILE)
+    assert found.left_out == (f"press 8 left out: {force[7]:.4g} N given, {force[7] / 10.0:.4g} N measured",)
+    force[::2] *= 10.0
+    with pytest.raises(BadValue, match="do not fit their force"):
+        assessed(Presses("t1", table.at_m, force, table.readings), TILE)
+
+
+def test_nine_places_allow_gains_and_a_plane_at_most():
+    found = assessed(presses(rows=3, moved_m=0.01), TILE)
+    assert {name for name, _ in found.tried} <= {"none", "gains", "affine", "gains and affine"}
+    assert found.errors_mm(found.after_m).mean() < found.errors_mm(found.before_m).mean()
+
+
+def test_loads_near_each_other_are_one_load():
+    found = loads(np.array([100.0, 103.0, 97.0, 200.0, 210.0, 400.0]))
+    assert [round(load) for load, _ in found] == [100, 205, 400]
+    assert [int(chosen.sum()) for _, chosen in found] == [3, 2, 1]
+
+
+def test_the_hull_holds_every_point():
+    points = np.random.default_rng(3).standard_normal((60, 2))
+    corners = np.array(hull(points))
+    edges = np.roll(corners, -1, axis=0) - corners
+    across = edges[:, 0] * (points[:, None, 1] - corners[:, 1]) - edges[:, 1] * (points[:, None, 0] - corners[:, 0])
+    assert across.min() > -1e-12
+
+
+def test_gains_are_the_same_from_any_units():
+    at, _, forces = made_sensors.robot(SENSORS, gains=np.array([1.1, 0.9, 1.0, 1.0]))
+    once, thousand = (corrected(scale * forces, at, SENSORS, "gains", 0).gains for scale in (1.0, 1000.0))
+    assert once == pytest.approx(thousand, rel=1e-9)

@@ -1,0 +1,244 @@
+"""The wizard of the frequency response on simulated tiles, page by page; what it says is held to the truth."""
+
+import math
+from datetime import date
+
+import numpy as np
+import pytest
+from scipy.signal import freqz_sos
+
+from workbench.calibration.procedure import Refused, Sound, run
+from workbench.calibration.response import LOUDEST, FrequencyResponse, through
+from workbench.calibration.response_result import Findings, flatness_db, result_of, usable_band_hz
+from workbench.calibration.sweep import exponential, measure, train
+from workbench.engine.safety import Limits
+from workbench.engine.sounding import SimulatedShaker
+from workbench.errors import BadValue
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Profile
+from workbench.floor.simulation import SimulatedTile
+
+TILE = default_floor().tiles[0]
+RATE = 16_000
+QUICK = {"sweep_s": 1.5, "passes": 2, "level": 0.1}
+
+
+class Listening:
+    """A simulated shaker that may spoil what comes back, and notes what was played."""
+
+    def __init__(self, seed=1, spoil=lambda heard: heard):
+        self.tile = SimulatedTile(TILE, seed=seed)
+        self._shaker, self.spoil = SimulatedShaker(self.tile), spoil
+        self.played = []
+
+    def press(self, press):
+        raise AssertionError("nothing is pressed")
+
+    def read(self):
+        raise AssertionError("nothing is read")
+
+    def play(self, sound):
+        self.played.append(sound)
+        return self.spoil(self._shaker.play(sound))
+
+    def close(self):
+        pass
+
+
+def finished(seed=1, rate=RATE, **values):
+    bench = Listening(seed)
+    return run(FrequencyResponse(TILE, rate), bench, QUICK | values), bench
+
+
+def truth_db(tile, sections, level, frequencies_hz, rate=RATE):
+    """The tile's true response to small signals through the sections, over a level."""
+    _, gain = freqz_sos(sections, frequencies_hz, fs=rate)
+    return 20.0 * np.log10(np.abs(tile.transfer(frequencies_hz) * gain) / level)
+
+
+@pytest.mark.parametrize(("seed", "order"), [(1, 14), (2, 14), (3, 10), (4, 10)])
+def test_what_it_corrects_is_truly_flat_and_truly_as_loud_as_it_says(seed, order):
+    """Against the model's transfer function, not against the measurement that the equaliser was made from."""
+    result, bench = finished(seed, order=order)
+    profile = result.apply(Profile(tile=TILE.id))
+    inner, whole = np.geomspace(60.0, 700.0, 400), np.array([50.0, 750.0])
+    found = truth_db(bench.tile, profile.equaliser, profile.acceleration_per_unit, inner)
+    assert np.abs(found).max() < 1.0
+    assert np.ptp(found) < 1.0
+    assert truth_db(bench.tile, profile.equaliser, profile.acceleration_per_unit, whole).min() > -10.0
+    figures = result.figures
+    assert figures["flatness_measured"] < 0.5 < 3.0 < figures["flatness_before"]
+    assert figures["usable_low"] < 50.0 < 750.0 < figures["usable_high"]
+    assert result.good
+    assert profile.equaliser.shape == (order // 2, 6)
+    assert profile.flags(TILE.id, date.today()) == ()
+
+
+def test_a_stimulus_in_m_s2_plays_at_that_level():
+    """A 200 Hz tone of 3 m/s^2, through equaliser and divided by the level, at the accelerometer."""
+    result, bench = finished(5)
+    profile = result.apply(Profile(tile=TILE.id))
+    asked = 3.0 * np.sin(2.0 * math.pi * 200.0 * np.arange(RATE) / RATE)
+    drive = through(profile.equaliser, asked) / profile.acceleration_per_unit
+    given = bench.tile.respond(drive, RATE, "none")[RATE // 2 :]
+    assert math.sqrt(2.0 * float(np.mean(given**2))) == pytest.approx(3.0, rel=0.06)
+
+
+def test_loads_change_the_response_as_they_truly_do():
+    result, bench = finished(2)
+    tables = {name: rows for name, _, rows in result.raw}
+    assert {"none", "standing", "corner", "equalised", "equaliser"} <= set(tables)
+    for load in ("none", "standing", "corner"):
+        rows = tables[load]
+        inside = (rows[:, 0] > 40.0) & (rows[:, 0] < 700.0)
+        true = np.abs(bench.tile.transfer(rows[inside, 0], load))
+        assert np.abs(20.0 * np.log10(rows[inside, 1] / true)).mean() < 0.5
+    assert result.figures["standing_changes"] > 3.0
+    drawn = result.drawings[0]
+    assert [line.name for line in drawn.series] == ["nothing on it", "standing in the middle", "a foot on a corner"]
+
+
+def test_distortion_grows_with_level_as_the_shaker_compresses():
+    result, _ = finished(1, level=0.45)
+    rows = next(rows for name, _, rows in result.raw if name == "distortion-over-level")
+    assert (np.diff(rows[:, 1]) > 0.0).all()
+    assert rows[-1, 2] > 3.0 * rows[4, 2]
+    assert 0.01 < rows[-1, 2] < 0.2
+    assert result.figures["distortion_3"] > result.figures["distortion_2"]
+
+
+def test_nothing_louder_than_the_limits_is_played():
+    _, bench = finished(3, level=LOUDEST)
+    assert len(bench.played) == 6
+    for sound in bench.played:
+        assert np.abs(sound.signal).max() <= LOUDEST + 1e-9 < Limits().peak
+    loud = Sound(np.full(4_800, 3.0), RATE, "none")
+    quiet = SimulatedShaker(SimulatedTile(TILE, seed=1)).play(loud)
+    hard = SimulatedTile(TILE, seed=1).respond(np.full(4_800, 0.95), RATE, "none") / 100.0
+    assert np.abs(quiet).max() <= np.abs(hard).max() * 1.01
+
+
+def test_the_pages_come_in_order_and_back_forgets():
+    wizard, bench = FrequencyResponse(TILE, RATE), Listening()
+    keys = []
+
+    def go_on():
+        keys.append(wizard.page.key)
+        if wizard.page.sound is not None:
+            wizard.hear(bench.play(wizard.page.sound))
+        else:
+            wizard.answer(QUICK if wizard.page.asks else {})
+
+    for _ in range(4):
+        go_on()
+    assert wizard.page.key == "standing"
+    assert len(wizard.drawings) == 1
+    wizard.back()
+    wizard.back()
+    assert wizard.page.key == "none"
+    assert wizard.drawings == ()
+    while not wizard.page.last:
+        go_on()
+    assert keys[4:] == [
+        "none", "standing-place", "standing", "corner-place", "corner", "leave", "tones", "again",
+    ]  # fmt: skip
+    assert wizard.result is not None
+    shares = [0.0, 1.0]
+    assert wizard.page.share == shares[1]
+    wizard.back()
+    assert wizard.page.key == "again"
+    assert wizard.result is None
+
+
+def test_loads_may_be_left_out():
+    wizard, bench = FrequencyResponse(TILE, RATE), Listening()
+    wizard.answer(QUICK | {"passes": 1})
+    while not wizard.page.last:
+        if wizard.page.may_skip:
+            wizard.skip()
+        elif wizard.page.sound is not None:
+            wizard.hear(bench.play(wizard.page.sound))
+        else:
+            wizard.answer({})
+    names = [name for name, _, _ in wizard.result.raw]
+    assert "standing" not in names
+    assert "one pass only: its spread is not known" in wizard.result.warnings
+
+
+@pytest.mark.parametrize(
+    ("page", "spoil", "reason"),
+    [
+        ("none", lambda heard: 0.0 * heard, "no signal"),
+        ("none", lambda heard: np.clip(heard, -0.01, 0.01), "clipped"),
+        ("none", lambda heard: 0.01 * np.random.default_rng(1).standard_normal(heard.size), "do not fit"),
+        ("none", lambda heard: heard[:1000], "lasts"),
+        ("quiet", lambda heard: heard + np.sin(0.1 * np.arange(heard.size)), "silence is recorded"),
+        ("tones", lambda heard: 0.0 * heard, "no signal"),
+        ("tones", lambda heard: np.clip(heard, -0.003, 0.003), "clipped"),
+        ("again", lambda heard: heard[::-1], "do not fit|does not hold"),
+        ("none", lambda heard: np.stack([heard, heard]), "one channel"),
+        ("none", lambda heard: np.full(heard.size, np.nan), "finite"),
+    ],
+)
+def test_what_cannot_be_right_is_refused_on_its_page_and_can_be_taken_again(page, spoil, reason):
+    wizard, bench = FrequencyResponse(TILE, RATE), Listening()
+    wizard.answer(QUICK)
+    while wizard.page.key != page:
+        if wizard.page.may_skip:
+            wizard.skip()
+        elif wizard.page.sound is not None:
+            wizard.hear(bench.play(wizard.page.sound))
+        else:
+            wizard.answer({})
+    heard = bench.play(wizard.page.sound)
+    with pytest.raises(Refused, match=reason):
+        wizard.hear(spoil(heard))
+    assert wizard.page.key == page
+    wizard.hear(heard)
+    assert wizard.page.key != page
+
+
+def test_a_page_takes_only_what_it_asks_for():
+    wizard = FrequencyResponse(TILE, RATE)
+    with pytest.raises(BadValue, match="takes no recording"):
+        wizard.hear(np.zeros(10))
+    for values, word in (({"order": 13}, "order is 13"), ({"level": 0.9}, "level is 0.9"), ({"mass": 1.0}, "mass")):
+        with pytest.raises(BadValue, match=word):
+            wizard.answer(values)
+    assert wizard.page.key == "setup"
+    wizard.answer(QUICK)
+    with pytest.raises(BadValue, match="takes a recording"):
+        wizard.answer({})
+
+
+def test_from_two_recordings_alone():
+    """What a command has: no loads, no tones, nothing measured again, a single pass."""
+    tile = SimulatedTile(TILE, seed=6)
+    sweep = train(exponential(20.0, 2000.0, 2.0, RATE, 0.1), 1, RATE)
+    found = measure(sweep, tile.respond(sweep, RATE, "none") / 50.0, RATE)
+    result = result_of(Findings({"none": found}, 50.0, RATE, 12), date(2024, 5, 1))
+    assert "computed, not measured again" in result.verdict
+    profile = result.apply(Profile(tile=TILE.id))
+    assert profile.response.made == "2024-05-01"
+    inner = np.geomspace(60.0, 700.0, 400)
+    assert np.abs(truth_db(tile, profile.equaliser, profile.acceleration_per_unit, inner)).max() < 1.0
+    assert Profile.loads(profile.dumps()).equaliser.tobytes() == profile.equaliser.tobytes()
+    kept = np.interp(inner, profile.response.frequencies_hz, profile.response.magnitude)
+    assert np.abs(20.0 * np.log10(kept / np.abs(tile.transfer(inner)))).max() < 0.5
+
+
+def test_a_tile_that_cannot_be_made_flat_is_not_good():
+    tile = SimulatedTile(TILE, seed=6)
+    sweep = train(exponential(20.0, 2000.0, 2.0, RATE, 0.1), 1, RATE)
+    found = measure(sweep, tile.respond(sweep, RATE, "none") / 50.0, RATE)
+    result = result_of(Findings({"none": found}, 50.0, RATE, 2))
+    assert not result.good
+    assert "not flat enough" in result.verdict
+    assert "errs by" in result.apply(Profile(tile=TILE.id)).flags(TILE.id, date.today())[0]
+
+
+def test_a_band_ends_where_the_response_falls_too_far():
+    f = np.array([20.0, 30.0, 60.0, 200.0, 600.0, 700.0, 900.0])
+    assert usable_band_hz(f, np.array([-40.0, -9.0, 0.0, 1.0, 0.0, -11.0, 0.0])) == (30.0, 600.0)
+    assert usable_band_hz(f, np.full(7, -11.0)) == (0.0, 0.0)
+    assert flatness_db(f, np.array([-40.0, -9.0, 0.5, 1.0, 0.0, -1.0, 0.0])) == 1.0

@@ -1,0 +1,236 @@
+"""The equalisers of tiles in the engine: what is asked is what a tile gives; without a profile nothing changes."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+import soundfile
+from click.testing import CliRunner
+from live import live
+from made_patches import hum, patch_of, rough_step, stepped_bank
+from scipy.signal import butter, sosfilt
+
+from workbench.clock import FADE
+from workbench.commands.render import render as render_command
+from workbench.devices.simulated import SimulatedFloor
+from workbench.engine.correction import correction_of, corrections_of
+from workbench.engine.loop import PULSE_S, Loop
+from workbench.engine.messages import Correct, Play, Pulse
+from workbench.engine.recorder import from_text, to_text
+from workbench.engine.render import render
+from workbench.engine.replayed import replay
+from workbench.engine.safety import Limits
+from workbench.errors import BadFile, BadValue
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Profile, Response
+from workbench.nodes import REGISTRY
+from workbench.records.recording import Recording
+
+FLOOR = default_floor()
+RATE = 48_000
+BAND = tuple(map(tuple, butter(4, [50.0, 750.0], "bandpass", fs=RATE, output="sos").tolist()))
+LOW = tuple(map(tuple, butter(2, 400.0, fs=RATE, output="sos").tolist()))
+OPEN = [Limits(peak=1.0, rms=1.0)] * 4
+
+
+def loop_of(patch, block=256, walking=True, **options):
+    loop = Loop(patch, REGISTRY, SimulatedFloor(FLOOR, walking=walking), block=block, **options)
+    loop.send(Play(True))
+    return loop
+
+
+def played(loop, frames, blocks=None):
+    """What a loop plays in the next frames, in blocks of these sizes in turn."""
+    out = np.empty((frames, loop.out.shape[1]), np.float32)
+    blocks = blocks or [loop.block]
+    at = turn = 0
+    while at < frames:
+        n = min(blocks[turn % len(blocks)], frames - at)
+        loop.run(n)
+        out[at : at + n] = loop.out[:n]
+        at, turn = at + n, turn + 1
+    return out
+
+
+@pytest.mark.parametrize("patch", [stepped_bank(), rough_step(), hum()])
+def test_a_tile_is_filtered_and_scaled_as_its_profile_says_and_no_other(patch):
+    plain = played(loop_of(patch, limits=OPEN), RATE)
+    corrections = [Correct("t1", 20.0, BAND), Correct("t2", 10.0)]
+    out = played(loop_of(patch, limits=OPEN, corrections=corrections), RATE)
+    assert plain[:, :2].any(axis=0).all()
+    # Both stages behind are linear here, but for the ramp of the start: their order does not matter after that.
+    expected = sosfilt(BAND, plain[:, 0].astype(float))
+    kept = slice(10 * FADE, None)
+    assert np.abs(out[kept, 0] - expected[kept]).max() < 2e-3 * np.abs(expected).max() + 1e-6
+    assert np.abs(out[:, 1] - 2.0 * plain[:, 1]).max() < 1e-6
+    assert out[:, 2:].tobytes() == plain[:, 2:].tobytes()
+
+
+AT_ODD_FRAMES = (
+    (5_003, Correct("t3", 9.0, LOW, 44_100.0)),
+    (5_100, Correct("t3", 12.0)),
+    (5_107, Correct("t1", 14.0, LOW)),
+    (20_011, Correct("t1", 30.0, BAND)),
+    (21_013, Pulse("t4")),
+    (21_500, Correct("t4", 5.0, BAND)),
+)
+
+
+@pytest.mark.parametrize("patch", [stepped_bank(), rough_step()])
+@pytest.mark.parametrize("blocks", [[64], [7], [1, 500, 33, 3000]])
+def test_the_same_bytes_at_any_block_size(patch, blocks):
+    def run(blocks):
+        loop = loop_of(patch, max(blocks), corrections=[Correct("t1", 11.0, BAND), Correct("t2", 30.0)])
+        for frame, command in AT_ODD_FRAMES:
+            loop.send(command, frame)
+        return played(loop, 40_000, blocks), [(done.frame, done.command) for done in loop.done]
+
+    whole, told = run([1024])
+    out, again = run(blocks)
+    assert whole.any(axis=0).sum() >= 3
+    assert out.tobytes() == whole.tobytes()
+    assert again == told
+    assert [command for _, command in told if isinstance(command, Correct)] == [
+        command for _, command in AT_ODD_FRAMES if isinstance(command, Correct)
+    ]
+
+
+def test_without_a_profile_the_bytes_are_what_they_were():
+    for patch in (rough_step(), hum()):
+        plain = played(loop_of(patch), 24_000)
+        unmeasured = corrections_of({"t1": Profile(tile="t1")})
+        assert played(loop_of(patch, corrections=unmeasured), 24_000).tobytes() == plain.tobytes()
+        loop = loop_of(patch)
+        for tile in FLOOR.ids:
+            loop.send(Correct(tile), 9_000)
+        assert played(loop, 24_000).tobytes() == plain.tobytes()
+
+
+def test_a_change_is_faded_over_480_frames():
+    patch = hum(tone={"frequency": 4_800.0, "amplitude": 2.0})
+    halved, edge = (((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),), 9_600)
+    plain = played(loop_of(patch, walking=False, limits=OPEN), 12_000)[:, 0].astype(float)
+    loop = loop_of(patch, walking=False, limits=OPEN)
+    loop.send(Correct("t1", 20.0, halved), edge)
+    out = played(loop, 12_000)[:, 0].astype(float)
+    gain = np.interp(np.arange(12_000), [edge, edge + FADE], [1.0, 0.5])
+    np.testing.assert_allclose(out, plain * gain, atol=2e-3 * np.abs(plain).max())
+    assert out[:edge].tobytes() == plain[:edge].tobytes()
+
+
+def test_a_row_whose_input_is_zero_rings_out_and_is_then_exactly_zero():
+    loop = loop_of(patch_of(), walking=False, corrections=[Correct("t1", 20.0, BAND)], limits=OPEN)
+    loop.send(Pulse("t1"), 960)
+    burst_end = 960 + round(PULSE_S * RATE)
+    played(loop, burst_end + 480)
+    assert loop.correction.ringing() == (True, False, False, False)
+    assert np.abs(played(loop, 480)[:, 0]).max() > 1e-6
+    played(loop, RATE)
+    assert loop.correction.ringing() == (False,) * 4
+    output, still = np.zeros((4, 64)), np.ones(4, np.uint8)
+    loop.correction.apply(output, still, loop.frame, 64)
+    assert not output.any()
+    assert still.all()
+
+
+def test_a_value_that_is_not_a_number_does_not_stay_in_an_equaliser():
+    loop = loop_of(hum(), limits=OPEN, walking=False, corrections=[Correct("t1", 20.0, BAND)])
+    output = np.zeros((4, 64))
+    output[0, 3] = np.nan
+    output[0, 5] = np.inf
+    loop.correction.apply(output, np.zeros(4, np.uint8), 0, 64)
+    assert np.isnan(output[0, 3])
+    assert np.isinf(output[0, 5])
+    assert np.isfinite(output[0, 6:]).all()
+
+
+def test_nothing_is_allocated_while_equalisers_run():
+    loop = loop_of(rough_step(), 64, corrections=[Correct(tile, 15.0, BAND) for tile in FLOOR.ids])
+    prepared = loop.prepare(Correct("t2", 8.0, LOW))
+    for _ in range(100):
+        loop.run(64)
+    tracemalloc.start()
+    try:
+        for _ in range(50):
+            loop.run(64)
+        before = tracemalloc.take_snapshot()
+        loop.send(prepared)
+        for _ in range(200):
+            loop.run(64)
+        grown = sum(stat.size_diff for stat in tracemalloc.take_snapshot().compare_to(before, "filename"))
+    finally:
+        tracemalloc.stop()
+    assert grown < 4096  # what the notes of the command itself take
+
+
+def test_corrections_that_cannot_be_are_refused():
+    loop = loop_of(patch_of(), walking=False)
+    with pytest.raises(BadValue, match="sections is"):
+        loop.send(Correct("t1", 20.0, ((1.0, 0.0, 0.0, 1.0, 0.0, 1.5),)))
+    with pytest.raises(BadValue, match="tile is"):
+        loop.send(Correct("t9"))
+
+
+def test_a_correction_is_recorded_as_it_was():
+    for command in (Correct("t1", 31.4, BAND, 44_100.0), Correct("t2")):
+        assert from_text(*to_text(command)) == command
+
+
+def measured(tile):
+    """A profile of a tile that gives 30 m/s^2 at full scale, and has BAND for its equaliser."""
+    part = Response(
+        made="2024-05-01", frequencies_hz=(50.0,), magnitude=(30.0,), acceleration_per_unit=30.0, equaliser=BAND
+    )
+    return Profile(tile=tile).with_part(part)
+
+
+def test_a_live_session_takes_its_profiles_and_a_new_one_at_once_and_is_replayed(until, tmp_path):
+    path, folder = tmp_path / "session.uf", tmp_path / "profiles"
+    folder.mkdir()
+    measured("t1").save(folder / "t1.json")
+    with live(hum(), until, path, profiles=str(folder), walker=False) as playing:
+        playing.started()
+        playing.play(9_600)
+        with pytest.raises(BadValue, match="sections is"):
+            playing.session.send(Correct("t2", 20.0, ((1.0, 0.0, 0.0, 1.0, 0.0, 2.0),)))
+        with pytest.raises(BadValue, match="acceleration_per_unit is"):
+            playing.session.send(Correct("t2", 0.0))
+        playing.session.send(Correct("t2", 5.0))
+        edge = playing.done(Correct)
+        playing.play(24_000)
+        before, after = playing.played(edge - 4_800, 4_800), playing.played(edge + 9_600, 4_800)
+        playing.session.stop_recording()
+    loud = np.abs(after).max(axis=0) / np.abs(before).max(axis=0)
+    np.testing.assert_allclose(loud, [1.0, 4.0, 1.0, 1.0], rtol=0.02)
+    assert np.abs(before[:, 0]).max() < 0.8 * np.abs(before[:, 2]).max()
+    with Recording(path) as recording:
+        played_live = recording.vibration()[1]
+    assert replay(path, REGISTRY).samples.tobytes() == played_live.tobytes()
+
+
+def test_a_patch_is_rendered_with_the_profiles_of_a_folder(tmp_path):
+    patch, folder = tmp_path / "hum.json", tmp_path / "profiles"
+    hum().save(patch)
+    folder.mkdir()
+    measured("t1").save(folder / "t1.json")
+    peaks = []
+    for more in ([], ["--profiles", str(folder)], ["--profiles", str(tmp_path / "nowhere")]):
+        wav = tmp_path / f"{len(peaks)}.wav"
+        options = [str(patch), "--seconds", "0.2", "--force", "none", "-o", str(wav), *more]
+        ran = CliRunner().invoke(render_command, options)
+        if ran.exception is not None:
+            assert isinstance(ran.exception, BadFile)
+            break
+        peaks.append(np.abs(soundfile.read(wav)[0]).max(axis=0))
+    plain, driven = peaks
+    assert driven[0] == pytest.approx(plain[0] * 20.0 / 30.0, rel=0.1)
+    np.testing.assert_array_equal(driven[1:], plain[1:])
+
+
+def test_a_profile_drives_its_tile():
+    profile = measured("t1")
+    assert correction_of("t1", profile) == Correct("t1", 30.0, BAND)
+    source = SimulatedFloor(FLOOR)
+    rendered = render(hum(), REGISTRY, source, 0.2, corrections=corrections_of({"t1": profile}))
+    out = played(loop_of(hum(), corrections=[Correct("t1", 30.0, BAND)]), 9_600)
+    assert rendered.samples.tobytes() == out.tobytes()

@@ -1,0 +1,102 @@
+"""The bench of a sound card: real PortAudio into a PulseAudio null sink, whose monitor is the input."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from workbench.calibration.procedure import Refused, Sound
+from workbench.calibration.sweep import exponential, measure, train
+from workbench.engine.safety import Limits, limited
+from workbench.engine.sounding import SimulatedShaker, SoundCard, heard_of
+from workbench.errors import BadValue, DeviceError
+from workbench.floor.layout import default_floor
+from workbench.floor.simulation import SimulatedTile
+
+RATE = 48_000
+TILE = default_floor().tiles[0]
+
+
+def test_what_a_card_plays_has_passed_the_limiter_and_comes_back(null_sink, tmp_path):
+    """The sink's monitor hears what is played: the sweep itself, which is what the measurement says of it.
+
+    In a process of its own, since PortAudio looks for devices only once. A busy machine may lose samples, and says so.
+    """
+    script = f"""
+import numpy as np
+from workbench.calibration.procedure import Refused, Sound
+from workbench.engine.sounding import SoundCard
+card = SoundCard(channel=1, heard_on=1)
+for _ in range(8):
+    try:
+        np.save("heard.npy", card.play(Sound(np.load("sweep.npy"), {RATE}, "none")))
+        break
+    except Refused as reason:
+        assert "lost samples" in str(reason)
+card.close()
+"""
+    sweep = train(exponential(20.0, 2000.0, 1.0, RATE, 0.4), 1, RATE, 0.3)
+    np.save(tmp_path / "sweep.npy", sweep)
+    subprocess.run([sys.executable, "-c", script], check=True, cwd=tmp_path)
+    if not (tmp_path / "heard.npy").exists():
+        pytest.skip("this machine lets no sound through whole")
+    heard, played = np.load(tmp_path / "heard.npy"), limited(sweep, RATE)
+    at = int(np.argmax(np.correlate(heard, played[50_000:60_000], "valid"))) - 50_000
+    np.testing.assert_allclose(heard[at + 14_400 : at + 60_000], played[14_400:60_000], atol=1e-4)
+    with pytest.raises(Refused, match="the sweep itself"):
+        measure(sweep, heard, RATE)
+
+
+def test_a_card_without_the_channel_is_named(null_sink):
+    script = """
+from workbench.engine.sounding import SoundCard
+from workbench.errors import DeviceError
+for channels in ((31, 0), (0, 31)):
+    try:
+        SoundCard(channel=channels[0], heard_on=channels[1])
+    except DeviceError as error:
+        print(error)
+"""
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    for line in found.splitlines():
+        assert "channels, from 0; not 31" in line
+
+
+def test_without_the_card_the_error_is_one_line():
+    pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
+    with pytest.raises(DeviceError, match="no such card") as error:
+        SoundCard("no such card")
+    assert "\n" not in str(error.value)
+
+
+def test_without_portaudio_the_error_is_one_line():
+    script = """
+import sys
+sys.modules["sounddevice"] = None
+from workbench.engine.sounding import SoundCard
+from workbench.errors import DeviceError
+try:
+    SoundCard()
+except DeviceError as error:
+    assert "PortAudio" in str(error) and "\\n" not in str(error)
+else:
+    raise SystemExit("it opened")
+"""
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_channels_that_cannot_be_are_refused():
+    for channels in ({"channel": -1}, {"heard_on": 99}):
+        with pytest.raises(BadValue):
+            SoundCard(**channels)
+
+
+def test_the_simulated_shaker_hears_the_simulated_tile_past_the_limiter():
+    loud = Sound(np.concatenate([np.zeros(100), np.full(4_800, 2.0)]), RATE, "none")
+    heard = SimulatedShaker(SimulatedTile(TILE, seed=2)).play(loud)
+    again = SimulatedTile(TILE, seed=2)
+    expected = again.respond(limited(loud.signal, RATE), RATE, "none") / again.parameters.accelerometer.range_m_s2
+    np.testing.assert_array_equal(heard, expected)
+    np.testing.assert_array_equal(heard_of(SimulatedTile(TILE, seed=2), loud), heard)
+    assert np.abs(limited(loud.signal, RATE)).max() <= Limits().peak

@@ -1,0 +1,244 @@
+"""What calibration knows of a tile: its arithmetic, its file, and what it has against itself."""
+
+import json
+from datetime import date
+
+import msgspec
+import numpy as np
+import pytest
+
+from workbench.errors import BadFile, BadValue
+from workbench.floor.curves import Correction, Curve, Memory, nearest_within
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Centroid, Fsr, Profile, Response, opened, profiles_of
+
+SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
+TODAY = date(2024, 6, 1)
+
+
+def line(slope=0.01, rest=1000.0, full=500.0, **more):
+    ends = (rest, rest + full / slope)
+    return Curve(
+        law="power", rest=rest, full_scale_n=full, readings=ends, forces_n=(0.0, full), slopes=(slope,) * 2, **more
+    )
+
+
+def fsr(*curves, **more):
+    return Fsr(made="2024-05-01", sensors=curves or (line(),) * 4, **more)
+
+
+def whole():
+    centroid = Centroid(made="2024-05-02", sensors_m=SENSORS, error=4.0, error_allowed=20.0, error_unit="mm")
+    response = Response(
+        made="2024-05-03", frequencies_hz=(50.0, 100.0), magnitude=(10.0, 12.0), acceleration_per_unit=11.0,
+        equaliser=((1.0, 0.1, 0.0, 1.0, -0.5, 0.2),), band_hz=(50.0, 750.0),
+    )  # fmt: skip
+    return Profile(tile="t1", serial="A7").with_part(fsr()).with_part(centroid).with_part(response)
+
+
+# --- newtons ---
+
+
+def test_readings_become_newtons_in_any_shape():
+    profile = Profile(tile="t1", fsr=fsr())
+    readings = np.random.default_rng(0).uniform(1000.0, 51000.0, (3, 5, 4))
+    assert profile.force(readings) == pytest.approx(0.01 * (readings - 1000.0))
+    assert profile.force(readings[0, 0]).shape == (4,)
+    with pytest.raises(BadValue, match="last axis of 4"):
+        profile.force(np.zeros((4, 3)))
+
+
+def test_beyond_the_curve_it_goes_on_mildly_and_nan_stays():
+    profile = Profile(tile="t1", fsr=fsr())
+    assert profile.force([1000.0, 0.0, 65535.0, np.nan])[:3] == pytest.approx([0.0, -10.0, 625.0])
+    assert np.isnan(profile.force([1000.0, 0.0, 65535.0, np.nan])[3])
+    assert profile.force([np.inf, -np.inf, 0, 0])[:2] == pytest.approx([625.0, -50.0])
+
+
+def test_a_falling_curve_is_as_good():
+    falling = Curve(law="power", rest=60000.0, full_scale_n=500.0, readings=(10000.0, 60000.0), forces_n=(500.0, 0.0),
+                    slopes=(-0.01, -0.01))  # fmt: skip
+    assert falling.force(np.array([60000.0, 35000.0, 0.0, 65000.0])) == pytest.approx([0.0, 250.0, 600.0, -50.0])
+
+
+def test_between_knots_it_is_the_cubic_that_was_written_down():
+    x = np.linspace(0.0, 1000.0, 6)
+    curve = Curve(law="spline", full_scale_n=8.0, readings=tuple(x), forces_n=tuple((x / 500.0) ** 3),
+                  slopes=tuple(3.0 * x**2 / 500.0**3))  # fmt: skip
+    fine = np.linspace(0.0, 1000.0, 777)
+    assert curve.force(fine) == pytest.approx((fine / 500.0) ** 3, abs=1e-12)
+
+
+def test_an_uncalibrated_sensor_gives_no_number_and_the_others_do():
+    profile = Profile(tile="t1", fsr=fsr(line(), Curve(uncalibrated="it is dead"), line(), line()))
+    assert np.isnan(profile.force(np.full(4, 2000.0))).tolist() == [False, True, False, False]
+    assert any("sensor 2 of t1 is not calibrated: it is dead" in flag for flag in profile.flags("t1", TODAY))
+
+
+# --- what sensors remember ---
+
+
+def remembering(creep=0.04, relative=True):
+    knots = {"readings": (1000.0, 51000.0), "forces_n": (0.0, 500.0), "slopes": (0.01, 0.01)}
+    return line(memory=Memory(**knots, creep=creep, relative=relative, widths=(0.05, 0.2), weights=(1.3, -0.2, -0.1)))
+
+
+def test_any_split_of_a_stream_gives_the_same_newtons():
+    profile = Profile(tile="t1", fsr=fsr(*(remembering(),) * 4))
+    draws = np.random.default_rng(1)
+    readings = 1000.0 + 20000.0 * np.abs(np.cumsum(0.02 * draws.standard_normal((500, 4)), axis=0))
+    time_s = np.cumsum(draws.uniform(0.0005, 0.01, 500))
+    whole = profile.force_over_time(readings, time_s)
+    memory = profile.memory()
+    pieces = [
+        profile.force_over_time(readings[a:b], time_s[a:b], memory) for a, b in ((0, 1), (1, 7), (7, 300), (300, 500))
+    ]
+    assert np.concatenate(pieces) == pytest.approx(whole, rel=1e-12, abs=1e-9)
+    assert np.abs(whole - profile.force(readings)).max() > 1.0
+
+
+def test_without_a_memory_it_is_the_static_curve():
+    profile = Profile(tile="t1", fsr=fsr())
+    readings = np.random.default_rng(0).uniform(0.0, 65535.0, (50, 4))
+    assert profile.force_over_time(readings, np.arange(50.0)) == pytest.approx(profile.force(readings))
+
+
+def test_a_reading_that_is_missing_leaves_the_memory_as_it_was():
+    profile = Profile(tile="t1", fsr=fsr(*(remembering(),) * 4))
+    readings = np.full((6, 4), 20000.0)
+    time_s = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3])
+    kept = profile.force_over_time(readings[[0, 1, 5]], time_s[[0, 1, 5]])
+    readings[2:5] = np.nan
+    holes = profile.force_over_time(readings, time_s)
+    assert np.isnan(holes[2:5]).all()
+    assert holes[[0, 1, 5]] == pytest.approx(kept)
+
+
+# --- places ---
+
+
+def test_the_place_is_the_weighed_centroid_displaced():
+    correction = Correction(gains=(1.2, 0.8, 1.0, 1.0), powers=((0, 0), (1, 0), (1, 1)), scale_m=0.1,
+                            displacement_m=((0.002, 0.0), (0.001, 0.003), (0.0, -0.004)),
+                            area_m=((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)))  # fmt: skip
+    profile = Profile(tile="t1", centroid=Centroid(made="2024-05-01", sensors_m=SENSORS, correction=correction))
+    forces = np.array([100.0, 50.0, 25.0, 75.0])
+    weighed = forces * correction.gains
+    plain = weighed @ np.array(SENSORS) / weighed.sum()
+    u, v = plain / 0.1
+    moved = plain + np.array([0.002 + 0.001 * u, 0.003 * u - 0.004 * u * v])
+    assert profile.position(forces) == pytest.approx(moved)
+    assert profile.position(np.tile(forces, (2, 3, 1))).shape == (2, 3, 2)
+
+
+def test_below_the_least_force_there_is_no_place():
+    profile = Profile(tile="t1", centroid=Centroid(made="2024-05-01", sensors_m=SENSORS, least_n=10.0))
+    places = profile.position([[2.0, 2.0, 2.0, 3.9], [3.0, 3.0, 3.0, 3.0], [5.0, np.nan, 5.0, 5.0], [0.0] * 4])
+    assert np.isfinite(places).all(axis=-1).tolist() == [False, True, False, False]
+    with pytest.raises(BadValue, match="no centroid part"):
+        Profile(tile="t1").position(np.ones(4))
+
+
+def test_outside_the_area_the_nearest_point_counts():
+    triangle = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]])
+    found = nearest_within(np.array([[0.5, 0.5], [2.0, 2.0], [-1.0, 1.0], [3.0, -1.0]]), triangle)
+    assert found == pytest.approx(np.array([[0.5, 0.5], [1.0, 1.0], [0.0, 1.0], [2.0, 0.0]]))
+
+
+def test_over_time_has_a_correction_of_its_own():
+    shifted = Correction(powers=((0, 0),), displacement_m=((0.01, 0.0),))
+    part = Centroid(made="2024-05-01", sensors_m=SENSORS, over_time=shifted)
+    profile = Profile(tile="t1", centroid=part)
+    assert profile.position(np.full(4, 50.0)) == pytest.approx([0.0, 0.0])
+    assert profile.position(np.full(4, 50.0), over_time=True) == pytest.approx([0.01, 0.0])
+
+
+# --- the file ---
+
+
+def test_it_comes_back_from_its_file_as_it_was(tmp_path):
+    profile = whole().with_part(fsr(*(remembering(),) * 4), TODAY)
+    profile.save(tmp_path / "t1.json")
+    back = Profile.load(tmp_path / "t1.json")
+    assert back == profile
+    assert back.equaliser.shape == (1, 6)
+    assert back.acceleration_per_unit == 11.0
+    written = json.loads((tmp_path / "t1.json").read_text())
+    assert list(written)[:3] == ["format", "version", "tile"]
+
+
+def test_an_error_names_file_place_value_and_what_is_allowed(tmp_path):
+    raw = json.loads(whole().dumps())
+    path = tmp_path / "t1.json"
+    for place, value, said in (
+        (("version",), 9, r"t1.json: \$.version is 9; allowed: 1"),
+        (("tile",), 7, r"t1.json: \$.tile is 7; allowed: `?str"),
+        (("fsr", "made"), "soon", r"t1.json: \$.fsr.*made is 'soon'; allowed: a date"),
+        (("fsr", "sensors"), [], r"t1.json: \$.fsr.sensors"),
+        (("centroid", "least"), 3, r"t1.json: \$.centroid.*least"),
+        (("response", "acceleration_per_unit"), -1, r"acceleration_per_unit is -1.0; allowed: above 0"),
+        (("response", "equaliser"), [[1, 0, 0, 1, 0, 2]], r"equaliser .* allowed: stable"),
+    ):
+        changed = json.loads(json.dumps(raw))
+        inner = changed
+        for key in place[:-1]:
+            inner = inner[key]
+        inner[place[-1]] = value
+        path.write_text(json.dumps(changed))
+        with pytest.raises(BadFile, match=said):
+            Profile.load(path)
+    path.write_text("{")
+    with pytest.raises(BadFile, match="not JSON"):
+        Profile.load(path)
+
+
+def test_a_folder_has_a_profile_for_some_tiles(tmp_path):
+    whole().save(tmp_path / "t1.json")
+    assert list(profiles_of(tmp_path, default_floor(1, 2))) == ["t1"]
+    with pytest.raises(BadFile, match="not a folder"):
+        profiles_of(tmp_path / "none", default_floor())
+
+
+def test_a_part_never_goes_into_another_tile_s_file(tmp_path):
+    whole().save(tmp_path / "t1.json")
+    assert opened(tmp_path / "t1.json", "t1", "A7").serial == "A7"
+    with pytest.raises(BadFile, match="profile of tile t1; allowed: t2"):
+        opened(tmp_path / "t1.json", "t2")
+    with pytest.raises(BadFile, match="serial A7; allowed: B8"):
+        opened(tmp_path / "t1.json", "t1", "B8")
+
+
+# --- its history and its flags ---
+
+
+def test_a_replaced_part_is_kept_compared_and_restored():
+    old, new = fsr(error=4.0, figures={"noise_n": 1.0}), fsr(error=2.0, figures={"noise_n": 0.5, "more": 7.0})
+    profile = Profile(tile="t1").with_part(old, TODAY).with_part(new, TODAY)
+    assert [(one.kind, one.replaced) for one in profile.earlier] == [("fsr", "2024-06-01")]
+    compared = profile.compare(0)
+    assert compared["error"] == (4.0, 2.0)
+    assert compared["noise_n"] == (1.0, 0.5)
+    assert np.isnan(compared["more"][0])
+    back = profile.restored(0, TODAY)
+    assert back.fsr == old
+    assert back.earlier[0].fsr == new
+    with pytest.raises(BadValue, match="place is 1"):
+        profile.restored(1)
+
+
+def test_what_speaks_against_a_profile_is_said():
+    profile = whole()
+    assert profile.flags("t1", TODAY, "A7") == ()
+    assert "profile of t1 is used on t2" in profile.flags("t2", TODAY)
+    assert "profile is of serial A7, this tile is B8" in profile.flags("t1", TODAY, "B8")
+    late = profile.flags("t1", date(2024, 8, 2))
+    assert late == (
+        "fsr calibration of t1 is 93 days old; measure again after 90",
+        "centroid calibration of t1 is 92 days old; measure again after 90",
+        "response calibration of t1 is 91 days old; measure again after 90",
+    )
+    assert "after today" in profile.flags("t1", date(2024, 5, 1))[0]
+    assert profile.centroid is not None
+    bad = msgspec.structs.replace(profile.centroid, error=31.0)
+    said = Profile(tile="t1", centroid=bad).flags("t1", TODAY)
+    assert said == ("centroid calibration of t1 errs by 31 mm; 20 allowed",)

@@ -1,0 +1,128 @@
+"""The stick-slip node: when it slips, what its statistics are, and where its tables are kept."""
+
+import numpy as np
+import pytest
+
+from workbench.models.friction import SlipLaw
+from workbench.models.friction_table import LONGEST
+from workbench.nodes import REGISTRY, stickslip
+from workbench.patch.patch import Patch
+from workbench.patch.program import Program
+
+RATE, BLOCK = 48_000, 4_800
+
+
+@pytest.fixture(autouse=True)
+def _own_tables(tmp_path, monkeypatch):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
+    stickslip._table.cache_clear()
+
+
+def node(**parameters):
+    """A node pressed by the tile's force; a wire that is not driven leaves the velocity at its value."""
+    patch = Patch(seed=5).add("tile-force", REGISTRY).add("stick-slip", REGISTRY, **parameters)
+    return patch.connect("tile-force.force", "stick-slip.force", REGISTRY)
+
+
+def play(patch, force, tiles=("t1",)):
+    """Acceleration [frames] and events of the last tile under `force` [frames]."""
+    scopes = ["stick-slip.acceleration", "stick-slip.events"]
+    program = Program(patch, REGISTRY, tiles, rate=RATE, block=BLOCK, scopes=scopes)
+    signal, events = [], []
+    for at in range(0, force.size, BLOCK):
+        program.hosts["force_n"][:] = force[at : at + BLOCK]
+        for name in ("x_m", "y_m"):
+            if name in program.hosts:
+                program.hosts[name][:] = 0.0
+        program.run(at, BLOCK)
+        signal.append(program.scope[scopes[0]][-1].copy())
+        events.append(program.events(scopes[1]))
+    return np.concatenate(signal), np.concatenate(events), program
+
+
+def test_slips_follow_the_law_of_its_parameters():
+    w0 = 2.0 * np.pi * 400.0
+    parameters = {"frequency": 400.0, "damping": 40, "noise": 50, "start": 200}
+    _, events, _ = play(node(**parameters), np.full(40 * RATE, 700.0))
+    law = SlipLaw.solve(1.0, 0.4, 0.5, 1.0, 2.0, 0.0, LONGEST, 1e-4)
+    durations = np.sort(events[:, 2]) * w0
+    risen = (np.arange(durations.size) + 0.5) / durations.size
+    assert durations.size > 5_000
+    most = 1e-3 + 1.95 / np.sqrt(durations.size)  # the asked error, and Kolmogorov's bound at 0.1 %
+    assert np.abs(np.interp(durations, law.duration.at, law.duration.cdf) - risen).max() < most
+
+
+def test_it_is_silent_and_asleep_unless_pressed_and_loud_as_it_is_pressed():
+    force = np.zeros(8 * BLOCK)
+    force[BLOCK : 4 * BLOCK] = 350.0
+    signal, events, program = play(node(), force)
+    assert not signal[:BLOCK].any()
+    assert not signal[4 * BLOCK :].any()
+    assert BLOCK <= events[0, 0] <= events[-1, 0] < 4 * BLOCK
+    assert program.awake()["stick-slip"] == 0
+    louder, harder, _ = play(node(), 2.0 * force)
+    assert np.allclose(louder, 2.0 * signal)
+    assert np.allclose(harder[:, 1], 2.0 * events[:, 1])
+
+
+def test_a_belt_that_stands_makes_no_slip():
+    signal, events, _ = play(node(velocity=0.0), np.full(4 * BLOCK, 700.0))
+    assert not signal.any()
+    assert events.size == 0
+
+
+def test_strength_and_acceleration_go_with_the_belt():
+    slow, few, _ = play(node(velocity=0.05), np.full(4 * BLOCK, 700.0))
+    fast, many, _ = play(node(velocity=0.2), np.full(4 * BLOCK, 700.0))
+    assert np.allclose(fast, 4.0 * slow)
+    assert np.allclose(many[:, 1], 4.0 * few[:, 1])
+
+
+def test_twice_the_frequency_slips_twice_as_often_and_shorter():
+    low, high = (play(node(frequency=hz), np.full(10 * RATE, 700.0))[1] for hz in (100.0, 200.0))
+    assert len(high) == pytest.approx(2 * len(low), rel=0.1)
+    assert high[:, 2].mean() == pytest.approx(0.5 * low[:, 2].mean(), rel=0.1)
+
+
+def test_a_smaller_error_makes_a_larger_table():
+    values = {"damping": 40, "noise": 30, "start": 150}
+    sizes = [stickslip.slip_table(values | {"error": error}).size for error in ("0.03", "0.003", "0.0003")]
+    assert sizes == sorted(sizes)
+    assert sizes[-1] > 10 * sizes[0]
+
+
+def test_a_table_is_made_once_and_kept_beside_the_kernels(tmp_path, monkeypatch):
+    values = {"damping": 30, "noise": 40, "start": 100, "error": "0.01"}
+    made = stickslip.slip_table(values)
+    (file,) = tmp_path.rglob("*.npy")
+    stickslip._table.cache_clear()
+    monkeypatch.setattr(stickslip.friction_table, "slip_table", None)
+    assert np.array_equal(stickslip.slip_table(values), made)
+    file.write_bytes(file.read_bytes()[:200])
+    stickslip._table.cache_clear()
+    with pytest.raises(TypeError):  # what is cut short is made anew
+        stickslip.slip_table(values)
+
+
+def test_only_so_many_tables_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(stickslip, "_MOST_KEPT", 2)
+    for start in (100, 110, 120, 130, 140):
+        stickslip.slip_table({"damping": 40, "noise": 30, "start": start, "error": "0.01"})
+    kept = {file.name for file in tmp_path.rglob("*.npy")}
+    assert len(kept) == 3
+    assert "40-30-140-0.01.npy" in kept
+
+
+def test_a_place_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))
+    table = stickslip.slip_table({"damping": 30, "noise": 40, "start": 100, "error": "0.01"})
+    assert table[0] == table.size - 1
+
+
+@pytest.mark.parametrize("corner", range(8))
+def test_every_corner_of_the_law_has_a_table(corner):
+    ranges = ((5, 300), (2, 200), (0, 500))
+    damping, noise, start = (pair[corner >> k & 1] for k, pair in enumerate(ranges))
+    table = stickslip.slip_table({"damping": damping, "noise": noise, "start": start, "error": "0.01"})
+    assert np.isfinite(table).all()

@@ -1,0 +1,200 @@
+"""`underfoot emulate`, and `underfoot monitor` on a line: hardware that is not there, from end to end."""
+
+import csv
+import socket
+import sys
+from contextlib import contextmanager
+
+import command_line
+import numpy as np
+import pytest
+
+from workbench.devices.conversion import nominal_readings
+from workbench.devices.emulator import Emulator, PtyWay, UdpWay
+from workbench.devices.parsing import Parser
+from workbench.devices.replay import Replay
+from workbench.floor.forces import read_forces
+from workbench.floor.layout import default_floor
+from workbench.records.recording import Recording
+
+folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
+RATE = 48_000.0
+
+
+@contextmanager
+def heard():
+    """A UDP port of this machine, and the frames that came there since."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
+        one.bind(("127.0.0.1", 0))
+        one.settimeout(0.0)
+        parser = Parser()
+
+        def frames():
+            found = []
+            try:
+                while True:
+                    found.append(parser.feed(one.recv(1 << 16)).copy())
+            except BlockingIOError:
+                return np.concatenate(found)
+
+        yield one.getsockname()[1], frames, parser
+
+
+# --- emulate ---
+
+
+def test_a_force_file_is_sent_once_and_exactly(underfoot, walk):
+    with heard() as (port, frames, parser):
+        said = underfoot("emulate", "--udp", port, "--force", walk)
+        got = frames()
+    assert said.status == 0
+    assert said.out == f":{port}\n"
+    assert "underfoot: tiles 0 to 1 are t1 to t2\n" in said.error
+    assert "3200 frames, 0 lost, 0 doubled, 0 reordered, 0 corrupted, 0 late; 0 samples unheard" in said.error
+    force_n = read_forces(walk, default_floor(1, 2)).force_n
+    np.testing.assert_array_equal(got[:, 3:7].reshape(-1, 2, 4), nominal_readings(force_n))
+    assert parser.counts.good == 3200
+
+
+def test_one_tile_of_a_walker_as_lines_of_text_at_another_rate_with_faults(underfoot, folder):
+    with heard() as (port, frames, parser):
+        options = [
+            "--tile",
+            2,
+            "--seconds",
+            1,
+            "--rate",
+            250,
+            "--csv-lines",
+            "--lost",
+            0.2,
+            "--doubled",
+            0.1,
+            "--seed",
+            4,
+        ]
+        said = underfoot("emulate", "--udp", f"127.0.0.1:{port}", *options)
+        got = frames()
+    assert said.status == 0
+    assert parser.form == "csv"
+    assert np.unique(got[:, 0]).tolist() == [2]
+    assert parser.period_us(2) == 4000
+    assert f"{parser.counts.doubled} doubled" in said.error
+    assert 150 < len(got) < 240
+
+
+def test_simulated_sensors_instead_of_ideal_ones(underfoot, folder):
+    with heard() as (port, frames, _):
+        assert underfoot("emulate", "--udp", port, "--seconds", 0.2, "--sensors", "default").status == 0
+        got = frames()
+    resting = got[:100, 3:7]
+    assert len(np.unique(resting[:, 0])) > 1  # noise
+    assert resting.mean(axis=0).std() > 1.0  # parts are not alike
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_a_pseudo_terminal_is_named_and_goes_away_at_the_end(underfoot, folder):
+    said = underfoot("emulate", "--pty", "--seconds", 0.1)
+    assert said.status == 0
+    name = said.out.strip()
+    assert name.startswith("/")
+    assert not (folder / name).exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "where to is not said; allowed: --pty, or --udp PORT"),
+        (["--pty", "--udp", "9000"], "where to is not said"),
+        (["--udp", "host"], "address is 'host'; allowed: HOST:PORT"),
+        (["--pty", "--lost", "2"], "lost is 2.0; allowed: 0 to 1"),
+        (["--pty", "--unplug", "soon"], "--unplug is 'soon'; allowed: AT:FOR in seconds"),
+        (["--pty", "--seconds", "0"], "--seconds is 0; allowed: above 0"),
+        (["--pty", "--rate", "0.1"], "rate_hz is 0.1; allowed: 1 to 100000 Hz"),
+        (["--pty", "--tile", "4"], "--tile is 4; allowed: 0 to 3"),
+        (["--pty", "--drift", "1e6"], "--drift is 1e+06; allowed: -20000 to 20000 ppm"),
+        (["--pty", "--force", "nope.csv"], "has no floor beside it"),
+        (["--pty", "--floor", "nope.json"], "nope.json cannot be read"),
+        (["--pty", "--sensors", "nope.json"], "nope.json cannot be read"),
+    ],
+)
+def test_what_cannot_be_emulated_is_one_line(refused, options, message):
+    assert message in refused("emulate", *options)
+
+
+# --- monitor ---
+
+
+@contextmanager
+def walking(way, path):
+    """An emulator that sends a walk over and over."""
+    floor = default_floor(1, 2)
+    emulator = Emulator(way, Replay(read_forces(path, floor), floor, RATE, repeats=True), drift_ppm=120.0)
+    emulator.start()
+    try:
+        yield
+    finally:
+        emulator.close()
+
+
+def steps_of(path):
+    with path.open() as file:
+        return [(row["tile"], float(row["contact_ms"]), float(row["peak1_n"])) for row in csv.DictReader(file)]
+
+
+@pytest.mark.parametrize("kind", ["udp", "serial"])
+def test_steps_over_a_line_are_those_of_the_file(underfoot, folder, walk, kind):
+    assert underfoot("monitor", walk, "--steps", "file.csv").status == 0
+    floor = folder / "walk.floor.json"
+    if kind == "serial":
+        way = PtyWay()
+        source = f"serial:{way.name}"
+    else:
+        with heard() as (port, _, _):
+            pass
+        way, source = UdpWay("127.0.0.1", port), f"udp:127.0.0.1:{port}"
+    options = ["--floor", floor, "--steps", "line.csv", "--record", "line.underfoot", "--seconds", 6]
+    with walking(way, walk):
+        said = underfoot("monitor", source, *options)
+    assert said.status == 0
+    assert "underfoot: uncalibrated: t1, t2 (20 counts a newton are assumed)\n" in said.error
+    assert "device clock: " in said.error
+    expected = {tile: rest for tile, *rest in steps_of(folder / "file.csv")}
+    got = [step for step in steps_of(folder / "line.csv") if step[1] > 500.0]  # the first may have been joined late
+    assert {tile for tile, *_ in got} == {"t1", "t2"}
+    for tile, contact_ms, peak_n in got[1:-1]:
+        assert contact_ms == pytest.approx(expected[tile][0], abs=6.0)
+        assert peak_n == pytest.approx(expected[tile][1], abs=0.5)
+    with Recording(folder / "line.underfoot") as recording:
+        assert recording.about["target"] == kind
+        rows = recording.forces()
+    assert len(rows) > 3000
+    assert (np.diff(rows[:, 0]) > 0.0).all()
+
+
+def test_a_line_on_which_nothing_comes_ends_when_it_is_told_to(underfoot, folder):
+    with heard() as (port, _, _):
+        pass
+    said = underfoot("monitor", f"udp:127.0.0.1:{port}", "--seconds", 1.5)
+    assert said.status == 0
+    assert f"udp:127.0.0.1:{port}: nothing comes" in said.error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["serial:/dev/nope"], "serial:/dev/nope cannot be opened: there is no such port"),
+        (["udp:127.0.0.1"], "allowed: HOST:PORT"),
+        (["udp:203.0.113.7:9000"], "udp:203.0.113.7:9000 cannot be listened at: "),
+        (["simulator", "--sensor-rate", "500"], "--sensor-rate is for tiles on a line"),
+        (["udp:127.0.0.1:9999", "--sensor-rate", "1"], "--sensor-rate is 1; allowed: 20 to 100000 Hz"),
+        (["udp:127.0.0.1:9999", "--profiles", "nope"], "nope"),
+    ],
+)
+def test_lines_that_cannot_be_monitored_are_one_line(refused, arguments, message):
+    assert message in refused("monitor", *arguments)
+
+
+def test_profiles_are_for_readings(refused, walk):
+    assert "--profiles is for tiles that send readings" in refused("monitor", walk, "--profiles", ".")

@@ -1,0 +1,449 @@
+"""The Calibrate workspace and its wizard, driven by clicks and keys through a small calibration of their own."""
+
+import itertools
+import threading
+
+import pytest
+from calibrate_samples import MIDDLE, PAGES, weighings
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QMessageBox, QWidget
+
+from widgets.calibrate.measuring import Pace
+from widgets.calibrate.workspace import CalibrateWorkspace
+from widgets.settings import Settings
+from workbench.engine.target import Target
+from workbench.errors import DeviceError
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Profile, Response
+
+LEFT = Qt.MouseButton.LeftButton
+SLOW_MS = 10_000
+
+
+class Desk:
+    """A workspace on the screen, and the hands before it."""
+
+    def __init__(self, qtbot, root, *, kind="simulator", gate=None):
+        self.qtbot, self.made, self.said, self.written, self.wanted = qtbot, [], [], [], []
+        self.settings = Settings()
+        hardware = kind == "serial"
+        self.workspace = made = CalibrateWorkspace(
+            root, self.settings, weighings(self.made, hardware, gate), Pace(0.0, 0.0)
+        )
+        qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
+        made.noticed.connect(self.said.append)
+        made.profile_changed.connect(lambda *what: self.written.append(what))
+        made.release_wanted.connect(lambda: self.wanted.append("release"))
+        made.reopen_wanted.connect(lambda: self.wanted.append("reopen"))
+        made.set_target(Target(default_floor(), kind=kind))
+        made.resize(1280, 726)
+        made.show()
+        qtbot.waitExposed(made)
+        self.click(made.choice.cards["response"])
+
+    @property
+    def wizard(self):
+        return self.workspace.wizard
+
+    @property
+    def page(self):
+        return self.wizard.snapshot.page.key if self.wizard.snapshot else ""
+
+    def click(self, widget):
+        assert widget.isVisible()
+        assert widget.isEnabled()
+        self.qtbot.mouseClick(widget, LEFT)
+
+    def wait(self, holds):
+        self.qtbot.waitUntil(lambda: bool(holds()), timeout=SLOW_MS)
+
+    def begin(self):
+        self.click(self.workspace.overview.begin)
+        self.wait(lambda: self.page == "setup")
+
+    def go(self, page):
+        """Click Continue, under whatever name, until the page is there."""
+        while self.page != page:
+            before = self.wizard.snapshot.page
+            self.wait(self.wizard.going.isEnabled)
+            self.click(self.wizard.going)
+            self.wait(lambda before=before: (self.page, self.wizard.snapshot.page.asks) != (before.key, before.asks))
+
+    def files(self):
+        return sorted(path.name for path in self.workspace.profiles.folder.rglob("*") if path.is_file())
+
+
+@pytest.fixture
+def desk(qtbot, tmp_path):
+    return Desk(qtbot, tmp_path)
+
+
+# --- from first to last ---
+
+
+def test_by_clicks_from_first_to_last_page_and_into_the_profile(desk):
+    desk.begin()
+    desk.go("result")
+    assert desk.made[0][1].loads == ["standing"]
+    wizard = desk.wizard
+    assert wizard.result.verdict.text() == "It rings true."
+    assert wizard.result.warnings.text() == "•  the bell is small"
+    assert wizard.result.table.item(0, 1).text() == "0.5 dB"
+    assert desk.files() == []
+    desk.click(wizard.saving)
+    desk.wait(lambda: desk.written)
+    profile, kind, folder = desk.written[0]
+    assert (profile, kind) == (Profile.load(folder / "t1.json"), "response")
+    assert profile.response.acceleration_per_unit == pytest.approx(5.0, abs=0.01)
+    desk.wait(lambda: not desk.workspace.is_measuring)
+    assert desk.made[0][1].closed
+    assert not wizard.saving.isEnabled()
+    desk.click(wizard.closing)
+    assert "errs by 0.5 dB" in desk.workspace.choice.cards["response"].text_shown()
+    assert desk.workspace.overview.begin.isEnabled()
+
+
+def test_by_keys_from_first_to_last_page(desk):
+    desk.workspace.overview.begin.setFocus()
+    QTest.keyClick(desk.workspace.overview.begin, Qt.Key.Key_Return)
+    desk.wait(lambda: desk.page == "setup")
+    field = desk.wizard.page.editors[0].field
+    assert field.hasFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "120 N")
+    seen = []
+    for page in PAGES[1:]:
+        desk.wait(lambda: desk.wizard.snapshot.waits)
+        while desk.page != page:
+            before = desk.wizard.snapshot
+            QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+            desk.wait(lambda before=before: desk.wizard.snapshot is not before and desk.wizard.snapshot.waits)
+        seen.append(desk.page)
+    assert tuple(seen) == PAGES[1:]
+    assert desk.made[0][0].answers["stiffness_n"] == 120.0
+    desk.wait(desk.wizard.saving.hasFocus)
+    QTest.keyClick(desk.wizard.saving, Qt.Key.Key_Return)
+    desk.wait(lambda: desk.written)
+
+
+def test_it_runs_by_itself_with_no_hands_every_page_seen(desk):
+    seen = []
+    desk.wizard.shown.connect(lambda snapshot: seen.append(snapshot.page.key))
+    desk.workspace._pace = Pace(0.05, 20.0)
+    desk.click(desk.workspace.overview.begin_alone)
+    desk.wait(lambda: desk.page == "result")
+    assert tuple(dict.fromkeys(seen)) == PAGES
+    assert not desk.wizard.snapshot.alone
+    assert desk.files() == []
+
+
+def test_a_run_by_itself_is_paused_and_goes_on(desk):
+    desk.workspace._pace = Pace(0.4, 20.0)
+    desk.click(desk.workspace.overview.begin_alone)
+    desk.wait(lambda: desk.page == "tare")
+    desk.click(desk.wizard.running)
+    desk.wait(lambda: not desk.wizard.snapshot.alone)
+    stood, reads = desk.page, desk.made[0][1].reads
+    desk.qtbot.wait(500)
+    assert (desk.page, desk.made[0][1].reads) == (stood, reads)
+    desk.click(desk.wizard.running)
+    desk.wait(lambda: desk.page == "result")
+
+
+def test_typed_values_are_given_and_an_earlier_page_remembers_them(desk):
+    desk.begin()
+    field = desk.wizard.page.editors[0].field
+    field.setFocus()
+    QTest.keyClicks(field, "250")
+    desk.go("tare")
+    assert desk.made[0][0].answers == {"stiffness_n": 250.0, "kind": "spring"}
+    desk.click(desk.wizard.backing)
+    desk.wait(lambda: desk.page == "setup")
+    assert desk.wizard.page.editors[0].value() == 250.0
+
+
+def test_back_and_skip_go_where_they_say(desk):
+    desk.begin()
+    desk.go("weigh")
+    QTest.keyClick(desk.wizard, Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier)
+    desk.wait(lambda: desk.page == "tare")
+    assert not desk.wizard.skipping.isVisible()
+    desk.go("weigh")
+    desk.click(desk.wizard.skipping)
+    desk.wait(lambda: desk.page == "note")
+
+
+# --- what is refused ---
+
+
+def test_a_refusal_is_one_line_on_the_page_and_nothing_is_lost(desk):
+    desk.begin()
+    desk.go("weigh")
+    field = desk.wizard.page.editors[0].field
+    field.setFocus()
+    QTest.keyClicks(field, "40 N")
+    desk.click(desk.wizard.going)
+    desk.wait(desk.wizard.refusal.isVisible)
+    assert desk.wizard.refusal.text() == "40 N was typed, but the scale says more"
+    assert desk.page == "weigh"
+    field = desk.wizard.page.editors[0].field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "100 N")
+    desk.go("note")
+    assert not desk.wizard.refusal.isVisible()
+
+
+def test_an_answer_that_makes_no_sense_is_refused_by_the_procedure(desk):
+    desk.begin()
+    desk.go("weigh")
+    field = desk.wizard.page.editors[0].field
+    field.setFocus()
+    QTest.keyClicks(field, "0")
+    desk.click(desk.wizard.going)
+    desk.wait(lambda: "a weight weighs something" in desk.wizard.refusal.text())
+
+
+def test_what_cannot_be_typed_is_not_given(desk):
+    desk.begin()
+    field = desk.wizard.page.editors[0].field
+    field.setFocus()
+    QTest.keyClicks(field, "5000 N")
+    desk.click(desk.wizard.going)
+    desk.wait(desk.wizard.refusal.isVisible)
+    assert "allowed: 1 to 1000 N" in desk.wizard.refusal.text()
+    assert desk.made[0][0].answers == {}
+    assert desk.page == "setup"
+
+
+def test_a_bench_that_cannot_be_had_is_said_and_only_cancel_is_left(desk):
+    def fails(target, tile, profile, reference):
+        raise DeviceError("the port is not there")
+
+    kind = desk.workspace._kind
+    object.__setattr__(kind, "make", fails)
+    desk.click(desk.workspace.overview.begin)
+    desk.wait(lambda: desk.wizard.refusal.text() == "the port is not there")
+    assert [b for b in desk.wizard.findChildren(QAbstractButton) if b.isVisible() and b.isEnabled()] == [
+        desk.wizard.leaving
+    ]
+    desk.click(desk.wizard.leaving)
+    assert desk.workspace.overview.isVisible()
+
+
+# --- leaving ---
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_cancel_at_any_page_changes_nothing(desk, page):
+    Profile(tile="t1").with_part(Response(made="2026-01-01", frequencies_hz=(50.0,), magnitude=(1.0,))).save(
+        _file(desk)
+    )
+    before = _file(desk).read_bytes()
+    desk.begin()
+    desk.go(page)
+    desk.click(desk.wizard.closing if page == "result" else desk.wizard.leaving)
+    assert desk.workspace.overview.isVisible()
+    desk.wait(lambda: not desk.workspace.is_measuring)
+    assert desk.made[0][1].closed
+    assert desk.files() == ["t1.json"]
+    assert _file(desk).read_bytes() == before
+    assert desk.written == []
+
+
+def test_nothing_waits_for_what_is_computed_and_it_can_be_left(qtbot, tmp_path):
+    gate = threading.Event()
+    desk = Desk(qtbot, tmp_path, gate=gate)
+    try:
+        desk.begin()
+        desk.go("bell")
+        desk.click(desk.wizard.going)
+        desk.wait(lambda: desk.wizard._busy.isVisible())
+        assert "Playing" in desk.wizard._busy_words.text()
+        desk.click(desk.wizard.leaving)
+        assert desk.workspace.overview.isVisible()
+        assert not desk.workspace.overview.begin.isEnabled()
+    finally:
+        gate.set()
+    desk.wait(desk.workspace.overview.begin.isEnabled)
+    assert desk.made[0][1].silenced.is_set()
+
+
+def test_another_target_ends_the_measurement(desk):
+    desk.begin()
+    desk.workspace.set_target(Target(default_floor(1, 3)))
+    assert desk.workspace.overview.isVisible()
+    desk.wait(lambda: not desk.workspace.is_measuring)
+    assert desk.workspace.choice.map.choice() == "t1"
+    desk.workspace.set_target(Target(default_floor(1, 3), kind="replay", source="walk.csv"))
+    assert "cannot be pressed" in desk.workspace.overview.note.text()
+    assert not desk.workspace.overview.begin.isEnabled()
+
+
+# --- hardware ---
+
+
+def test_on_hardware_the_link_is_asked_for_and_a_person_presses(qtbot, tmp_path):
+    desk = Desk(qtbot, tmp_path, kind="serial")
+    assert not desk.workspace.overview.begin_alone.isVisible()
+    desk.click(desk.workspace.overview.begin)
+    assert desk.wanted == ["release"]
+    assert desk.made == []
+    desk.workspace.begin_released()
+    desk.wait(lambda: desk.page == "setup")
+    assert not desk.wizard.running.isVisible()
+    desk.click(desk.wizard.going)
+    desk.wait(lambda: desk.page == "weigh")
+    scale = desk.made[0][1]
+    scale.hand_n = 90.0
+    desk.click(desk.wizard.going)
+    desk.wait(lambda: desk.page == "note")
+    desk.click(desk.wizard.leaving)
+    question = next(box for box in desk.wizard.findChildren(QMessageBox) if box.isVisible())
+    desk.click(question.button(QMessageBox.StandardButton.Cancel))
+    assert desk.wizard.isVisible()
+    desk.click(desk.wizard.leaving)
+    question = next(box for box in desk.wizard.findChildren(QMessageBox) if box.isVisible())
+    desk.click(question.button(QMessageBox.StandardButton.Discard))
+    desk.wait(lambda: desk.wanted == ["release", "reopen"])
+    assert scale.closed
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def test_a_page_that_waits_for_a_person_says_so(qtbot, tmp_path):
+    desk = Desk(qtbot, tmp_path, kind="serial")
+    desk.click(desk.workspace.overview.begin)
+    desk.workspace.begin_released()
+    desk.wait(lambda: desk.page == "setup")
+    desk.go("weigh")
+    desk.made[0][1].hand_n = 500.0
+    desk.click(desk.wizard.going)
+    desk.wait(lambda: "the scale says more" in desk.wizard.refusal.text())
+    assert desk.page == "weigh"
+
+
+# --- profiles ---
+
+
+def test_an_earlier_part_is_compared_and_restored(desk):
+    first, second = (
+        Response(made=f"2026-01-0{day}", error=float(day), error_unit="dB", figures={"level_db": 10.0 * day},
+                 frequencies_hz=(50.0, 100.0), magnitude=(1.0, day))
+        for day in (1, 2)
+    )  # fmt: skip
+    Profile(tile="t1").with_part(first).with_part(second).save(_file(desk))
+    desk.workspace.profiles.follow(default_floor())
+    choice, overview = desk.workspace.choice, desk.workspace.overview
+    desk.wait(lambda: choice.history.count() == 1)
+    assert choice.history.item(0).text() == "2026-01-01 · errs by 1 dB"
+    assert not choice.restore.isEnabled()
+    place = choice.history.visualItemRect(choice.history.item(0)).center()
+    desk.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
+    assert [overview.table.item(1, column).text() for column in range(3)] == ["Level", "20 dB", "10 dB"]
+    assert len(overview.drawings.views[0]._drawing.series) == 2
+    desk.click(choice.restore)
+    desk.wait(lambda: desk.written)
+    assert Profile.load(_file(desk)).response.made == "2026-01-01"
+    assert Profile.load(_file(desk)).earlier[0].response.made == "2026-01-02"
+
+
+def test_a_profile_that_is_too_old_is_flagged(desk):
+    old = Response(
+        made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"
+    )
+    Profile(tile="t2").with_part(old).save(_file(desk, "t2"))
+    with desk.qtbot.waitSignal(desk.workspace.flagged, check_params_cb=bool) as flagged:
+        desk.workspace.profiles.follow(default_floor())
+    lines = flagged.args[0]
+    assert len(lines) == 2
+    assert "days old" in lines[0]
+    assert lines[1] == "response calibration of t2 errs by 2 dB; 1 allowed"
+    desk.workspace.choice.map.set_choice("t2")
+    assert "days old" in desk.workspace.choice._flags.text()
+
+
+def test_a_profile_that_cannot_be_read_is_said(desk):
+    _file(desk).write_text("{")
+    desk.workspace.profiles.follow(default_floor())
+    desk.wait(lambda: any("t1.json" in line for line in desk.said))
+
+
+def test_floors_keep_their_profiles_apart(desk):
+    before = desk.workspace.profiles.folder
+    desk.workspace.set_target(Target(default_floor(2, 3)))
+    assert desk.workspace.profiles.folder != before
+    assert desk.workspace.profiles.folder.parent == before.parent
+
+
+# --- on the floor ---
+
+
+def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
+    desk.begin()
+    desk.go("weigh")
+    desk.click(desk.wizard.projecting)
+    view = desk.workspace._projection
+    desk.wait(view.isVisible)
+    screen = view.screen()
+    assert view.px_per_m == pytest.approx(1e3 * screen.geometry().width() / screen.physicalSize().width())
+    apart = view.place((0.1, 0.0)) - view.place((-0.1, 0.0))
+    assert apart.x() == pytest.approx(0.2 * view.px_per_m)
+    assert view._page.press.at_m == MIDDLE
+    before = view.place((0.0, 0.0))
+    QTest.keyClick(view, Qt.Key.Key_Plus)
+    QTest.keyClick(view, Qt.Key.Key_Up)
+    QTest.keyClick(view, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
+    assert desk.settings.projector_scale == pytest.approx(1.01)
+    assert desk.settings.projector_at == pytest.approx((0.001, 0.005))
+    assert view.place((0.0, 0.0)).y() < before.y()
+    QTest.keyClick(view, Qt.Key.Key_Return)
+    desk.wait(lambda: desk.wizard.snapshot.page.asks == () or desk.page != "weigh")
+    QTest.keyClick(view, Qt.Key.Key_Escape)
+    assert desk.workspace._projection is None
+    assert desk.wizard.isVisible()
+
+
+# --- hands and eyes ---
+
+
+def test_everything_that_takes_the_focus_has_a_name(desk):
+    desk.begin()
+    for page in PAGES:
+        desk.go(page)
+        for widget in desk.workspace.findChildren(QWidget):
+            if widget.isVisible() and widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None:
+                text = widget.text() if isinstance(widget, QAbstractButton) else ""
+                assert widget.accessibleName() or text, (page, widget)
+
+
+def test_tab_goes_through_the_fields_and_then_the_buttons(desk):
+    desk.begin()
+    first, second = desk.wizard.page.editors
+    order = []
+    for _ in range(8):
+        order.append(QApplication.focusWidget())
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
+    assert order[0] is first.field
+    assert order.index(second.box) < order.index(desk.wizard.leaving) < order.index(desk.wizard.going)
+
+
+def test_nothing_overlaps_or_is_cut_off_at_the_smallest_size(desk):
+    desk.begin()
+    for page in PAGES:
+        desk.go(page)
+        for view in (desk.wizard, desk.wizard.page if page != "result" else desk.wizard.result):
+            inside = view.rect()
+            for widget in view.children():
+                if isinstance(widget, QWidget) and widget.isVisible():
+                    assert inside.contains(widget.geometry()), (page, widget)
+        buttons = sorted(
+            (b.geometry() for b in desk.wizard.leaving.parentWidget().findChildren(QAbstractButton) if b.isVisible()),
+            key=lambda place: place.x(),
+        )
+        assert all(a.right() < b.left() for a, b in itertools.pairwise(buttons))
+
+
+def _file(desk, tile="t1"):
+    desk.workspace.profiles.folder.mkdir(parents=True, exist_ok=True)
+    return desk.workspace.profiles.folder / f"{tile}.json"

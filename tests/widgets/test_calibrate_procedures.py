@@ -1,0 +1,188 @@
+"""The three calibrations from first to last page by clicks and keys, on the simulator, into one profile."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from widgets.calibrate.catalogue import KINDS
+from widgets.calibrate.measuring import Pace
+from widgets.calibrate.workspace import CalibrateWorkspace
+from widgets.settings import Settings
+from workbench.calibration.benches import SimulatedBench
+from workbench.calibration.fsr_wizard import FsrProcedure
+from workbench.calibration.procedure import run
+from workbench.engine.target import Target
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Profile, profiles_of
+from workbench.floor.simulation import SimulatedTile
+
+LONG_MS = 120_000
+"""A first run compiles kernels."""
+
+
+@pytest.fixture
+def workspace(qtbot, tmp_path):
+    made = CalibrateWorkspace(tmp_path, Settings(), KINDS, Pace(0.0, 0.0))
+    qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
+    made.set_target(Target(default_floor()))
+    made.resize(1280, 726)
+    made.show()
+    qtbot.waitExposed(made)
+    return made
+
+
+class Hands:
+    """Clicks and types; what was refused stands in `refused`."""
+
+    def __init__(self, qtbot, workspace):
+        self.qtbot, self.workspace, self.wizard = qtbot, workspace, workspace.wizard
+        self.pages, self.refused = [], []
+        self.wizard.shown.connect(self._see)
+
+    def _see(self, snapshot):
+        if snapshot.page.key not in self.pages:
+            self.pages.append(snapshot.page.key)
+        if snapshot.refused:
+            self.refused.append(snapshot.refused)
+
+    def click(self, widget):
+        assert widget.isVisible()
+        assert widget.isEnabled()
+        self.qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+    def wait(self, holds):
+        self.qtbot.waitUntil(lambda: bool(holds()), timeout=LONG_MS)
+
+    def begin(self, kind):
+        self.click(self.workspace.choice.cards[kind])
+        self.click(self.workspace.overview.begin)
+        self.wait(lambda: self.pages)
+
+    def type(self, name, text):
+        editor = next(e for e in self.wizard.page.editors if e.parameter.name == name)
+        editor.field.setFocus()
+        editor.field.selectAll()
+        QTest.keyClicks(editor.field, text)
+
+    def choose(self, name, option):
+        box = next(e for e in self.wizard.page.editors if e.parameter.name == name).box
+        box.setFocus()
+        while box.currentText() != option:
+            QTest.keyClick(box, Qt.Key.Key_Down)
+
+    def to_the_end(self):
+        """Continue on every page until the last."""
+        while not self.wizard.snapshot.page.last:
+            self.wait(lambda: self.wizard.going.isEnabled() or self.wizard.snapshot.page.last or self.refused)
+            assert not self.refused
+            if not self.wizard.snapshot.page.last:
+                self.click(self.wizard.going)
+
+    def save(self):
+        with self.qtbot.waitSignal(self.workspace.profile_changed, timeout=LONG_MS) as written:
+            self.click(self.wizard.saving)
+        self.wait(lambda: not self.workspace.is_measuring)
+        self.click(self.wizard.closing)
+        return written.args
+
+
+@pytest.fixture
+def hands(qtbot, workspace):
+    return Hands(qtbot, workspace)
+
+
+def test_forces_by_clicks(hands):
+    hands.begin("fsr")
+    hands.type("loadings", "2")
+    hands.type("hold_s", "2 s")
+    hands.to_the_end()
+    result = hands.wizard.snapshot.result
+    assert {page.partition("-")[0] for page in hands.pages[1:-1]} == {f"sensor{j}" for j in (1, 2, 3, 4)}
+    assert len(hands.wizard._drawings.views) == len(result.drawings)
+    profile, kind, folder = hands.save()
+    assert (kind, profile) == ("fsr", Profile.load(folder / "t1.json"))
+    assert profile.is_calibrated
+    assert not np.isnan(profile.force(np.full((1, 4), 20_000.0))).any()
+    assert hands.workspace.choice.cards["fsr"].text_shown().startswith(profile.fsr.made)
+
+
+@pytest.fixture(scope="module")
+def newtons():
+    """A profile with the forces calibrated, by the same procedure without a window."""
+    tile = default_floor().tiles[0]
+    bench = SimulatedBench(SimulatedTile(tile))
+    return run(FsrProcedure(tile), bench, {"loadings": 1, "hold_s": 2.0}).apply(Profile(tile="t1"))
+
+
+@pytest.fixture
+def calibrated(hands, workspace, newtons):
+    """The workspace with the forces of its tile calibrated."""
+    workspace.profiles.folder.mkdir()
+    newtons.save(workspace.profiles.folder / "t1.json")
+    workspace.profiles.follow(default_floor())
+    hands.wait(lambda: workspace.profiles.by_tile)
+
+
+def test_places_want_forces_first(hands, workspace):
+    hands.click(workspace.choice.cards["centroid"])
+    assert "Do that first" in workspace.overview.note.text()
+    hands.click(workspace.choice.cards["response"])
+    assert not workspace.overview.note.isVisible()
+
+
+@pytest.mark.usefixtures("calibrated")
+def test_places_by_clicks_with_the_keyboard_for_the_form(hands):
+    hands.begin("centroid")
+    hands.choose("form", "quick")
+    hands.to_the_end()
+    assert len([page for page in hands.pages if page.startswith("place")]) == 9 * 3
+    assert "Before" in [view._title.text() for view in hands.wizard._drawings.views]
+    profile, kind, folder = hands.save()
+    assert (kind, profiles_of(folder, default_floor())["t1"]) == ("centroid", profile)
+    assert np.isfinite(profile.position(np.full((1, 4), 100.0))).all()
+
+
+def test_vibration_by_keys_alone(hands):
+    hands.begin("response")
+    hands.type("sweep_s", "1 s")
+    hands.type("passes", "1")
+    while not hands.wizard.snapshot.page.last:
+        hands.wait(lambda: hands.wizard.going.isEnabled() or hands.wizard.snapshot.page.last or hands.refused)
+        assert not hands.refused
+        if not hands.wizard.snapshot.page.last:
+            QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+    profile, kind, _ = hands.save()
+    assert kind == "response"
+    assert len(profile.equaliser) > 0
+    assert profile.response.acceleration_per_unit > 0.0
+
+
+def test_they_run_by_themselves_from_first_to_last_and_what_is_cancelled_leaves_nothing(hands, workspace):
+    hands.click(workspace.choice.cards["centroid"])
+    hands.click(workspace.overview.begin_alone)
+    hands.wait(lambda: hands.wizard.snapshot is not None and hands.wizard.snapshot.page.share > 0.1)
+    assert hands.wizard.running.text() == "Pause"
+    hands.click(hands.wizard.leaving)
+    hands.wait(lambda: not workspace.is_measuring)
+    assert not workspace.profiles.folder.exists()
+
+
+def test_a_weight_typed_ten_times_too_heavy_is_refused_on_the_spot(hands):
+    hands.begin("fsr")
+    hands.choose("reference", "known weights")
+    hands.type("weights_n", "40 80 160 320 400")
+    for _ in range(5):
+        page = hands.wizard.snapshot.page
+        hands.wait(hands.wizard.going.isEnabled)
+        hands.click(hands.wizard.going)
+        hands.wait(lambda page=page: hands.wizard.snapshot.page.key != page.key or hands.refused)
+        assert not hands.refused
+    taken = hands.wizard.snapshot.page.key
+    hands.type("weight_n", "3200")
+    hands.click(hands.wizard.going)
+    hands.wait(lambda: hands.refused)
+    assert "was typed" in hands.refused[-1]
+    assert hands.wizard.snapshot.page.key == taken
+    hands.wait(hands.wizard.refusal.isVisible)

@@ -1,0 +1,141 @@
+"""What there is to calibrate: the tile, the three procedures with what its profile says of each, and its history."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QLabel,
+    QListWidget,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from widgets import theme
+from widgets.calibrate.figures import part_in_words
+from widgets.calibrate.tile_picture import tile_in_words
+from widgets.monitor.floor_map import FloorMap
+from workbench.floor.layout import Floor
+from workbench.floor.profile import Part, Profile
+
+WIDTH_PX = 34 * theme.GRID
+
+
+class ChoicePanel(QWidget):
+    """Shows a floor and one tile's profile; tells what was chosen."""
+
+    tile_chosen = Signal(str)
+    kind_chosen = Signal(str)
+    earlier_chosen = Signal(int)
+    """The place among the profile's earlier parts of the one to compare with; -1 for none."""
+    restore_wanted = Signal(int)
+
+    def __init__(self, kinds: Sequence[tuple[str, str]]) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(WIDTH_PX)
+        self.map = FloorMap()
+        self.map.setFixedHeight(22 * theme.GRID)
+        self.map.setToolTip("Click a tile, or go to it with the arrows")
+        self._tile = theme.label("", "muted")
+        self._flags = theme.label("", "force")
+        self._flags.setWordWrap(True)
+        self._flags.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self.cards: dict[str, Card] = {}
+        self._group = QButtonGroup(self)
+        self.history = QListWidget()
+        self.history.setAccessibleName("Earlier calibrations")
+        self.history.setToolTip("Choose one to compare it with the one in use")
+        self.restore = QPushButton("Use this one again")
+        self.restore.setToolTip("Put the chosen earlier calibration back into the profile; the present one is kept")
+        self._none = theme.label("None yet", "small")
+        self._places: list[int] = []
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
+        layout.setSpacing(theme.GRID)
+        layout.addWidget(theme.label("TILE", "heading"))
+        layout.addWidget(self.map)
+        layout.addWidget(self._tile)
+        layout.addWidget(theme.label("CALIBRATION", "heading"))
+        for key, name in kinds:
+            card = Card(name)
+            card.clicked.connect(lambda _=False, key=key: self._choose(key))
+            self._group.addButton(card)
+            self.cards[key] = card
+            layout.addWidget(card)
+        layout.addWidget(self._flags)
+        layout.addWidget(theme.label("EARLIER ONES", "heading"))
+        layout.addWidget(self._none)
+        layout.addWidget(self.history, 1)
+        layout.addWidget(self.restore)
+        layout.addStretch()
+        self.map.chosen.connect(self.tile_chosen)
+        self.history.currentRowChanged.connect(self._compare)
+        self.restore.clicked.connect(lambda: self.restore_wanted.emit(self._places[self.history.currentRow()]))
+        self.setFocusProxy(self.map)
+
+    def set_floor(self, floor: Floor) -> None:
+        """The tiles to choose among; the first is chosen."""
+        self._floor = floor
+        self.map.set_floor(floor)
+
+    def show_profile(self, profile: Profile, kind: str, flags: Sequence[str]) -> None:
+        """What is known of the chosen tile, and the history of its part `kind`."""
+        tile = self._floor.tiles[self._floor.index(profile.tile)]
+        serial = f" · serial {profile.serial}" if profile.serial else ""
+        self._tile.setText(f"{tile_in_words(tile)}{serial}")
+        for key, card in self.cards.items():
+            card.show_part(profile.part(key))
+        self.cards[kind].setChecked(True)
+        shown = flags if profile.made else ()
+        self._flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in shown))
+        self._flags.setVisible(bool(shown))
+        self._places = [i for i, earlier in enumerate(profile.earlier) if earlier.kind == kind][::-1]
+        with QSignalBlocker(self.history):
+            self.history.clear()
+            for place in self._places:
+                self.history.addItem(part_in_words(getattr(profile.earlier[place], kind)))
+            self.history.setCurrentRow(-1)
+        self.history.setVisible(bool(self._places))
+        self._none.setVisible(not self._places)
+        self.restore.setVisible(bool(self._places))
+        self.restore.setEnabled(False)
+
+    def _choose(self, key: str) -> None:
+        self.kind_chosen.emit(key)
+
+    def _compare(self, row: int) -> None:
+        self.restore.setEnabled(row >= 0)
+        self.earlier_chosen.emit(self._places[row] if row >= 0 else -1)
+
+
+class Card(QPushButton):
+    """A procedure's name, over what the profile says of it."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setProperty("role", "tab")
+        self.setCheckable(True)
+        self.setStyleSheet(f"QPushButton {{ min-height: {5 * theme.GRID}px; }}")
+        self._name, self._title, self._state = name, QLabel(name), theme.label("", "small")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(theme.GRID, theme.GRID // 2, theme.GRID, theme.GRID // 2)
+        layout.setSpacing(0)
+        for label in (self._title, self._state):
+            label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            layout.addWidget(label)
+
+    def show_part(self, part: Part | None) -> None:
+        """The part of the profile that this procedure makes."""
+        words = part_in_words(part)
+        self._state.setText(words)
+        theme.set_role(self._state, "small" if part is None or part.good else "alarm")
+        self.setAccessibleName(f"{self._name}: {words}")
+        self.setToolTip(words if part is None else part.verdict or words)
+
+    def text_shown(self) -> str:
+        """What stands under the name."""
+        return self._state.text()

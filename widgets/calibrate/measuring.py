@@ -1,0 +1,311 @@
+"""A procedure at work on a bench, in a thread of its own; what the window knows of them are snapshots."""
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from workbench.calibration.procedure import Bench, Live, Page, Press, Procedure, Readings, Result, Sound, step
+from workbench.drawing import Drawing
+from workbench.errors import UnderfootError
+
+Make = Callable[[], tuple[Procedure, Bench]]
+
+_TELL_S, _DRAW_S = 0.033, 0.25
+"""Between two snapshots, and between two of those whose drawings are made anew."""
+_DRAIN_S, _EMPTY_S = 0.02, 0.005
+_LONGEST_REST_S = 0.25
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How fast a simulator's run by itself goes by: a page is seen for `page_s` at least, and `speed` seconds of the
+    simulator are a second; 0 for as fast as it can."""
+
+    page_s: float = 0.25
+    speed: float = 20.0
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A procedure as it stood. `waits` says that nothing happens until a hand asks for it; `alone` that it runs by
+    itself; `refused` is why the page's measurement was not taken, in one line."""
+
+    page: Page
+    live: Live
+    drawings: tuple[Drawing, ...]
+    result: Result | None
+    waits: bool = True
+    alone: bool = False
+    refused: str = ""
+
+
+class Measurement(QObject):
+    """Makes a procedure and its bench and works them until `stop`; nothing here waits for either.
+
+    On a simulator a page's press or sound begins when it is asked for, or by itself. `by_hand` is for hardware: there
+    readings are taken as long as a page wants a press, for a person decides when to press.
+    """
+
+    changed = Signal()
+    """There is a new `snapshot`."""
+    failed = Signal(str)
+    """It cannot begin, or cannot go on: why, in one line."""
+    ended = Signal()
+    """The bench is let go; this is the last that is heard of it."""
+
+    def __init__(self, make: Make, *, by_hand: bool, pace: Pace | None = None, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.by_hand = by_hand
+        self.snapshot: Snapshot | None = None
+        self._make, self._pace = make, pace or Pace()
+        self._work: _Work | None = None
+        self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
+        self._seen = threading.Event()
+        self._seen.set()
+        self._began_s = time.monotonic()
+        self._thread = threading.Thread(target=self._run, name="calibrate")
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def go(self, values: Mapping[str, Any]) -> None:
+        """What Continue means on the page of `snapshot`: give the answer, begin the press, play the sound."""
+        page = self.snapshot.page if self.snapshot is not None else None
+        self._orders.put(lambda work: work.go(values, page))
+
+    def run_alone(self, on: bool, values: Mapping[str, Any] | None = None) -> None:
+        """On a simulator: let the pages go by, `values` answering the present one; or pause where it stands."""
+        self._orders.put(lambda work: work.set_alone(on, values or {}))
+
+    def skip(self) -> None:
+        """Leave out what the page measures."""
+        self._orders.put(lambda work: work.leave(work.procedure.skip))
+
+    def back(self) -> None:
+        """To the page before."""
+        self._orders.put(lambda work: work.leave(work.procedure.back))
+
+    def silence(self) -> None:
+        """Panic: nothing goes on by itself, and what plays ends."""
+        self.run_alone(False)
+        if self._work is not None:
+            self._work.bench.silence()
+
+    def stop(self) -> None:
+        """Let the tile go as soon as what is computed just now is through; `ended` tells."""
+        if self._work is not None:
+            self._work.bench.silence()
+        self._orders.put(None)
+
+    def join(self) -> None:
+        """Wait for the end."""
+        if self._thread.ident is not None:
+            self._thread.join()
+
+    def seen(self) -> None:
+        """The snapshot will be looked at now: a newer one may be told of."""
+        self._seen.set()
+
+    @property
+    def busy_s(self) -> float:
+        """For how long one thing has been made, computed or played, seconds; 0 where nothing is."""
+        since = self._began_s if self._work is None else self._work.busy_since
+        return time.monotonic() - since if since else 0.0
+
+    def _run(self) -> None:
+        try:
+            self._work = work = _Work(*self._make(), self._orders, self._tell, self._pace, self.by_hand)
+            try:
+                work.run()
+            finally:
+                work.bench.close()
+        except Exception as error:
+            self.failed.emit(str(error) if self._work is None else f"The measurement ended: {error}")
+            if not isinstance(error, UnderfootError):
+                raise
+        finally:
+            self._began_s = 0.0
+            self.ended.emit()
+
+    def _tell(self, snapshot: Snapshot) -> None:
+        self.snapshot = snapshot
+        if self._seen.is_set():
+            self._seen.clear()
+            self.changed.emit()
+
+
+class _Work:
+    """The thread's side: obeys orders, does what the page wants, and tells how things stand."""
+
+    def __init__(
+        self,
+        procedure: Procedure,
+        bench: Bench,
+        orders: "queue.SimpleQueue[_Order]",
+        tell: Callable[[Snapshot], None],
+        pace: Pace,
+        by_hand: bool,
+    ) -> None:
+        self.procedure, self.bench = procedure, _Watched(bench)
+        self._orders, self._telling, self._pace, self._by_hand = orders, tell, pace, by_hand
+        self._asked = self._alone = False
+        self._refused = ""
+        self._values: Mapping[str, Any] = {}
+        self._snapshot: Snapshot | None = None
+        self._told_s = self._drawn_s = self._turned_s = self._rests_s = self.busy_since = time.monotonic()
+
+    def run(self) -> None:
+        """Until an order to stop."""
+        self._tell(whole=True)
+        while True:
+            pause_s = self._pause_s()
+            try:
+                order = self._next(pause_s)
+            except queue.Empty:
+                self._turn()
+                continue
+            if order is None:
+                self.busy_since = 0.0
+                return
+            order(self)
+
+    # --- orders ---
+
+    def go(self, values: Mapping[str, Any], seen: Page | None) -> None:
+        page = self.procedure.page
+        is_seen = seen is not None and (seen.key, seen.asks) == (page.key, page.asks)
+        if page.last or self._asked or not is_seen:
+            return  # a second click, meant for a page that has gone by
+        self._refused = ""
+        if page.asks or (page.press is None and page.sound is None):
+            self._try(lambda: self.procedure.answer(values))
+            self._asked = page.press is not None and self.procedure.page.key == page.key and not self._refused
+        else:
+            self._asked = True
+        self._rests_s = 0.0
+        self._tell(whole=True)
+
+    def set_alone(self, on: bool, values: Mapping[str, Any]) -> None:
+        self._alone, self._asked, self._refused = on and not self._by_hand, False, ""
+        self._values, self._turned_s = values, 0.0 if values else self._turned_s
+        self._tell(whole=True)
+
+    def leave(self, how: Callable[[], None]) -> None:
+        self._asked, self._refused = False, ""
+        self._try(how)
+        self._tell(whole=True)
+
+    # --- what goes on ---
+
+    def _next(self, pause_s: float | None) -> "_Order":
+        """The next order, if one comes within `pause_s`."""
+        self.busy_since = 0.0
+        order = self._orders.get(timeout=pause_s) if pause_s != 0.0 else self._orders.get_nowait()
+        self.busy_since = time.monotonic()
+        return order
+
+    def _pause_s(self) -> float | None:
+        """How long to wait for an order before doing what the page wants; None where it wants nothing."""
+        if not self._moves():
+            return _DRAIN_S if self._by_hand and not self.procedure.page.last else None
+        begins_s = self._rests_s if self._asked else self._turned_s + self._pace.page_s * self._alone
+        return max(begins_s - time.monotonic(), 0.0)
+
+    def _moves(self) -> bool:
+        """Whether there is something to do without a hand's asking."""
+        page = self.procedure.page
+        wants_press = page.press is not None and not page.asks
+        return not page.last and (self._asked or self._alone or (self._by_hand and wants_press))
+
+    def _turn(self) -> None:
+        """Do what the page wants, once."""
+        self.busy_since = time.monotonic()
+        if not self._moves():
+            self.bench.read()  # what comes in between pages is nobody's
+            return
+        if not self._asked:
+            self._asked = True
+            self._tell(whole=True)
+        before_s = self.bench.newest_s
+        self._try(self._step)
+        if self._alone and self._pace.speed > 0.0:
+            passed_s = max(self.bench.newest_s - before_s, 0.0)
+            self._rests_s = time.monotonic() + min(passed_s / self._pace.speed, _LONGEST_REST_S)
+
+    def _step(self) -> None:
+        if not step(self.procedure, self.bench, self._values):
+            self._rests_s = time.monotonic() + _EMPTY_S
+
+    def _try(self, do: Callable[[], None]) -> None:
+        """Do a thing that may be refused, and tell what came of it."""
+        before, refused = self.procedure.page, ""
+        try:
+            do()
+        except UnderfootError as error:
+            refused, self._asked, self._alone = str(error), False, False
+        page = self.procedure.page
+        is_new = (page.key, page.asks) != (before.key, before.asks)
+        if page.key != before.key:
+            self._asked, self._turned_s = False, time.monotonic()
+            self._alone = self._alone and not page.last
+        if is_new:
+            self._values = {}
+        is_news = bool(refused) and refused != self._refused
+        self._refused = refused or ("" if is_new else self._refused)
+        self._tell(whole=is_new or is_news)
+
+    def _tell(self, *, whole: bool) -> None:
+        """Make a new snapshot if it is time for one: at once where the `whole` has changed."""
+        now_s, old, procedure = time.monotonic(), self._snapshot, self.procedure
+        if not whole and now_s - self._told_s < _TELL_S:
+            return
+        if whole or old is None or now_s - self._drawn_s >= _DRAW_S:
+            drawings, self._drawn_s = procedure.drawings, now_s
+        else:
+            drawings = old.drawings
+        waits = not self._moves()
+        self._snapshot = Snapshot(
+            procedure.page, procedure.live, drawings, procedure.result, waits, self._alone, self._refused
+        )
+        self._told_s = now_s
+        self._telling(self._snapshot)
+
+
+_Order = Callable[[_Work], None] | None
+"""What the window wants of the thread; None is to end."""
+
+
+class _Watched:
+    """A bench, and the time of the newest reading that it brought."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        self.newest_s = 0.0
+
+    def press(self, press: Press | None) -> None:
+        self._bench.press(press)
+
+    def read(self) -> Readings:
+        readings = self._bench.read()
+        if readings.time_s.size:
+            self.newest_s = float(readings.time_s[-1])
+        return readings
+
+    def play(self, sound: Sound) -> NDArray:
+        return self._bench.play(sound)
+
+    def silence(self) -> None:
+        """End what plays, from any thread, where the bench knows how."""
+        silence = getattr(self._bench, "silence", None)
+        if silence is not None:
+            silence()
+
+    def close(self) -> None:
+        self._bench.close()

@@ -1,0 +1,133 @@
+"""Before a calibration: what it is for, what the profile knows of it now and knew earlier, and the way to begin."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+
+from widgets import theme
+from widgets.calibrate.drawing_view import DrawingColumn
+from widgets.calibrate.figures import FigureTable, unit_in
+from widgets.calibrate.known import drawings_of
+from widgets.calibrate.page_view import FORM_PX
+from widgets.fields import ParameterEditor
+from widgets.parameter_editor import editor_for
+from workbench.floor.layout import Tile
+from workbench.floor.profile import Part
+from workbench.parameters import Parameter
+
+
+class Overview(QWidget):
+    """Shows one procedure and one tile's part of it; tells when to begin."""
+
+    begin_wanted = Signal(bool)
+    """Whether it is to run by itself."""
+    reference_given = Signal(object)
+    """What was typed of the reference."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.title = theme.label("", "title")
+        self.about = theme.label("")
+        self.verdict = theme.label("", "muted")
+        self.note = theme.label("", "force")
+        for label in (self.about, self.verdict, self.note):
+            label.setWordWrap(True)
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self.begin = QPushButton("Begin")
+        self.begin.setProperty("role", "primary")
+        self.begin.setToolTip("Go through it page by page (Return)")
+        self.begin_alone = QPushButton("Run by itself")
+        self.begin_alone.setToolTip("The simulator presses, page after page; it can be paused and stopped")
+        self.begin_alone.setIcon(theme.icon("fast-forward"))
+        self.reference = QVBoxLayout()
+        self.editor: ParameterEditor | None = None
+        self.table = FigureTable("Figures of the calibration in use")
+        self.drawings = DrawingColumn()
+        buttons = QHBoxLayout()
+        buttons.setSpacing(theme.GRID)
+        for button in (self.begin, self.begin_alone):
+            button.setMinimumWidth(15 * theme.GRID)
+            buttons.addWidget(button)
+        buttons.addStretch(1)
+        left = QWidget()
+        column = QVBoxLayout(left)
+        column.setContentsMargins(3 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID)
+        column.setSpacing(theme.GRID)
+        column.addWidget(self.title)
+        column.addWidget(self.about)
+        column.addLayout(self.reference)
+        column.addSpacing(theme.GRID)
+        column.addLayout(buttons)
+        column.addWidget(self.note)
+        column.addSpacing(theme.GRID)
+        column.addWidget(theme.label("IN USE", "heading"))
+        column.addWidget(self.verdict)
+        column.addWidget(self.table, 1)
+        self._rest = QWidget()
+        column.addWidget(self._rest)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(left, 1)
+        layout.addWidget(self.drawings, 1)
+        self.begin.clicked.connect(lambda: self.begin_wanted.emit(False))
+        self.begin_alone.clicked.connect(lambda: self.begin_wanted.emit(True))
+
+    def show_kind(self, title: str, about: str) -> None:
+        """The procedure."""
+        self.title.setText(title)
+        self.about.setText(about)
+
+    def show_reference(self, parameter: Parameter | None, value: str = "") -> None:
+        """Ask what it is measured against; None asks nothing."""
+        if self.editor is not None and self.editor.parameter is not parameter:
+            self.reference.removeWidget(self.editor)
+            self.editor.hide()
+            self.editor.deleteLater()
+            self.editor = None
+        if parameter is not None and self.editor is None:
+            self.editor = editor_for(parameter)
+            self.editor.setMaximumWidth(FORM_PX)
+            self.editor.valueChanged.connect(self.reference_given)
+            self.reference.addWidget(self.editor)
+        if self.editor is not None:
+            self.editor.setValue(value)
+
+    def show_way(self, why_not: str, can_alone: bool, advice: str = "") -> None:
+        """Whether it can begin here, or `why_not`; whether it can run by itself; and what had better be done first."""
+        self.begin.setEnabled(not why_not)
+        self.begin_alone.setVisible(can_alone)
+        self.begin_alone.setEnabled(not why_not)
+        self.note.setText(why_not or advice)
+        self.note.setVisible(bool(why_not or advice))
+
+    def show_part(self, tile: Tile, part: Part | None, earlier: Part | None = None) -> None:
+        """What the profile has of it, and an `earlier` one to compare with."""
+        self.verdict.setText(
+            theme.pretty_text(part.verdict or f"Calibrated on {part.made}.") if part is not None else "Nothing yet."
+        )
+        theme.set_role(self.verdict, "muted" if part is None else "good" if part.good else "alarm")
+        self.table.setVisible(part is not None or earlier is not None)
+        self._rest.setSizePolicy(
+            QSizePolicy.Policy.Preferred,
+            QSizePolicy.Policy.Expanding if part is None and earlier is None else QSizePolicy.Policy.Maximum,
+        )
+        now, then = _figures(part), _figures(earlier)
+        units = {"error": (part or earlier).error_unit} if (part or earlier) is not None else {}  # type: ignore[union-attr]
+        quantities = [(name, now.get(name, float("nan")), units.get(name, unit_in(name))) for name in {**now, **then}]
+        self.table.show_figures(
+            quantities,
+            "in use" if part is None else part.made,
+            then if earlier is not None else None,
+            "" if earlier is None else earlier.made,
+        )
+        self.drawings.show_drawings(drawings_of(tile, part, earlier), "What is measured will be drawn here.")
+
+    def keyPressEvent(self, event) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
+            (self.begin_alone if self.begin_alone.hasFocus() else self.begin).click()
+        else:
+            super().keyPressEvent(event)
+
+
+def _figures(part: Part | None) -> dict[str, float]:
+    return {} if part is None else {"error": part.error, **part.figures}

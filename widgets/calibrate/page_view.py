@@ -1,0 +1,176 @@
+"""One page of a procedure: what to do, what to type, where to press, and how far that is."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
+
+from widgets import theme
+from widgets.calibrate.figures import FigureRow, name_in_words
+from widgets.calibrate.tile_picture import TilePicture, place_number, where_in_words
+from widgets.fields import Field, ParameterEditor
+from widgets.parameter_editor import editor_for
+from workbench.calibration.procedure import Live, Page
+from workbench.floor.layout import Tile
+
+FORM_PX = 52 * theme.GRID
+LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
+"""The loads of a sound, for the person."""
+
+
+class PageView(QWidget):
+    """Shows a page and its live reading; `values` are what was typed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._page = Page("", "", "")
+        self._given: dict[str, dict[str, Any]] = {}
+        self._complaint = ""
+        self.editors: list[ParameterEditor] = []
+        self.title = theme.label("", "title")
+        self.do = theme.label("")
+        self.where = theme.label("", "force")
+        self.hint = theme.label("", "muted")
+        for label in (self.title, self.do, self.where, self.hint):
+            label.setWordWrap(True)
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self._form = QWidget()
+        self._form.setMaximumWidth(FORM_PX)
+        self._fields = QVBoxLayout(self._form)
+        self._fields.setContentsMargins(0, 0, 0, 0)
+        self._fields.setSpacing(2 * theme.GRID)
+        self.picture = TilePicture()
+        self.bar = QProgressBar()
+        self.bar.setRange(0, 1000)
+        self.bar.setTextVisible(False)
+        self.bar.setFixedHeight(theme.GRID // 2)
+        self.bar.setAccessibleName("How much of this page's measurement is there")
+        self.bar.setStyleSheet(f"QProgressBar::chunk {{ background: {theme.FORCE}; border-radius: 2px; }}")
+        self.figures = FigureRow()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(theme.GRID)
+        for widget in (self.title, self.do, self._form):
+            layout.addWidget(widget)
+        layout.addSpacing(theme.GRID)
+        layout.addWidget(self.where)
+        layout.addWidget(self.picture, 1)
+        layout.addWidget(self.bar)
+        layout.addWidget(self.hint)
+        layout.addWidget(self.figures)
+        self._rest = QWidget()
+        layout.addWidget(self._rest)
+        layout.setStretchFactor(self._rest, 0)
+
+    def set_tile(self, tile: Tile) -> None:
+        """The tile of the pictures; what was typed for another one is forgotten."""
+        self.picture.set_tile(tile)
+        self._page = Page("", "", "")
+        self._given.clear()
+
+    def show_page(self, page: Page) -> None:
+        """Show this page; one that is shown already stays as it is, with what was typed."""
+        if _looks(page) == _looks(self._page):
+            return
+        if (page.key, page.asks) != (self._page.key, self._page.asks):
+            self._make_fields(page)
+        self._page, self._complaint = page, ""
+        self.title.setText(page.title)
+        self.do.setText(theme.pretty_text(page.do))
+        is_where = not page.asks or page.press is not None
+        self.picture.show_load("" if page.sound is None else page.sound.load)
+        self.picture.show_press(page.press, page.places_m)
+        self.where.setText(_where(page))
+        self.where.setVisible(bool(self.where.text()))
+        takes = page.press is not None and not page.asks
+        for widget in (self.bar, self.figures):
+            widget.setVisible(takes)
+        self.picture.setVisible(is_where)
+        self._rest.setSizePolicy(
+            QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum if is_where else QSizePolicy.Policy.Expanding
+        )
+
+    def show_live(self, live: Live) -> None:
+        """How far the page's measurement is."""
+        self.bar.setValue(round(1000 * min(max(live.ready, 0.0), 1.0)))
+        self.picture.show_ready(live.ready)
+        self.hint.setText(theme.pretty_text(live.hint))
+        self.figures.show_figures(live.quantities)
+
+    def values(self) -> Mapping[str, Any]:
+        """What is typed on the page, by name."""
+        return {editor.parameter.name: editor.value() for editor in self.editors}
+
+    def complaint(self) -> str:
+        """Why what was typed last cannot be given; "" where it can, and from the next time on: a field takes the value
+        back that it had."""
+        complaint, self._complaint = self._complaint, ""
+        return complaint
+
+    def stops(self) -> list[QWidget]:
+        """What Tab stops at, in order: a field before its slider."""
+        return [
+            widget
+            for editor in self.editors
+            for widget in dict.fromkeys([*editor.findChildren(Field), *editor.findChildren(QWidget)])
+            if widget.focusPolicy() & Qt.FocusPolicy.TabFocus and not widget.isHidden()
+        ]
+
+    def focus_first(self) -> bool:
+        """Give the first field the focus; False where there is none."""
+        stops = self.stops()
+        if stops:
+            stops[0].setFocus(Qt.FocusReason.TabFocusReason)
+        return bool(stops)
+
+    def _note_complaint(self, editor: ParameterEditor, field: Field, typed: str) -> None:
+        """Keep what a field has against what was typed, for it forgets that when the focus leaves it."""
+        is_bad = field.property("role") == "bad"
+        name = editor.label.text().lower()
+        self._complaint = f"{name}: {typed} is not taken; {field.property('reason')}" if is_bad else ""
+
+    def _make_fields(self, page: Page) -> None:
+        if self.editors:
+            self._given[self._page.key] = dict(self.values())
+        for editor in self.editors:
+            self._fields.removeWidget(editor)
+            editor.hide()
+            editor.deleteLater()
+        self.editors = [_labelled(editor_for(parameter)) for parameter in page.asks]
+        self._form.setVisible(bool(self.editors))
+        before = self._given.get(page.key, {})
+        for editor in self.editors:
+            if editor.parameter.name in before:
+                editor.setValue(before[editor.parameter.name])
+            self._fields.addWidget(editor)
+            editor.show()  # at once, for the focus goes there next
+            for field in editor.findChildren(Field):
+                field.given.connect(partial(self._note_complaint, editor, field))
+
+
+def _where(page: Page) -> str:
+    """Where to press, or how long it plays and with what on the tile."""
+    if page.press is not None:
+        number = place_number(page.places_m, page.press) if page.press.force_n > 0.0 else None
+        count = f"  ({number + 1} of {len(page.places_m)} places)" if number is not None else ""
+        return f"{where_in_words(page.press)}{count}"
+    if page.sound is not None:
+        seconds = len(page.sound.signal) / page.sound.rate_hz
+        what = LOADS.get(page.sound.load)
+        return f"Plays for {theme.quantity(seconds, 's')}" + (f" with {what}" if what else "")
+    return ""
+
+
+def _labelled(editor: ParameterEditor) -> ParameterEditor:
+    """With a label that leaves the unit to the value, where it is only the parameter's name."""
+    name = editor.parameter.name
+    if editor.parameter.label == name.replace("_", " ").capitalize():
+        editor.label.setText(name_in_words(name))
+    return editor
+
+
+def _looks(page: Page) -> tuple[object, ...]:
+    """What of a page is seen."""
+    return page.key, page.title, page.do, page.asks, page.press, page.places_m

@@ -1,0 +1,127 @@
+"""Where a floor's profiles live, and their reading and writing in a thread, for disks can be slow."""
+
+import hashlib
+import re
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import date
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from workbench.calibration.procedure import Result
+from workbench.errors import UnderfootError
+from workbench.floor.layout import Floor
+from workbench.floor.profile import Profile
+
+
+def folder_of(root: Path, floor: Floor) -> Path:
+    """The folder below `root` of this floor's profiles: its title, and a hash of where its tiles lie.
+
+    >>> from workbench.floor.layout import default_floor
+    >>> folder_of(Path("profiles"), default_floor()).name.startswith("2-x-2-tiles-")
+    True
+    """
+    name = re.sub(r"[^A-Za-z0-9]+", "-", floor.title).strip("-").lower() or "floor"
+    return root / f"{name[:40]}-{hashlib.sha256(Floor(floor.tiles).dumps()).hexdigest()[:8]}"
+
+
+def flags_of(profiles: dict[str, Profile], today: date) -> tuple[str, ...]:
+    """What speaks against using these profiles, by tile, today: one line each."""
+    return tuple(line for tile, profile in profiles.items() for line in profile.flags(tile, today))
+
+
+class Profiles(QObject):
+    """The profiles of one floor. Nothing waits for the disk: `changed` tells when they are there."""
+
+    changed = Signal()
+    saved = Signal(str)
+    """A tile's profile was written."""
+    said = Signal(str)
+    """A file that cannot be read or written, in one line; or where something was written."""
+    _read = Signal(object, object)
+    _wrote = Signal(object, object, str)
+
+    def __init__(self, root: Path, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._root = root
+        self.folder = root
+        self.by_tile: dict[str, Profile] = {}
+        self._worker = ThreadPoolExecutor(1, "profiles")
+        self._read.connect(self._take_all)
+        self._wrote.connect(self._take_one)
+
+    def of(self, tile: str) -> Profile:
+        """What is known of a tile: at first nothing."""
+        return self.by_tile.get(tile) or Profile(tile=tile)
+
+    def follow(self, floor: Floor, folder: str = "") -> None:
+        """Read the profiles of this floor, from its own folder or this one."""
+        self.folder = Path(folder) if folder else folder_of(self._root, floor)
+        self.by_tile = {}
+        self.changed.emit()
+        self._submit(self._load, self.folder, floor.ids)
+
+    def save(self, tile: str, result: Result) -> None:
+        """Put a result into a tile's profile; what it had before is kept in its history."""
+        self._submit(self._write, self.folder, tile, result.apply, f"The profile of {tile} is saved")
+
+    def restore(self, tile: str, place: int) -> None:
+        """Let `earlier[place]` of a tile's profile be in use again."""
+        words = f"An earlier calibration of {tile} is in use again"
+        self._submit(self._write, self.folder, tile, lambda profile: profile.restored(place), words)
+
+    def do(self, work: Callable[[], str]) -> None:
+        """Do something else that touches the disk, in turn; what it returns, or its error, is said."""
+        self._submit(self._do, work)
+
+    def close(self) -> None:
+        """Wait for what is being written."""
+        self._worker.shutdown()
+
+    def _submit(self, work: Callable[..., None], *arguments: object) -> None:
+        self._worker.submit(work, *arguments).add_done_callback(lambda done: done.result())
+
+    # --- in the thread ---
+
+    def _load(self, folder: Path, tiles: tuple[str, ...]) -> None:
+        found = {}
+        for tile in tiles:
+            path = folder / f"{tile}.json"
+            try:
+                if path.exists():
+                    found[tile] = Profile.load(path)
+            except UnderfootError as error:
+                self.said.emit(str(error))
+        self._read.emit(folder, found)
+
+    def _write(self, folder: Path, tile: str, change: Callable[[Profile], Profile], words: str) -> None:
+        path = folder / f"{tile}.json"
+        try:
+            profile = change(Profile.load(path) if path.exists() else Profile(tile=tile))
+            folder.mkdir(parents=True, exist_ok=True)
+            profile.save(path)
+        except (UnderfootError, OSError) as error:
+            self.said.emit(f"Nothing is saved: {error}")
+        else:
+            self._wrote.emit(folder, profile, f"{words}: {path}")
+
+    def _do(self, work: Callable[[], str]) -> None:
+        try:
+            self.said.emit(work())
+        except (UnderfootError, OSError) as error:
+            self.said.emit(str(error))
+
+    # --- in the window's thread ---
+
+    def _take_all(self, folder: Path, found: dict[str, Profile]) -> None:
+        if folder == self.folder:
+            self.by_tile = found
+            self.changed.emit()
+
+    def _take_one(self, folder: Path, profile: Profile, words: str) -> None:
+        if folder == self.folder:
+            self.by_tile[profile.tile] = profile
+            self.changed.emit()
+        self.said.emit(words)
+        self.saved.emit(profile.tile)

@@ -1,0 +1,43 @@
+"""The last page: the verdict in plain words, what to mind, and the figures, now and until now."""
+
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+
+from widgets import theme
+from widgets.calibrate.figures import FigureTable
+from workbench.calibration.procedure import Result
+from workbench.floor.profile import Part
+
+
+class ResultView(QWidget):
+    """Shows a result beside what the profile says until now."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._shown: Result | None = None
+        self.title = theme.label("", "title")
+        self.verdict = theme.label("")
+        self.warnings = theme.label("", "force")
+        self.table = FigureTable("Figures of the result")
+        self.table.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Expanding)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(theme.GRID)
+        for label in (self.title, self.verdict, self.warnings):
+            label.setWordWrap(True)
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+            layout.addWidget(label)
+        layout.addSpacing(theme.GRID)
+        layout.addWidget(self.table, 1)
+
+    def show_result(self, result: Result, before: Part | None) -> None:
+        """Show this result; `before` is the part of the profile that it would replace."""
+        if result is self._shown:
+            return
+        self._shown = result
+        self.title.setText(result.title)
+        self.verdict.setText(theme.pretty_text(result.verdict))
+        theme.set_role(self.verdict, "good" if result.good else "alarm")
+        self.warnings.setText("\n".join(f"•  {theme.pretty_text(line)}" for line in result.warnings))
+        self.warnings.setVisible(bool(result.warnings))
+        old = None if before is None else {"error": before.error, **before.figures}
+        self.table.show_figures(result.quantities, "this time", old, "" if before is None else f"of {before.made}")

@@ -1,0 +1,190 @@
+"""A tile from above in its true proportions: its sensors, the places of a series, and where to press now."""
+
+import math
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from widgets import theme
+from workbench.calibration.procedure import Press
+from workbench.floor.layout import Tile, default_floor
+
+Places = Sequence[tuple[float, float]]
+
+FEET = {"standing": 0.0, "corner": 0.75}
+"""Where a foot stands for the loads of a sound, as a share of the way from the middle to the first sensor."""
+FOOT_M = (0.09, 0.26)
+_MARGIN_PX = 24
+_NEAR_M = 1e-6
+
+
+class TilePicture(QWidget):
+    """Shows where; it takes no hand."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Where on the tile")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self._tile = default_floor().tiles[0]
+        self._press: Press | None = None
+        self._places: Places = ()
+        self._ready = 0.0
+        self._load = ""
+
+    def set_tile(self, tile: Tile) -> None:
+        """The tile that is measured."""
+        self._tile = tile
+        self.update()
+
+    def show_press(self, press: Press | None, places: Places = ()) -> None:
+        """Where to press now, if anywhere, among these places of a series."""
+        self._press, self._places = press, places
+        self.setAccessibleDescription(where_in_words(press) if press is not None else "")
+        self.update()
+
+    def show_load(self, load: str) -> None:
+        """What stands on the tile while a sound is played: "none", "standing" or "corner"."""
+        self._load = load
+        self.update()
+
+    def show_ready(self, share: float) -> None:
+        """How much of what is wanted here has come, 0 to 1."""
+        if share != self._ready:
+            self._ready = share
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(320, 288)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(160, 128)
+
+    # --- where things are ---
+
+    def area(self) -> QRectF:
+        """The tile in the widget's pixels."""
+        width_m, height_m = self._tile.size_m
+        room = QRectF(self.rect()).adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX)
+        scale = max(min(room.width() / width_m, room.height() / height_m), 1.0)
+        middle, size = room.center(), (width_m * scale, height_m * scale)
+        return QRectF(middle.x() - size[0] / 2, middle.y() - size[1] / 2, *size)
+
+    def place(self, at_m: tuple[float, float]) -> QPointF:
+        """A place of the tile's frame, y upwards, in the widget's pixels."""
+        area = self.area()
+        scale = area.width() / self._tile.size_m[0]
+        return area.center() + QPointF(at_m[0] * scale, -at_m[1] * scale)
+
+    # --- paint ---
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setFont(theme.font(theme.SMALL_PX))
+        painter.setPen(QPen(QColor(theme.FAINT), 1.0))
+        painter.setBrush(QColor(theme.RAISED))
+        painter.drawRoundedRect(self.area(), 4, 4)
+        self._paint_size(painter)
+        self._paint_sensors(painter)
+        self._paint_places(painter)
+        if self._load in FEET:
+            self._paint_foot(painter, FEET[self._load])
+        if self._press is not None and self._press.force_n > 0.0:
+            self._paint_press(painter, self._press)
+
+    def _paint_size(self, painter: QPainter) -> None:
+        area, (width_m, height_m) = self.area(), self._tile.size_m
+        painter.setPen(QColor(theme.MUTED))
+        below = QRectF(area.left(), area.bottom() + 4, area.width(), 16)
+        painter.drawText(below, Qt.AlignmentFlag.AlignCenter, theme.quantity(width_m, "m"))
+        painter.save()
+        painter.translate(area.left() - 20, area.bottom())
+        painter.rotate(-90)
+        painter.drawText(
+            QRectF(0, 0, area.height(), 16), Qt.AlignmentFlag.AlignCenter, f"{theme.quantity(height_m, 'm')}"
+        )
+        painter.restore()
+
+    def _paint_sensors(self, painter: QPainter) -> None:
+        wanted = None if self._press is None else self._press.sensor
+        for number, at_m in enumerate(self._tile.sensors_m):
+            here = self.place(at_m)
+            colour = theme.TEXT if number == wanted else theme.MUTED
+            painter.setPen(QPen(QColor(colour), 1.0))
+            painter.setBrush(QColor(theme.PANEL))
+            painter.drawRoundedRect(QRectF(here.x() - 9, here.y() - 9, 18, 18), 3, 3)
+            painter.drawText(QRectF(here.x() - 9, here.y() - 9, 18, 18), Qt.AlignmentFlag.AlignCenter, f"{number + 1}")
+
+    def _paint_places(self, painter: QPainter) -> None:
+        """Those before the present one, which are taken, are filled."""
+        now = place_number(self._places, self._press)
+        for number, at_m in enumerate(self._places):
+            taken = now is not None and number < now
+            painter.setPen(QPen(QColor(theme.CONTACT if taken else theme.FAINT), 1.0))
+            painter.setBrush(QColor(theme.CONTACT) if taken else Qt.BrushStyle.NoBrush)
+            painter.drawEllipse(self.place(at_m), 2.5, 2.5)
+
+    def _paint_foot(self, painter: QPainter, share: float) -> None:
+        """The outline of a sole, `share` of the way from the tile's middle to its first sensor."""
+        area, here = self.area(), self.place((share * self._tile.sensors_m[0][0], share * self._tile.sensors_m[0][1]))
+        scale = area.width() / self._tile.size_m[0]
+        foot = QRectF(0.0, 0.0, FOOT_M[0] * scale, min(FOOT_M[1] * scale, area.height()))
+        foot.moveCenter(here)
+        foot.moveTop(min(max(foot.top(), area.top()), area.bottom() - foot.height()))
+        painter.setPen(QPen(QColor(theme.FORCE), 1.5))
+        painter.setBrush(QColor(theme.mixed(theme.FORCE, theme.RAISED, 0.2)))
+        painter.drawRoundedRect(foot, foot.width() / 2, foot.width() / 2)
+
+    def _paint_press(self, painter: QPainter, press: Press) -> None:
+        here, amber = self.place(press.at_m), QColor(theme.FORCE)
+        ring = QRectF(here.x() - 16, here.y() - 16, 32, 32)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(theme.mixed(theme.FORCE, theme.RAISED, 0.35)), 3.0))
+        painter.drawEllipse(ring)
+        painter.setPen(QPen(amber, 3.0, c=Qt.PenCapStyle.FlatCap))
+        painter.drawArc(ring, 90 * 16, -round(360 * 16 * min(max(self._ready, 0.0), 1.0)))
+        painter.setPen(QPen(amber, 1.5))
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)) if press.sensor is None else ():
+            painter.drawLine(here + QPointF(x, y) * 4, here + QPointF(x, y) * 11)
+        painter.setPen(QColor(theme.TEXT))
+        text, area = theme.quantity(press.force_n, "N"), self.area()
+        above = here.y() - 36 > area.top()
+        box = QRectF(here.x() - 48, here.y() - 36 if above else here.y() + 20, 96, 16)
+        box.moveLeft(min(max(box.left(), area.left()), area.right() - box.width()))
+        width = painter.fontMetrics().horizontalAdvance(text) + 8
+        back = QRectF(0, 0, width, 16)
+        back.moveCenter(box.center())
+        painter.fillRect(back, QColor(theme.mixed(theme.FORCE, theme.GROUND, 0.2)))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def place_number(places: Places, press: Press | None) -> int | None:
+    """Which of `places` a press is at; None where it is at none of them."""
+    if press is None:
+        return None
+    return next((i for i, at_m in enumerate(places) if math.dist(at_m, press.at_m) < _NEAR_M), None)
+
+
+def where_in_words(press: Press) -> str:
+    """A press, for the person.
+
+    >>> where_in_words(Press((0.1, -0.02), 400.0, sensor=3)), where_in_words(Press((0.0, 0.0), 0.0))
+    ('Press 400 N over sensor 4, at x 100 mm, y −20 mm from the middle', 'Stand clear of the tile')
+    """
+    if press.force_n <= 0.0:
+        return "Stand clear of the tile"
+    x, y = (theme.quantity(round(1e4 * part) / 1e4, "m", 4) if part else "0 mm" for part in press.at_m)
+    over = "" if press.sensor is None else f" over sensor {press.sensor + 1},"
+    return f"Press {theme.quantity(press.force_n, 'N')}{over} at x {x}, y {y} from the middle"
+
+
+def tile_in_words(tile: Tile) -> str:
+    """What a tile is.
+
+    >>> tile_in_words(default_floor().tiles[0])
+    't1 · 305 × 305 mm'
+    """
+    width, height = (theme.number(1e3 * side, 4) for side in tile.size_m)
+    return f"{tile.id} · {width} × {height} mm"

@@ -1,0 +1,371 @@
+"""The wizard: presents any procedure page by page, with what was taken so far beside it."""
+
+from itertools import pairwise
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QHBoxLayout,
+    QMessageBox,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from widgets import theme
+from widgets.calibrate.drawing_view import DrawingColumn
+from widgets.calibrate.measuring import Measurement, Snapshot
+from widgets.calibrate.page_view import PageView
+from widgets.calibrate.result_view import ResultView
+from workbench.calibration.procedure import Page, Result
+from workbench.floor.layout import Tile
+from workbench.floor.profile import Part
+
+BUSY_S = 0.4
+"""After so long at one thing a page says that something is computed."""
+WORTH = 0.1
+"""Leaving asks first where a person has done more than this share of the whole."""
+
+_LOOK_MS = 100
+
+
+class Wizard(QWidget):
+    """Shows one measurement after another, each given to `begin`; tells when a hand wants to leave, save or report."""
+
+    left = Signal()
+    """A hand cancelled, or closed the last page."""
+    save_wanted = Signal(object)
+    """A `Result`."""
+    report_wanted = Signal(object)
+    projection_wanted = Signal()
+    shown = Signal(object)
+    """A `Snapshot` that is on the screen now."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.measurement: Measurement | None = None
+        self.snapshot: Snapshot | None = None
+        self._before: Part | None = None
+        self._is_saved = False
+        self._build()
+        self._timer = QTimer(self)
+        self._timer.setInterval(_LOOK_MS)
+        self._timer.timeout.connect(self._show_busy)
+
+    def begin(self, measurement: Measurement, tile: Tile, heading: str, before: Part | None) -> None:
+        """Show this measurement of `tile`; `before` is the part of its profile that the result would replace."""
+        self.measurement, self.snapshot, self._before, self._is_saved = measurement, None, before, False
+        self._heading.setText(heading)
+        self.page.set_tile(tile)
+        self.page.show_page(Page("", "One moment", "The tile is made ready."))
+        self._body.setCurrentWidget(self.page)
+        self._drawings.show_drawings((), "What is taken will be drawn here.")
+        self._progress.setValue(0)
+        self._share.setText("")
+        self._refuse("")
+        self._busy.hide()
+        measurement.changed.connect(self._take)
+        measurement.failed.connect(self._fail)
+        self._show_buttons()
+        self._timer.start()
+
+    def end(self) -> None:
+        """Forget the measurement."""
+        self._timer.stop()
+        if self.measurement is not None:
+            self.measurement.changed.disconnect(self._take)
+            self.measurement.failed.disconnect(self._fail)
+            self.measurement = None
+
+    def mark_saved(self) -> None:
+        """The result is in the profile."""
+        self._is_saved = True
+        self._show_buttons()
+        self.closing.setFocus()
+
+    # --- the measurement speaks ---
+
+    def _take(self) -> None:
+        measurement = self.measurement
+        if measurement is None:
+            return
+        measurement.seen()
+        old, new = self.snapshot, measurement.snapshot
+        if new is None:
+            return
+        self.snapshot = new
+        turned = old is None or (old.page.key, old.page.asks) != (new.page.key, new.page.asks)
+        had_focus = self._has_focus()
+        if new.page.last and new.result is not None:
+            self.result.show_result(new.result, self._before)
+            self._body.setCurrentWidget(self.result)
+            if turned:
+                self._drawings.show_drawings(new.result.drawings or new.drawings, "Nothing is drawn of this.")
+        else:
+            self.page.show_page(new.page)
+            self.page.show_live(new.live)
+            self._body.setCurrentWidget(self.page)
+            if old is None or old.drawings is not new.drawings:
+                self._drawings.show_drawings(new.drawings, "What is taken will be drawn here.")
+        self._progress.setValue(round(1000 * new.page.share))
+        self._share.setText(f"{100 * new.page.share:.0f} % done")
+        self._refuse(new.refused)
+        self._show_buttons()
+        if turned:
+            self._order_stops()
+            if had_focus:
+                self._focus_page()
+        self.shown.emit(new)
+
+    def _fail(self, why: str) -> None:
+        self._refuse(why)
+        self.snapshot = None
+        self._show_buttons()
+        self.leaving.setFocus()
+
+    def _refuse(self, why: str) -> None:
+        self.refusal.setText(theme.pretty_text(why))
+        self.refusal.setVisible(bool(why))
+
+    def _show_busy(self) -> None:
+        """Say that something is computed or played where that takes longer than a blink."""
+        measurement, snapshot = self.measurement, self.snapshot
+        busy_s = 0.0 if measurement is None else measurement.busy_s
+        sound = None if snapshot is None else snapshot.page.sound
+        if busy_s < BUSY_S:
+            self._busy.hide()
+            self._busy_words.setText("")
+            return
+        if sound is not None and not snapshot.waits:  # type: ignore[union-attr]
+            length_s = len(sound.signal) / sound.rate_hz
+            self._busy.setRange(0, 1000)
+            self._busy.setValue(round(1000 * min(busy_s / length_s, 1.0)))
+            self._busy_words.setText(f"Playing  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
+        else:
+            self._busy.setRange(0, 0)
+            self._busy_words.setText(f"Computing…  {busy_s:.0f} s")
+        self._busy.show()
+
+    # --- hands ---
+
+    def go_on(self) -> None:
+        """What Continue means on the page."""
+        complaint = self.page.complaint()
+        if complaint:
+            self._refuse(complaint)
+        elif self.going.isEnabled() and self.going.isVisibleTo(self) and self.measurement is not None:
+            self.going.setEnabled(False)
+            self.measurement.go(self.page.values())
+
+    def cancel(self) -> None:
+        """Leave, with nothing changed; a person who has done much is asked first."""
+        measurement, snapshot = self.measurement, self.snapshot
+        is_much = snapshot is not None and snapshot.page.share > WORTH and not self._is_saved
+        if measurement is None or not (measurement.by_hand and is_much):
+            self.left.emit()
+            return
+        box = QMessageBox(self)
+        box.setWindowTitle("Leave the calibration")
+        box.setText("Leave now? What was measured is lost; the profile stays as it is.")
+        box.setStandardButtons(QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(QMessageBox.StandardButton.Cancel)
+        discard = QMessageBox.StandardButton.Discard
+        box.finished.connect(lambda answer: self.left.emit() if answer == discard.value else None)
+        box.finished.connect(box.deleteLater)
+        box.open()
+
+    def _run_alone(self) -> None:
+        complaint = self.page.complaint()
+        if complaint:
+            self._refuse(complaint)
+        elif self.measurement is not None and self.snapshot is not None:
+            self.measurement.run_alone(not self.snapshot.alone, self.page.values())
+
+    def _back(self) -> None:
+        if self.measurement is not None:
+            self.measurement.back()
+
+    def _skip(self) -> None:
+        if self.measurement is not None:
+            self.measurement.skip()
+
+    def _save(self) -> None:
+        result = self._result()
+        if result is not None:
+            self.saving.setEnabled(False)
+            self.save_wanted.emit(result)
+
+    def _report(self) -> None:
+        result = self._result()
+        if result is not None:
+            self.report_wanted.emit(result)
+
+    def _result(self) -> Result | None:
+        return None if self.snapshot is None else self.snapshot.result
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Return goes on, or does what the button with the focus says; Alt and an arrow go back."""
+        focus = QApplication.focusWidget()
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
+            if isinstance(focus, QAbstractButton) and self.isAncestorOf(focus):
+                focus.click()
+            else:
+                self.go_on()
+        elif event.key() == Qt.Key.Key_Left and event.modifiers() & Qt.KeyboardModifier.AltModifier:
+            self.backing.click()
+        else:
+            super().keyPressEvent(event)
+
+    def _has_focus(self) -> bool:
+        focus = QApplication.focusWidget()
+        return focus is None or focus is self or self.isAncestorOf(focus) or not focus.isEnabled()
+
+    def _order_stops(self) -> None:
+        """Let Tab go through the page, the drawings and the buttons: fields made just now are last until then."""
+        buttons = self._buttons.findChildren(QPushButton)
+        drawings = [self._drawings] if self._drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
+        for one, next_one in pairwise([*self.page.stops(), *drawings, *buttons]):
+            QWidget.setTabOrder(one, next_one)
+
+    def _focus_page(self) -> None:
+        snapshot = self.snapshot
+        if snapshot is None or snapshot.alone:
+            self.running.setFocus()
+        elif snapshot.page.last:
+            self.saving.setFocus()
+        elif not self.page.focus_first():
+            (self.going if self.going.isEnabled() else self.leaving).setFocus()
+
+    # --- layout ---
+
+    def _show_buttons(self) -> None:
+        snapshot, measurement = self.snapshot, self.measurement
+        page = Page("", "", "") if snapshot is None else snapshot.page
+        runs = snapshot is not None
+        last, alone = runs and page.last, snapshot is not None and snapshot.alone
+        waits = snapshot is not None and snapshot.waits
+        by_hand = measurement is not None and measurement.by_hand
+        self.leaving.setVisible(not last)
+        self.closing.setVisible(last)
+        self.projecting.setVisible(bool(page.places_m) and not last)
+        self.running.setVisible(runs and not by_hand and not last)
+        self.running.setText("Pause" if alone else "Run by itself")
+        self.running.setIcon(theme.icon("pause" if alone else "fast-forward"))
+        self.backing.setVisible(runs)
+        self.backing.setEnabled(not alone and page.share > 0.0 and not self._is_saved)
+        self.skipping.setVisible(runs and page.may_skip)
+        self.skipping.setEnabled(not alone)
+        self.going.setVisible(not last)
+        self.going.setEnabled(runs and not alone and waits)
+        self.going.setText(_going_words(page, by_hand, waits))
+        for button in (self.saving, self.reporting):
+            button.setVisible(last)
+        self.saving.setEnabled(last and not self._is_saved)
+        self.saving.setText("Saved" if self._is_saved else "Save to the profile")
+        for button in (self.going, self.saving):
+            theme.set_role(button, "primary" if button.isEnabled() else "")
+
+    def _build(self) -> None:
+        self._heading = theme.label("", "muted")
+        self._share = theme.label("", "small")
+        self._progress = QProgressBar()
+        self._progress.setRange(0, 1000)
+        self._progress.setTextVisible(False)
+        self._progress.setFixedHeight(theme.GRID // 2)
+        self._progress.setAccessibleName("How much of the whole is done")
+        self.page, self.result = PageView(), ResultView()
+        self._body = QStackedWidget()
+        for view in (self.page, self.result):
+            self._body.addWidget(view)
+        self.refusal = theme.label("", "alarm")
+        self.refusal.setWordWrap(True)
+        self.refusal.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self._busy = QProgressBar()
+        self._busy.setTextVisible(False)
+        self._busy.setFixedHeight(theme.GRID // 2)
+        self._busy.setAccessibleName("Computing or playing")
+        keep = self._busy.sizePolicy()
+        keep.setRetainSizeWhenHidden(True)
+        self._busy.setSizePolicy(keep)
+        self._busy_words = theme.label(" ", "small")
+        head = QHBoxLayout()
+        head.addWidget(self._heading, 1)
+        head.addWidget(self._share)
+        left = QWidget()
+        column = QVBoxLayout(left)
+        column.setContentsMargins(3 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID, 0)
+        column.setSpacing(theme.GRID)
+        column.addLayout(head)
+        column.addWidget(self._progress)
+        column.addSpacing(theme.GRID)
+        column.addWidget(self._body, 1)
+        column.addWidget(self.refusal)
+        column.addWidget(self._busy)
+        column.addWidget(self._busy_words)
+        self._drawings = DrawingColumn()
+        across = QHBoxLayout()
+        across.setSpacing(0)
+        across.addWidget(left, 1)
+        across.addWidget(self._drawings, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(across, 1)
+        self._buttons = self._button_line()
+        layout.addWidget(self._buttons)
+
+    def _button_line(self) -> QWidget:
+        self.leaving = _button("Cancel", "Leave; the profile stays as it is", self.cancel)
+        self.closing = _button("Close", "Back to the choice of tile and calibration", self.cancel)
+        self.projecting = _button(
+            "Show on the floor…", "Fill a screen with the tile at its true size, for a projector", None
+        )
+        self.projecting.clicked.connect(self.projection_wanted)
+        self.running = _button("Run by itself", "The simulator presses, page after page; or pause it", self._run_alone)
+        self.backing = _button("Back", "The page before; what was taken since is forgotten (Alt+Left)", self._back)
+        self.skipping = _button("Skip", "Leave out what this page measures", self._skip)
+        self.going = _button("Continue", "Go on (Return)", self.go_on)
+        self.going.setProperty("role", "primary")
+        self.reporting = _button("Report…", "Write a page with pictures, figures and raw data", self._report)
+        self.saving = _button("Save to the profile", "Use this from now on; what it replaces is kept", self._save)
+        self.saving.setProperty("role", "primary")
+        line = QWidget()
+        line.setProperty("role", "panel")
+        line.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        line.setFixedHeight(6 * theme.GRID)
+        layout = QHBoxLayout(line)
+        layout.setContentsMargins(3 * theme.GRID, 0, 2 * theme.GRID, 0)
+        layout.setSpacing(theme.GRID)
+        for button in (self.leaving, self.closing, self.projecting):
+            layout.addWidget(button)
+        layout.addStretch(1)
+        for button in (self.running, self.backing, self.skipping, self.reporting, self.going, self.saving):
+            layout.addWidget(button)
+        for button in (self.going, self.saving):
+            button.setMinimumWidth(15 * theme.GRID)
+        return line
+
+
+def _going_words(page: Page, by_hand: bool, waits: bool) -> str:
+    """What Continue is called on a page: what it does there."""
+    if page.press is not None and not page.asks:
+        if by_hand:
+            return "Waiting for the press"
+        return ("Press" if page.press.force_n > 0.0 else "Read") if waits else "Pressing…"
+    if page.sound is not None and not page.asks:
+        return "Play" if waits else "Playing…"
+    return "Continue"
+
+
+def _button(text: str, tip: str, do) -> QPushButton:
+    button = QPushButton(text)
+    button.setToolTip(tip)
+    button.setAccessibleDescription(tip)
+    if do is not None:
+        button.clicked.connect(lambda _=False: do())
+    return button

@@ -1,0 +1,272 @@
+"""The Calibrate workspace: the choice of tile and calibration, and the wizard that runs it."""
+
+from collections.abc import Sequence
+from datetime import date
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
+
+from widgets.calibrate.catalogue import Kind, by_hand, why_not
+from widgets.calibrate.choice import ChoicePanel
+from widgets.calibrate.measuring import Measurement, Pace, Snapshot
+from widgets.calibrate.overview import Overview
+from widgets.calibrate.profiles import Profiles, flags_of
+from widgets.calibrate.projector import FloorProjection
+from widgets.calibrate.wizard import Wizard
+from widgets.settings import Settings
+from workbench.calibration.procedure import Result
+from workbench.engine.target import Target
+from workbench.floor.layout import Tile
+from workbench.floor.profile import Part, Profile
+
+
+class CalibrateWorkspace(QWidget):
+    """Runs any of `kinds` on the tiles of the target; profiles live below `root`, a folder for each floor."""
+
+    noticed = Signal(str)
+    release_wanted = Signal()
+    """The session is to let go of the tiles; `begin_released` when it has."""
+    reopen_wanted = Signal()
+    """The tiles are free again."""
+    held = Signal(bool)
+    """Whether hardware is taken from the session."""
+    profile_changed = Signal(object, str, object)
+    """A `Profile` that was written, which part of it, and the folder that it is in: the engine is to use it."""
+    flagged = Signal(object)
+    """Lines on what speaks against the profiles of the floor."""
+
+    def __init__(self, root: Path, settings: Settings, kinds: Sequence[Kind], pace: Pace | None = None) -> None:
+        super().__init__()
+        self.setProperty("role", "ground")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self._settings, self._pace = settings, pace
+        self._kinds = {kind.key: kind for kind in kinds}
+        self._kind = kinds[0]
+        self._target: Target | None = None
+        self._measurement: Measurement | None = None
+        self._alone = self._is_waiting = False
+        self._projection: FloorProjection | None = None
+        self.profiles = Profiles(root, self)
+        self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds])
+        self.overview, self.wizard = Overview(), Wizard()
+        self._stack = QStackedWidget()
+        for view in (self.overview, self.wizard):
+            self._stack.addWidget(view)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.choice)
+        layout.addWidget(self._stack, 1)
+        self.setFocusProxy(self.choice)
+        self._connect()
+
+    # --- what it shows ---
+
+    def set_target(self, target: Target) -> None:
+        """Show the floor of this target and its profiles. A measurement on another one ends, and changes nothing."""
+        old, self._target = self._target, target
+        if old is not None and (old.floor, old.kind, old.source) == (target.floor, target.kind, target.source):
+            return
+        self.choice.set_floor(target.floor)
+        self.leave()
+        self.profiles.follow(target.floor, target.profiles)
+
+    @property
+    def tile(self) -> Tile:
+        """The tile that is chosen."""
+        assert self._target is not None
+        return self._target.floor.tiles[self._target.floor.index(self.choice.map.choice())]
+
+    @property
+    def is_measuring(self) -> bool:
+        """Whether a tile is held by a measurement."""
+        return self._measurement is not None or self._is_waiting
+
+    def _show(self) -> None:
+        if self._target is None:
+            return
+        profile = self.profiles.of(self.tile.id)
+        self.choice.show_profile(profile, self._kind.key, profile.flags(self.tile.id, date.today()))
+        self.overview.show_kind(self._kind.title, self._kind.about)
+        self.overview.show_part(self.tile, self._part())
+        busy = "The last measurement is coming to its end…" if self.is_measuring else ""
+        self.overview.show_way(why_not(self._target) or busy, not by_hand(self._target), self._advice(profile))
+        reference = self._settings.references.get(self._kind.key, "")
+        self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
+
+    def _advice(self, profile: Profile) -> str:
+        """What had better be calibrated first."""
+        first = self._kinds.get(self._kind.first)
+        if first is None or profile.part(first.key) is not None:
+            return ""
+        return f"{first.name} of this tile are not calibrated yet. Do that first: without it readings count as newtons."
+
+    def _keep_reference(self, value: str) -> None:
+        self._settings.references[self._kind.key] = value
+
+    def _show_profiles(self) -> None:
+        self._show()
+        self.flagged.emit(flags_of(self.profiles.by_tile, date.today()))
+
+    def _compare(self, place: int) -> None:
+        profile = self.profiles.of(self.tile.id)
+        earlier = getattr(profile.earlier[place], self._kind.key) if place >= 0 else None
+        self.overview.show_part(self.tile, self._part(), earlier)
+
+    def _part(self) -> Part | None:
+        return self.profiles.of(self.tile.id).part(self._kind.key)
+
+    def _choose_kind(self, key: str) -> None:
+        self._kind = self._kinds[key]
+        self._show()
+
+    # --- a measurement ---
+
+    def begin(self, alone: bool) -> None:
+        """Begin the chosen calibration of the chosen tile; `alone` lets the simulator run it from first to last."""
+        if self._target is None or self.is_measuring or why_not(self._target):
+            return
+        self._alone = alone
+        if by_hand(self._target):
+            self._is_waiting = True
+            self.held.emit(True)
+            self.overview.show_way("The tile is taken from the session…", False)
+            self.release_wanted.emit()
+        else:
+            self._measure()
+
+    def begin_released(self) -> None:
+        """The session has let go of the tiles."""
+        if self._is_waiting:
+            self._is_waiting = False
+            self._measure()
+
+    def _measure(self) -> None:
+        assert self._target is not None
+        target, tile, kind = self._target, self.tile, self._kind
+        reference = self._settings.references.get(kind.key, "")
+        make = partial(kind.make, target, tile, self.profiles.of(tile.id), reference)
+        measurement = Measurement(make, by_hand=by_hand(target), pace=self._pace, parent=self)
+        measurement.ended.connect(self._ended)
+        self._measurement = measurement
+        self.choice.setEnabled(False)
+        self.wizard.begin(measurement, tile, f"{kind.name}  ·  tile {tile.id}", self._part())
+        self._stack.setCurrentWidget(self.wizard)
+        self.wizard.setFocus()
+        measurement.start()
+        if self._alone:
+            measurement.run_alone(True)
+
+    def leave(self) -> None:
+        """Back to the choice; what runs ends, and changes nothing."""
+        if self._projection is not None:
+            self._projection.close()
+        self.wizard.end()
+        if self._measurement is not None:
+            self._measurement.stop()
+        self.choice.setEnabled(True)
+        self._stack.setCurrentWidget(self.overview)
+        self._show()
+
+    def silence(self) -> None:
+        """Panic: what runs by itself or plays comes to an end."""
+        if self._measurement is not None:
+            self._measurement.silence()
+
+    def close_down(self) -> None:
+        """The window closes: end what runs, and wait for it and for what is being written."""
+        self.wizard.end()
+        if self._projection is not None:
+            self._projection.close()
+        if self._measurement is not None:
+            self._measurement.stop()
+            self._measurement.join()
+        self.profiles.close()
+
+    def _ended(self) -> None:
+        measurement, self._measurement = self._measurement, None
+        if measurement is not None:
+            measurement.join()
+            if self.wizard.measurement is measurement:
+                self.wizard.end()
+            measurement.deleteLater()
+            if measurement.by_hand:
+                self.held.emit(False)
+                self.reopen_wanted.emit()
+        self._show()
+
+    # --- what becomes of it ---
+
+    def _save(self, result: Result) -> None:
+        self.profiles.save(self.tile.id, result)
+
+    def _saved(self, tile: str) -> None:
+        if self._stack.currentWidget() is self.wizard:
+            self.wizard.mark_saved()
+            if self._measurement is not None:
+                self._measurement.stop()
+        self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
+
+    def _ask_report(self, result: Result) -> None:
+        dialog = QFileDialog(self, "A folder for the report", self._settings.folder)
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.setOption(QFileDialog.Option.ShowDirsOnly)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.fileSelected.connect(lambda folder: self.write_report(result, Path(folder)))
+        dialog.open()
+
+    def write_report(self, result: Result, folder: Path) -> None:
+        """Write a page with pictures, figures and raw data into a folder, and say where it is."""
+        profile = self.profiles.of(self.tile.id)
+
+        def write() -> str:
+            from workbench.calibration.report import write_report
+
+            return f"The report is {write_report(result, folder, result.apply(profile))}"
+
+        self._settings.folder = str(folder)
+        self.profiles.do(write)
+
+    # --- on the floor ---
+
+    def project(self) -> None:
+        """Show the tile at its true size on the last screen, which is the projector's where there are several."""
+        if self._projection is None:
+            right_m, up_m = self._settings.projector_at
+            projection = FloorProjection(self.tile, self._settings.projector_scale, (right_m, up_m))
+            projection.adjusted.connect(self._keep_projection)
+            projection.go_wanted.connect(self.wizard.go_on)
+            projection.closed.connect(self._projection_closed)
+            self._projection = projection
+            if self.wizard.snapshot is not None:
+                self._project_page(self.wizard.snapshot)
+        self._projection.show_on(QGuiApplication.screens()[-1])
+
+    def _project_page(self, snapshot: Snapshot) -> None:
+        if self._projection is not None:
+            self._projection.show_page(snapshot.page, snapshot.live.ready)
+
+    def _keep_projection(self, scale: float, right_m: float, up_m: float) -> None:
+        self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
+
+    def _projection_closed(self) -> None:
+        self._projection = None
+
+    def _connect(self) -> None:
+        self.choice.tile_chosen.connect(self._show)
+        self.choice.kind_chosen.connect(self._choose_kind)
+        self.choice.earlier_chosen.connect(self._compare)
+        self.choice.restore_wanted.connect(lambda place: self.profiles.restore(self.tile.id, place))
+        self.overview.begin_wanted.connect(self.begin)
+        self.overview.reference_given.connect(self._keep_reference)
+        self.wizard.left.connect(self.leave)
+        self.wizard.save_wanted.connect(self._save)
+        self.wizard.report_wanted.connect(self._ask_report)
+        self.wizard.projection_wanted.connect(self.project)
+        self.wizard.shown.connect(self._project_page)
+        self.profiles.changed.connect(self._show_profiles)
+        self.profiles.saved.connect(self._saved)
+        self.profiles.said.connect(self.noticed)

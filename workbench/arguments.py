@@ -1,0 +1,77 @@
+"""What public functions are given: checked, and turned into what they compute with. `BadValue` says what is wrong."""
+
+import math
+import sys
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import require
+
+TINY, HUGE = math.ulp(0.0), sys.float_info.max
+"""The least number above 0, and the largest that is finite."""
+
+
+def number(name: str, value: Any, lowest: float, highest: float, allowed: str) -> float:
+    """A number from `lowest` to `highest`; arrays without dimensions count as such.
+
+    >>> number("rate", np.array(48_000), TINY, HUGE, "above 0 Hz")
+    48000.0
+    >>> number("rate", "fast", TINY, HUGE, "above 0 Hz")
+    Traceback (most recent call last):
+    workbench.errors.BadValue: rate is 'fast'; allowed: above 0 Hz
+    """
+    given = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    try:
+        found = float(given) if isinstance(given, Real) else math.nan
+    except OverflowError:
+        found = math.nan
+    require(lowest <= found <= highest, name, value, allowed)
+    return found
+
+
+def whole(name: str, value: Any, lowest: int, highest: int, allowed: str) -> int:
+    """A whole number from `lowest` to `highest`.
+
+    >>> whole("fibres", 2e3, 1, 10**12, "1 to 1e12")
+    2000
+    >>> whole("fibres", 2.5, 1, 10**12, "1 to 1e12")
+    Traceback (most recent call last):
+    workbench.errors.BadValue: fibres is 2.5; allowed: a whole number, 1 to 1e12
+    """
+    if isinstance(value, int | np.integer):
+        found: float = int(value)
+        require(lowest <= found <= highest, name, value, f"a whole number, {allowed}")
+    else:
+        found = number(name, value, lowest, highest, f"a whole number, {allowed}")
+        require(found == int(found), name, value, f"a whole number, {allowed}")
+    return int(found)
+
+
+def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Finite numbers in one dimension, as a contiguous array.
+
+    >>> numbers("stress", [1, 2])
+    array([1., 2.])
+    >>> numbers("stress", [[1], [1, 2]])
+    Traceback (most recent call last):
+    workbench.errors.BadValue: stress is [[1], [1, 2]]; allowed: finite numbers in one dimension
+    """
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        array = np.full(1, np.nan)
+    flat = array.ndim == 1 and not np.isscalar(values) and np.ndim(array) == 1
+    require(flat and bool(np.isfinite(array).all()), name, values, "finite numbers in one dimension")
+    return array
+
+
+def seed_of(value: Any) -> int:
+    """A seed: a whole number from 0 to 2^63.
+
+    >>> seed_of(7)
+    7
+    """
+    return whole("seed", value, 0, 2**63 - 1, "0 to 2^63 - 1")

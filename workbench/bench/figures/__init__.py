@@ -1,0 +1,80 @@
+"""Figures of the thesis drawn anew, its numbers beside ours, and a sentence where they differ and why.
+
+`FIGURES` is the list: each takes whether to be quick, and gives a `Figure`.
+"""
+
+import html
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from workbench.bench.figures import fracture, friction, grains, signals
+from workbench.bench.figures.figure import Compared, Figure
+from workbench.drawing import page, svg
+from workbench.errors import BadFile
+
+__all__ = ["FIGURES", "Compared", "Figure", "run", "text", "write"]
+
+FIGURES: tuple[Callable[[bool], Figure], ...] = (
+    signals.waveforms,
+    signals.feedback,
+    fracture.responses,
+    fracture.strengths,
+    fracture.intervals,
+    fracture.energies,
+    grains.stiffening,
+    grains.fluctuations,
+    grains.under_a_foot,
+    fracture.played,
+    friction.upcrossings,
+    friction.durations,
+    friction.regimes,
+    friction.periods,
+    friction.resonance,
+    friction.distances,
+)
+"""In the order of the thesis."""
+
+
+def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Figure]:
+    """Draw every figure. Quick: fewer simulations each."""
+    found = []
+    for make in FIGURES:
+        found.append(make(quick))
+        tell(f"figure {found[-1].number}: {found[-1].title}")
+    return found
+
+
+def text(figures: Sequence[Figure]) -> str:
+    """The thesis's numbers beside ours, as a table for a terminal."""
+    lines = []
+    for figure in figures:
+        lines.append(f"{figure.number}  {figure.title}")
+        lines += [f"  {row.what:55} {row.thesis:>45}   {row.ours}" for row in figure.compared]
+        lines += [f"  {figure.why}", ""] if figure.why else [""]
+    return "\n".join(lines)
+
+
+def write(figures: Sequence[Figure], folder: Path) -> None:
+    """Write each drawing as SVG, and `index.html` with all of them and the numbers, into `folder`."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        body = []
+        for figure in figures:
+            body.append(f"<h2>{figure.number} {html.escape(figure.title)}</h2>")
+            body.append(_table(figure))
+            body.append(f"<p>{html.escape(figure.why)}</p>")
+            for k, drawing in enumerate(figure.drawings, 1):
+                picture = svg(drawing)
+                (folder / f"figure-{figure.number}-{k}.svg").write_text(picture)
+                body.append(picture)
+        (folder / "index.html").write_text(page("Figures of the thesis", body))
+    except OSError as error:
+        raise BadFile(f"{folder} cannot be written: {error.strerror}") from None
+
+
+def _table(figure: Figure) -> str:
+    rows = (
+        f"<tr><td>{html.escape(row.what)}</td><td>{html.escape(row.thesis)}</td><td>{html.escape(row.ours)}</td></tr>"
+        for row in figure.compared
+    )
+    return f"<table><tr><th></th><th>thesis</th><th>here</th></tr>{''.join(rows)}</table>"

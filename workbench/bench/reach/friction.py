@@ -1,0 +1,69 @@
+"""The reach of stick-slip: the law of a slip's duration, its time, and the texture drawn from its table."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.bench.reach.row import Reach
+from workbench.bench.timing import timed
+from workbench.kernels import kernel
+from workbench.models import friction, friction_table
+from workbench.models.friction_laws import Law, SlipLaw
+
+_SLIP = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # w0, zeta, D, v_b, x0, v0, t_end of the thesis's figure 8.6
+_TIMES = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0])
+_GRID = np.array(
+    [
+        *(0.002019384, 0.044782616, 0.174225486, 0.411223842, 0.662094327, 0.814336304, 0.930253544),
+        *(0.968434299, 0.984788666, 0.996321132, 0.999114084, 0.999975510, 0.999999327),
+    ]
+)
+"""The CDF at `_TIMES` from the Fokker-Planck equation on a grid, extrapolated over four; the last two agree to 2e-9."""
+
+
+def reaches(quick: bool) -> Iterable[Reach]:
+    """The law of figure 8.6, and what is drawn from tables."""
+    for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
+        law = friction.first_passage(*_SLIP, error=error)
+        apart = float(np.abs(np.interp(_TIMES, law.t, law.cdf) - _GRID).max())
+        yield Reach("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
+    took = timed(lambda: friction.first_passage(*_SLIP, error=1e-4), 1.0).seconds
+    yield Reach("friction", "time of that law at 1e-4", took, "s", high=0.25)
+    yield from _tables(100_000 if quick else 2_000_000)
+
+
+def _tables(count: int) -> Iterator[Reach]:
+    """Slips looked up at evenly spread chances, against the law that was solved ten times as exactly."""
+    asked = 1e-3
+    for zeta, noise, x0 in ((0.4, 0.5, 2.0), (0.1, 0.05, 1.5)):
+        law = SlipLaw.solve(1.0, zeta, noise, 1.0, x0, 0.0, friction_table.LONGEST, 0.1 * asked)
+        table = friction_table.slip_table(zeta, noise, x0, error=asked)
+        pairs = np.empty((count, 2))
+        _look_up_evenly(table, pairs)
+        durations, distances = pairs.T
+        periods = (durations + distances)[distances >= 0.0]
+        for name, values, of in (
+            ("durations", durations, law.duration),
+            ("distances", distances, law.distance),
+            ("periods", periods, law.period),
+        ):
+            what = f"CDF error of {name} from a table at 1e-3, zeta {zeta}"
+            yield Reach("friction", what, _apart(values, count, of), high=asked)
+        took = timed(lambda: _look_up_evenly(table, pairs)).seconds  # noqa: B023
+        yield Reach("friction", f"a look-up, zeta {zeta}", took / count * 1e9, "ns", high=1000.0)
+
+
+def _apart(values: NDArray[np.float64], of: int, law: Law) -> float:
+    at = np.sort(values)
+    return float(np.abs(np.interp(at, law.at, law.cdf) - (np.arange(at.size) + 0.5) / of).max())
+
+
+@kernel
+def _look_up_evenly(table, out):
+    # Pairs of chances that fill the square evenly: the additive recurrence of the plastic number.
+    first = second = 0.5
+    for i in range(out.shape[0]):
+        first = (first + 0.7548776662466927) % 1.0
+        second = (second + 0.5698402909980532) % 1.0
+        out[i, 0], out[i, 1] = friction_table.look_up(table, first, second)

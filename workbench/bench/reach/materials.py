@@ -1,0 +1,104 @@
+"""The reach of materials: ground that slips, and bundles of fibres: their time, their statistics, their strengths."""
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from workbench.bench.reach.row import Reach
+from workbench.bench.timing import Timed, timed
+from workbench.models import fracture, fracture_damage, plasticity
+from workbench.models.random import stream_key
+
+RATE = 48_000
+SHAPE, SCALE = 4.0, 2.5
+"""The Weibull law of the thesis's thresholds."""
+_BEST_MS = {2_000: 0.41, 100_000: 0.80, 10_000_000: 1.33}
+"""The best times to meet for a second under a footstep, by the number of fibres."""
+
+
+def reaches(quick: bool) -> Iterable[Reach]:
+    """Those of elasto-plastic slip and of fibre bundles."""
+    yield from _slips()
+    for fibres, best in _BEST_MS.items():
+        took = _second_of(fibres)
+        most = 1.5 * best * took.slowness
+        yield Reach("bundles", f"a second under a foot, {fibres:.0e} fibres", 1e3 * took.seconds, "ms", high=most)
+    yield from _thresholds()
+    yield from _quasi_static(400 if quick else 4000)
+    yield from _dynamic(400 if quick else 4000)
+
+
+def _slips() -> Iterator[Reach]:
+    from scipy import signal, stats
+
+    force = np.cumsum(np.random.default_rng(1).standard_normal(RATE // 10))
+    moved = plasticity.slip(force, RATE, threshold_n=1e9).displacement_m
+    system = ([1.0], [0.5, 400.0, 8e5])
+    exact = signal.lsim(system, np.append(0.0, force), np.arange(force.size + 1) / RATE)[1][1:]
+    apart = float(np.linalg.norm(moved - exact) / np.linalg.norm(exact))
+    yield Reach("slip", "error of the motion between slips", apart, high=1e-9)
+    # The plastic unit holds more than the largest draw takes, and the ramp is so slow that no frame has two slips.
+    least, most = 1e-5, 1e-3
+    ramp = np.linspace(0.0, 1e3, 20 * RATE)
+    energy = plasticity.slip(ramp, RATE, threshold_n=100.0, gamma=1.5, least_j=least, most_j=most).energy_j
+    chances = (least**-0.5 - energy**-0.5) / (least**-0.5 - most**-0.5)
+    chance = float(stats.kstest(chances, "uniform").pvalue)
+    yield Reach("slip", "chance of such energies, if of E^-1.5", chance, low=1e-3)
+
+
+def _second_of(fibres: int) -> Timed:
+    """The time of a second under a footstep whose peak comes near to the strength of the bundle."""
+    up = np.clip(np.arange(RATE) / RATE / 0.75, 0.0, 1.0)
+    step = np.sin(np.pi * up) * (1.0 + 0.35 * np.cos(4.0 * np.pi * (up - 0.25))) * (up < 1.0)
+    load = 1.30 * fibres * step / step.max()
+    t, strain, events = np.zeros(fracture.tuning_size()), np.empty(RATE), np.empty(3 * RATE)
+    fracture_damage.tune(t, RATE, fracture_damage.EXACT, 0, fibres, SHAPE, SCALE, 1.0, 1e-5, 0.003, 0.0)
+    fracture_damage.tune_contact(t, RATE, 1.0, 10.0, 1.0, 0.5, True)
+    key = stream_key(1, "bench")
+    return timed(lambda: fracture.run(np.zeros(fracture.state_size()), t, key, 0, load, strain, events), 0.3, 100)
+
+
+def _thresholds() -> Iterator[Reach]:
+    """Loaded so slowly that nearly each frame breaks one fibre, the strains of failure are the sorted thresholds."""
+    from scipy import stats
+
+    found = fracture.bundle(np.linspace(0.0, 1.37e4, 4_000_000), 1e6, 10_000, SHAPE, SCALE, mass=0.0, damping=0.0)
+    strain = np.repeat(found.strain, found.failures)
+    below = -np.expm1(-((strain[-1] / SCALE) ** SHAPE))
+    chances = -np.expm1(-((strain / SCALE) ** SHAPE)) / below
+    chance = float(stats.kstest(chances, "uniform").pvalue)
+    yield Reach("bundles", "chance of such thresholds, if Weibull", chance, low=1e-3)
+
+
+def _quasi_static(samples: int) -> Iterator[Reach]:
+    yield Reach("bundles", "quasi-static strength of 2000", fracture.critical_stress(2000), "", 2753.45, 2753.55)
+    rise, load = np.linspace(0.0, 2600.0, 500, endpoint=False), 2600.0 + np.arange(0.0, 400.0, 0.1)
+    slow = np.concatenate((rise, load))
+    found = np.empty(samples)
+    for seed in range(samples):
+        failed = fracture.bundle(slow, 1000.0, 2000, mass=0.0, damping=0.0, seed=seed).failures
+        found[seed] = slow[np.flatnonzero(np.cumsum(failed) < 1000)[-1]]
+    off = 4.0 * 32.0 / math.sqrt(samples)
+    words = f"of {samples} exact bundles"
+    yield Reach("bundles", f"mean strength {words}", float(found.mean()), "", 2766.0 - off, 2766.0 + off)
+    yield Reach("bundles", f"deviation of the strength {words}", float(found.std()), "", 32.0 - off, 32.0 + off)
+
+
+def _dynamic(samples: int) -> Iterator[Reach]:
+    """The thesis's: the load up in 0.8 s of 1 s, m 1e-3, b_F 0.0065, b_R 0."""
+    low, high = 2650.0, 2950.0
+    most = low + (high - low) * (np.arange(samples) + 0.5) / samples
+    broken = [_ramped(m, "exact", seed).failures.sum() == 2000 for seed, m in enumerate(most)]
+    strength = low + (high - low) * (1.0 - np.mean(broken))
+    off = 4.0 * 0.25 * (high - low) / math.sqrt(samples)
+    yield Reach("bundles", "strength under the thesis's ramp, exact", float(strength), "", 2804.0 - off, 2804.0 + off)
+    while high - low > 0.25:  # the mean bundle never loses its last fibre: gone is what is far beyond its thresholds
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _ramped(middle, "mean", 0).strain[-1] > 3.0 * SCALE else (middle, high)
+    yield Reach("bundles", "strength under the thesis's ramp, mean", high, "", 2842.0, 2848.0)
+
+
+def _ramped(most: float, model: str, seed: int) -> fracture.Fracture:
+    load = most * np.minimum(np.arange(RATE) / RATE / 0.8, 1.0)
+    return fracture.bundle(load, RATE, 2000, SHAPE, SCALE, model=model, seed=seed)

@@ -1,0 +1,76 @@
+"""The reach of modal banks: time for each mode and frame, exactness after ten seconds, and states that end at 0."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from workbench.bench import accuracy
+from workbench.bench.reach.row import Reach
+from workbench.bench.timing import Timed, timed
+from workbench.models import modal_events, modal_signal
+
+RATE = 48_000
+_BEST_NS = {10: (0.25, 0.14), 64: (0.08, 0.048), 200: (0.07, 0.038)}
+"""The best times to meet, ns a mode and frame, for so many modes: driven in every frame, and ringing freely."""
+
+
+def reaches(quick: bool) -> Iterable[Reach]:
+    """Times at 10, 64 and 200 modes, errors after 10 s, and what is left in a bank that has died away."""
+    for count, best in _BEST_NS.items():
+        for driven, ns in zip((True, False), best, strict=True):
+            what = f"{'driven in every frame' if driven else 'ringing freely'}, {count} modes"
+            took = _second_of(count, driven)
+            found = took.seconds / (RATE * count) * 1e9
+            yield Reach("modes", what, found, "ns a mode and frame", high=1.3 * ns * took.slowness)
+    yield from _errors()
+    for driven in (True, False):
+        what = f"numbers left in a bank after silence, {'driven' if driven else 'struck'}"
+        yield Reach("modes", what, _left(driven), high=0)
+
+
+def _bank(form, modes, floor: float):
+    """A state at rest and a tuning, on cache lines as a program has them."""
+    sizes = form.state_size(modes[0].size), form.tuning_size(modes[0].size)
+    memory = [np.zeros(size + 8) for size in sizes]
+    s, t = (m[-m.ctypes.data % 64 // 8 :][:size] for m, size in zip(memory, sizes, strict=True))
+    form.tune(t, *modes, float(RATE), floor)
+    return s, t
+
+
+def _second_of(count: int, driven: bool) -> Timed:
+    """The time of a second of a bank that is driven by noise, or struck once at first."""
+    form = modal_signal if driven else modal_events
+    s, t = _bank(form, accuracy.modes(count), 0.0)
+    excitation, strike, out = np.random.default_rng(1).standard_normal(RATE), np.array([0.0, 1.0, 0.0]), np.empty(RATE)
+
+    def second():
+        s[:] = 0.0
+        if driven:
+            modal_signal.ring(s, t, excitation, out, 0, RATE)
+        else:
+            modal_events.ring(s, t, strike, 1, out, 0, RATE)
+
+    return timed(second, 0.3, 200)
+
+
+def _errors() -> Iterator[Reach]:
+    for task in accuracy.modal_banks(False):
+        ours = task.methods[0]
+        for count in ours.values:
+            apart = task.error(ours.run(count), count)
+            yield Reach("modes", f"error, {task.task}, {count:.0f} modes", apart, high=1e-9)
+
+
+def _left(driven: bool) -> int:
+    """Numbers that are not 0 in a bank of 64 modes 20 s after its last excitation."""
+    frequencies, decays, amplitudes = accuracy.modes(64)
+    modes = frequencies, np.maximum(decays, 5.0), amplitudes
+    out = np.empty(RATE)
+    form = modal_signal if driven else modal_events
+    s, t = _bank(form, modes, 1e-5)
+    for second in range(20):
+        if driven:
+            modal_signal.ring(s, t, np.eye(1, RATE)[0] if second == 0 else np.zeros(RATE), out, second * RATE, RATE)
+        else:
+            modal_events.ring(s, t, np.array([0.0, 1.0, 0.0]), int(second == 0), out, second * RATE, RATE)
+    return int(np.count_nonzero(s))

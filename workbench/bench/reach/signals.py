@@ -1,0 +1,141 @@
+"""The reach of tones, noise, texture, envelopes and rhythms."""
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.bench import naive
+from workbench.bench.reach.row import Reach
+from workbench.bench.timing import median_s
+from workbench.models import envelopes, noise, rhythm, waveshaping
+from workbench.models.random import stream_key
+
+RATE = 48_000
+_HARMONICS = 10
+_HOUR_S = 3600
+
+
+def reaches(quick: bool) -> Iterable[Reach]:
+    """Those of tones, of noise and texture, of envelopes and of rhythms."""
+    yield from _tones()
+    yield from _noises(20 if quick else 200)
+    yield from _envelopes()
+    yield from _rhythms()
+
+
+def _tones() -> Iterator[Reach]:
+    amplitudes = 1.0 / np.arange(1.0, _HARMONICS + 1.0)
+    turns = 50 * np.arange(RATE)[:, None] * np.arange(1, _HARMONICS + 1) % RATE / RATE
+    truth = np.sin(2.0 * np.pi * turns) @ amplitudes
+    tone = waveshaping.tone(50.0, amplitudes, 1.0, RATE)
+    apart = float(np.linalg.norm(tone - truth) / np.linalg.norm(truth))
+    yield Reach("tones", "error of 10 harmonics, 1 s", apart, high=1e-12)
+    ours = median_s(lambda: waveshaping.tone(50.0, amplitudes, 1.0, RATE))
+    direct = median_s(lambda: naive.sum_of_sines(50.0, amplitudes, RATE, RATE))
+    yield Reach("tones", "a direct sum of 10 sines takes longer by", direct / ours, "times", low=_HARMONICS)
+    yield Reach("tones", "phase error after an hour", _phase_error(), "rad", high=1e-9)
+
+
+def _phase_error() -> float:
+    """Of a tone of 31.7 Hz in the last tenth of a second of an hour, against an exactly reduced phase."""
+    state, work = np.zeros(waveshaping.STATE_SIZE), np.zeros(waveshaping.WORK_SHAPE)
+    pitch, one = np.array([31.7]), np.ones(1)
+    heard = np.empty(RATE // 10)
+    for _ in range(_HOUR_S * 10):
+        waveshaping.run(state, pitch, one, float(RATE), work, heard, heard.size)
+    frames = np.arange(_HOUR_S * RATE - heard.size, _HOUR_S * RATE)
+    angle = 2.0 * np.pi * (317 * frames % (10 * RATE) / (10 * RATE))
+    sine, cosine = np.linalg.lstsq(np.column_stack([np.sin(angle), np.cos(angle)]), heard)[0]
+    return abs(math.atan2(cosine, sine))
+
+
+def _noises(seconds: int) -> Iterator[Reach]:
+    from scipy import signal, stats
+
+    heard = _noise(seconds * RATE, seconds * RATE)
+    hz, power = signal.welch(heard, RATE, nperseg=RATE // 2)
+    for edge in (noise.LOW_HZ, noise.HIGH_HZ):
+        ratio = 10.0 * math.log10(power[np.argmin(abs(hz - edge))] / np.median(power[(hz > 150.0) & (hz < 350.0)]))
+        yield Reach("noise", f"level at the band's edge of {edge:.0f} Hz", ratio, "dB", -4.0, -2.0)
+    differing = sum(int(np.count_nonzero(_noise(RATE, n) != heard[:RATE])) for n in (7, 64, 1024))
+    yield Reach("noise", "frames that another block size changes", differing, high=0)
+    key, found = stream_key(1, "bench"), np.empty(3 * 100 * seconds + 300)
+    count = noise.impulses(key, noise.MEAN_INTERVAL_S, float(RATE), 0, seconds * RATE, found)
+    gaps = np.diff(found[: 3 * count : 3]) / RATE
+    off = 4.0 * noise.MEAN_INTERVAL_S / math.sqrt(gaps.size)
+    yield Reach(
+        "texture", "mean interval of impulses", 1e3 * float(gaps.mean()), "ms", 1e3 * (0.02 - off), 1e3 * (0.02 + off)
+    )
+    shape = float(stats.kstest(gaps, stats.expon(scale=noise.MEAN_INTERVAL_S).cdf).pvalue)
+    yield Reach("texture", "chance of such intervals, if exponential", shape, low=1e-3)
+    at, response = _texture_response()
+    centre = at[np.argmax(response)]
+    wide = np.ptp(at[response > 0.5 * response.max()])
+    yield Reach("texture", "centre of its band-pass", float(centre), "Hz", 299.0, 301.0)
+    yield Reach("texture", "width of its band-pass at -3 dB", float(wide), "Hz", 14.5, 15.5)
+
+
+def _noise(frames: int, block: int) -> NDArray[np.float64]:
+    state, tuning, out = np.zeros(noise.BAND_STATE), np.zeros(noise.BAND_TUNING), np.empty(frames)
+    noise.tune_band(tuning, noise.LOW_HZ, noise.HIGH_HZ, float(RATE))
+    for at in range(0, frames, block):
+        part = out[at : at + block]
+        noise.run_band(state, tuning, stream_key(1, "bench"), at, part, part.size)
+    return out
+
+
+def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """The power that the texture's filter lets through at each frequency, from its answer to a single frame."""
+    from workbench.models import filters
+
+    tuning, state = np.zeros(noise.TEXTURE_TUNING), np.zeros(noise.TEXTURE_STATE)
+    noise.tune_texture(tuning, noise.MEAN_INTERVAL_S, noise.BURST_S, noise.CENTRE_HZ, noise.WIDTH_HZ, float(RATE))
+    answer = np.eye(1, 4 * RATE)[0].copy()
+    filters.run(state, tuning[: filters.SECTION_TUNING], answer, answer, answer.size)
+    return np.fft.rfftfreq(answer.size, 1.0 / RATE), np.abs(np.fft.rfft(answer)) ** 2
+
+
+def _envelopes() -> Iterator[Reach]:
+    w0 = 2.0 * math.pi * envelopes.STRAIN_HZ
+    state, tuning, out = np.zeros(envelopes.STRAIN_STATE), np.zeros(envelopes.STRAIN_TUNING), np.empty(RATE)
+    envelopes.tune_strain_rate(
+        tuning, envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG, float(RATE)
+    )
+    envelopes.run_strain_rate(state, tuning, np.full(RATE, envelopes.FULL_FORCE_N), envelopes.SIGNED, out, RATE)
+    time_s = (np.arange(RATE) + 0.5) / RATE  # the bilinear step comes between two frames
+    truth = math.e * w0 * time_s * np.exp(-w0 * time_s)
+    yield Reach(
+        "envelopes", "a step's response peaks after", 1e3 * (int(out.argmax()) + 0.5) / RATE, "ms", 12.71, 12.75
+    )
+    apart = float(np.linalg.norm(out - truth) / np.linalg.norm(truth))
+    yield Reach("envelopes", "error against t exp(-w0 t)", apart, high=1e-5)
+
+
+def _rhythms() -> Iterator[Reach]:
+    """Where the notes of an hour fall, in one-second stretches."""
+    one = rhythm.RHYTHMS[4]
+    table, bar, found = one.table(), one.bar_s * RATE, []
+    events = np.empty(300)
+    for second in range(_HOUR_S):
+        count = rhythm.play(table, bar, 0, 0.25, second * RATE, RATE, float(RATE), events)
+        found.append(events[: 3 * count : 3].copy())
+    onsets = np.concatenate(found)
+    notes = len(one.notes)
+    steps = np.array([note.step for note in one.notes])
+    index = np.arange(onsets.size)
+    exact = 0.25 + (24 * (index // notes) + steps[index % notes]) * (bar / 24.0)
+    yield Reach(
+        "rhythms", "largest error of an onset in an hour", float(np.abs(onsets - exact).max()), "frames", high=1e-6
+    )
+    yield Reach("rhythms", "notes lost or doubled in an hour", abs(onsets.size - _expected(one)), high=0)
+
+
+def _expected(one: rhythm.Rhythm) -> int:
+    """How many of its notes begin within an hour, counted one by one."""
+    return sum(
+        0.25 + (bar + note.step / 24.0) * one.bar_s * RATE < _HOUR_S * RATE
+        for bar in range(int(_HOUR_S / one.bar_s) + 2)
+        for note in one.notes
+    )

@@ -1,0 +1,1 @@
+"""Procedures that make a tile true: newtons, centimetres, metres a second squared."""

@@ -1,0 +1,214 @@
+"""One sensor's pairs made ready: sorted, zeroed at rest, cut into loadings, every force weighed alike."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[np.float64]
+
+RISING, FALLING, STILL, UNKNOWN = 0, 1, 2, 3
+"""Which way the load went at a sample."""
+_BINS = 48
+_SMOOTH_S = 0.05
+STILL_S, _STILL_SHARE = 0.5, 0.05
+"""A load that stays within this share of full scale for this long rests; a hand does not hold it better."""
+_STILL_WEIGHT = 0.3
+_FOLDS = 6
+_UNLOADED = 0.005
+_RANGE = 200.0
+"""A reading that moves by fewer counts than this cannot tell forces apart."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One sensor's pairs, all (n,), in order of time.
+
+    `x` is the reading's distance from `rest`, positive when pressed (`sign` -1 where readings fall). `usable` leaves
+    out what stands at the end of the converter; `weight` makes all forces count alike, whether a recording dwelt on
+    them or not; `fold` says which loading a sample belongs to; `timed` whether times can be trusted.
+    """
+
+    time_s: Values
+    x: Values
+    force_n: Values
+    weight: Values
+    direction: NDArray[np.intp]
+    fold: NDArray[np.intp]
+    usable: NDArray[np.bool_]
+    sign: float
+    rest: float
+    full_scale_n: float
+    timed: bool
+    cycles: int
+    rested: bool
+    saturates_n: float
+
+    def reading(self, x: Values) -> Values:
+        """Readings at distances from rest."""
+        return self.rest + self.sign * x
+
+
+def prepared(time_s: Values, reading: Values, force_n: Values, full_scale_n: float) -> Recording | str:
+    """A sensor's pairs made ready, or why they cannot be used. `full_scale_n` is that of the set."""
+    trouble = _useless(reading, force_n, full_scale_n)
+    if trouble:
+        return trouble
+    order = np.argsort(time_s, kind="stable")
+    time_s, reading, force_n = time_s[order], reading[order], force_n[order]
+    timed = bool(time_s.size >= 100 and np.count_nonzero(np.diff(time_s) > 0.0) > 0.5 * time_s.size)
+    own_full = float(force_n.max())
+    unloaded = np.abs(force_n) <= _UNLOADED * full_scale_n
+    loaded = force_n >= 0.5 * own_full
+    sign = 1.0 if np.median(reading[loaded]) >= np.median(reading[force_n <= 0.3 * own_full]) else -1.0
+    rested = bool(np.count_nonzero(unloaded))
+    rest = _rest(reading, force_n, unloaded, full_scale_n) if rested else _extrapolated_rest(reading, force_n, sign)
+    x = sign * (reading - rest)
+    trouble = _insensitive(x, force_n, rest, unloaded)
+    if trouble:
+        return trouble
+    smooth = _smoothed(force_n, time_s) if timed else force_n
+    direction = _directions(smooth, time_s, full_scale_n) if timed else _order(force_n)
+    usable, saturates_n = _unsaturated(x, reading, force_n, direction, full_scale_n)
+    if saturates_n < 0.3 * full_scale_n:
+        return f"its reading is saturated from {saturates_n:.3g} N on, of {full_scale_n:.4g} N"
+    fold, cycles = _loadings(smooth, own_full, timed)
+    return Recording(
+        time_s, x, force_n, _weights(force_n, direction, own_full), direction, fold, usable,
+        sign, rest, full_scale_n, timed, cycles, rested, saturates_n,
+    )  # fmt: skip
+
+
+def level(force_n: Values, full_scale_n: float) -> NDArray[np.intp]:
+    """Which of the equal steps of force a sample belongs to."""
+    return np.clip((force_n / full_scale_n * _BINS).astype(np.intp), 0, _BINS - 1)
+
+
+def _useless(reading: Values, force_n: Values, full_scale_n: float) -> str:
+    if reading.size == 0:
+        return "there are no pairs of it"
+    distinct = np.unique(np.stack([reading, force_n]), axis=1).shape[1]
+    if distinct < 4:
+        return f"there are only {distinct} different pairs of it; 4 or more are needed"
+    if np.ptp(force_n) < 0.1 * full_scale_n:
+        return f"it was pressed over {np.ptp(force_n):.3g} N only, of {full_scale_n:.4g} N"
+    return ""
+
+
+def _insensitive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_]) -> str:
+    """Whether the reading follows the force at all."""
+    moved = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
+    noise = float(np.std(x[unloaded])) if np.count_nonzero(unloaded) > 10 else 0.0
+    follows = _rank_correlation(x, force_n) >= 0.5
+    if moved <= max(8.0 * noise, 20.0) and (follows or np.ptp(np.quantile(x, (0.01, 0.99))) < _RANGE):
+        return f"it is dead: its reading stays within {max(moved, 0.0):.3g} counts of {rest:.5g} under load"
+    if not follows:
+        return "its reading does not follow the force: loose, or another sensor was pressed"
+    if moved < _RANGE:
+        return f"its range is too small: {moved:.3g} counts of 65535"
+    return ""
+
+
+def _rank_correlation(a: Values, b: Values) -> float:
+    from scipy.stats import rankdata
+
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return float(np.nan_to_num(np.corrcoef(rankdata(a), rankdata(b))[0, 1]))
+
+
+def _rest(reading: Values, force_n: Values, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
+    """The unloaded reading before the first load: afterwards a sensor still remembers what it carried."""
+    first = int(np.argmax(force_n > 0.05 * full_scale_n))
+    before = unloaded & (np.arange(force_n.size) < first)
+    return float(np.median(reading[before if np.count_nonzero(before) >= 5 else unloaded]))
+
+
+def _extrapolated_rest(reading: Values, force_n: Values, sign: float) -> float:
+    """The reading at 0 N, along the lowest tenth of the forces; not beyond the converter's ends."""
+    order = np.argsort(force_n, kind="stable")[: max(3, force_n.size // 10)]
+    if np.ptp(force_n[order]) == 0.0:
+        return float(np.median(reading[order]))
+    slope, at_zero = np.polyfit(force_n[order], reading[order], 1)
+    if sign * slope < 0.0:
+        at_zero = float(np.median(reading[order]))
+    lowest = float((sign * reading).min()) * sign
+    return float(np.clip(sign * min(sign * at_zero, sign * lowest), 0.0, 65535.0))
+
+
+def _unsaturated(
+    x: Values, reading: Values, force_n: Values, direction: NDArray[np.intp], full_scale_n: float
+) -> tuple[NDArray[np.bool_], float]:
+    """Samples below the reading's ceiling, and the least force that reached it (infinite where none did).
+
+    A ceiling is the converter's end, or a level at which the reading stands while the load goes on rising: on the way
+    down a sensor with hysteresis stands still, too.
+    """
+    top = float(x.max())
+    noise = float(np.std(np.diff(x[x > 0.98 * top]))) if np.count_nonzero(x > 0.98 * top) > 20 else 0.0
+    at_top = x >= top - max(0.5, 4.0 * noise)
+    at_end = at_top & ((reading <= 0.0) | (reading >= 65535.0))
+    for there, least in ((at_end, 0.02), (at_top & (direction != FALLING), 0.05)):
+        forces = force_n[there]
+        if forces.size >= 3 and np.ptp(forces) > least * full_scale_n:
+            return ~at_top, float(np.quantile(forces, 0.02))
+    return np.ones(x.size, dtype=bool), np.inf
+
+
+def _smoothed(force_n: Values, time_s: Values) -> Values:
+    """A running mean over 50 ms."""
+    steps = np.diff(time_s)
+    count = max(1, int(round(_SMOOTH_S / float(np.median(steps[steps > 0.0])))))
+    padded = np.concatenate([np.full(count, force_n[0]), force_n, np.full(count, force_n[-1])])
+    return np.convolve(padded, np.ones(count) / count, "same")[count:-count]
+
+
+def _directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[np.intp]:
+    from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
+
+    steps = np.diff(time_s)
+    count = max(3, int(round(STILL_S / float(np.median(steps[steps > 0.0])))))
+    extent = maximum_filter1d(smooth, count) - minimum_filter1d(smooth, count)
+    # Times that repeat give slopes that mean nothing; the middle of its neighbours does.
+    speed = median_filter(np.gradient(smooth, time_s + 1e-9 * np.arange(time_s.size)), size=5)
+    still = extent < _STILL_SHARE * full_scale_n
+    return np.where(still, STILL, np.where(speed > 0.0, RISING, FALLING)).astype(np.intp)
+
+
+def _order(force_n: Values) -> NDArray[np.intp]:
+    """Weights put on one after the other: rising or falling from the one before; UNKNOWN where they jump about."""
+    steps = np.diff(force_n, prepend=force_n[0])
+    steps = steps[np.maximum.accumulate(np.where(steps != 0.0, np.arange(steps.size), 0))]
+    turns = np.count_nonzero(np.diff(np.sign(steps)))
+    if turns > 0.4 * force_n.size:
+        return np.full(force_n.size, UNKNOWN)
+    return np.where(steps >= 0.0, RISING, FALLING).astype(np.intp)
+
+
+def _loadings(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.intp], int]:
+    """A fold for each sample: whole loadings where there are three, else stretches, else every so many-th force."""
+    high, low = smooth > 0.5 * own_full, smooth < 0.2 * own_full
+    state = np.where(high, 1, np.where(low, -1, 0))
+    known = np.maximum.accumulate(np.where(state != 0, np.arange(state.size), 0))
+    is_high = state[known] == 1
+    ends = np.flatnonzero(is_high[:-1] & ~is_high[1:]) + 1
+    starts = np.flatnonzero(~is_high[:-1] & is_high[1:]) + 1
+    cycles = max(len(ends), len(starts)) if timed else 0
+    if timed and len(starts) >= 3:
+        cuts = []
+        for end in ends:
+            following = starts[starts > end]
+            if following.size:
+                cuts.append(int(end + np.argmin(smooth[end : following[0]])))
+        number = np.searchsorted(np.array(cuts), np.arange(smooth.size), side="right")
+        return np.asarray(number % _FOLDS, dtype=np.intp), cycles
+    if timed:
+        stretches = np.arange(smooth.size) * (2 * _FOLDS) // smooth.size
+        return np.asarray(stretches % _FOLDS, dtype=np.intp), cycles
+    _, group = np.unique(smooth, return_inverse=True)
+    return np.asarray(group % min(_FOLDS, group.max() + 1), dtype=np.intp), cycles
+
+
+def _weights(force_n: Values, direction: NDArray[np.intp], own_full: float) -> Values:
+    cell = level(force_n, own_full) + _BINS * direction
+    count = np.bincount(cell, minlength=4 * _BINS)[cell]
+    return np.asarray(np.where(direction == STILL, _STILL_WEIGHT, 1.0) / count)

@@ -1,0 +1,198 @@
+"""`underfoot calibrate fsr|centroid|response`: the wizards, on a target or on measurements in a file."""
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from workbench.commands.calibrate_response import response
+from workbench.commands.files import FILE
+from workbench.commands.profiles import conclude, floor_of, own_profile, require_writable, tile_of
+from workbench.errors import BadFile, BadValue
+
+if TYPE_CHECKING:
+    from workbench.calibration.procedure import Bench, Page, Procedure, Result
+    from workbench.floor.layout import Tile
+
+
+@click.group()
+def calibrate() -> None:
+    """Turn readings into newtons, newtons into places, and drive into accelerations that can be trusted."""
+
+
+calibrate.add_command(response)
+
+_TARGET = click.option(
+    "--target", default="", help="Measure there: simulator (which presses), serial:PORT, udp:HOST:PORT."
+)
+_CELL = click.option(
+    "--cell", default="", help="Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120."
+)
+
+
+@calibrate.command()
+@click.option("--pairs", type=FILE, help="CSV of readings beside a reference: time_s,tile,sensor,reading,force_n.")
+@_TARGET
+@_CELL
+@click.option("--floor", type=FILE, help="Floor JSON that has the tile; the default floor without.")
+@click.option("--tile", default="", help="Which tile, where there is more than one.")
+@click.option("--serial", default="", help="The tile's serial number, kept in its profile.")
+@click.option("--divider-ohm", type=float, help="Resistor in series with a sensor; R = Rs/F + R0 is tried then, too.")
+@click.option("--divider-falling", is_flag=True, help="The reading falls with force.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Of the simulated tile and hand.")
+@click.option("--profile", type=FILE, help="Profile JSON to write; what it holds besides stays.")
+@click.option("--report", type=FILE, help="Folder for a page with pictures, figures and raw data.")
+@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+def fsr(
+    pairs: Path | None,
+    target: str,
+    cell: str,
+    floor: Path | None,
+    tile: str,
+    serial: str,
+    divider_ohm: float | None,
+    divider_falling: bool,
+    seed: int,
+    profile: Path | None,
+    report: Path | None,
+    as_json: bool,
+) -> None:
+    """Linearise force sensing resistors against a reference."""
+    from workbench.calibration.fsr_wizard import FsrProcedure, result_of
+    from workbench.calibration.linearisation import Divider, linearise
+    from workbench.calibration.tables import read_pairs
+
+    _require_one("--pairs", pairs, target)
+    require_writable(profile, report)
+    if divider_ohm is not None and not divider_ohm > 0.0:
+        raise BadValue(f"--divider-ohm is {divider_ohm:g}; allowed: above 0")
+    divider = None if divider_ohm is None else Divider(divider_ohm, falling=divider_falling)
+    if pairs is not None:
+        table = read_pairs(pairs, tile)
+        known = own_profile(profile, table.tile, serial)
+        try:
+            found = linearise(table, divider)
+        except BadValue as error:
+            raise BadFile(f"{pairs}: {error}") from None
+        conclude(result_of(found, f"pairs of {pairs.name}"), known, profile, report, as_json)
+        return
+    everything = floor_of(floor)
+    one = tile_of(everything, tile)
+    known = own_profile(profile, one.id, serial)
+    place = (everything.index(one.id), cell)
+    values = {"reference": "load cell" if cell or target == "simulator" else "known weights"}
+    result = _measured(FsrProcedure(one, divider), target, one, seed, values, place)
+    conclude(result, known, profile, report, as_json)
+
+
+@calibrate.command()
+@click.option("--presses", type=FILE, help="CSV of loads at known places: tile,x_m,y_m,force_n,r1,r2,r3,r4.")
+@_TARGET
+@_CELL
+@click.option("--floor", type=FILE, help="Floor JSON that has the tile and its sensors.")
+@click.option("--tile", default="", help="Which tile, where there is more than one.")
+@click.option("--serial", default="", help="The tile's serial number, kept in its profile.")
+@click.option("--quick", is_flag=True, help="Nine places instead of fifty, on a target.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Of the simulated tile and hand.")
+@click.option("--profile", type=FILE, help="Profile JSON: its curves turn readings into newtons, and it is written.")
+@click.option("--report", type=FILE, help="Folder for a page with pictures, figures and raw data.")
+@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+def centroid(
+    presses: Path | None,
+    target: str,
+    cell: str,
+    floor: Path | None,
+    tile: str,
+    serial: str,
+    quick: bool,
+    seed: int,
+    profile: Path | None,
+    report: Path | None,
+    as_json: bool,
+) -> None:
+    """Measure how true the contact centroid is, and learn what corrects it."""
+    from workbench.calibration.centroid import assessed
+    from workbench.calibration.centroid_wizard import CentroidProcedure, result_of
+    from workbench.calibration.fsr_wizard import FsrProcedure
+    from workbench.calibration.tables import read_presses
+
+    _require_one("--presses", presses, target)
+    require_writable(profile, report)
+    if presses is not None and floor is None:
+        raise BadValue("--presses needs --floor: the sensors' places are in the floor JSON")
+    everything = floor_of(floor)
+    if presses is not None:
+        table = read_presses(presses, tile)
+        one = tile_of(everything, table.tile)
+        known = own_profile(profile, one.id, serial)
+        try:
+            found = assessed(table, one, known)
+        except BadValue as error:
+            raise BadFile(f"{presses}: {error}") from None
+        conclude(result_of(found, table), known, profile, report, as_json)
+        return
+    one = tile_of(everything, tile)
+    known = own_profile(profile, one.id, serial)
+    values = {"form": "quick" if quick else "full"}
+    place = (everything.index(one.id), cell)
+    if not known.is_calibrated:
+        if target != "simulator":
+            raise BadValue("readings of a target are counts; calibrate fsr first, and give its --profile")
+        result = _measured(FsrProcedure(one), target, one, seed, {}, place)
+        known = result.apply(known)
+    result = _measured(CentroidProcedure(one, known, seed), target, one, seed, values, place)
+    conclude(result, known, profile, report, as_json)
+
+
+def _require_one(option: str, file: Path | None, target: str) -> None:
+    if (file is None) == (not target):
+        raise BadValue(f"give either {option} or --target")
+
+
+def _measured(
+    procedure: "Procedure",
+    target: str,
+    tile: "Tile",
+    seed: int,
+    values: Mapping[str, object],
+    place: tuple[int, str],
+) -> "Result":
+    """Run on a target. The simulator's refusals end it; a person is told, and tries again."""
+    from workbench.calibration.procedure import Refused, run
+
+    by_hand = target != "simulator"
+
+    def seen(page: "Page") -> None:
+        print(f"underfoot: {page.title}" + (f". {page.do}" if by_hand else ""), file=sys.stderr, flush=True)
+
+    bench = _bench(target, tile, seed, *place)
+    try:
+        while True:
+            try:
+                return run(procedure, bench, values, seen)
+            except Refused as error:
+                if not by_hand or procedure.page.press is None:
+                    raise
+                print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
+    finally:
+        bench.close()
+
+
+def _bench(target: str, tile: "Tile", seed: int, row: int, cell: str) -> "Bench":
+    from workbench.calibration.benches import SimulatedBench
+    from workbench.calibration.link_bench import LinkBench, cell_of
+    from workbench.devices.link import port_of
+    from workbench.floor.simulation import SimulatedTile
+
+    if seed < 0:
+        raise BadValue(f"--seed is {seed}; allowed: 0 or more")
+    kind, colon, source = target.partition(":")
+    if target == "simulator":
+        if cell:
+            raise BadValue("--cell is for hardware; the simulator has a load cell of its own")
+        return SimulatedBench(SimulatedTile(tile, seed=seed), seed)
+    if kind not in ("serial", "udp") or not colon:
+        raise BadValue(f"--target is {target!r}; allowed: simulator, serial:PORT, udp:HOST:PORT")
+    return LinkBench(port_of(kind, source), row, cell_of(cell) if cell else None)

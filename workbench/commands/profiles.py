@@ -1,0 +1,59 @@
+"""What the commands that calibrate have in common: which tile, its profile, and what is left behind."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from workbench.commands.files import require_room
+from workbench.errors import BadFile
+
+if TYPE_CHECKING:
+    from workbench.calibration.procedure import Result
+    from workbench.floor.layout import Floor, Tile
+    from workbench.floor.profile import Profile
+
+
+def require_writable(profile: Path | None, report: Path | None) -> None:
+    """Say before the work, and not after it, that profile or report cannot be written."""
+    require_room(profile)
+    if report is not None and report.exists() and not report.is_dir():
+        raise BadFile(f"{report} is not a folder")
+
+
+def floor_of(path: Path | None) -> "Floor":
+    """The floor in a file; the default one without."""
+    from workbench.floor.layout import Floor, default_floor
+
+    return default_floor() if path is None else Floor.load(path)
+
+
+def tile_of(floor: "Floor", tile: str) -> "Tile":
+    """The tile with this id; the first one without."""
+    return floor.tiles[floor.index(tile)] if tile else floor.tiles[0]
+
+
+def own_profile(path: Path | None, tile: str, serial: str) -> "Profile":
+    """The profile that is to be updated, or an empty one; one of another tile is refused before the work."""
+    from workbench.floor.profile import Profile, opened
+
+    return Profile(tile=tile, serial=serial) if path is None or not path.exists() else opened(path, tile, serial)
+
+
+def conclude(result: "Result", known: "Profile", path: Path | None, report: Path | None, as_json: bool) -> None:
+    """Put the result into what is `known`: report first, then the profile, whole or not at all, then figures."""
+    from workbench.calibration.report import figures, write_report
+
+    new = result.apply(known)
+    if report is not None:
+        write_report(result, report, new)
+    if path is not None:
+        new.save(path)
+    if as_json:
+        print(json.dumps(figures(result)))
+        return
+    print(result.verdict)
+    for name, value, unit in result.quantities:
+        print(f"{name.replace('_', ' ')}: {value:.4g} {unit}".rstrip())
+    for warning in result.warnings:
+        print(f"underfoot: {warning}", file=sys.stderr)

@@ -1,0 +1,75 @@
+"""JSON documents: `format` and `version` first, and errors that name the file, the place in it and the value."""
+
+import json
+import re
+from typing import Any, TypeVar
+
+import msgspec
+
+from workbench.errors import BadFile, BadValue
+
+Document = TypeVar("Document", bound=msgspec.Struct)
+
+
+def read_document(text: bytes | str, source: str, format: str, version: int, kind: type[Document]) -> Document:
+    """The document of type `kind` in `text`, whose own fields are what stands beside `format` and `version`.
+
+    `BadFile` names `source`, the place in it, the value and what is allowed.
+    """
+    try:
+        raw = json.loads(text)
+    except UnicodeDecodeError:
+        raise BadFile(f"{source} is not JSON: it is not text") from None
+    except (ValueError, RecursionError) as error:
+        raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
+    if not isinstance(raw, dict) or raw.get("format") != format:
+        given = raw.get("format") if isinstance(raw, dict) else raw
+        raise BadFile(f'{source}: $.format is {_short(given)}; allowed: "{format}"')
+    found = raw.get("version")
+    if found != version or isinstance(found, bool):
+        newer = " (a newer Underfoot may have written it)" if isinstance(found, int) and found > version else ""
+        raise BadFile(f"{source}: $.version is {_short(found)}; allowed: {version}{newer}")
+    fields = {key: value for key, value in raw.items() if key not in ("format", "version")}
+    try:
+        return msgspec.convert(fields, kind)
+    except msgspec.ValidationError as error:
+        raise BadFile(f"{source}: {_placed(error, raw)}") from None
+    except BadValue as error:
+        raise BadFile(f"{source}: $.{error}") from None
+
+
+def write_document(format: str, version: int, document: msgspec.Struct) -> bytes:
+    """The document as JSON in a fixed order; fields that are empty or not set are left out."""
+    fields = _lean(msgspec.to_builtins(document))
+    return msgspec.json.format(msgspec.json.encode({"format": format, "version": version, **fields}), indent=1)
+
+
+def _lean(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _lean(item) for key, item in value.items() if item not in (None, "", (), [], {})}
+    return [_lean(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _placed(error: msgspec.ValidationError, raw: Any) -> str:
+    """The library's message with its place in front and, where it says only a type, the value that was there."""
+    message, _, place = str(error).partition(" - at `")
+    place = place.rstrip("`") or "$"
+    value = raw
+    try:
+        for key, index in re.findall(r"\.([A-Za-z0-9_-]+)|\[(\d+)\]", place):
+            value = value[key] if key else value[int(index)]
+    except (KeyError, IndexError, TypeError):
+        value = raw
+    if message.startswith("Expected") and place != "$":
+        return f"{place} is {_short(value)}; allowed: {message[9:].partition(', got')[0].replace('`', '')}"
+    return f"{place}.{message}" if "; allowed: " in message else f"{place}: {_lower(message)}"
+
+
+def _short(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _lower(error: object) -> str:
+    text = str(error)
+    return text[:1].lower() + text[1:]

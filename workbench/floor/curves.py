@@ -1,0 +1,213 @@
+"""From readings to newtons, by a rising curve through knots, and from newtons to a place, by a polynomial."""
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import require
+
+MOST_PLAYS = 12
+"""As many plays as the state of `force_over_time` has room for."""
+ABOVE, BELOW = 0.25, 0.10
+"""How far a curve goes on beyond its knots, in parts of full scale: above the highest force, and below 0."""
+
+
+class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What a sensor remembers of its past, and a curve of its own to which that comes.
+
+    `creep` is a share of the force a decade of time; `weights` are those of the force itself and of a play operator
+    each `widths`: newtons, or shares of the force where `relative` (`workbench.models.fsr_memory`). `error_percent` as
+    in `Curve`.
+    """
+
+    readings: tuple[float, ...]
+    forces_n: tuple[float, ...]
+    slopes: tuple[float, ...]
+    creep: float = 0.0
+    relative: bool = False
+    widths: tuple[float, ...] = ()
+    weights: tuple[float, ...] = (1.0,)
+    error_percent: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_knots(self.readings, self.forces_n, self.slopes)
+        require(0.0 <= self.creep <= 0.5, "creep", self.creep, "0 to 0.5")
+        require(len(self.widths) <= MOST_PLAYS, "widths", len(self.widths), f"at most {MOST_PLAYS}")
+        require(all(width > 0.0 for width in self.widths), "widths", self.widths, "numbers above 0")
+        require(len(self.weights) == len(self.widths) + 1, "weights", len(self.weights), "one more than widths")
+
+
+class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Newtons over readings: a cubic between knots, each with its slope; readings rise, forces never turn back.
+
+    `law` names what was fitted and `parameters` are its constants; the knots hold it as it is used. `rest` is the
+    reading of the empty tile, `full_scale_n` the highest force it was measured at. `error_percent` is the RMS error, %
+    of full scale, on cycles that were not used to fit. `uncalibrated` says why a sensor has no curve; then all else is
+    empty.
+
+    >>> line = Curve(law="linear", readings=(10, 110), forces_n=(0, 50), slopes=(0.5, 0.5), full_scale_n=50)
+    >>> line.force([60.0, 1000.0])
+    array([25. , 62.5])
+    """
+
+    law: str = ""
+    parameters: dict[str, float] = msgspec.field(default_factory=dict)
+    rest: float = 0.0
+    full_scale_n: float = 0.0
+    error_percent: float = 0.0
+    readings: tuple[float, ...] = ()
+    forces_n: tuple[float, ...] = ()
+    slopes: tuple[float, ...] = ()
+    memory: Memory | None = None
+    uncalibrated: str = ""
+
+    def __post_init__(self) -> None:
+        if self.uncalibrated:
+            return
+        _require_knots(self.readings, self.forces_n, self.slopes)
+        require(self.full_scale_n > 0.0, "full_scale_n", self.full_scale_n, "above 0")
+
+    def force(self, readings: ArrayLike) -> NDArray[np.float64]:
+        """Newtons of `readings`, any shape; beyond the knots along the last slope, to `ABOVE` and `BELOW` at most."""
+        counts = np.asarray(readings, dtype=np.float64)
+        if self.uncalibrated:
+            return np.full(counts.shape, np.nan)
+        return self._limited(along(self.readings, self.forces_n, self.slopes, counts))
+
+    def force_over_time(
+        self, readings: NDArray[np.float64], time_s: NDArray[np.float64], state: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Newtons of readings (n,) at `time_s` (n,), with what the sensor remembers taken out where that is known."""
+        memory = self.memory
+        if memory is None or self.uncalibrated:
+            return self.force(readings)
+        from workbench.models.fsr_memory import recall
+
+        apparent = along(memory.readings, memory.forces_n, memory.slopes, readings)
+        apparent = np.clip(apparent, -BELOW * self.full_scale_n, 2.0 * self.full_scale_n)
+        widths, weights = np.array(memory.widths), np.array(memory.weights)
+        return self._limited(recall(apparent, time_s, memory.creep, memory.relative, widths, weights, state))
+
+    def _limited(self, newtons: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.clip(newtons, -BELOW * self.full_scale_n, (1.0 + ABOVE) * self.full_scale_n)
+
+
+def along(
+    readings: Sequence[float], forces_n: Sequence[float], slopes: Sequence[float], counts: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The cubic through knots with slopes, any shape; beyond the knots along the last slope. NaN stays NaN."""
+    x, y, slope = np.array(readings, np.float64), np.array(forces_n, np.float64), np.array(slopes, np.float64)
+    at = np.clip(np.searchsorted(x, counts, side="right") - 1, 0, x.size - 2)
+    width = x[at + 1] - x[at]
+    t = np.clip((counts - x[at]) / width, 0.0, 1.0)
+    s = 1.0 - t
+    newtons = s * s * (1.0 + 2.0 * t) * y[at] + t * t * (3.0 - 2.0 * t) * y[at + 1]
+    newtons = newtons + width * t * s * (s * slope[at] - t * slope[at + 1])
+    return np.asarray(newtons + np.minimum(counts - x[0], 0.0) * slope[0] + np.maximum(counts - x[-1], 0.0) * slope[-1])
+
+
+class Correction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """From corner forces to a place: each force times its gain, or bent, and the centroid displaced by a polynomial.
+
+    Where there are `bends`, a row of them belongs to each sensor: the first times the force where that is below 0 (a
+    corner that lifts), and one for each of `bends_n`, newtons, times s (1 - exp(-force / s)) above: what a curve of its
+    own got wrong of light loads.
+
+    The rows of `displacement_m` belong to the products x^i y^j of `powers`, x and y in units of `scale_m` about the
+    tile's centre. Outside the convex `area_m` of the places that it was learned from, it is held as at the nearest
+    point of that area.
+    """
+
+    gains: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    bends_n: tuple[float, ...] = ()
+    bends: tuple[tuple[float, ...], ...] = ()
+    powers: tuple[tuple[int, int], ...] = ()
+    displacement_m: tuple[tuple[float, float], ...] = ()
+    scale_m: float = 0.1
+    area_m: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        require(all(gain > 0.0 for gain in self.gains), "gains", self.gains, "four numbers above 0")
+        require(all(bend > 0.0 for bend in self.bends_n), "bends_n", self.bends_n, "numbers above 0")
+        shape = [len(self.bends_n) + 1] * 4 if self.bends else []
+        require([len(row) for row in self.bends] == shape, "bends", self.bends, "four rows, one longer than bends_n")
+        count = len(self.powers)
+        require(
+            len(self.displacement_m) == count, "displacement_m", self.displacement_m, f"{count} rows, as powers has"
+        )
+        require(all(0 <= i <= 8 for pair in self.powers for i in pair), "powers", self.powers, "whole numbers 0 to 8")
+        require(self.scale_m > 0.0, "scale_m", self.scale_m, "above 0")
+
+    def place(
+        self, forces_n: NDArray[np.float64], sensors_m: NDArray[np.float64], least_n: float
+    ) -> NDArray[np.float64]:
+        """Places (..., 2), metres, of corner forces (..., 4) on sensors (4, 2); NaN where the load is below `least_n`.
+
+        >>> sensors = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
+        >>> Correction().place(np.array([[30.0, 10.0, 0.0, 40.0], [1.0, 0.0, 0.0, 0.0]]), sensors, 20.0).round(3) + 0.0
+        array([[0.075, 0.   ],
+               [  nan,   nan]])
+        """
+        weighed = self.weighed(forces_n)
+        total = weighed.sum(axis=-1)
+        with np.errstate(invalid="ignore"):
+            plain = (weighed @ sensors_m) / np.where(total >= max(least_n, 1e-9), total, np.nan)[..., None]
+        if not self.powers:
+            return np.asarray(plain)
+        at = nearest_within(plain, np.array(self.area_m).reshape(-1, 2)) / self.scale_m
+        moved = plain.copy()
+        for (i, j), by in zip(self.powers, self.displacement_m, strict=True):
+            moved += (at[..., 0] ** i * at[..., 1] ** j)[..., None] * np.array(by)
+        return np.asarray(moved)
+
+    def weighed(self, forces_n: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Corner forces (..., 4) as they count for the centroid.
+
+        >>> Correction(bends_n=(5.0,), bends=((0.5, 0.1),) * 4).weighed(np.array([-2.0, 0.0, 5.0, 500.0])).round(2)
+        array([ -3.  ,   0.  ,   5.32, 500.5 ])
+        """
+        weighed = forces_n * self.gains
+        if self.bends:
+            weighed = weighed + (bent(forces_n, self.bends_n) * np.array(self.bends)).sum(axis=-1)
+        return np.asarray(weighed)
+
+
+def bent(forces_n: NDArray[np.float64], bends_n: Sequence[float]) -> NDArray[np.float64]:
+    """What the bends of a `Correction` stand for, shape (..., 1 + bends)."""
+    above = np.maximum(forces_n, 0.0)
+    return np.stack([np.minimum(forces_n, 0.0), *(bend * -np.expm1(-above / bend) for bend in bends_n)], axis=-1)
+
+
+def nearest_within(points_m: NDArray[np.float64], area_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (..., 2) of a convex area as they are, others moved to its edge; its corners (k, 2) counter-clockwise.
+
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> nearest_within(np.array([[0.5, 0.5], [2.0, 0.5], [2.0, 3.0]]), square)
+    array([[0.5, 0.5],
+           [1. , 0.5],
+           [1. , 1. ]])
+    """
+    if len(area_m) == 0:
+        return points_m
+    edges = np.roll(area_m, -1, axis=0) - area_m
+    lengths = np.maximum((edges**2).sum(axis=-1), 1e-30)
+    from_corner = points_m[..., None, :] - area_m
+    outside = edges[:, 0] * from_corner[..., 1] - edges[:, 1] * from_corner[..., 0] < 0.0
+    along = np.clip((from_corner * edges).sum(axis=-1) / lengths, 0.0, 1.0)
+    feet = area_m + along[..., None] * edges
+    nearest = np.argmin(((points_m[..., None, :] - feet) ** 2).sum(axis=-1), axis=-1)
+    on_edge = np.take_along_axis(feet, nearest[..., None, None], axis=-2)[..., 0, :]
+    inside = ~np.any(outside, axis=-1, keepdims=True) & (len(area_m) >= 3)
+    return np.where(inside, points_m, on_edge)
+
+
+def _require_knots(readings: Sequence[float], forces_n: Sequence[float], slopes: Sequence[float]) -> None:
+    count = len(readings)
+    require(count >= 2, "readings", count, "at least two knots")
+    require(bool(np.all(np.diff(readings) > 0.0)), "readings", readings, "readings that rise")
+    for name, values in (("forces_n", forces_n), ("slopes", slopes)):
+        require(len(values) == count, name, len(values), f"as many as readings, {count}")
+    steps = np.diff(forces_n)
+    require(bool(np.all(steps >= 0.0) or np.all(steps <= 0.0)), "forces_n", forces_n, "forces that only rise or fall")

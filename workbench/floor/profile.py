@@ -1,0 +1,351 @@
+"""What calibration knows of one tile, in one file: newtons, centimetres and accelerations that can be trusted.
+
+A profile has up to three parts. `fsr` turns readings into newtons, `centroid` newtons into a place, and `response` says
+how the plate answers its shaker. Each part keeps its date, its reference, its measured error and its verdict; a part
+that is replaced goes to `earlier` and can be restored.
+"""
+
+from datetime import date
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench import __version__
+from workbench.documents import read_document, write_document
+from workbench.errors import BadFile, BadValue, require
+from workbench.files import read_file, write_file
+from workbench.floor.curves import Correction, Curve
+from workbench.floor.layout import Floor
+from workbench.parameters import IDENTIFIER
+
+FORMAT = "underfoot-profile"
+VERSION = 1
+PARTS = ("fsr", "centroid", "response")
+OLD_DAYS = 90
+"""A part older than this is flagged: rubber creeps, resistors wear, screws work loose."""
+NOMINAL_ACCELERATION = 20.0
+"""m/s^2 a full-scale unit until the response is measured (CONTRACTS.md)."""
+
+
+class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What every part says of itself: when and against what it was made, how far it errs, and what it is good for.
+
+    `error` is in `error_unit`, measured on data that was not used to fit; `error_allowed` is what the verdict allows.
+    `figures` are all that was measured, by name with the unit in it.
+    """
+
+    made: str
+    reference: str = ""
+    software: str = __version__
+    error: float = 0.0
+    error_allowed: float = 0.0
+    error_unit: str = ""
+    good: bool = True
+    verdict: str = ""
+    figures: dict[str, float] = msgspec.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        _require_date("made", self.made)
+
+
+class Fsr(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Readings to newtons: one curve a sensor, exactly four."""
+
+    sensors: tuple[Curve, Curve, Curve, Curve]
+
+
+class Centroid(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Newtons to a place on the tile, whose sensors are at `sensors_m`. Below `least_n` newtons there is no place.
+
+    `correction` is for what `Profile.force` gives; `over_time` for what `Profile.force_over_time` gives, where that was
+    measured, too.
+    """
+
+    sensors_m: tuple[tuple[float, float], ...]
+    correction: Correction = Correction()
+    over_time: Correction | None = None
+    least_n: float = 20.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(len(self.sensors_m) == 4, "sensors_m", self.sensors_m, "exactly four points")
+
+
+class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What the plate makes of the shaker's signal: `magnitude` in m/s^2 a full-scale unit at `frequencies_hz`.
+
+    `acceleration_per_unit` is the level at which a stimulus in m/s^2 plays, with the equaliser before it; `equaliser`
+    are second-order sections (b0, b1, b2, a0, a1, a2) at `rate_hz`; `band_hz` is the band that can be used.
+    """
+
+    frequencies_hz: tuple[float, ...]
+    magnitude: tuple[float, ...]
+    acceleration_per_unit: float = NOMINAL_ACCELERATION
+    equaliser: tuple[tuple[float, float, float, float, float, float], ...] = ()
+    rate_hz: int = 48000
+    band_hz: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(
+            len(self.frequencies_hz) == len(self.magnitude),
+            "magnitude",
+            len(self.magnitude),
+            f"as many values as frequencies_hz, {len(self.frequencies_hz)}",
+        )
+        level = self.acceleration_per_unit
+        require(0.0 < level < 1e6, "acceleration_per_unit", level, "above 0, below 1e6 m/s^2")
+        stable = all(s[3] == 1.0 and abs(s[5]) < 1.0 and abs(s[4]) < 1.0 + s[5] for s in self.equaliser)
+        require(stable, "equaliser", self.equaliser, "stable second-order sections with a0 = 1")
+
+
+class Earlier(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A part that was replaced, and the day it was."""
+
+    replaced: str
+    fsr: Fsr | None = None
+    centroid: Centroid | None = None
+    response: Response | None = None
+
+    @property
+    def kind(self) -> str:
+        """Which part it was."""
+        return next((kind for kind in PARTS if getattr(self, kind) is not None), "")
+
+    def __post_init__(self) -> None:
+        _require_date("replaced", self.replaced)
+        require(sum(getattr(self, kind) is not None for kind in PARTS) == 1, "earlier", self.kind, "exactly one part")
+
+
+class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What calibration knows of one tile. Raises `BadValue` for what cannot be a profile.
+
+    >>> profile = Profile(tile="t1")
+    >>> profile.acceleration_per_unit, profile.equaliser.shape, profile.is_calibrated
+    (20.0, (0, 6), False)
+    >>> profile.force([[1.0, 2.0, 3.0, float("nan")]])
+    array([[ 1.,  2.,  3., nan]])
+    """
+
+    tile: str
+    serial: str = ""
+    made: str = ""
+    reference: str = ""
+    software: str = __version__
+    fsr: Fsr | None = None
+    centroid: Centroid | None = None
+    response: Response | None = None
+    earlier: tuple[Earlier, ...] = ()
+
+    def __post_init__(self) -> None:
+        require(bool(IDENTIFIER.fullmatch(self.tile)), "tile", self.tile, "letters, digits, - and _")
+        if self.made:
+            _require_date("made", self.made)
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Whether `force` turns readings into newtons."""
+        return self.fsr is not None
+
+    def force(self, readings: ArrayLike) -> NDArray[np.float64]:
+        """Newtons of `readings`, shape (..., 4): the static curves.
+
+        Without an `fsr` part readings count as newtons; of a sensor that could not be calibrated, NaN. NaN stays NaN. A
+        reading beyond the calibrated range goes on along the curve's last slope, at most a quarter of full scale above
+        the highest force and a tenth below 0. `BadValue` unless the last axis is 4.
+        """
+        counts = _four(readings, "readings")
+        if self.fsr is None:
+            return counts.copy()
+        newtons = np.empty_like(counts)
+        for j, curve in enumerate(self.fsr.sensors):
+            newtons[..., j] = curve.force(counts[..., j])
+        return newtons
+
+    def memory(self) -> NDArray[np.float64]:
+        """The state of `force_over_time` for a tile that has rested; hand it on from block to block."""
+        from workbench.models.fsr_memory import state_size
+
+        return np.zeros((4, state_size()))
+
+    def force_over_time(
+        self, readings: ArrayLike, time_s: ArrayLike, memory: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """Newtons of `readings`, shape (n, 4), taken at `time_s` (n,), with hysteresis and creep taken out.
+
+        Begins at rest, or where `memory` of the block before left off; any split gives the same newtons. A sensor whose
+        recording did not show what it remembers is as in `force`. Time that runs back counts as none passed.
+        """
+        counts, times = _four(readings, "readings"), np.asarray(time_s, dtype=np.float64)
+        require(counts.ndim == 2, "readings", counts.shape, "shape (n, 4)")
+        require(times.shape == counts.shape[:1], "time_s", times.shape, f"as many as readings, {counts.shape[:1]}")
+        if self.fsr is None:
+            return counts.copy()
+        states = self.memory() if memory is None else memory
+        columns = [
+            curve.force_over_time(np.ascontiguousarray(counts[:, j]), times, states[j])
+            for j, curve in enumerate(self.fsr.sensors)
+        ]
+        return np.stack(columns, axis=1)
+
+    def position(self, forces: ArrayLike, over_time: bool = False) -> NDArray[np.float64]:
+        """Where the load stands, metres in the tile's frame, shape (..., 2), from `forces` in newtons, shape (..., 4).
+
+        `forces` are those of `force`, or, with `over_time`, of `force_over_time`: each has its own correction. NaN
+        below the part's least force, and where a force is NaN. `BadValue` unless the last axis is 4, and where the
+        profile has no centroid part.
+        """
+        newtons = _four(forces, "forces")
+        part = self.centroid
+        if part is None:
+            raise BadValue(f"the profile of {self.tile} has no centroid part; calibrate the centroid first")
+        correction = part.over_time if over_time and part.over_time is not None else part.correction
+        return correction.place(newtons, np.array(part.sensors_m), part.least_n)
+
+    @property
+    def equaliser(self) -> NDArray[np.float64]:
+        """Second-order sections, shape (sections, 6); no section without an equaliser."""
+        sections = () if self.response is None else self.response.equaliser
+        return np.array(sections, dtype=np.float64).reshape(-1, 6)
+
+    @property
+    def acceleration_per_unit(self) -> float:
+        """m/s^2 that a full-scale unit plays at; 20.0 until calibrated."""
+        return NOMINAL_ACCELERATION if self.response is None else self.response.acceleration_per_unit
+
+    def flags(self, tile: str, today: date, serial: str = "") -> tuple[str, ...]:
+        """What speaks against using this profile on `tile` today: one line each.
+
+        >>> Profile(tile="t1").flags("t2", date(2024, 5, 1))
+        ('profile of t1 is used on t2', 'profile of t1 has no calibrated part')
+        """
+        found = []
+        if tile != self.tile:
+            found.append(f"profile of {self.tile} is used on {tile}")
+        if serial and self.serial and serial != self.serial:
+            found.append(f"profile is of serial {self.serial}, this tile is {serial}")
+        parts = [(kind, part) for kind in PARTS if (part := self.part(kind)) is not None]
+        if not parts:
+            found.append(f"profile of {self.tile} has no calibrated part")
+        for kind, part in parts:
+            days = (today - date.fromisoformat(part.made)).days
+            if days > OLD_DAYS:
+                found.append(f"{kind} calibration of {self.tile} is {days} days old; measure again after {OLD_DAYS}")
+            elif days < 0:
+                found.append(f"{kind} calibration of {self.tile} is dated {part.made}, after today")
+            if not part.good or part.error > part.error_allowed > 0.0:
+                found.append(
+                    f"{kind} calibration of {self.tile} errs by {part.error:.3g} {part.error_unit}".rstrip()
+                    + f"; {part.error_allowed:.3g} allowed"
+                )
+        if self.fsr is not None:
+            found += [
+                f"sensor {j + 1} of {self.tile} is not calibrated: {curve.uncalibrated}"
+                for j, curve in enumerate(self.fsr.sensors)
+                if curve.uncalibrated
+            ]
+        return tuple(found)
+
+    def part(self, kind: str) -> Part | None:
+        """The part "fsr", "centroid" or "response", or None where it is not there."""
+        require(kind in PARTS, "kind", kind, ", ".join(PARTS))
+        found: Part | None = getattr(self, kind)
+        return found
+
+    def with_part(self, part: Part, today: date | None = None) -> "Profile":
+        """The profile with a new part; the one it replaces goes to `earlier` with today's date."""
+        kind = _kind(part)
+        day = (date.today() if today is None else today).isoformat()
+        old = self.part(kind)
+        kept = self.earlier if old is None else (*self.earlier, Earlier(replaced=day, **{kind: old}))  # type: ignore[arg-type]
+        return msgspec.structs.replace(
+            self, **{kind: part}, earlier=kept, made=part.made, reference=part.reference, software=__version__
+        )
+
+    def restored(self, place: int, today: date | None = None) -> "Profile":
+        """The profile with `earlier[place]` in use again; what it replaces takes its place among the earlier ones.
+
+        `BadValue` where there is no such part.
+        """
+        require(0 <= place < len(self.earlier), "place", place, f"0 to {len(self.earlier) - 1}")
+        back = self.earlier[place]
+        part = getattr(back, back.kind)
+        others = self.earlier[:place] + self.earlier[place + 1 :]
+        return msgspec.structs.replace(self, earlier=others).with_part(part, today)
+
+    def compare(self, place: int) -> dict[str, tuple[float, float]]:
+        """Figures of `earlier[place]` and of the same part in use now: (then, now) by name; NaN where one lacks it."""
+        require(0 <= place < len(self.earlier), "place", place, f"0 to {len(self.earlier) - 1}")
+        then: Part = getattr(self.earlier[place], self.earlier[place].kind)
+        now = self.part(self.earlier[place].kind)
+        new = {} if now is None else {"error": now.error, **now.figures}
+        old = {"error": then.error, **then.figures}
+        return {name: (old.get(name, np.nan), new.get(name, np.nan)) for name in {**old, **new}}
+
+    def dumps(self) -> bytes:
+        """The profile as JSON, in a fixed order."""
+        return write_document(FORMAT, VERSION, self)
+
+    @staticmethod
+    def loads(text: bytes | str, source: str = "profile") -> "Profile":
+        """The profile in `text`; `BadFile` names `source`, the place in it, the value and what is allowed.
+
+        >>> Profile.loads('{"format": "underfoot-profile", "version": 1, "tile": "a b"}', "t1.json")
+        Traceback (most recent call last):
+        workbench.errors.BadFile: t1.json: $.tile is 'a b'; allowed: letters, digits, - and _
+        """
+        return read_document(text, source, FORMAT, VERSION, Profile)
+
+    @staticmethod
+    def load(path: str | Path) -> "Profile":
+        """The profile in a file; `BadFile` as `loads` says."""
+        return Profile.loads(read_file(path), str(path))
+
+    def save(self, path: str | Path) -> None:
+        """Write the profile beside `path` and move it into place: the old one stays until the new is whole."""
+        write_file(path, self.dumps() + b"\n")
+
+
+def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
+    """The profiles `<tile>.json` in a folder, by tile; a tile without one is left out.
+
+    `BadFile` where the folder is not there, and for a file that is not a profile.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise BadFile(f"{folder} is not a folder of profiles")
+    paths = {tile: folder / f"{tile}.json" for tile in floor.ids}
+    return {tile: Profile.load(path) for tile, path in paths.items() if path.exists()}
+
+
+def opened(path: str | Path, tile: str, serial: str = "") -> Profile:
+    """The profile in a file that a part of `tile` is to go into.
+
+    `BadFile` where the file is not a profile, or is one of another tile or serial number: a part of one tile never goes
+    into another's file.
+    """
+    found = Profile.load(path)
+    if found.tile != tile:
+        raise BadFile(f"{path} is the profile of tile {found.tile}; allowed: {tile}")
+    if serial and found.serial and serial != found.serial:
+        raise BadFile(f"{path} is of serial {found.serial}; allowed: {serial}")
+    return msgspec.structs.replace(found, serial=serial or found.serial)
+
+
+def _four(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    array = np.asarray(values, dtype=np.float64)
+    require(array.ndim >= 1 and array.shape[-1] == 4, name, array.shape, "a last axis of 4, one for each sensor")
+    return array
+
+
+def _kind(part: Part) -> str:
+    return {Fsr: "fsr", Centroid: "centroid", Response: "response"}[type(part)]
+
+
+def _require_date(name: str, given: str) -> None:
+    try:
+        date.fromisoformat(given)
+    except ValueError:
+        raise BadValue(f"{name} is {given!r}; allowed: a date such as 2024-05-31") from None

@@ -1,0 +1,101 @@
+"""The sensors of a whole simulated floor, honest ones, in real time: from the forces on its tiles to what is read."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.floor.layout import Floor
+from workbench.floor.profile import Profile
+from workbench.floor.simulation import SimulatedTile, TileParameters, hand_lean_m, seat
+from workbench.kernels import kernel
+from workbench.models import fsr
+
+_COUNTS = fsr.FULL_COUNTS + 1
+
+
+class FloorSensors:
+    """Every tile is a `SimulatedTile` of its own, drawn by `seed` and its id; `profiles` by tile id turn counts into
+    newtons.
+
+    A tile without one is read by the nominal law of its kind of sensor, with the nominal weight of the plate taken off;
+    `lines` name these. `counts` (most, tiles, 4) are the last readings. `lean_m` (tiles, 2) is where a hand's shear
+    moves it, `leans_m` (tiles,) how far a foot's does.
+    """
+
+    def __init__(
+        self,
+        floor: Floor,
+        parameters: TileParameters,
+        seed: int,
+        rate_hz: float,
+        most: int,
+        profiles: Mapping[str, Profile] | None = None,
+    ) -> None:
+        self.tiles = [SimulatedTile(tile, parameters, seed) for tile in floor.tiles]
+        self.counts = np.zeros((most, len(floor.tiles), 4))
+        self.lean_m = np.array([hand_lean_m(tile, parameters.split, seed) for tile in floor.tiles])
+        self.leans_m = np.array([tile.sensor_depth_m * parameters.split.shear for tile in floor.tiles])
+        self._splits = np.array([one.split for one in self.tiles])
+        self._alike = np.array([np.eye(4)] * len(floor.tiles))
+        self._preloads = np.array([one.preload_n for one in self.tiles])
+        self._twists = np.array([one.twist for one in self.tiles])
+        self._keys = np.array([one.noise_keys for one in self.tiles])
+        self._tunings = np.array([one.tunings(rate_hz) for one in self.tiles])
+        self._memory = np.zeros((len(floor.tiles), 4, fsr.state_size()))
+        for k in range(len(floor.tiles)):
+            for sensor in range(4):
+                fsr.settle(self._memory[k, sensor], self._tunings[k, sensor], self._preloads[k])
+        self._which, self._curves, self.lines = _conversion(floor, parameters, profiles or {})
+        self._zeros = np.where(self._which == 0, self._preloads[:, None], 0.0)
+
+    def read(self, forces_n: NDArray[np.float64], first: int, count: int, is_split: bool = False) -> None:
+        """Put in place of the first `count` of `forces_n` (n, tiles, 4) the newtons that are read of them.
+
+        `first` is the absolute number of the first sample. Forces are split bilinearly, or, if `is_split`, as a real
+        plate did; a corner that would pull lifts off. Allocates nothing.
+        """
+        _read(
+            self._memory, self._tunings, self._keys, self._alike if is_split else self._splits, self._preloads,
+            self._twists, self._which, self._curves, self._zeros, forces_n, self.counts, first, count,
+        )  # fmt: skip
+
+
+def _conversion(
+    floor: Floor, parameters: TileParameters, profiles: Mapping[str, Profile]
+) -> tuple[NDArray[np.int64], NDArray[np.float64], tuple[str, ...]]:
+    """Newtons of every count, one row a curve, and which of them each sensor (tiles, 4) has."""
+    every = np.arange(_COUNTS)
+    curves = [parameters.sensors.corner_n(every)]
+    which = np.zeros((len(floor.tiles), 4), np.int64)
+    nominal = []
+    for row, tile in enumerate(floor.tiles):
+        profile = profiles.get(tile.id)
+        if profile is None or not profile.is_calibrated:
+            nominal.append(tile.id)
+            continue
+        newtons = profile.force(np.repeat(every[:, None], 4, axis=1))
+        for sensor in range(4):
+            if np.isfinite(newtons[:, sensor]).all():  # else the profile says that this sensor could not be calibrated
+                which[row, sensor] = len(curves)
+                curves.append(newtons[:, sensor])
+    lines = (f"uncalibrated: {', '.join(nominal)} (the nominal law of the sensors is assumed)",) if nominal else ()
+    return which, np.array(curves), lines
+
+
+@kernel
+def _read(memory, tunings, keys, splits, preloads, twists, which, curves, zeros, forces, counts, first, count):
+    for k in range(len(splits)):
+        for i in range(count):
+            # Loads stand where the counts will: what is sensed may be written over it.
+            for sensor in range(4):
+                load = preloads[k]
+                for other in range(4):
+                    load += splits[k, sensor, other] * forces[i, k, other]
+                counts[i, k, sensor] = load
+            seat(counts[i, k], twists[k])
+        fsr.sense_tile(memory[k], tunings[k], keys[k], counts[:, k], counts[:, k], first, count)
+        for i in range(count):
+            for sensor in range(4):
+                newtons = curves[which[k, sensor], int(counts[i, k, sensor])]
+                forces[i, k, sensor] = newtons - zeros[k, sensor]

@@ -1,0 +1,209 @@
+"""The tile design report: figures 4.9, 4.11 and 4.13 for the tile at hand, and a table beside the thesis's values.
+
+`tile_design` has the figures; this draws and writes them.
+"""
+
+import html
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.drawing import Drawing, page, series, svg
+from workbench.errors import BadFile
+from workbench.files import write_file
+from workbench.floor.simulation import LOADS
+from workbench.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
+from workbench.models.plate import Plate
+from workbench.models.suspension import deflection_at_resonance_m
+
+_MILLI = 1000.0
+_ROOM_CM = 7.5
+"""Thicknesses are drawn up to here, for the legend's sake."""
+
+
+def text(found: list[Design]) -> str:
+    """The figures as tables for a terminal."""
+    lines = []
+    for design in found:
+        lines += [_heading(design), f"{'':50} {'thesis':>9} {'ours':>9} {'this tile':>9}"]
+        lines += [
+            f"{row.name + ', ' + row.unit:50} {_number(row.thesis):>9} {_number(row.ours):>9} {_number(row.here):>9}"
+            for row in design.rows
+        ]
+        lines.append("")
+    return "\n".join(lines).rstrip()
+
+
+def data(found: list[Design]) -> dict[str, Any]:
+    """All figures as plain data, for JSON."""
+    return {"designs": [design.data() for design in found]}
+
+
+def write(found: list[Design], folder: Path) -> None:
+    """Write `index.html`, `tile.json` and every picture as SVG into `folder`; `BadFile` where that cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadFile(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}") from None
+    body = []
+    for design in found:
+        body += _section(design)
+        for name, drawing in drawings(design.measured):
+            picture = svg(drawing)
+            beside = f"{name}.svg" if len(found) == 1 else f"{name}-{design.alike[0]}.svg"
+            write_file(folder / beside, picture.encode())
+            body.append(picture)
+    write_file(folder / "index.html", page("Tile design", body).encode())
+    write_file(folder / "tile.json", json.dumps(data(found), indent=1).encode() + b"\n")
+
+
+def drawings(here: Measured) -> list[tuple[str, Drawing]]:
+    """The report's pictures, each with the name of its file."""
+    return [*_suspension_drawings(here), _plate_drawing(here), _places_drawing(here), _loads_drawing(here)]
+
+
+def _suspension_drawings(here: Measured) -> list[tuple[str, Drawing]]:
+    """Figure 4.9: resonance and deflection over Young's modulus, and what no choice of it can escape."""
+    modulus = np.geomspace(0.3, 20.0, 200)
+    variants = [msgspec.structs.replace(here.suspension, modulus_pa=1e6 * one) for one in modulus]
+    f0 = np.array([one.resonance_hz() for one in variants])
+    sag = {load: [_MILLI * one.deflection_m(LOAD_N, load) for one in variants] for load in ("shared", "corner")}
+    chosen = here.suspension.modulus_pa / 1e6
+    ends = [float(modulus[0]), float(modulus[-1])]
+    hz = np.linspace(20.0, 120.0, 200)
+    shared = _MILLI * deflection_at_resonance_m(hz, here.suspension.mass_kg, LOAD_N)
+    mine = here.suspension.resonance_hz()
+    limit = _MILLI * SAG_LIMIT_M
+    return [
+        (
+            "suspension-resonance",
+            Drawing(
+                "Suspension resonance (figure 4.9)",
+                "Young's modulus, MPa",
+                "f0, Hz",
+                (
+                    series("f0", modulus, f0),
+                    series("50 Hz", ends, [F0_LIMIT_HZ] * 2, "dashed", "alarm"),
+                    series("this tile", [chosen] * 2, [float(f0[0]), float(f0[-1])], "dashed", "muted"),
+                ),
+                x_log=True,
+            ),
+        ),
+        (
+            "suspension-deflection",
+            Drawing(
+                "Deflection under 1000 N (figure 4.9)",
+                "Young's modulus, MPa",
+                "deflection, mm",
+                (
+                    series("over one corner", modulus, sag["corner"], colour="force"),
+                    series("shared by four", modulus, sag["shared"], colour="contact"),
+                    series("5 mm", ends, [limit] * 2, "dashed", "alarm"),
+                    series("this tile", [chosen] * 2, [sag["shared"][-1], sag["corner"][0]], "dashed", "muted"),
+                ),
+                x_log=True,
+                y_log=True,
+            ),
+        ),
+        (
+            "suspension-trade-off",
+            Drawing(
+                "What f0 costs: deflection under 1000 N, any material",
+                "f0, Hz",
+                "deflection, mm",
+                (
+                    series("one mount alone", hz, 4.0 * shared, colour="alarm"),
+                    series("over one corner", hz, 3.0 * shared, colour="force"),
+                    series("shared by four", hz, shared, colour="contact"),
+                    series("5 mm", [20.0, 120.0], [limit] * 2, "dashed", "alarm"),
+                    series("thesis: 49 Hz, 4.5 mm", [49.0], [4.5], "dots", "events"),
+                    series("this tile", [mine] * 2, [float(shared[-1]), 4.0 * float(shared[0])], "dashed", "muted"),
+                ),
+                y_log=True,
+            ),
+        ),
+    ]
+
+
+def _plate_drawing(here: Measured) -> tuple[str, Drawing]:
+    """How f1 grows with thickness, by material: a sandwich grows slower, and is lighter."""
+    thickness = np.linspace(0.004, 0.05, 100)
+    sandwich = msgspec.structs.replace(here.plate, stiffness="textbook")
+    if here.plate.stiffness == "solid":
+        sandwich = Plate()
+    kinds = [
+        ("sandwich, textbook's", sandwich, "vibration", "line"),
+        ("sandwich, thesis's", msgspec.structs.replace(sandwich, stiffness="thesis"), "vibration", "dashed"),
+        ("aluminium, solid", ALUMINIUM, "muted", "line"),
+        ("plywood, solid", PLYWOOD, "force", "line"),
+    ]
+    lines = []
+    for name, plate, colour, style in kinds:
+        own = [msgspec.structs.replace(plate, thickness_m=float(h)).frequency_hz(here.tile.size_m) for h in thickness]
+        lines.append(series(name, 100.0 * thickness, own, style, colour))
+    f1 = here.plate.frequency_hz(here.tile.size_m)
+    lines.append(series("this plate", [100.0 * here.plate.thickness_m], [f1], "dots", "events"))
+    lines.append(series("1 kHz", [0.4, _ROOM_CM], [1000.0] * 2, "dashed", "alarm"))
+    words = "First bending mode, edges held, without shaker"
+    return "plate-modes", Drawing(words, "thickness, cm", "f1, Hz", tuple(lines))
+
+
+def _places_drawing(here: Measured) -> tuple[str, Drawing]:
+    colours = ("vibration", "force", "contact", "events")
+    seen = _is_seen(here)
+    lines = tuple(
+        series(name, here.frequencies_hz[seen], level[seen], colour=colour)
+        for (name, level), colour in zip(here.places_db().items(), colours, strict=True)
+    )
+    words = "Acceleration of the plate at four places (figure 4.11)"
+    return "response-places", Drawing(words, "frequency, Hz", "dB re a rigid tile", lines)
+
+
+def _loads_drawing(here: Measured) -> tuple[str, Drawing]:
+    names = {"none": "no load", "standing": "a foot in the middle", "corner": "a foot at a corner"}
+    colours = {"none": "vibration", "standing": "force", "corner": "contact"}
+    seen = _is_seen(here)
+    levels = {load: here.response_db(load)[seen] for load in LOADS}
+    lines = [series(names[load], here.frequencies_hz[seen], levels[load], colour=colours[load]) for load in LOADS]
+    low, high = float(levels["none"].min()), float(levels["none"].max())
+    for name, edge in (("10 dB band", here.low_hz), ("", here.high_hz)):
+        lines.append(series(name, [edge] * 2, [low, high], "dashed", "muted"))
+    words = "Response at the accelerometer (figure 4.13)"
+    return "response-loads", Drawing(words, "frequency, Hz", "dB re 1 m/s^2 a full-scale unit", tuple(lines))
+
+
+def _is_seen(here: Measured) -> NDArray[np.bool_]:
+    """Which frequencies are drawn; the highest leave room for the legend."""
+    return (here.frequencies_hz >= 20.0) & (here.frequencies_hz <= 1500.0)
+
+
+def _section(design: Design) -> list[str]:
+    """The table of one kind of tile, as HTML."""
+    head = "".join(f"<th>{word}</th>" for word in ("", "", "thesis", "ours for its tile", "this tile", ""))
+    body = "".join(
+        f"<tr><td>{html.escape(row.name)}</td><td>{html.escape(row.unit)}</td><td>{_number(row.thesis)}</td>"
+        f"<td>{_number(row.ours)}</td><td>{_number(row.here)}</td><td>{html.escape(row.why)}</td></tr>"
+        for row in design.rows
+    )
+    modes = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{', '.join(f'{x:.1f}' for x in hz)}</td></tr>"
+        for name, hz in design.modes_hz.items()
+    )
+    return [
+        f"<h2>{html.escape(_heading(design))}</h2><table><tr>{head}</tr>{body}</table>",
+        f"<h3>Modes, Hz</h3><table>{modes}</table>",
+    ]
+
+
+def _heading(design: Design) -> str:
+    x, y = (100.0 * side for side in design.size_m)
+    return f"{x:.4g} x {y:.4g} cm: {', '.join(design.alike)}"
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else "none" if not math.isfinite(value) else f"{value:.4g}"

@@ -1,0 +1,307 @@
+"""An equaliser for a tile: the IIR filter that makes a measured magnitude response flat (thesis 4.5.2).
+
+The filter is a cascade of second-order sections, each a ratio of two quadratics
+
+    q(s) = s^2 + 2 zeta w s + w^2,   s = (1 - z^-1) / (1 + z^-1)   (bilinear)
+
+in which ln w and ln zeta of zeros and poles are free, and so is one gain. Whatever they are, the filter is stable and
+of least phase, and the derivatives of its logarithmic magnitude are closed forms. The p-norm of the error in decibels
+is brought down by damped Gauss-Newton steps, p raised in stages (the least p-th norm of thesis 4.5.2). Sections are
+added one by one where they help most, so that a higher order is never worse than a lower one.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import require
+
+Array = NDArray[np.float64]
+
+BAND_HZ = (50.0, 750.0)
+"""The band that is made flat (thesis 4.5.2)."""
+MOST_ORDER = 24
+"""The highest order."""
+MOST_GAIN_DB = 24.0
+"""A notch deeper than this under the level of the band is filled by so much only."""
+OUTER_GAIN_DB = 3.0
+"""An octave outside the band the gain is to be no higher than this; what lies there is neither measured nor felt."""
+LEAST_WIDTH_HZ = 2.0
+"""Every pole decays at least as fast as a resonance of this width: its radius is at most 1 - pi width / rate."""
+EDGE_LOW, EDGE_HIGH = 1.2, 750.0 / 700.0
+"""Factors within the band's ends (60 to 700 Hz of 50 to 750) outside which an error weighs less."""
+
+_DB = 20.0 / math.log(10.0)
+_STAGES = (2, 4, 8, 16)
+_EDGE_WEIGHT, _OUTER_WEIGHT = 0.3, 1.0
+_POINTS, _OUTER_POINTS = 240, 40
+_NOISE_DB, _MOST_SMOOTHED = 0.2, 16
+_LEAST_ZETA, _MOST_ZETA = 0.004, 3.0
+_LEAST_IN_BAND = 8
+
+
+def design(
+    frequencies_hz: ArrayLike,
+    magnitude: ArrayLike,
+    rate_hz: float,
+    order: int = 14,
+    band_hz: tuple[float, float] = BAND_HZ,
+    *,
+    most_gain_db: float = MOST_GAIN_DB,
+) -> Array:
+    """The equaliser of a response, as second-order sections [b0, b1, b2, 1, a1, a2], shape (order / 2, 6).
+
+    `magnitude` (linear, any scale, complex values count by their modulus) at `frequencies_hz`, in any order, must cover
+    `band_hz`; noise is averaged out, over up to a quarter of an octave. Response times equaliser is flat over the band
+    at the response's own level there, the mean of its decibels over log frequency; a point more than `most_gain_db`
+    below that is lifted by so much. Outside the band the gain falls to at most 3 dB within an octave. `order` is even,
+    2 to 24; all poles and zeros lie within the unit circle. Raises `BadValue`.
+
+    >>> f = np.geomspace(20.0, 2000.0, 400)
+    >>> resonance = 1.0 / np.abs(1.0 - (f / 300.0) ** 2 + 0.2j * f / 300.0)
+    >>> sections = design(f, resonance, 48000.0, 6)
+    >>> flat = resonance * np.abs(gain(sections, f, 48000.0))
+    >>> inside = (f > 60.0) & (f < 700.0)
+    >>> sections.shape, bool(np.ptp(20.0 * np.log10(flat[inside])) < 0.3)
+    ((3, 6), True)
+    """
+    low, high = _band(band_hz, rate_hz)
+    require(
+        isinstance(order, int | np.integer) and order % 2 == 0 and 2 <= order <= MOST_ORDER,
+        "order",
+        order,
+        f"even numbers 2 to {MOST_ORDER}: a section is of second order",
+    )
+    require(0.0 <= most_gain_db <= 60.0, "most_gain_db", most_gain_db, "0 to 60 dB")
+    wanted = _Wanted(*_curve(frequencies_hz, magnitude, low, high), rate_hz, most_gain_db)
+    *_, best = _grown(wanted, int(order) // 2)
+    return _sections(best)
+
+
+def gain(sections: ArrayLike, frequencies_hz: ArrayLike, rate_hz: float) -> NDArray[np.complex128]:
+    """The complex gain of a cascade of second-order sections (n, 6) at frequencies in Hz: their shape.
+
+    >>> gain([[0.5, 0.0, 0.0, 1.0, 0.0, 0.0]], [100.0], 48000.0)
+    array([0.5+0.j])
+    """
+    z = np.exp(-2j * math.pi * np.asarray(frequencies_hz, dtype=np.float64) / rate_hz)
+    total = np.ones(z.shape, dtype=np.complex128)
+    for b0, b1, b2, a0, a1, a2 in np.asarray(sections, dtype=np.float64).reshape(-1, 6):
+        total *= (b0 + z * (b1 + z * b2)) / (a0 + z * (a1 + z * a2))
+    return total
+
+
+def level(frequencies_hz: ArrayLike, magnitude: ArrayLike, band_hz: tuple[float, float] = BAND_HZ) -> float:
+    """The level of a response in a band, on its own scale: the mean of its decibels over log frequency.
+
+    >>> round(level([10.0, 100.0, 1000.0], [2.0, 2.0, 2.0]), 9)
+    2.0
+    """
+    low, high = _band(band_hz, math.inf)
+    require(len(np.ravel(frequencies_hz)) >= 2, "frequencies_hz", frequencies_hz, "at least two")
+    return math.exp(float(_curve(frequencies_hz, magnitude, low, high, least=0)[1].mean()))
+
+
+def _band(band_hz: tuple[float, float], rate_hz: float) -> tuple[float, float]:
+    require(rate_hz > 0.0, "rate_hz", rate_hz, "above 0")
+    require(len(band_hz) == 2, "band_hz", band_hz, "its lowest and highest frequency")
+    low, high = float(band_hz[0]), float(band_hz[1])
+    require(low >= 1.0 and 1.2 * low <= high, "band_hz", band_hz, "from at least 1 Hz up to at least 1.2 times that")
+    require(high <= 0.45 * rate_hz, "band_hz", band_hz, f"up to 0.45 of the rate, {0.45 * rate_hz:g} Hz")
+    return low, high
+
+
+def _curve(
+    frequencies_hz: ArrayLike, magnitude: ArrayLike, low: float, high: float, least: int = _LEAST_IN_BAND
+) -> tuple[Array, Array]:
+    """Frequencies in equal log steps over the band, and the logarithm of the magnitude there, checked."""
+    f, given = np.asarray(frequencies_hz, dtype=np.float64).ravel(), np.asarray(magnitude).ravel()
+    require(given.size == f.size, "magnitude", given.size, f"as many as frequencies_hz, {f.size}")
+    require(np.isrealobj(given) is False or bool(np.all(given >= 0.0)), "magnitude", magnitude, "numbers, at least 0")
+    m = np.abs(given).astype(np.float64)
+    require(bool(np.all(np.isfinite(m))) and bool(np.all(np.isfinite(f))), "magnitude", magnitude, "finite numbers")
+    order = np.argsort(f, kind="stable")
+    f, m = f[order], m[order]
+    inside = (f >= low) & (f <= high)
+    covered = f.size > 1 and f[0] <= 1.02 * low and f[-1] >= high / 1.02
+    if not covered or inside.sum() < least:
+        reach = f"{f[0]:g} to {f[-1]:g} Hz, {int(inside.sum())} of them inside" if f.size else "none"
+        require(False, "frequencies_hz", reach, f"{low:g} to {high:g} Hz covered by at least {least} points")
+    largest = float(m[inside].max()) if inside.any() else float(m.max())
+    require(largest > 0.0, "magnitude", magnitude, "above 0 somewhere in the band")
+    use = (f > 0.0) & ((f > 0.5 * low) & (f < 2.0 * high))
+    f, m = np.log(f[use]), np.log(np.maximum(m[use] / largest, 1e-9)) + math.log(largest)
+    grid = np.linspace(math.log(low), math.log(high), _POINTS)
+    f, place = np.unique(f, return_inverse=True)
+    m = np.bincount(place, m) / np.bincount(place)
+    cell = np.rint((f - grid[0]) / (grid[1] - grid[0])).astype(np.int64)
+    kept = (cell >= 0) & (cell < _POINTS)
+    count = np.bincount(cell[kept], minlength=_POINTS)
+    total = np.bincount(cell[kept], m[kept], minlength=_POINTS)
+    # Cells with several points take their mean; the others what lies between their neighbours.
+    return np.exp(grid), _smoothed(np.where(count > 1, total / np.maximum(count, 1), np.interp(grid, f, m)))
+
+
+def _smoothed(curve: Array) -> Array:
+    """A curve without its noise: averaged over as many cells as its roughness asks for, none where it is smooth."""
+    noise = float(np.median(np.abs(np.diff(curve, 2)))) / (0.6745 * math.sqrt(6.0))
+    cells = min(math.ceil((noise * _DB / _NOISE_DB) ** 2), _MOST_SMOOTHED)
+    if cells < 2:
+        return curve
+    window = np.hanning(2 * cells + 1)[1:-1]
+    return np.asarray(np.convolve(curve, window, "same") / np.convolve(np.ones(curve.size), window, "same"))
+
+
+class _Wanted:
+    """What the logarithmic gain should be: in the band as near as it can, outside it at most."""
+
+    def __init__(self, band: Array, log_magnitude: Array, rate_hz: float, most_gain_db: float) -> None:
+        low, high = float(band[0]), float(band[-1])
+        inverse = np.minimum(log_magnitude.mean() - log_magnitude, most_gain_db / _DB)
+        # Points crowd at the band's ends: a narrow peak just outside would fit a notch there.
+        share = np.linspace(0.0, 1.0, _OUTER_POINTS + 1)[1:] ** 2
+        below = low * (1.0 / 16.0) ** share
+        above = high * (0.49 * rate_hz / high) ** share
+        least = OUTER_GAIN_DB / _DB
+        at_low, at_high = (max(float(inverse[end].max()), least) for end in (band < 1.1 * low, band > high / 1.1))
+        falling = np.concatenate(
+            [
+                np.maximum(at_low * (1.0 - np.log2(low / below)), least),
+                np.maximum(at_high * (1.0 - np.log2(above / high)), least),
+            ]
+        )
+        self.logarithm = np.concatenate([inverse, falling])
+        inner = (band >= EDGE_LOW * low) & (band <= high / EDGE_HIGH)
+        self.weight = np.concatenate([np.where(inner, 1.0, _EDGE_WEIGHT), np.full(falling.size, _OUTER_WEIGHT)])
+        self.at_most = np.arange(self.logarithm.size) >= band.size
+        self.squared = np.tan(math.pi * np.concatenate([band, below, above]) / rate_hz) ** 2
+        self.lowest = math.log(math.tan(math.pi * low / 8.0 / rate_hz))
+        self.highest = math.log(math.tan(math.pi * min(8.0 * high, 0.45 * rate_hz) / rate_hz))
+        self.narrowest = math.tan(0.5 * math.pi * LEAST_WIDTH_HZ / rate_hz)
+        self.atoms = self._atoms(low, high, rate_hz)
+
+    def _atoms(self, low: float, high: float, rate_hz: float) -> tuple[Array, Array]:
+        """Sections to try: their (ln w, ln zeta), and how the logarithmic gain moves with either, and with the gain."""
+        f = np.geomspace(0.5 * low, min(1.5 * high, 0.45 * rate_hz), 60)
+        w, zeta = np.meshgrid(np.log(np.tan(math.pi * f / rate_hz)), np.log([0.02, 0.08, 0.3, 1.0]))
+        places = self.held(np.stack([w.ravel(), zeta.ravel()], axis=1))
+        _, by_w, by_zeta = _quadratics(places, self.squared)
+        return places, np.stack([by_w, by_zeta, np.ones_like(by_w)], axis=1)
+
+    def held(self, places: Array) -> Array:
+        """Places (n, 2) of ln w and ln zeta, moved to where they are allowed."""
+        w = np.clip(places[:, 0], self.lowest, self.highest)
+        narrowest = np.maximum(_LEAST_ZETA, self.narrowest * (np.exp(w) + np.exp(-w)))
+        return np.stack([w, np.clip(places[:, 1], np.log(narrowest), math.log(_MOST_ZETA))], axis=1)
+
+    def error(self, found: Array) -> tuple[Array, Array]:
+        """The weighted error of parameters `found`, shape (points,), and its derivatives, (parameters, points)."""
+        power, by_w, by_zeta = _quadratics(found[:-1].reshape(-1, 2), self.squared)
+        zeros = len(power) // 2
+        logarithm = 0.5 * np.log(power[:zeros].prod(axis=0) / power[zeros:].prod(axis=0))
+        error = (logarithm + found[-1] - self.logarithm) * self.weight
+        counts = ~self.at_most | (error > 0.0)
+        slopes = np.ones((found.size, error.size))
+        slopes[0:-1:2], slopes[1:-1:2] = by_w, by_zeta
+        slopes[2 * zeros : -1] *= -1.0
+        slopes *= self.weight * counts
+        return np.where(counts, error, 0.0), slopes
+
+
+def _quadratics(places: Array, squared: Array) -> tuple[Array, Array, Array]:
+    """|q|^2 of quadratics (n, 2) at squared frequencies (k,); how ln |q| moves with ln w and ln zeta: (n, k) each."""
+    w2 = np.exp(2.0 * places[:, :1])
+    apart = w2 - squared
+    damped = 4.0 * np.exp(2.0 * places[:, 1:]) * w2 * squared
+    power = apart * apart + damped
+    by_zeta = damped / power
+    return power, 2.0 * w2 * apart / power + by_zeta, by_zeta
+
+
+def _grown(wanted: _Wanted, sections: int) -> Iterator[Array]:
+    """The best parameters found with 1, 2, ... sections: zeros (ln w, ln zeta) of each, then poles, then the gain."""
+    smooth = best = np.zeros(1)
+    for _ in range(sections):
+        # In the mean square the way down is smooth; what it finds is then sharpened. Beside it goes the best of the
+        # order below with one more section, so that no order is worse than the one before.
+        starts = [_with(smooth, place) for place in _places(wanted, smooth, 3)]
+        smooth = min((_refined(wanted, start, 2, 12) for start in starts), key=lambda found: _norm_of(wanted, found, 2))
+        smooth = sharp = _refined(wanted, smooth, 2, 25)
+        for p in _STAGES[1:]:
+            sharp = _refined(wanted, sharp, p, 15)
+        grown = _refined(wanted, _with(best, _places(wanted, best, 1)[0]), _STAGES[-1], 15)
+        unchanged = _with(best, wanted.atoms[0][0])
+        best = min((sharp, grown, unchanged), key=lambda found: float(np.abs(wanted.error(found)[0]).max()))
+        yield best
+
+
+def _with(found: Array, place: Array) -> Array:
+    """One section more, whose zeros and poles are at the same place."""
+    half = (found.size - 1) // 2
+    return np.concatenate([found[:half], place, found[half:-1], place, found[-1:]])
+
+
+def _places(wanted: _Wanted, found: Array, most: int) -> list[Array]:
+    """Where a further section promises to take most of the squared error away, by the slopes there."""
+    error, slopes = wanted.error(found)
+    places, atoms = wanted.atoms
+    atoms = atoms * (slopes[-1])
+    square = atoms @ atoms.transpose(0, 2, 1)
+    square += 1e-9 * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    toward = atoms @ error
+    taken = np.sum(toward * np.linalg.solve(square, toward[:, :, None])[:, :, 0], axis=1)
+    chosen: list[Array] = []
+    for k in np.argsort(-taken):
+        if all(np.abs(places[k] - other).max() > 0.35 for other in chosen):
+            chosen.append(places[k])
+        if len(chosen) == most:
+            break
+    return chosen
+
+
+def _norm(error: Array, p: int) -> float:
+    largest = float(np.abs(error).max())
+    return largest * float(np.mean((np.abs(error) / largest) ** p)) ** (1.0 / p) if largest > 0.0 else 0.0
+
+
+def _norm_of(wanted: _Wanted, found: Array, p: int) -> float:
+    return _norm(wanted.error(found)[0], p)
+
+
+def _refined(wanted: _Wanted, found: Array, p: int, steps: int) -> Array:
+    """Damped Gauss-Newton steps down the p-norm, from `found` on; never up."""
+    error, slopes = wanted.error(found)
+    norm, damping = _norm(error, p), 1e-2
+    for _ in range(steps):
+        if norm < 1e-9:
+            break
+        weighted = slopes * (np.abs(error) / np.abs(error).max() + 1e-12) ** (p - 2)
+        square, toward = weighted @ slopes.T, weighted @ error
+        diagonal = np.diag(square)
+        before = norm
+        for _ in range(8):
+            system = square + np.diag(damping * diagonal + 1e-9 * diagonal.max())
+            moved = found - np.linalg.solve(system, toward) / (p - 1)
+            moved[:-1] = wanted.held(moved[:-1].reshape(-1, 2)).ravel()
+            tried: Any = wanted.error(moved)
+            if _norm(tried[0], p) < norm:
+                found, (error, slopes), norm = moved, tried, _norm(tried[0], p)
+                damping = max(damping / 5.0, 1e-9)
+                break
+            damping = min(4.0 * damping, 1e6)
+        if norm > 0.995 * before:
+            break
+    return found
+
+
+def _sections(found: Array) -> Array:
+    """Parameters as second-order sections; the first one carries the gain."""
+    w, zeta = np.exp(found[:-1].reshape(-1, 2)).T
+    quadratics = np.stack([1.0 + 2.0 * zeta * w + w * w, 2.0 * (w * w - 1.0), 1.0 - 2.0 * zeta * w + w * w], axis=1)
+    zeros, poles = np.split(quadratics, 2)
+    sections = np.concatenate([zeros, poles], axis=1) / poles[:, :1]
+    sections[0, :3] *= math.exp(found[-1])
+    return np.ascontiguousarray(sections)

@@ -1,0 +1,237 @@
+"""Curves that turn a force sensing resistor's reading into newtons: the laws, and how each is fitted.
+
+Each fit takes `x`, the reading's distance from rest (0 and above, shape (n,)), the force `f` in newtons and a weight
+`w`, and gives a `Law` through 0: knots with slopes, between which a cubic runs. All errors are weighed in newtons,
+because that is what a curve is used for; a straight line in log-log, fitted without, spends itself on the lightest
+touch.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[np.float64]
+_KNOTS = 49
+
+
+@dataclass(frozen=True)
+class Law:
+    """A fitted curve: its name, its constants, and knots `x`, `f` with slopes, all rising from (0, 0)."""
+
+    name: str
+    parameters: dict[str, float]
+    x: Values
+    f: Values
+    slope: Values
+
+    def force(self, x: Values) -> Values:
+        """Newtons at distances `x` from rest; beyond the knots along the last slope."""
+        at = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, self.x.size - 2)
+        width = self.x[at + 1] - self.x[at]
+        t = np.clip((x - self.x[at]) / width, 0.0, 1.0)
+        s = 1.0 - t
+        inside = s * s * (1.0 + 2.0 * t) * self.f[at] + t * t * (3.0 - 2.0 * t) * self.f[at + 1]
+        inside += width * t * s * (s * self.slope[at] - t * self.slope[at + 1])
+        below, above = np.minimum(x - self.x[0], 0.0), np.maximum(x - self.x[-1], 0.0)
+        return np.asarray(inside + below * self.slope[0] + above * self.slope[-1])
+
+
+def straight(x: Values, f: Values, w: Values) -> Law:
+    """F = a x: what to begin with."""
+    a = max(float((w * f * x).sum() / max((w * x * x).sum(), 1e-300)), 1e-12)
+    ends = np.array([0.0, float(x.max())])
+    return Law("straight", {"factor": a}, ends, a * ends, np.full(2, a))
+
+
+def power(x: Values, f: Values, w: Values) -> Law | None:
+    """F = a x^b, a straight line in log-log weighed so that newtons count.
+
+    >>> x = np.linspace(0.0, 1000.0, 50)
+    >>> law = power(x, 1e-3 * x**1.5, np.ones(50))
+    >>> round(law.parameters["exponent"], 6)
+    1.5
+    """
+    good = (x > 0.0) & (f > 0.0)
+    if np.count_nonzero(good) < 2 or np.ptp(x[good]) == 0.0:
+        return None
+    logs, weight = np.log(x[good]), np.sqrt(w[good]) * f[good]
+    slopes = np.stack([np.ones_like(logs), logs], axis=1)
+    (log_a, b), *_ = np.linalg.lstsq(slopes * weight[:, None], np.log(f[good]) * weight, rcond=None)
+    a, b = float(np.exp(log_a)), float(np.clip(b, 0.2, 8.0))
+    return _law("power", {"factor": a, "exponent": b}, lambda v: a * v**b, float(x.max()))
+
+
+def rational(x: Values, f: Values, w: Values) -> Law | None:
+    """F = a x / (1 - x / c): a conductance that rises with force, read across a divider. c is above all readings.
+
+    >>> x = np.linspace(0.0, 900.0, 50)
+    >>> law = rational(x, 0.01 * x / (1.0 - x / 1200.0), np.ones(50))
+    >>> round(law.parameters["ceiling"])
+    1200
+    """
+    top = float(x.max())
+    # 1/c = s / top: s from 0 (straight) towards 1 (the reading's ceiling is just above the last one).
+    return _best_of("rational", ("factor", "ceiling"), x, f, w, 1.0 - np.geomspace(1.0, 1e-3, 60), _rational(top))
+
+
+def exponential(x: Values, f: Values, w: Values) -> Law | None:
+    """F = a (exp(x / c) - 1): a reading that goes with the logarithm of the force.
+
+    >>> x = np.linspace(0.0, 900.0, 50)
+    >>> law = exponential(x, 0.5 * np.expm1(x / 250.0), np.ones(50))
+    >>> round(law.parameters["scale"])
+    250
+    """
+    top = float(x.max())
+
+    def shape(s: float) -> tuple[dict[str, float], Callable[[Values], Values]]:
+        return {"scale": top / s}, lambda v: np.expm1(v / top * s)
+
+    return _best_of("exponential", ("factor", "scale"), x, f, w, np.geomspace(0.05, 14.0, 80), shape)
+
+
+def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Values]) -> Law | None:
+    """R = Rs / F + R0, where the divider is known: `conductance` gives siemens at a distance x from rest.
+
+    >>> x = np.linspace(1.0, 900.0, 50)
+    >>> siemens = lambda v: v / (1e4 * (1000.0 - v))
+    >>> law = resistor(x, 3e4 / (1.0 / siemens(x) - 200.0), np.ones(50), siemens)
+    >>> round(law.parameters["rs_ohm_n"]), round(law.parameters["r0_ohm"])
+    (30000, 200)
+    """
+    good = (x > 0.0) & (f > 0.0)
+    if np.count_nonzero(good) < 2:
+        return None
+    g = conductance(x[good])
+    # Rs G + R0 F G = F, linear in both; weighed by newtons as it stands.
+    terms, weight = np.stack([g, f[good] * g], axis=1), np.sqrt(w[good])
+    (rs, r0), *_ = np.linalg.lstsq(terms * weight[:, None], f[good] * weight, rcond=None)
+    r0 = max(float(r0), 0.0)
+    if r0 == 0.0:
+        rs = float((weight**2 * g * f[good]).sum() / (weight**2 * g * g).sum())
+    top = float(x.max())
+    if rs <= 0.0 or r0 * float(conductance(np.array([top]))[0]) >= 0.98:
+        return None
+
+    def force(v: Values) -> Values:
+        siemens = conductance(v)
+        return np.asarray(rs * siemens / (1.0 - r0 * siemens))
+
+    return _law("resistor", {"rs_ohm_n": float(rs), "r0_ohm": r0}, force, top)
+
+
+def spline(x: Values, f: Values, w: Values, pieces: int) -> Law | None:
+    """A monotone cubic of `pieces` pieces: integrated splines with weights of 0 and above (Ramsay 1988).
+
+    The pieces are short in newtons where forces are small: a place on a tile comes of ratios of forces, and a sensor
+    starts softly. Rising by construction.
+
+    >>> x = np.linspace(0.0, 1.0, 200)
+    >>> law = spline(x, 10.0 * x**3, np.ones(200), 6)
+    >>> bool(np.abs(law.force(x) - 10.0 * x**3).max() < 0.02)
+    True
+    """
+    from scipy.interpolate import BSpline
+    from scipy.optimize import nnls
+
+    x, f, w = x[w > 0.0], f[w > 0.0], w[w > 0.0]
+    if x.size < 3:
+        return None
+    knots = _knots(x, f, w, pieces)
+    if knots.size < 3:
+        return None
+    # Integrals of the quadratic splines: one for each, from 0 to 1 and never falling.
+    padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
+    count = padded.size - 4
+    basis = [BSpline(padded, np.r_[np.zeros(i), np.ones(count - i)], 3) for i in range(1, count)]
+    at = np.clip(x, knots[0], knots[-1])
+    terms = np.stack([one(at) for one in basis], axis=1)
+    # A little stiffness, so that a weight that no reading speaks for follows its neighbours.
+    bend = np.diff(np.eye(count - 1), 2, axis=0) * 1e-3 * np.sqrt(w.sum() / max(1, count - 3))
+    left = np.concatenate([terms * np.sqrt(w)[:, None], bend])
+    right = np.concatenate([f * np.sqrt(w), np.zeros(len(bend))])
+    weights, _ = nnls(left, right)
+    y = sum(c * one(knots) for c, one in zip(weights, basis, strict=True))
+    slope = sum(c * one.derivative()(knots) for c, one in zip(weights, basis, strict=True))
+    y, slope = np.maximum.accumulate(np.asarray(y)), np.maximum(np.asarray(slope), 0.0)
+    return Law("spline", {"pieces": float(knots.size - 1)}, knots, y, slope)
+
+
+def rising(values: Values, weights: Values) -> Values:
+    """The nearest sequence that never falls (weighted least squares, pool of adjacent violators).
+
+    >>> rising(np.array([1.0, 3.0, 2.0, 4.0]), np.ones(4))
+    array([1. , 2.5, 2.5, 4. ])
+    """
+    from scipy.optimize import isotonic_regression
+
+    return np.asarray(isotonic_regression(values, weights=weights).x)
+
+
+def _best_of(
+    name: str,
+    names: tuple[str, str],
+    x: Values,
+    f: Values,
+    w: Values,
+    shapes: Values,
+    made: Callable[[float], tuple[dict[str, float], Callable[[Values], Values]]],
+) -> Law | None:
+    """The best of F = a h(x) over one shape constant; a is linear, so a scan and one golden section do."""
+
+    def error(s: float) -> tuple[float, float]:
+        h = made(s)[1](x)
+        square = float((w * h * h).sum())
+        a = float((w * h * f).sum()) / square if square > 0.0 else 0.0
+        return float((w * (f - a * h) ** 2).sum()), a
+
+    best = int(np.argmin([error(s)[0] for s in shapes]))
+    low, high = float(shapes[max(best - 1, 0)]), float(shapes[min(best + 1, shapes.size - 1)])
+    for _ in range(40):
+        one, two = high - 0.618 * (high - low), low + 0.618 * (high - low)
+        low, high = (low, two) if error(one)[0] < error(two)[0] else (one, high)
+    s = 0.5 * (low + high)
+    _, a = error(s)
+    if a <= 0.0:
+        return None
+    constants, h = made(s)
+    return _law(name, {names[0]: a, **constants}, lambda v: a * h(v), float(x.max()))
+
+
+def _rational(top: float) -> Callable[[float], tuple[dict[str, float], Callable[[Values], Values]]]:
+    def made(s: float) -> tuple[dict[str, float], Callable[[Values], Values]]:
+        return {"ceiling": top / max(s, 1e-9)}, lambda v: v / (1.0 - v / top * s)
+
+    return made
+
+
+def _law(name: str, parameters: dict[str, float], force: Callable[[Values], Values], top: float) -> Law:
+    """A law in closed form as knots that lie close where it bends: evenly in the force and in the reading together."""
+    fine = top * np.linspace(0.0, 1.0, 4001) ** 2
+    y = force(fine)
+    length = fine / fine[-1] + y / y[-1]
+    at = np.interp(np.linspace(0.0, 1.0, _KNOTS) ** 1.5 * length[-1], length, fine)
+    f, step = force(at), 1e-6 * top
+    slope = (force(at + step) - force(np.maximum(at - step, 0.0))) / (at + step - np.maximum(at - step, 0.0))
+    # A cubic through rising points rises where no slope is more than three times its secants (Fritsch and Carlson
+    # 1980).
+    secants = np.diff(f) / np.diff(at)
+    most = 3.0 * np.minimum(np.r_[secants[0], secants], np.r_[secants, secants[-1]])
+    return Law(name, parameters, at, f, np.minimum(slope, most))
+
+
+def _knots(x: Values, f: Values, w: Values, pieces: int) -> Values:
+    """Readings at which a smoothed, rising curve reaches equal steps of force, and half the first step."""
+    order = np.argsort(x, kind="stable")
+    curve = rising(f[order], w[order])
+    levels = curve[-1] * np.linspace(0.0, 1.0, pieces + 1) ** 2
+    places = np.interp(levels[1:-1], curve + 1e-9 * np.arange(curve.size), x[order])
+    top = float(x.max())
+    inside = places[(places > 0.002 * top) & (places < 0.998 * top)]
+    kept = [0.0]
+    for place in inside:
+        if place - kept[-1] > 0.002 * top:
+            kept.append(float(place))
+    return np.array([*kept, top])

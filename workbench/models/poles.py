@@ -1,0 +1,127 @@
+"""A linear system as a sum of its poles, in real time and exactly.
+
+A transfer function `d + sum r_k / (s - p_k)` (each complex pole stands for itself and its conjugate) is run sample by
+sample. What goes in is taken as straight between samples, and for that the output is exact at every sample, at any
+rate: no pole is warped or moved, as the bilinear transform would.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import require
+from workbench.kernels import modal_kernel
+
+_SERIES = 0.3
+"""Below this |p h|, exp(p h) is too near 1 for differences; a series of 12 terms is exact to 1e-16 up to here."""
+
+
+@dataclass(frozen=True)
+class Poles:
+    """`poles` (n,) in 1/s, their `residues` (n,), and the `direct` part.
+
+    A pole with an imaginary part above 0 has its conjugate, and its residue's, besides; none below 0 is given.
+    `BadValue` for one that is, and for a pole that does not decay.
+
+    >>> lag = Poles(np.array([-1.0 + 0j]), np.array([1.0 + 0j]))
+    >>> lag.transfer([0.0]).real
+    array([1.])
+    """
+
+    poles: NDArray[np.complex128]
+    residues: NDArray[np.complex128]
+    direct: float = 0.0
+
+    def __post_init__(self) -> None:
+        require(bool((self.poles.real < 0.0).all()), "poles", self.poles, "real parts below 0")
+        require(bool((self.poles.imag >= 0.0).all()), "poles", self.poles, "no imaginary part below 0")
+
+    def transfer(self, frequencies_hz: ArrayLike) -> NDArray[np.complex128]:
+        """The transfer function at frequencies of any shape."""
+        s = 2j * math.pi * np.asarray(frequencies_hz, dtype=np.float64)[..., None]
+        paired = self.poles.imag > 0.0
+        whole = self.residues / (s - self.poles) + np.where(paired, self.residues.conj() / (s - self.poles.conj()), 0.0)
+        return np.asarray(self.direct + whole.sum(axis=-1))
+
+    def memory(self, rate_hz: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """A state at rest and a tuning for `run` at `rate_hz`."""
+        step = self.poles / rate_hz
+        ahead, behind = _ramp_weights(step)
+        gain = self.residues * np.where(self.poles.imag > 0.0, 2.0, 1.0)
+        rows = [np.exp(step), ahead / rate_hz, behind / rate_hz, gain]
+        t = np.concatenate([[self.direct], *(part for row in rows for part in (row.real, row.imag))])
+        return np.zeros(1 + 2 * len(self.poles)), t
+
+
+@modal_kernel
+def run(s, t, given, out, n):
+    """Run the system over n samples of `given` into `out`; the two may be the same array.
+
+    `s` and `t` are of `Poles.memory`. How samples are cut into calls does not matter, to the bit. Allocates nothing.
+    """
+    count = (len(s) - 1) // 2
+    turn_re, turn_im = t[1 : 1 + count], t[1 + count : 1 + 2 * count]
+    ahead_re, ahead_im = t[1 + 2 * count : 1 + 3 * count], t[1 + 3 * count : 1 + 4 * count]
+    behind_re, behind_im = t[1 + 4 * count : 1 + 5 * count], t[1 + 5 * count : 1 + 6 * count]
+    gain_re, gain_im = t[1 + 6 * count : 1 + 7 * count], t[1 + 7 * count : 1 + 8 * count]
+    re, im = s[1 : 1 + count], s[1 + count : 1 + 2 * count]
+    before = s[0]
+    for i in range(n):
+        now = given[i]
+        total = 0.0
+        for k in range(count):
+            x = turn_re[k] * re[k] - turn_im[k] * im[k] + behind_re[k] * before + ahead_re[k] * now
+            y = turn_re[k] * im[k] + turn_im[k] * re[k] + behind_im[k] * before + ahead_im[k] * now
+            re[k], im[k] = x, y
+            total += gain_re[k] * x - gain_im[k] * y
+        before = now
+        out[i] = t[0] * now + total
+    s[0] = before
+
+
+def of_biquads(zeros: ArrayLike, poles: ArrayLike, gain: float) -> Poles:
+    """The system `gain prod (s - z) / prod (s - p)`: its poles simple, conjugates given, no more zeros than poles.
+
+    >>> band = of_biquads([0.0], [-1.0 + 2.0j, -1.0 - 2.0j], 3.0)
+    >>> bool(np.allclose(band.transfer([0.5]), 3.0 * 1j * np.pi / ((1j * np.pi + 1.0) ** 2 + 4.0)))
+    True
+    """
+    z, p = np.atleast_1d(np.asarray(zeros, complex)), np.atleast_1d(np.asarray(poles, complex))
+    require(len(z) <= len(p), "zeros", len(z), f"no more than poles, {len(p)}")
+    apart = p[:, None] - p[None, :] + np.eye(len(p))
+    residues = gain * np.prod(p[:, None] - z[None, :], axis=1) / np.prod(apart, axis=1)
+    upper = p.imag >= 0.0
+    return Poles(p[upper], residues[upper], gain if len(z) == len(p) else 0.0)
+
+
+def of_states(
+    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], direct: float, least: float = 1e-12
+) -> Poles:
+    """The system x' = a x + b u, y = c x + direct u, without the poles that are not driven or not heard.
+
+    A pole is left out whose part of the output stays below `least` of the largest's.
+    """
+    poles, vectors = np.linalg.eig(a)
+    residues = (c @ vectors) * np.linalg.solve(vectors, b.astype(complex))
+    size = np.abs(residues) / np.abs(poles.real)
+    kept = (poles.imag >= 0.0) & (size > least * size.max(initial=0.0))
+    return Poles(poles[kept], residues[kept], direct)
+
+
+def _ramp_weights(step: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """What a sample, and the one before it, add to a pole's state, in units of the period: p h is `step`."""
+    small = np.abs(step) < _SERIES
+    safe = np.where(small, 1.0, step)
+    whole = np.where(small, _series(step, 1), (np.exp(safe) - 1.0) / safe)
+    ahead = np.where(small, _series(step, 2), (np.exp(safe) - 1.0 - safe) / safe**2)
+    return ahead, whole - ahead
+
+
+def _series(step: NDArray[np.complex128], first: int) -> NDArray[np.complex128]:
+    """sum over k of step^k / (k + first)!."""
+    total = np.zeros_like(step)
+    for k in range(12, -1, -1):
+        total = total * step + 1.0 / math.factorial(k + first)
+    return total
