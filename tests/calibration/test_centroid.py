@@ -4,7 +4,7 @@ import made_sensors
 import numpy as np
 import pytest
 
-from workbench.calibration.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, loads
+from workbench.calibration.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, in_hindsight, loads
 from workbench.calibration.tables import Presses
 from workbench.errors import BadValue
 from workbench.floor.curves import Curve
@@ -55,6 +55,15 @@ def test_curves_that_are_wrong_of_light_loads_are_bent_right():
     fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, moved_m=0.004)
     off = again.position(misread(fresh)) - fresh_at
     assert 1e3 * np.hypot(*off.T).mean() < 1.5 * found.errors_mm(found.after_m).mean() + 0.2
+
+
+def test_in_hindsight_what_only_bends_is_straight_and_what_remembers_is_not():
+    table = presses()
+    bent = 40.0 * np.cbrt(table.readings)
+    np.testing.assert_allclose(in_hindsight(bent, table.readings), table.readings, atol=1e-9)
+    remembering = table.readings * np.where(np.arange(len(bent)) % 2, 1.05, 1.0)[:, None]
+    left = in_hindsight(remembering, table.readings) / np.maximum(table.readings, 30.0) - 1.0
+    assert 0.003 < np.sqrt(np.mean(left**2)) < 0.025
 
 
 @pytest.mark.parametrize(

@@ -128,6 +128,7 @@ def calibrated(hands, workspace, newtons):
 def test_places_want_forces_first(hands, workspace):
     hands.click(workspace.choice.cards["centroid"])
     assert "Do that first" in workspace.overview.note.text()
+    assert not workspace.overview.begin.isEnabled()
     hands.click(workspace.choice.cards["response"])
     assert not workspace.overview.note.isVisible()
 
@@ -160,7 +161,7 @@ def test_vibration_by_keys_alone(hands):
 
 
 def test_they_run_by_themselves_from_first_to_last_and_what_is_cancelled_leaves_nothing(hands, workspace):
-    hands.click(workspace.choice.cards["centroid"])
+    hands.click(workspace.choice.cards["response"])
     hands.click(workspace.overview.begin_alone)
     hands.wait(lambda: hands.wizard.snapshot is not None and hands.wizard.snapshot.page.share > 0.1)
     assert hands.wizard.running.text() == "Pause"

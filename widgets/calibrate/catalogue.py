@@ -22,7 +22,7 @@ MakeReady = Callable[[Target, Tile, Profile, str], tuple[Procedure, Bench]]
 class Kind:
     """One calibration: the part of a profile that it makes, its name, what it is for, and how it is made ready.
 
-    `reference` is what is asked on hardware of the reference; `first` is the part that should be there before it.
+    `reference` is what is asked on hardware of the reference; `first` is the part that must be there before it.
     """
 
     key: str
@@ -55,8 +55,7 @@ def _fsr(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[
 def _centroid(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
     from workbench.calibration.centroid_wizard import CentroidProcedure
 
-    known = profile if profile.is_calibrated else None
-    return CentroidProcedure(tile, known), _pressed(target, tile, reference)
+    return CentroidProcedure(tile, profile), _pressed(target, tile, reference)
 
 
 def _response(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:

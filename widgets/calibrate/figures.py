@@ -21,7 +21,10 @@ from workbench.floor.profile import Part
 
 Quantities = Sequence[tuple[str, float, str]]
 
-_UNITS = {"percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2", "n": "N", "m": "m", "s": "s"}
+_UNITS = {
+    "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2", "per_unit": "m/s^2", "n": "N",
+    "m": "m", "s": "s",
+}  # fmt: skip
 """Units as the names of figures have them, behind what they are of."""
 ROW_PX = 24
 

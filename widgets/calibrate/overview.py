@@ -92,13 +92,13 @@ class Overview(QWidget):
         if self.editor is not None:
             self.editor.setValue(value)
 
-    def show_way(self, why_not: str, can_alone: bool, advice: str = "") -> None:
-        """Whether it can begin here, or `why_not`; whether it can run by itself; and what had better be done first."""
+    def show_way(self, why_not: str, can_alone: bool) -> None:
+        """Whether it can begin here, or `why_not`; and whether it can run by itself."""
         self.begin.setEnabled(not why_not)
         self.begin_alone.setVisible(can_alone)
         self.begin_alone.setEnabled(not why_not)
-        self.note.setText(why_not or advice)
-        self.note.setVisible(bool(why_not or advice))
+        self.note.setText(why_not)
+        self.note.setVisible(bool(why_not))
 
     def show_part(self, tile: Tile, part: Part | None, earlier: Part | None = None) -> None:
         """What the profile has of it, and an `earlier` one to compare with."""

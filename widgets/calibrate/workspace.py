@@ -93,16 +93,16 @@ class CalibrateWorkspace(QWidget):
         self.overview.show_kind(self._kind.title, self._kind.about)
         self.overview.show_part(self.tile, self._part())
         busy = "The last measurement is coming to its end…" if self.is_measuring else ""
-        self.overview.show_way(why_not(self._target) or busy, not by_hand(self._target), self._advice(profile))
+        self.overview.show_way(why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target))
         reference = self._settings.references.get(self._kind.key, "")
         self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
 
-    def _advice(self, profile: Profile) -> str:
-        """What had better be calibrated first."""
+    def _lacks(self, profile: Profile) -> str:
+        """What must be calibrated first; "" where it is."""
         first = self._kinds.get(self._kind.first)
         if first is None or profile.part(first.key) is not None:
             return ""
-        return f"{first.name} of this tile are not calibrated yet. Do that first: without it readings count as newtons."
+        return f"{first.name} of this tile are not calibrated yet. Do that first, so that its readings are newtons."
 
     def _keep_reference(self, value: str) -> None:
         self._settings.references[self._kind.key] = value

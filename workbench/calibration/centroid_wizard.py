@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.centroid import Accuracy, assessed_forces, centroid
+from workbench.calibration.centroid import Accuracy, assessed_forces, centroid, in_hindsight
 from workbench.calibration.procedure import Live, Page, Press, Readings, Refused, Result, ask
 from workbench.calibration.tables import PRESS_HEADER, Presses
 from workbench.calibration.wizard import Step, Wizard, joined, last
@@ -128,8 +128,11 @@ class CentroidProcedure(Wizard):
         try:
             found = assessed_forces(presses, forces, self._tile)
             if self._remembers():
-                over_time = assessed_forces(*self._presses(_OVER_TIME, rising=True), self._tile)
-                found = replace(found, over_time=over_time if over_time.at_m.shape == found.at_m.shape else None)
+                nearer = self._presses(_OVER_TIME, rising=True)[1]
+                over_time = assessed_forces(presses, nearer, self._tile)
+                bound = assessed_forces(presses, in_hindsight(forces, nearer), self._tile)
+                if found.at_m.shape == over_time.at_m.shape == bound.at_m.shape:
+                    found = replace(found, over_time=over_time, bound=bound)
         except BadValue as error:
             raise Refused(str(error)) from None
         self.accuracy = found

@@ -116,14 +116,14 @@ def result_of(found: Findings, today: date | None = None) -> Result:
     """The result, with its drawings and raw data."""
     figures = _figures(found)
     values = {name: value for name, value, _ in figures}
-    after = "flatness_measured" if found.again is not None else "flatness_computed"
+    after = "flatness_measured_db" if found.again is not None else "flatness_computed_db"
     warnings = _warnings(found, values)
     good = values[after] <= ALLOWED_DB
-    low, high = values["usable_low"], values["usable_high"]
+    low, high = values["usable_low_hz"], values["usable_high_hz"]
     words = "measured again through the equaliser" if found.again is not None else "computed, not measured again"
     verdict = (
         f"Flat within {values[after]:.2f} dB from {INNER_HZ[0]:g} to {INNER_HZ[1]:g} Hz ({words}; "
-        f"{values['flatness_before']:.1f} dB before). Usable from {low:.0f} to {high:.0f} Hz. "
+        f"{values['flatness_before_db']:.1f} dB before). Usable from {low:.0f} to {high:.0f} Hz. "
         f"Full scale plays at {found.level:.3g} m/s^2."
     )
     if not good:
@@ -159,36 +159,37 @@ def _figures(found: Findings) -> tuple[tuple[str, float, str], ...]:
     boost = float(np.max(np.abs(equaliser.gain(found.sections, f[inside], found.rate_hz))))
     quantities = [
         ("acceleration_per_unit", found.level, "m/s^2"),
-        ("flatness_before", flatness_db(f, before), "dB"),
-        ("flatness_computed", flatness_db(f, computed), "dB"),
+        ("flatness_before_db", flatness_db(f, before), "dB"),
+        ("flatness_computed_db", flatness_db(f, computed), "dB"),
     ]
     if found.again is not None:
-        quantities.append(("flatness_measured", flatness_db(after_f, after), "dB"))
-    quantities += [(f"at_{edge:g}_hz", float(np.interp(edge, after_f, after)), "dB") for edge in found.band_hz]
+        quantities.append(("flatness_measured_db", flatness_db(after_f, after), "dB"))
+    quantities += [(f"at_{edge:g}_hz_db", float(np.interp(edge, after_f, after)), "dB") for edge in found.band_hz]
     quantities += [
-        ("usable_low", low, "Hz"),
-        ("usable_high", high, "Hz"),
-        ("usable_low_before", plain_low, "Hz"),
-        ("usable_high_before", plain_high, "Hz"),
-        ("most_gain", 20.0 * math.log10(boost), "dB"),
-        ("latency", 1000.0 * free.latency_s, "ms"),
-        ("snr", free.snr_db(*INNER_HZ), "dB"),
+        ("usable_low_hz", low, "Hz"),
+        ("usable_high_hz", high, "Hz"),
+        ("usable_low_before_hz", plain_low, "Hz"),
+        ("usable_high_before_hz", plain_high, "Hz"),
+        ("most_gain_db", 20.0 * math.log10(boost), "dB"),
+        ("latency_ms", 1000.0 * free.latency_s, "ms"),
+        ("snr_db", free.snr_db(*INNER_HZ), "dB"),
         ("passes", float(free.passes), ""),
     ]
     if free.passes > 1:
         inner = (f >= INNER_HZ[0]) & (f <= INNER_HZ[1])
-        quantities.append(("spread", float(np.mean(free.spread_db[inner])), "dB"))
-    quantities += [(f"{load}_changes", flatness_of_change(found, load), "dB") for load in found.loads if load != "none"]
+        quantities.append(("spread_db", float(np.mean(free.spread_db[inner])), "dB"))
+    loaded = [load for load in found.loads if load != "none"]
+    quantities += [(f"{load}_changes_db", flatness_of_change(found, load), "dB") for load in loaded]
     for k in ORDERS:
         share = np.interp(TONE_HZ, f, free.distortion[k])
         if np.isfinite(share):
-            quantities.append((f"distortion_{k}", 100.0 * float(share), "%"))
+            quantities.append((f"distortion_{k}_percent", 100.0 * float(share), "%"))
     if found.tones is not None:
-        quantities.append(("thd_loudest", 100.0 * float(found.tones.thd[-1]), "%"))
-        quantities.append(("loudest", float(found.tones.acceleration[-1]), "m/s^2"))
+        quantities.append(("thd_loudest_percent", 100.0 * float(found.tones.thd[-1]), "%"))
+        quantities.append(("loudest_ms2", float(found.tones.acceleration[-1]), "m/s^2"))
     noise = found.noise if math.isfinite(found.noise) else free.noise_rms
     if math.isfinite(noise):
-        quantities.append(("noise_floor", found.sensitivity * noise, "m/s^2"))
+        quantities.append(("noise_floor_ms2", found.sensitivity * noise, "m/s^2"))
     return tuple((name, float(value), unit) for name, value, unit in quantities)
 
 
@@ -202,17 +203,16 @@ def flatness_of_change(found: Findings, load: str) -> float:
 
 def _warnings(found: Findings, values: Mapping[str, float]) -> tuple[str, ...]:
     lines = []
-    if values["most_gain"] > 15.0:
-        loudest = 0.95 * found.level / 10.0 ** (values["most_gain"] / 20.0)
-        lines.append(
-            f"the equaliser lifts by up to {values['most_gain']:.0f} dB; there more than {loudest:.2g} m/s^2 is limited"
-        )
-    if values["snr"] < 20.0:
-        lines.append(f"the signal is only {values['snr']:.0f} dB above the noise; play it louder")
-    if "spread" in values and values["spread"] > 0.5:
-        lines.append(f"passes differ by {values['spread']:.1f} dB; is something loose?")
-    if values.get("thd_loudest", 0.0) > 100.0 * MOST_DISTORTION:
-        lines.append(f"at its loudest the tile distorts {values['thd_loudest']:.0f} %")
+    if values["most_gain_db"] > 15.0:
+        lift = values["most_gain_db"]
+        loudest = 0.95 * found.level / 10.0 ** (lift / 20.0)
+        lines.append(f"the equaliser lifts by up to {lift:.0f} dB; there more than {loudest:.2g} m/s^2 is limited")
+    if values["snr_db"] < 20.0:
+        lines.append(f"the signal is only {values['snr_db']:.0f} dB above the noise; play it louder")
+    if "spread_db" in values and values["spread_db"] > 0.5:
+        lines.append(f"passes differ by {values['spread_db']:.1f} dB; is something loose?")
+    if values.get("thd_loudest_percent", 0.0) > 100.0 * MOST_DISTORTION:
+        lines.append(f"at its loudest the tile distorts {values['thd_loudest_percent']:.0f} %")
     free = found.loads["none"]
     if free.passes == 1:
         lines.append("one pass only: its spread is not known")
@@ -239,7 +239,7 @@ def _part(found: Findings, values: Mapping[str, float], after: str, good: bool, 
         acceleration_per_unit=float(f"{found.level:.6g}"),
         equaliser=tuple(tuple(section) for section in found.sections.tolist()),
         rate_hz=found.rate_hz,
-        band_hz=(values["usable_low"], values["usable_high"]),
+        band_hz=(values["usable_low_hz"], values["usable_high_hz"]),
     )
 
 
@@ -255,7 +255,7 @@ def drawings_of(found: Findings) -> tuple[Drawing, ...]:
     if free.passes > 1:
         for sign in (-1.0, 1.0):
             edge = _db(found.sensitivity * free.magnitude) + sign * free.spread_db
-            inner.append(series("" if sign > 0 else "spread", f, edge[shown], "dashed", "force"))
+            inner.append(series("" if sign > 0 else "spread_db", f, edge[shown], "dashed", "force"))
     drawn.append(Drawing("Response, its spread and its noise", _HZ, _DB_LABEL, tuple(inner), True))
     orders = [
         series(f"harmonic {k}", f, 100.0 * free.distortion[k][shown], colour=_ORDER_COLOURS[k])

@@ -35,6 +35,7 @@ _PACKET_WIDTH = 1.1
 """Width of a packet over the lattice spacing: wide enough to interpolate, narrow enough to invert."""
 
 _MOST_PACKETS = 60_000
+_MOST_PLACES = 600
 _MOST_STRIDES = 100_000
 _MOST_TRIALS = 60
 _FINEST = 0.03
@@ -137,9 +138,7 @@ class _March:
         while time < self.t_end * (1.0 - 1e-12) and 1.0 - self.ended > self.negligible:
             strides += 1
             if self.used > _MOST_PACKETS or strides > _MOST_STRIDES:
-                raise BadValue(
-                    f"t_end is {self.t_end!r}; allowed for these values: up to {time:.3g}, or a larger error"
-                )
+                raise self.too_much(time)
             outlook = self.outlook(time)
             if outlook.reach < 0.0:
                 stride = min(
@@ -156,6 +155,10 @@ class _March:
                 self.decay(time, rate)
                 return self.panels(missed)
         return self.panels(self.missed())
+
+    def too_much(self, time: float) -> BadValue:
+        """What there is to say where the work is out of all proportion."""
+        return BadValue(f"t_end is {self.t_end!r}; allowed for these values: up to {time:.3g}, or a larger error")
 
     def panels(self, missed: float) -> Panels:
         count = len(self.rates)
@@ -267,6 +270,8 @@ class _March:
         step = 3.0 * spacing
         edge = math.floor(low / step) - 1
         places = 3 * (math.ceil(high / step) + 1 - edge) + 1
+        if places > _MOST_PLACES:
+            raise self.too_much(time)
         last = self.own[0]
         if last is not None and last.spacing == spacing and speed == last.speed == 0.0 and places > 0.75 * last.places:
             end = last.first + (last.places - 1) * spacing
