@@ -62,7 +62,8 @@ def test_in_hindsight_what_only_bends_is_straight_and_what_remembers_is_not():
     bent = 40.0 * np.cbrt(table.readings)
     np.testing.assert_allclose(in_hindsight(bent, table.readings), table.readings, atol=1e-9)
     remembering = table.readings * np.where(np.arange(len(bent)) % 2, 1.05, 1.0)[:, None]
-    left = in_hindsight(remembering, table.readings) / np.maximum(table.readings, 30.0) - 1.0
+    left = (in_hindsight(remembering, table.readings) - table.readings) / np.maximum(table.readings, 30.0)
+    # Half the gap at most, and less where few presses have both.
     assert 0.003 < np.sqrt(np.mean(left**2)) < 0.025
 
 

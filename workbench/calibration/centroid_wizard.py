@@ -130,9 +130,12 @@ class CentroidProcedure(Wizard):
             if self._remembers():
                 nearer = self._presses(_OVER_TIME, rising=True)[1]
                 over_time = assessed_forces(presses, nearer, self._tile)
-                bound = assessed_forces(presses, in_hindsight(forces, nearer), self._tile)
-                if found.at_m.shape == over_time.at_m.shape == bound.at_m.shape:
-                    found = replace(found, over_time=over_time, bound=bound)
+                if over_time.at_m.shape == found.at_m.shape:
+                    found = replace(found, over_time=over_time)
+                    truest = over_time.correction.weighed(nearer)
+                    bound = assessed_forces(presses, in_hindsight(forces, truest), self._tile)
+                    if bound.mean_mm <= found.mean_mm:  # else few presses have shown no bound
+                        found = replace(found, bound=bound)
         except BadValue as error:
             raise Refused(str(error)) from None
         self.accuracy = found

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from workbench.arguments import HUGE, TINY, number
+from workbench.arguments import number
 from workbench.kernels import kernel
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -19,14 +19,14 @@ def transition(w0, zeta, noise, t):
     """Propagator `(A_xx, A_xv, A_vx, A_vv)` and covariance `(S_xx, S_xv, S_vv)` after `t` > 0 s, as seven numbers.
 
     The matrix exponential and covariance of 8.23 (8.24 to 8.26 as the errata correct them), for any damping. Where the
-    closed form would cancel (small t, small zeta) the covariance is summed from positive terms and doubled up instead.
+    closed form would cancel (small t, small or large zeta) the covariance is summed from positive terms and doubled up instead.
 
     >>> values = transition(1.0, 0.1, 0.4, 1e-3)
     >>> abs(values[6] / (2 * 0.4 * 1e-3) - 1) < 1e-3
     True
     """
     fastest = max(w0, zeta)
-    if fastest * t > 0.5 and zeta > 1e-3 * fastest:
+    if fastest * t > 0.5 and zeta > 1e-3 * fastest and w0 * w0 * t > 1e-3 * zeta:
         xx, xv, vx, vv = _propagator(w0, zeta, t)
         level = noise / zeta
         s_xx = level * ((1.0 - xx * xx) / (w0 * w0) - xv * xv)
@@ -61,19 +61,23 @@ def require_slip(
 ) -> tuple[float, ...]:
     """What every slip needs, in this order, as float64; `BadValue` names the first value that is out of its range.
 
+    Ranges are wide, and go with the units 1/w0 and v_b/w0: beyond them float64 or patience would end.
+
     >>> require_slip(1.0, 0.1, 0.4, 1.0, 0.0, 1.0, 20.0, 1e-4)
     Traceback (most recent call last):
-    workbench.errors.BadValue: v0 is 1.0; allowed: finite and below belt_velocity
+    workbench.errors.BadValue: v0 is 1.0; allowed: below belt_velocity, and not below -1e9 times it
     """
-    belt = number("belt_velocity", belt_velocity, TINY, HUGE, "finite and above 0")
+    rate = number("w0", w0, 1e-30, 1e30, "1e-30 to 1e30 rad/s")
+    belt = number("belt_velocity", belt_velocity, 1e-30, 1e30, "1e-30 to 1e30 m/s")
+    level = rate * belt * belt
     return (
-        number("w0", w0, TINY, HUGE, "finite and above 0"),
-        number("zeta", zeta, 0.0, HUGE, "finite and at least 0"),
-        number("noise", noise, TINY, HUGE, "finite and above 0"),
+        rate,
+        number("zeta", zeta, 0.0, 1e9 * rate, "0 to 1e9 w0"),
+        number("noise", noise, 1e-15 * level, 1e15 * level, "1e-15 to 1e15 w0 v_b^2"),
         belt,
-        number("x0", x0, -HUGE, HUGE, "finite"),
-        number("v0", v0, -HUGE, math.nextafter(belt, 0.0), "finite and below belt_velocity"),
-        number("t_end", t_end, TINY, HUGE, "finite and above 0"),
+        number("x0", x0, -1e12 * belt / rate, 1e12 * belt / rate, "at most 1e12 v_b / w0 in size"),
+        number("v0", v0, -1e9 * belt, math.nextafter(belt, 0.0), "below belt_velocity, and not below -1e9 times it"),
+        number("t_end", t_end, 1e-12 / rate, 1e12 / rate, "1e-12 to 1e12 / w0"),
         number("error", error, 1e-6, 0.1, "1e-6 to 0.1"),
     )
 
