@@ -7,9 +7,9 @@ import pytest
 import soundfile
 from click.testing import CliRunner
 
+from workbench.__main__ import cli
 from workbench.calibration.procedure import Refused
 from workbench.calibration.sweep import exponential, train
-from workbench.commands.calibrate_response import response
 from workbench.errors import BadFile, BadValue, DeviceError
 from workbench.floor.layout import default_floor
 from workbench.floor.profile import Profile
@@ -35,7 +35,7 @@ def wavs(tmp_path):
 
 def said(*options):
     """What the command prints; what it raises is raised here."""
-    result = CliRunner().invoke(response, options, catch_exceptions=False)
+    result = CliRunner().invoke(cli, ["calibrate", "response", *options], catch_exceptions=False)
     return result.stdout
 
 

@@ -10,8 +10,8 @@ from live import live
 from made_patches import hum, patch_of, rough_step, stepped_bank
 from scipy.signal import butter, sosfilt
 
+from workbench.__main__ import cli
 from workbench.clock import FADE
-from workbench.commands.render import render as render_command
 from workbench.devices.simulated import SimulatedFloor
 from workbench.engine.correction import correction_of, corrections_of
 from workbench.engine.loop import PULSE_S, Loop
@@ -217,7 +217,7 @@ def test_a_patch_is_rendered_with_the_profiles_of_a_folder(tmp_path):
     for more in ([], ["--profiles", str(folder)], ["--profiles", str(tmp_path / "nowhere")]):
         wav = tmp_path / f"{len(peaks)}.wav"
         options = [str(patch), "--seconds", "0.2", "--force", "none", "-o", str(wav), *more]
-        ran = CliRunner().invoke(render_command, options)
+        ran = CliRunner().invoke(cli, ["render", *options])
         if ran.exception is not None:
             assert isinstance(ran.exception, BadFile)
             break

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 import pytest
 from click.testing import CliRunner
 
-from workbench.commands.tile import tile
+from workbench.__main__ import cli
 from workbench.errors import BadFile, BadValue
 from workbench.floor.layout import Floor, Tile, default_floor
 from workbench.floor.simulation import TileParameters
@@ -100,11 +100,13 @@ def test_the_command_prints_writes_and_takes_parameters(tmp_path):
     floor, report = presets_folder() / "floors" / "tiles-2x2.json", tmp_path / "report"
     simulation = presets_folder() / "simulations" / "plywood-tile.json"
     done = CliRunner().invoke(
-        tile, [str(floor), "--report", str(report), "--simulation", str(simulation), "--json"], catch_exceptions=False
+        cli,
+        ["tile", str(floor), "--report", str(report), "--simulation", str(simulation), "--json"],
+        catch_exceptions=False,
     )
     assert done.exit_code == 0
     assert json.loads(done.output) == json.loads((report / "tile.json").read_text())
-    plain = CliRunner().invoke(tile, [str(floor)], catch_exceptions=False)
+    plain = CliRunner().invoke(cli, ["tile", str(floor)], catch_exceptions=False)
     assert "suspension resonance f0, Hz" in plain.output
     assert json.loads(done.output)["designs"][0]["quantities"]["f1_hz"]["here"] == pytest.approx(445.0, abs=1.0)
 
@@ -116,4 +118,4 @@ def test_what_cannot_be_is_refused(tmp_path):
     with pytest.raises(BadValue, match=r"shakers_m is"):
         designs(default_floor(1, 1), TileParameters(plate=Plate(), shakers_m=((1.0, 0.0),)))
     with pytest.raises(BadFile, match="cannot be read"):
-        CliRunner().invoke(tile, [str(tmp_path / "none.json")], catch_exceptions=False)
+        CliRunner().invoke(cli, ["tile", str(tmp_path / "none.json")], catch_exceptions=False)

@@ -1,5 +1,7 @@
 """The Gaussian transition against tight integration, and the drawn paths against closed forms."""
 
+from decimal import Decimal, localcontext
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -11,7 +13,7 @@ from workbench.models.friction_paths import paths
 
 
 @pytest.mark.parametrize("t", [1e-3, 0.03, 0.4, 0.7, 3.0, 20.0])
-@pytest.mark.parametrize(("w0", "zeta"), [(1.0, 0.1), (2.3, 0.1), (1.0, 2.0), (1.0, 9.0), (1.0, 0.0), (0.5, 1e-5), (1.0, 1e3)])
+@pytest.mark.parametrize(("w0", "zeta"), [(1.0, 0.1), (2.3, 0.1), (1.0, 2.0), (1.0, 9.0), (1.0, 0.0), (0.5, 1e-5)])
 def test_the_transition_is_that_of_the_moment_equations(w0, zeta, t):
     noise = 0.4
     motion = np.array([[0.0, 1.0], [-w0 * w0, -zeta]])
@@ -36,6 +38,21 @@ def test_a_short_time_keeps_the_covariance_of_the_place():
     assert transition(1.0, zeta, noise, t)[4] == pytest.approx(
         2.0 * noise * t**3 / 3.0 * (1.0 - 0.75 * zeta * t), rel=1e-9
     )
+
+
+@pytest.mark.parametrize("t", [1e-4, 1e-2, 3.0, 1e4])
+@pytest.mark.parametrize("zeta", [1e3, 1e7])
+def test_strong_damping_leaves_the_covariance_its_digits(zeta, t):
+    with localcontext() as context:
+        context.prec = 60
+        rate, time, level = Decimal(zeta), Decimal(t), Decimal("0.4") / Decimal(zeta)
+        root = (rate * rate / 4 - 1).sqrt()
+        slow, fast = (-rate / 2 + root), (-rate / 2 - root)
+        late, soon = (slow * time).exp(), (fast * time).exp()
+        sine = (late - soon) / (2 * root)
+        cosine, falling = (slow * soon - fast * late) / (2 * root), (slow * late - fast * soon) / (2 * root)
+        exact = level * (1 - cosine**2 - sine**2), level * rate * sine**2, level * (1 - sine**2 - falling**2)
+    assert transition(1.0, zeta, 0.4, t)[4:] == pytest.approx([float(value) for value in exact], rel=1e-10)
 
 
 @pytest.mark.parametrize("gap", [1.0, 0.05])

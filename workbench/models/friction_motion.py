@@ -19,7 +19,7 @@ def transition(w0, zeta, noise, t):
     """Propagator `(A_xx, A_xv, A_vx, A_vv)` and covariance `(S_xx, S_xv, S_vv)` after `t` > 0 s, as seven numbers.
 
     The matrix exponential and covariance of 8.23 (8.24 to 8.26 as the errata correct them), for any damping. Where the
-    closed form would cancel (small t, small or large zeta) the covariance is summed from positive terms and doubled up instead.
+    closed form would cancel (small t, small or large zeta) the covariance is summed from positive terms and doubled up.
 
     >>> values = transition(1.0, 0.1, 0.4, 1e-3)
     >>> abs(values[6] / (2 * 0.4 * 1e-3) - 1) < 1e-3

@@ -48,7 +48,8 @@ def paths(
         w0, zeta, noise, belt_velocity, x0, v0, t_end, error
     )
     count = whole("count", count, 0, 2**31, "0 to 2^31")
-    shortest = _shortest(w0, zeta, noise, belt_velocity - v0, error)
+    pull = w0 * w0 * abs(x0) + max(w0, zeta) * abs(v0)
+    shortest = _shortest(w0, zeta, noise, belt_velocity - v0, pull, error)
     require(t_end <= _MOST_STEPS * shortest, "t_end", t_end, f"for these values: up to {_MOST_STEPS * shortest:.3g}")
     steps = max(1, math.ceil(t_end / shortest))
     longest = max(1, min(steps, int(steps / (t_end * (w0 + zeta)))))
@@ -67,15 +68,20 @@ def paths(
     return Paths(duration, position)
 
 
-def _shortest(w0: float, zeta: float, noise: float, gap: float, error: float) -> float:
+def _shortest(w0: float, zeta: float, noise: float, gap: float, pull: float, error: float) -> float:
     """The step near the belt velocity, s, from the bias measured against `SlipLaw` at 2e6 slips.
 
     Drift that changes within a step costs 0.12 (max(w0, zeta) h)^2. That survivors' places are drawn as if the belt
-    velocity were not there costs 0.06 (2 D h / gap^2)^1.3.
+    velocity were not there costs 0.06 (2 D h / gap^2)^1.3. A `pull` (m/s^2) that carries further in a step than noise
+    does turns by max(w0, zeta) h of itself, and shifts the crossing by some 0.2 of that in deviations of the noise.
     """
-    drifting = math.sqrt(error / 0.12) / max(w0, zeta)
+    turning = max(w0, zeta)
+    drifting = math.sqrt(error / 0.12) / turning
     spreading = (error / 0.06) ** (1.0 / 1.3) * gap * gap / (2.0 * noise)
-    return min(drifting, spreading)
+    if pull == 0.0:
+        return min(drifting, spreading)
+    pulled = (error * math.sqrt(2.0 * noise) / (0.2 * turning * pull)) ** (2.0 / 3.0)
+    return min(drifting, spreading, max(pulled, 2.0 * noise / (pull * pull)))
 
 
 @kernel
