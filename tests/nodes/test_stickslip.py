@@ -71,6 +71,14 @@ def test_a_belt_that_stands_makes_no_slip():
     assert events.size == 0
 
 
+def test_what_is_pulled_up_and_dragged_back_does_not_slip():
+    patch = node().add("gain", REGISTRY).connect("tile-force.force", "gain.signal", REGISTRY)
+    patch = patch.connect("gain.out", "stick-slip.velocity", REGISTRY)
+    signal, events, _ = play(patch, np.full(4 * BLOCK, -5.0))
+    assert not signal.any()
+    assert events.size == 0
+
+
 def test_strength_and_acceleration_go_with_the_belt():
     slow, few, _ = play(node(velocity=0.05), np.full(4 * BLOCK, 700.0))
     fast, many, _ = play(node(velocity=0.2), np.full(4 * BLOCK, 700.0))

@@ -26,7 +26,7 @@ class StickSlip:
     """A block on a spring that a belt carries along until it slips back (8.2, 8.4): a squeak, or a rubber sole.
 
     How long each slip lasts and how far it goes is drawn from their joint law (Fokker-Planck, to the asked error), one
-    look-up a slip. Nothing happens while force or velocity is 0.
+    look-up a slip. Nothing happens while force or velocity is 0 or below.
     """
 
     force = Input("N", doc="presses the block onto the belt: loudness goes with it")
@@ -58,7 +58,7 @@ class StickSlip:
         table = frames(d, 1 + int(d[0]))[1:]
         drive, out = frames(y[0], n), frames(y[0], n)
         for i in range(n):
-            drive[i] = x[0][i] / c[5] * x[1][i]
+            drive[i] = x[0][i] / c[5] * x[1][i] if x[0][i] > 0.0 else 0.0
         events = room(o[0], n)
         count = friction_texture.run(frames(s, _STATE), tuning, table, key, frame, drive, out, events)
         for k in range(count):
