@@ -160,7 +160,7 @@ def test_a_rate_that_no_tile_has_is_refused():
         LinkedFloor(Given(), default_floor(1, 1), RATE, rate_hz=1.0)
 
 
-def test_a_thousand_blocks_leave_nothing_behind(until):
+def test_hundreds_of_blocks_leave_nothing_behind(until):
     floor = default_floor(2, 2)
     with linked(floor) as (source, send):
         send([(t, i, 1000 * i, i) for i in range(4000) for t in range(4)])
@@ -169,8 +169,10 @@ def test_a_thousand_blocks_leave_nothing_behind(until):
         ends = range(4928, 4928 + 128 * 1000, 128)
         tracemalloc.start()
         try:
+            for end in ends[:100]:  # whatever is loaded at its first use
+                source.pull(end)
             before, _ = tracemalloc.get_traced_memory()
-            for end in ends:
+            for end in ends[100:]:
                 source.pull(end)
             after, _ = tracemalloc.get_traced_memory()
         finally:

@@ -57,7 +57,8 @@ def upcrossings(quick: bool) -> Figure:
         tuple(drawings),
         tuple(rows),
         "White noise has no acceleration: the density depends on the step and grows as 1/sqrt(h), so the printed "
-        "variance 2D, which is that of a step of 1 s, cannot lie on simulations with h = 0.002.",
+        "variance 2D, which is that of a step of 1 s, cannot lie on simulations with h = 0.002; those also lose a "
+        "damping of w0^2 h, which shows on the right.",
     )
 
 

@@ -62,6 +62,11 @@ def _costs() -> Iterator[Reach]:
         struck, free = (_second_of(10, stiffness, exponent, _ASKED[name], blows) for blows in (10, 0))
         ratio = struck.seconds / struck.slowness / (free.seconds / free.slowness)
         yield Reach("impacts", f"cost of 10 blows a second over free, {name}", ratio, "times", high=2.0)
+        most = 2.0 * _BEST_NS[10][1] * struck.slowness
+        found = struck.seconds / RATE * 1e9
+        yield Reach(
+            "impacts", f"10 blows a second, twice the best free ringing, {name}", found, "ns a sample", high=most
+        )
     for count, best in _BEST_NS.items():
         for blows, ns, what in zip((10, 0), best, ("10 blows a second", "free ringing"), strict=True):
             took = _second_of(count, 1e7, 1.5, _ERROR_THERE[count], blows)
