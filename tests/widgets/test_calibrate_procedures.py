@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 
 from widgets.calibrate.catalogue import KINDS
 from widgets.calibrate.measuring import Pace
@@ -153,7 +152,7 @@ def test_vibration_by_keys_alone(hands):
         hands.wait(lambda: hands.wizard.going.isEnabled() or hands.wizard.snapshot.page.last or hands.refused)
         assert not hands.refused
         if not hands.wizard.snapshot.page.last:
-            QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+            QTest.keyClick(hands.workspace.window().focusWidget(), Qt.Key.Key_Return)
     profile, kind, _ = hands.save()
     assert kind == "response"
     assert len(profile.equaliser) > 0
