@@ -23,7 +23,7 @@ class Reach:
         >>> Reach("tones", "error", 5e-16, high=1e-12).met
         True
         """
-        return self.low <= self.measured <= self.high
+        return bool(self.low <= self.measured <= self.high)
 
     @property
     def asked(self) -> str:
@@ -41,4 +41,4 @@ class Reach:
         bounds = {
             name: value if math.isfinite(value) else None for name, value in (("low", self.low), ("high", self.high))
         }
-        return asdict(self) | bounds | {"asked": self.asked, "met": self.met}
+        return asdict(self) | {"measured": float(self.measured)} | bounds | {"asked": self.asked, "met": self.met}
