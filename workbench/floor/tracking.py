@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.floor.ascending import exchange, insert, median, spread
 from workbench.floor.layout import Floor
 from workbench.kernels import kernel
 
@@ -245,10 +246,10 @@ def renew(tile, ring, window, at):
         for age in range(1, kept + 1):
             value = ring[(at.taken - age) % ring.shape[0], channel]
             if math.isfinite(value):
-                _insert(window[channel], n, value)
+                insert(window[channel], n, value)
                 n += 1
         if n > 0:
-            tile.base_n[channel] = _median(window[channel], n)
+            tile.base_n[channel] = median(window[channel], n)
     tile.quiet = 0
     tile.need = at.first
     tile.negative_s = math.nan
@@ -356,10 +357,10 @@ def _rest(tile, ring, window, at, now, on_n, take):
     n = _slide(tile, ring, window, at)
     if tile.quiet >= tile.need:
         for sensor in range(4):
-            tile.base_n[sensor] = _median(window[sensor], n)
+            tile.base_n[sensor] = median(window[sensor], n)
         # Few samples may show less noise than there is.
         unsure = 1.0 + 2.0 / math.sqrt(n) if n < window.shape[1] else 1.0
-        tile.noise_n = unsure * 1.4826 * _spread(window[4], n)
+        tile.noise_n = unsure * 1.4826 * spread(window[4], n)
         tile.untared = False
 
 
@@ -375,9 +376,9 @@ def _slide(tile, ring, window, at):
     goes = ring[(at.taken - at.guard - length) % ring.shape[0]]
     for channel in range(5):
         if had == length:
-            _exchange(window[channel], goes[channel], comes[channel])
+            exchange(window[channel], goes[channel], comes[channel])
         else:
-            _insert(window[channel], had, comes[channel])
+            insert(window[channel], had, comes[channel])
     return min(had + 1, length)
 
 
@@ -464,45 +465,3 @@ def _tell(events, happened, kind, sample, tile, k, time_s, value, cut):
     event.kind, event.sample, event.token, event.tile, event.foot = kind, sample, tile.token, k, tile.foot
     event.time_s, event.value, event.cut = time_s, value, cut
     return happened + 1
-
-
-@kernel
-def _insert(ascending, n, value):
-    while n > 0 and ascending[n - 1] > value:
-        ascending[n] = ascending[n - 1]
-        n -= 1
-    ascending[n] = value
-
-
-@kernel
-def _exchange(ascending, goes, comes):
-    """Put one value in another's stead: only what lies between the two moves."""
-    place = np.searchsorted(ascending, goes)
-    while place + 1 < ascending.size and ascending[place + 1] < comes:
-        ascending[place] = ascending[place + 1]
-        place += 1
-    while place > 0 and ascending[place - 1] > comes:
-        ascending[place] = ascending[place - 1]
-        place -= 1
-    ascending[place] = comes
-
-
-@kernel
-def _median(ascending, n):
-    return 0.5 * (ascending[(n - 1) // 2] + ascending[n // 2])
-
-
-@kernel
-def _spread(ascending, n):
-    """The median of the distances from the median: the nearer half is a stretch of the row, found from its middle."""
-    middle = _median(ascending, n)
-    below, above = (n - 1) // 2, (n - 1) // 2 + 1
-    distance = 0.0
-    for _ in range((n + 1) // 2):
-        if above >= n or (below >= 0 and middle - ascending[below] <= ascending[above] - middle):
-            distance = middle - ascending[below]
-            below -= 1
-        else:
-            distance = ascending[above] - middle
-            above += 1
-    return distance

@@ -1,0 +1,53 @@
+"""A window of values in ascending order, one kernel a step: its median and its spread are read off it."""
+
+import numpy as np
+
+from workbench.kernels import kernel
+
+
+@kernel
+def insert(ascending, n, value):
+    """Put a value among the first n."""
+    while n > 0 and ascending[n - 1] > value:
+        ascending[n] = ascending[n - 1]
+        n -= 1
+    ascending[n] = value
+
+
+@kernel
+def exchange(ascending, goes, comes):
+    """Put one value in another's stead: only what lies between the two moves."""
+    place = np.searchsorted(ascending, goes)
+    while place + 1 < ascending.size and ascending[place + 1] < comes:
+        ascending[place] = ascending[place + 1]
+        place += 1
+    while place > 0 and ascending[place - 1] > comes:
+        ascending[place] = ascending[place - 1]
+        place -= 1
+    ascending[place] = comes
+
+
+@kernel
+def median(ascending, n):
+    """The middle of the first n.
+
+    >>> median(np.array([1.0, 2.0, 4.0, 9.0]), 4)
+    3.0
+    """
+    return 0.5 * (ascending[(n - 1) // 2] + ascending[n // 2])
+
+
+@kernel
+def spread(ascending, n):
+    """The median of the distances from the median: the nearer half is a stretch of the row, found from its middle."""
+    middle = median(ascending, n)
+    below, above = (n - 1) // 2, (n - 1) // 2 + 1
+    distance = 0.0
+    for _ in range((n + 1) // 2):
+        if above >= n or (below >= 0 and middle - ascending[below] <= ascending[above] - middle):
+            distance = middle - ascending[below]
+            below -= 1
+        else:
+            distance = ascending[above] - middle
+            above += 1
+    return distance
