@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import gamma
 
 from workbench.errors import BadValue
-from workbench.models import impact, impact_contact, impact_row
+from workbench.models import impact, impact_contact, impact_motion, impact_row
 
 RATE = 48_000.0
 SOFT, MEDIUM, HARD = (1e4, 1.5), (1e7, 1.5), (1e11, 1.8)
@@ -155,13 +155,13 @@ def test_contact_time_and_depth_without_losses(exponent):
 def energy(s, t, modes):
     """Energy (J) of hammer, contact and object, where a block or a contact lets it be read from the row."""
     frequencies, decays, masses, shapes = modes
-    first = impact_row._Z if s[impact_row._IN_CONTACT] else impact_row._END
-    x, y = impact_row._rows(s, t)[first : first + 2, : frequencies.size]
+    first = impact_motion.Z if s[impact_motion.IN_CONTACT] else impact_motion.END
+    x, y = impact_motion.rows_of(s, t)[first : first + 2, : frequencies.size]
     angular = 2 * np.pi * frequencies
     q, v = y / shapes, (angular * x - decays * y) / shapes
-    stiffness, exponent, way = s[impact_row._STIFFNESS], s[impact_row._EXPONENT], max(s[impact_row._WAY], 0.0)
-    contact = stiffness * way ** (exponent + 1) / (exponent + 1) if s[impact_row._IN_CONTACT] else 0.0
-    hammer = 0.5 * s[impact_row._MASS] * s[impact_row._SPEED] ** 2
+    stiffness, exponent, way = s[impact_motion.STIFFNESS], s[impact_motion.EXPONENT], max(s[impact_motion.WAY], 0.0)
+    contact = stiffness * way ** (exponent + 1) / (exponent + 1) if s[impact_motion.IN_CONTACT] else 0.0
+    hammer = 0.5 * s[impact_motion.MASS] * s[impact_motion.SPEED] ** 2
     return hammer + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum()
 
 
@@ -199,7 +199,7 @@ def test_energy_is_never_gained_and_the_force_never_pulls(seed):
             )
             assert np.isfinite([force, acceleration, displacement]).all()
             assert (force >= 0.0).all()
-            if s[impact_row._IN_CONTACT] or block % 2:
+            if s[impact_motion.IN_CONTACT] or block % 2:
                 now = energy(s, t, modes)
                 assert now <= last + 1e-11 * first
                 last = now
@@ -258,7 +258,7 @@ def test_a_free_mass_and_a_critically_damped_mode():
 
 def row(modes, rate=RATE, floor=0.0):
     count = len(modes[0])
-    s, t = np.zeros(impact_row.state_size(count)), np.zeros(impact_row.tuning_size(count))
+    s, t = np.zeros(impact_motion.state_size(count)), np.zeros(impact_motion.tuning_size(count))
     impact_row.tune(t, *(np.asarray(values, dtype=float) for values in modes), rate, floor)
     return s, t
 

@@ -15,7 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bench import naive
-from workbench.models import envelopes, fracture, friction, impact, impact_row, modal, noise, plasticity, waveshaping
+from workbench.models import (
+    envelopes,
+    fracture,
+    friction,
+    impact,
+    impact_motion,
+    impact_row,
+    modal,
+    noise,
+    plasticity,
+    waveshaping,
+)
 from workbench.models.random import stream_key
 
 RATE = 48_000
@@ -139,7 +150,7 @@ def impacts(quick: bool) -> Iterable[Task]:
         def stepped(steps, blow=blow):
             mass, velocity, stiffness, exponent, damping = blow
             order = np.argsort(modes[1])
-            s, t = np.zeros(impact_row.state_size(10)), np.zeros(impact_row.tuning_size(10))
+            s, t = np.zeros(impact_motion.state_size(10)), np.zeros(impact_motion.tuning_size(10))
             impact_row.tune(t, *(np.ascontiguousarray(values[order]) for values in modes), float(RATE), 0.0)
             hammer = np.array([mass, stiffness, exponent, damping, 0.0, 1e-3, steps])
             force, acceleration, displacement = np.empty((3, frames))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.arguments import number
 from workbench.errors import require
-from workbench.models import impact_row
+from workbench.models import impact_motion, impact_row
 from workbench.models.modal import checked_modes
 
 
@@ -104,8 +104,8 @@ _Modes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], ND
 
 def _run(hammer: NDArray[np.float64], velocity_m_s: float, modes: _Modes, frames: int, rate: float) -> Blow:
     """One run, with the hammer's own number of sub-steps."""
-    s = np.zeros(impact_row.state_size(modes[0].size))
-    t = np.zeros(impact_row.tuning_size(modes[0].size))
+    s = np.zeros(impact_motion.state_size(modes[0].size))
+    t = np.zeros(impact_motion.tuning_size(modes[0].size))
     impact_row.tune(t, *modes, float(rate), 0.0)
     throw = np.array([0.0, velocity_m_s, 0.0])
     force, acceleration, displacement = np.empty(frames), np.empty(frames), np.empty(frames)

@@ -24,6 +24,9 @@ from workbench.kernels import kernel
 # adds to W, and what F0 and F1 add to z.
 CHANGE, CURVE, PUSH, TILT, COEFFICIENTS = 0, 2, 4, 6, 8
 _WHOLE, _CLIPPED, _REFUSED = range(3)
+_TERMS = 16  # of the series in z up to 1/2, whose next is below rounding
+_RISE = tuple(1.0 / math.factorial(n + 1) for n in range(_TERMS))
+_LEAN = tuple(1.0 / (math.factorial(n) * 2.0 * (n + 2) * (n + 3)) for n in range(_TERMS))
 
 
 @kernel
@@ -156,11 +159,8 @@ def _means(z):
     if abs(z) > 0.5:
         rise = (cmath.exp(z) - 1.0) / z
         return rise, (0.5 * rise + (1.0 - rise) / z) / z
-    rise, lean, term = complex(1.0), complex(1.0 / 12.0), z
-    n = 1
-    while abs(term) > 1e-17:  # term: z^n / n!
-        rise += term / (n + 1)
-        lean += term / (2.0 * (n + 2) * (n + 3))
-        n += 1
-        term *= z / n
+    rise, lean = complex(0.0), complex(0.0)
+    for n in range(_TERMS - 1, -1, -1):
+        rise = rise * z + _RISE[n]
+        lean = lean * z + _LEAN[n]
     return rise, lean

@@ -11,13 +11,22 @@ and the phasors at its end; `t` the response to an event of strength 1, the ampl
 import math
 
 from workbench.kernels import kernel
-from workbench.models.modal_phasors import BLOCK, PHASOR_ROWS, TABLE_ROWS, advanced, free_block, padded, tabulate
+from workbench.models.modal_phasors import (
+    BLOCK,
+    PHASOR_ROWS,
+    TABLE_ROWS,
+    advanced,
+    free_block,
+    in_use,
+    padded,
+    tabulate,
+    waves_size,
+)
 
-_PATIENCE = 8 * BLOCK  # how often modes that fell below the floor are looked for
-_OUTPUT = 8  # before it, in s: modes in use, events of late; in t: modes, floor squared
-_ROWS = (
-    _OUTPUT + BLOCK
-)  # in s: phasors; in t: phasors to work with (the first row keeps the amplitudes), then the table
+_PATIENCE = 16 * BLOCK  # how often modes that fell below the floor are looked for
+_OUTPUT = 8  # before it, in s: modes in use, events of late, frames of the block given out; in t: modes, floor squared
+_ROWS = _OUTPUT + BLOCK
+# From there on in s: phasors; in t: phasors to work with (the first row keeps the amplitudes), the table, the waves.
 
 
 @kernel
@@ -25,7 +34,7 @@ def state_size(modes):
     """The floats of `s`.
 
     >>> state_size(10)
-    136
+    120
     """
     return _ROWS + PHASOR_ROWS * padded(modes)
 
@@ -35,9 +44,9 @@ def tuning_size(modes):
     """The floats of `t`.
 
     >>> tuning_size(10)
-    328
+    1800
     """
-    return _ROWS + (PHASOR_ROWS + TABLE_ROWS) * padded(modes)
+    return _ROWS + (PHASOR_ROWS + TABLE_ROWS) * padded(modes) + waves_size(modes)
 
 
 @kernel
@@ -54,12 +63,12 @@ def tune(t, frequencies_hz, decays_per_s, amplitudes, rate_hz, floor):
     t[0] = modes
     t[1] = floor * floor
     phasors = t[_ROWS:]
-    table = t[_ROWS + PHASOR_ROWS * row :]
+    table, waves = _tables(t)
     for m in range(modes):
         if frequencies_hz[m] < 0.5 * rate_hz:
-            tabulate(table, row, m, frequencies_hz[m], decays_per_s[m], rate_hz)
+            tabulate(table, row, waves, m, frequencies_hz[m], decays_per_s[m], rate_hz)
             phasors[m] = amplitudes[m]
-    free_block(t[_OUTPUT:_ROWS], table, row, phasors, row)
+    free_block(t[_OUTPUT:_ROWS], table, row, waves, phasors, row)
     for m in range(modes):
         phasors[m] = amplitudes[m] if frequencies_hz[m] < 0.5 * rate_hz else 0.0
 
@@ -72,25 +81,30 @@ def ring(s, t, events, count, out, frame, n):
     frame that its time lies in. One before `frame` acts at once.
     """
     row = padded(int(t[0]))
-    table = t[_ROWS + PHASOR_ROWS * row :]
+    table, waves = _tables(t)
     block = s[_OUTPUT:_ROWS]
     phasors = s[_ROWS:]
     done = 0
     event = 0
     while done < n:
         start = (frame + done) % BLOCK
+        length = min(BLOCK - start, n - done)
+        struck = event < count and events[3 * event] < frame + done + length
+        straight = length == BLOCK and not struck  # nothing is to be kept of this block
         if start == 0:
             if (frame + done) % _PATIENCE == 0:
                 _drop(s, t)
-            free_block(block, table, row, phasors, int(s[0]))
-        length = min(BLOCK - start, n - done)
+            goal = out[done : done + BLOCK] if straight else block
+            free_block(goal, table, row, waves, phasors, int(s[0]))
         while event < count and events[3 * event] < frame + done + length:
             at = int(math.floor(events[3 * event])) - (frame + done)
             _strike(s, t, table, start + max(at, 0), events[3 * event + 1])
             event += 1
-        for i in range(length):
-            out[done + i] = block[start + i]
+        if not straight:
+            for i in range(length):
+                out[done + i] = block[start + i]
         done += length
+        s[2] = (start + length) % BLOCK if s[0] > 0.0 else 0.0
 
 
 @kernel
@@ -98,11 +112,21 @@ def rest(s, t):
     """An upper bound of |output| from here on, if nothing strikes again."""
     row = padded(int(t[0]))
     bound = 0.0
-    for i in range(_OUTPUT, _ROWS):
-        bound = max(bound, abs(s[i]))
+    if s[2] > 0.0:
+        for i in range(_OUTPUT + int(s[2]), _ROWS):
+            bound = max(bound, abs(s[i]))
     for m in range(_ROWS, _ROWS + int(s[0])):
         bound += math.sqrt(s[m] ** 2 + s[m + row] ** 2)
     return bound
+
+
+@kernel
+def _tables(t):
+    """The powers of the poles, and their waves."""
+    modes = int(t[0])
+    table = _ROWS + PHASOR_ROWS * padded(modes)
+    waves = table + TABLE_ROWS * padded(modes)
+    return t[table:waves], t[waves : waves + waves_size(modes)]
 
 
 @kernel
@@ -117,9 +141,9 @@ def _drop(s, t):
                 last = m + 1
             else:
                 s[x] = s[y] = 0.0
-        s[0] = padded(last)
+        s[0] = in_use(last, row)
         if last == 0:
-            s[_ROWS:] = 0.0
+            s[_OUTPUT:] = 0.0
     s[1] = 0.0
 
 

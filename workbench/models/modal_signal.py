@@ -90,6 +90,7 @@ def ring(s, t, excitation, out, frame, n):
         for k in range(length):
             if excitation[done + k] != 0.0:
                 s[0] = s[1] = 1.0
+                break
         if s[0] == 0.0:
             for k in range(length):
                 out[done + k] = 0.0

@@ -3,7 +3,7 @@
 import math
 
 from workbench.kernels import kernel
-from workbench.models import impact_row, modal_events
+from workbench.models import impact_motion, impact_row, modal_events
 from workbench.models.random import stream_key, uniform
 from workbench.parameters import Count, Number, Rows
 from workbench.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
@@ -79,16 +79,16 @@ class Impact:
         return _columns(sorted(values["modes"], key=lambda mode: mode[1]), 4)
 
     def state(values, rate):
-        return impact_row.state_size(len(values["modes"]))
+        return impact_motion.state_size(len(values["modes"]))
 
     def tuning(values, rate):
-        return 9 + _HAMMER + 4 * _SCALED + impact_row.tuning_size(len(values["modes"]))
+        return 9 + _HAMMER + 4 * _SCALED + impact_motion.tuning_size(len(values["modes"]))
 
     @run_kernel
     def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
         modes = int(d[0])
         begin = 9 + _HAMMER + 4 * _SCALED
-        table = frames(t, begin + impact_row.tuning_size(modes))[begin:]
+        table = frames(t, begin + impact_motion.tuning_size(modes))[begin:]
         hammer = frames(t, 9 + _HAMMER)[9:]
         if moved(c, t, 8):
             work = frames(t, begin)[9 + _HAMMER :]
@@ -107,7 +107,7 @@ class Impact:
         for i in range(count):
             speed = c[0] * blows[3 * i + 1]
             blows[3 * i + 1] = min(speed, FASTEST) if speed > SLOWEST else 0.0
-        state, force, acceleration = frames(s, impact_row.state_size(modes)), frames(y[1], n), frames(y[0], n)
+        state, force, acceleration = frames(s, impact_motion.state_size(modes)), frames(y[1], n), frames(y[0], n)
         impact_row.ring(state, table, hammer, blows, count, force, acceleration, force[:0], frame, n)
         for i in range(n):
             acceleration[i] *= x[0][i]
@@ -116,8 +116,8 @@ class Impact:
     def rest(c, s, t, d):
         modes = int(d[0])
         begin = 9 + _HAMMER + 4 * _SCALED
-        table = frames(t, begin + impact_row.tuning_size(modes))[begin:]
-        return impact_row.rest(frames(s, impact_row.state_size(modes)), table)
+        table = frames(t, begin + impact_motion.tuning_size(modes))[begin:]
+        return impact_row.rest(frames(s, impact_motion.state_size(modes)), table)
 
 
 @node("modal-bank", "Impacts", "Modal bank")

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench import naive
+from workbench.bench import naive, rows
 from workbench.bench.reach.row import Reach
 from workbench.bench.timing import Timed, timed
-from workbench.models import impact, impact_row
+from workbench.models import impact, impact_motion, impact_row
 
 RATE = 48_000
 MASS_KG, VELOCITY_M_S, DAMPING_S_M = 0.02, 1.0, 0.3
@@ -78,18 +78,17 @@ def _costs() -> Iterator[Reach]:
 
 def _second_of(count: int, stiffness: float, exponent: float, error: float, blows: int) -> Timed:
     """The time of a second with so many blows, 0.1 s apart; with none, of ringing from one before."""
-    modes = drawn_modes(count)
-    s, t = np.zeros(impact_row.state_size(count)), np.zeros(impact_row.tuning_size(count))
-    impact_row.tune(t, *modes, float(RATE), 0.0)
+    s, t = rows.memory(impact_motion.state_size(count)), rows.memory(impact_motion.tuning_size(count))
+    impact_row.tune(t, *drawn_modes(count), float(RATE), 0.0)
     hammer = np.array([MASS_KG, stiffness, exponent, DAMPING_S_M, 0.0, error, 0.0])
-    throws = np.array([(k * RATE // 10, VELOCITY_M_S, 0.0) for k in range(1, 11)]).ravel()
-    force, acceleration, nothing = np.empty(RATE), np.empty(RATE), np.empty(0)
-    impact_row.ring(s, t, hammer, np.array([0.0, VELOCITY_M_S, 0.0]), 1, force, acceleration, nothing, 0, RATE // 10)
+    throws = np.array([(k * RATE // 10, VELOCITY_M_S, 0.0) for k in range(1 + blows)])
+    before, blocks = RATE // 10 // rows.BLOCK, RATE // rows.BLOCK
+    rows.hit(s, t, hammer, throws[:1].ravel(), 0, before)
     ringing = s.copy()
 
     def second():
         s[:] = ringing
-        impact_row.ring(s, t, hammer, throws, blows, force, acceleration, nothing, RATE // 10, RATE)
+        rows.hit(s, t, hammer, throws[1:].ravel(), before, blocks)
 
     return timed(second, 0.3, 200)
 
@@ -131,7 +130,7 @@ def _blow_energies(
     modes: naive.Modes, hammer: NDArray[np.float64], velocity: float, rate: float
 ) -> tuple[float, float]:
     """The largest rise of energy from one look to the next, of the blow's own, and the least force."""
-    s, t = np.zeros(impact_row.state_size(modes[0].size)), np.zeros(impact_row.tuning_size(modes[0].size))
+    s, t = np.zeros(impact_motion.state_size(modes[0].size)), np.zeros(impact_motion.tuning_size(modes[0].size))
     impact_row.tune(t, *modes, rate, 0.0)
     force, acceleration = np.empty((2, _PASS))
     first = last = 0.5 * hammer[0] * velocity**2
@@ -141,7 +140,7 @@ def _blow_energies(
         impact_row.ring(s, t, hammer, throw, int(part == 0), force, acceleration, force[:0], _PASS * part, _PASS)
         least = min(least, float(force.min()))
         if (
-            s[impact_row._IN_CONTACT] or part % 2
+            s[impact_motion.IN_CONTACT] or part % 2
         ):  # else the row is within a block, where its phasors are those of the end
             now = _energy_of(s, t, modes)
             gain, last = max(gain, (now - last) / first), now
@@ -151,14 +150,14 @@ def _blow_energies(
 def _energy_of(s: NDArray[np.float64], t: NDArray[np.float64], modes: naive.Modes) -> float:
     """Energy (J) of hammer, contact and object, read from a row's memory: what it puts out does not tell all of it."""
     frequencies, decays, masses, shapes = modes
-    touching = s[impact_row._IN_CONTACT] != 0.0
-    first = impact_row._Z if touching else impact_row._END
-    x, y = impact_row._rows(s, t)[first : first + 2, : frequencies.size]
+    touching = s[impact_motion.IN_CONTACT] != 0.0
+    first = impact_motion.Z if touching else impact_motion.END
+    x, y = impact_motion.rows_of(s, t)[first : first + 2, : frequencies.size]
     angular = 2.0 * np.pi * frequencies
     q, v = y / shapes, (angular * x - decays * y) / shapes
-    stiffness, exponent, way = s[impact_row._STIFFNESS], s[impact_row._EXPONENT], max(s[impact_row._WAY], 0.0)
+    stiffness, exponent, way = s[impact_motion.STIFFNESS], s[impact_motion.EXPONENT], max(s[impact_motion.WAY], 0.0)
     contact = stiffness * way ** (exponent + 1.0) / (exponent + 1.0) if touching else 0.0
-    moving = 0.5 * s[impact_row._MASS] * s[impact_row._SPEED] ** 2
+    moving = 0.5 * s[impact_motion.MASS] * s[impact_motion.SPEED] ** 2
     return float(moving + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum())
 
 

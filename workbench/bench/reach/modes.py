@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from workbench.bench import accuracy
+from workbench.bench import accuracy, rows
 from workbench.bench.reach.row import Reach
 from workbench.bench.timing import Timed, timed
 from workbench.models import modal_events, modal_signal
@@ -29,10 +29,8 @@ def reaches(quick: bool) -> Iterable[Reach]:
 
 
 def _bank(form, modes, floor: float):
-    """A state at rest and a tuning, on cache lines as a program has them."""
-    sizes = form.state_size(modes[0].size), form.tuning_size(modes[0].size)
-    memory = [np.zeros(size + 8) for size in sizes]
-    s, t = (m[-m.ctypes.data % 64 // 8 :][:size] for m, size in zip(memory, sizes, strict=True))
+    """A state at rest and a tuning."""
+    s, t = rows.memory(form.state_size(modes[0].size)), rows.memory(form.tuning_size(modes[0].size))
     form.tune(t, *modes, float(RATE), floor)
     return s, t
 
@@ -41,14 +39,14 @@ def _second_of(count: int, driven: bool) -> Timed:
     """The time of a second of a bank that is driven by noise, or struck once at first."""
     form = modal_signal if driven else modal_events
     s, t = _bank(form, accuracy.modes(count), 0.0)
-    excitation, strike, out = np.random.default_rng(1).standard_normal(RATE), np.array([0.0, 1.0, 0.0]), np.empty(RATE)
+    excitation, strike = np.random.default_rng(1).standard_normal(rows.BLOCK), np.array([0.0, 1.0, 0.0])
 
     def second():
         s[:] = 0.0
         if driven:
-            modal_signal.ring(s, t, excitation, out, 0, RATE)
+            rows.drive(s, t, excitation, RATE // rows.BLOCK)
         else:
-            modal_events.ring(s, t, strike, 1, out, 0, RATE)
+            rows.strike(s, t, strike, RATE // rows.BLOCK)
 
     return timed(second, 0.3, 200)
 
