@@ -61,14 +61,12 @@ def run_block(where, frame, n):
     _fill_signal_controls(p, frame, n)
     first = NAP - frame % NAP
     naps = 1 if n <= first else 1 + (n - first + NAP - 1) // NAP
-    rows = p.output.shape[0]
-    for row in range(rows):
-        if p.idle[row] != 0 and p.still[row] != 0 and _nobody(p, row, n):
-            for j in range(p.scopes.size):
-                for i in range(n):
-                    p.scope[j, row, i] = 0.0
-            if row == rows - 1:
-                _forget_events(p)
+    row = 0
+    while row < p.output.shape[0]:
+        end = _left_alone(p, row, n)
+        if end > row:
+            _skip(p, row, end, n)
+            row = end
             continue
         for lane in p.hosts:
             _listen(p, lane, row, first, naps, n)
@@ -81,6 +79,7 @@ def run_block(where, frame, n):
             ran |= carry != 0
         _play(p, row, n)
         p.idle[row] = not ran
+        row += 1
     _finish_ramps(p, frame, n)
 
 
@@ -120,13 +119,26 @@ def on_ramp(begin, end, frames):
 
 
 @_inner
-def _nobody(p, row, n):
-    """Whether what the engine brings to an idle row is zero all through the block: then there is nothing to be done."""
-    for lane in p.hosts:
-        at = p.lane_at[lane] + row * p.lane_step[lane]
-        if _loud(p, at, at + n):
-            return False
-    return True
+def _left_alone(p, row, n):
+    """The end of the rows from `row` on that are idle, and to which the engine brings nothing but zeros in this block."""
+    while row < p.output.shape[0] and p.idle[row] != 0 and p.still[row] != 0:
+        for lane in p.hosts:
+            at = p.lane_at[lane] + row * p.lane_step[lane]
+            if _loud(p, at, at + n):
+                return row
+        row += 1
+    return row
+
+
+@_inner
+def _skip(p, row, end, n):
+    """There is nothing to be done for these rows."""
+    for j in range(p.scopes.size):
+        for one in range(row, end):
+            for i in range(n):
+                p.scope[j, one, i] = 0.0
+    if end == p.output.shape[0]:
+        _forget_events(p)
 
 
 @_inner
