@@ -120,7 +120,7 @@ def on_ramp(begin, end, frames):
 
 @_inner
 def _left_alone(p, row, n):
-    """The end of the rows from `row` on that are idle, and to which the engine brings nothing but zeros in this block."""
+    """The end of the rows from `row` on that are idle, and to which the engine brings only zeros in this block."""
     while row < p.output.shape[0] and p.idle[row] != 0 and p.still[row] != 0:
         for lane in p.hosts:
             at = p.lane_at[lane] + row * p.lane_step[lane]
