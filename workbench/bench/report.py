@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.bench.accuracy import Comparison
-from workbench.bench.reach import Reach
+from workbench.bench.reach import TO_COMPARE, Reach
 from workbench.bench.scale import Cost
 from workbench.bench.stability import Stability
 from workbench.drawing import Drawing, Series, page, series, svg
@@ -100,7 +100,8 @@ def _curves(comparison: Comparison) -> Iterator[Series]:
 
 def _reach_lines(reaches: Sequence[Reach]) -> list[str]:
     missed = sum(not reach.met for reach in reaches)
-    lines = [f"reach: {len(reaches)} asked, {missed or 'none'} not met", f"  {'':65} {'asked':>22}  {'measured':>10}"]
+    asked = sum(reach.asked != TO_COMPARE for reach in reaches)
+    lines = [f"reach: {asked} asked, {missed or 'none'} not met", f"  {'':65} {'asked':>22}  {'measured':>10}"]
     for reach in reaches:
         what = f"{reach.model}: {reach.what}"
         met = "" if reach.met else "   NOT MET"

@@ -7,10 +7,10 @@ moment (`timing.Timed`); ratios are of one run.
 from collections.abc import Callable, Iterable, Sequence
 
 from workbench.bench.reach import floors, friction, impacts, materials, modes, signals
-from workbench.bench.reach.row import Reach
+from workbench.bench.reach.row import TO_COMPARE, Reach
 from workbench.bench.scale import Cost
 
-__all__ = ["FAMILIES", "Reach", "run"]
+__all__ = ["FAMILIES", "TO_COMPARE", "Reach", "run"]
 
 FAMILIES: dict[str, Callable[[bool], Iterable[Reach]]] = {
     "signals": signals.reaches,

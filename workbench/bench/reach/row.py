@@ -4,6 +4,9 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+TO_COMPARE = "to compare"
+"""What is asked where nothing is: a figure that explains others."""
+
 
 @dataclass(frozen=True)
 class Reach:
@@ -31,7 +34,11 @@ class Reach:
 
         >>> Reach("floors", "gravel", 47.0, "times real time", low=40.0).asked
         'at least 40'
+        >>> Reach("impacts", "cost of a soft blow", 6.0, "times").asked
+        'to compare'
         """
+        if self.low == -math.inf and self.high == math.inf:
+            return TO_COMPARE
         if self.low == -math.inf:
             return f"at most {self.high:.4g}"
         return f"at least {self.low:.4g}" if self.high == math.inf else f"{self.low:.5g} to {self.high:.5g}"
