@@ -1,5 +1,6 @@
 """JSON documents: `format` and `version` first, and errors that name the file, the place in it and the value."""
 
+import codecs
 import json
 import re
 from typing import Any, TypeVar
@@ -7,6 +8,8 @@ from typing import Any, TypeVar
 import msgspec
 
 from workbench.errors import BadFile, BadValue
+
+_WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
 Document = TypeVar("Document", bound=msgspec.Struct)
 
@@ -16,26 +19,34 @@ def read_document(text: bytes | str, source: str, format: str, version: int, kin
 
     `BadFile` names `source`, the place in it, the value and what is allowed.
     """
-    try:
-        raw = json.loads(text)
-    except UnicodeDecodeError:
-        raise BadFile(f"{source} is not JSON: it is not text") from None
-    except (ValueError, RecursionError) as error:
-        raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
-    if not isinstance(raw, dict) or raw.get("format") != format:
-        given = raw.get("format") if isinstance(raw, dict) else raw
-        raise BadFile(f'{source}: $.format is {_short(given)}; allowed: "{format}"')
-    found = raw.get("version")
-    if found != version or isinstance(found, bool):
-        newer = " (a newer Underfoot may have written it)" if isinstance(found, int) and found > version else ""
-        raise BadFile(f"{source}: $.version is {_short(found)}; allowed: {version}{newer}")
+    raw = parse(text, source, format, version)
     fields = {key: value for key, value in raw.items() if key not in ("format", "version")}
     try:
         return msgspec.convert(fields, kind)
     except msgspec.ValidationError as error:
-        raise BadFile(f"{source}: {_placed(error, raw)}") from None
+        raise BadFile(f"{source}: {placed(error, raw)}") from None
     except BadValue as error:
         raise BadFile(f"{source}: $.{error}") from None
+
+
+def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str, Any]:
+    """The JSON object in `text`, once it is of this format and version."""
+    try:
+        raw = json.loads(text.removeprefix(codecs.BOM_UTF8) if isinstance(text, bytes) else text)
+    except UnicodeDecodeError:
+        raise BadFile(f"{source} is not JSON: it is not UTF-8 text") from None
+    except RecursionError:
+        raise BadFile(f"{source} is not JSON: it is nested too deep") from None
+    except ValueError as error:
+        raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
+    if not isinstance(raw, dict) or raw.get("format") != format:
+        given = raw.get("format") if isinstance(raw, dict) else raw
+        raise BadFile(f"{source}: $.format is {_short(given)}; allowed: {format!r}")
+    found = raw.get("version")
+    if found != version or isinstance(found, bool):
+        newer = " (a newer Underfoot may have written it)" if isinstance(found, int) and found > version else ""
+        raise BadFile(f"{source}: $.version is {_short(found)}; allowed: {version}{newer}")
+    return raw
 
 
 def write_document(format: str, version: int, document: msgspec.Struct) -> bytes:
@@ -50,7 +61,7 @@ def _lean(value: Any) -> Any:
     return [_lean(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def _placed(error: msgspec.ValidationError, raw: Any) -> str:
+def placed(error: msgspec.ValidationError, raw: Any) -> str:
     """The library's message with its place in front and, where it says only a type, the value that was there."""
     message, _, place = str(error).partition(" - at `")
     place = place.rstrip("`") or "$"
@@ -61,15 +72,17 @@ def _placed(error: msgspec.ValidationError, raw: Any) -> str:
     except (KeyError, IndexError, TypeError):
         value = raw
     if message.startswith("Expected") and place != "$":
-        return f"{place} is {_short(value)}; allowed: {message[9:].partition(', got')[0].replace('`', '')}"
+        wanted = message.removeprefix("Expected ").partition(", got")[0].replace("`", "").split()
+        return f"{place} is {_short(value)}; allowed: {' '.join(_WORDS.get(word, word) for word in wanted)}"
     return f"{place}.{message}" if "; allowed: " in message else f"{place}: {_lower(message)}"
 
 
 def _short(value: object) -> str:
-    text = json.dumps(value)
+    text = repr(value) if isinstance(value, str) else json.dumps(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _lower(error: object) -> str:
+    """A message to go on with inside a sentence; names such as JSON stay."""
     text = str(error)
-    return text[:1].lower() + text[1:]
+    return text if text[1:2].isupper() else text[:1].lower() + text[1:]

@@ -83,11 +83,11 @@ def broken(change):
 @pytest.mark.parametrize(
     ("change", "line"),
     [
-        (lambda d: d.update(format="underfoot-patch"), '$.format is "underfoot-patch"; allowed: "underfoot-floor"'),
+        (lambda d: d.update(format="underfoot-patch"), "$.format is 'underfoot-patch'; allowed: 'underfoot-floor'"),
         (lambda d: d.update(version=2), "$.version is 2; allowed: 1 (a newer Underfoot may have written it)"),
         (lambda d: d.update(version=True), "$.version is true; allowed: 1"),
         (lambda d: d.update(tiles=[]), "$.tiles is (); allowed: at least one tile"),
-        (lambda d: d.update(tiles={}), "$.tiles is {}; allowed: array"),
+        (lambda d: d.update(tiles={}), "$.tiles is {}; allowed: a list"),
         (lambda d: d["tiles"][1].update(id="t1"), "$.tiles[1].id is 't1'; allowed: an id that no other tile has"),
         (lambda d: d["tiles"][1].update(id="a.b"), "$.tiles[1].id is 'a.b'; allowed: letters, digits, - and _"),
         (lambda d: d["tiles"][1].pop("size_m"), "$.tiles[1]: object missing required field `size_m`"),
@@ -96,7 +96,7 @@ def broken(change):
             lambda d: d["tiles"][2].update(size_m=[0.3, 0]),
             "$.tiles[2].size_m is (0.3, 0.0); allowed: two lengths above 0, up to 100 m",
         ),
-        (lambda d: d["tiles"][2].update(size_m=[0.3, "x"]), '$.tiles[2].size_m[1] is "x"; allowed: float'),
+        (lambda d: d["tiles"][2].update(size_m=[0.3, "x"]), "$.tiles[2].size_m[1] is 'x'; allowed: a number"),
         (
             lambda d: d["tiles"][0].update(centre_m=[float("nan"), 0]),
             "$.tiles[0].centre_m is (nan, 0.0); allowed: two lengths within 10 km of 0",

@@ -252,7 +252,7 @@ HEAD = '{"format": "underfoot-simulation", "version": 1, '
     ("text", "message"),
     [
         ("{", "is not JSON"),
-        ('{"format": "underfoot-floor", "version": 1}', r'\$.format is "underfoot-floor"; allowed: "underfoot-sim'),
+        ('{"format": "underfoot-floor", "version": 1}', r"\$.format is 'underfoot-floor'; allowed: 'underfoot-sim"),
         ('{"format": "underfoot-simulation", "version": 2}', r"\$.version is 2; allowed: 1 \(a newer"),
         (HEAD + '"sensors": {"spread": -1}}', r"\$.sensors.spread is -1.0; allowed: 0 to 0.9"),
         (HEAD + '"plate": {"stiffness": "soft"}}', r"\$.plate.stiffness"),

@@ -1,13 +1,12 @@
 """The document: nodes and wires as pure data. Every edit gives a new patch; nothing in a file is ever executed."""
 
-import codecs
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from workbench.documents import parse, placed
 from workbench.errors import BadFile, BadValue, require
 from workbench.files import read_file, write_file
 from workbench.parameters import IDENTIFIER
@@ -28,8 +27,6 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     at: tuple[float, float] = (0.0, 0.0)
     parameters: Mapping[str, Any] = {}
 
-
-_WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
 Wire = tuple[str, str]
 """From "node.port" to "node.port"."""
@@ -129,7 +126,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def check(self, registry: Registry) -> "Patch":
         """This patch, or `BadValue`: the place in it, the value, and what is allowed."""
         require(self.format == FORMAT, "format", self.format, FORMAT)
-        _check_version(self.version)
+        require(self.version == VERSION, "version", self.version, str(VERSION))
         seen: set[str] = set()
         for i, node in enumerate(self.nodes):
             place = f"nodes[{i}]"
@@ -182,26 +179,15 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @staticmethod
     def loads(text: bytes | str, registry: Registry, source: str = "patch") -> "Patch":
         """The patch in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
+        raw = parse(text, source, FORMAT, VERSION)
         try:
-            raw = msgspec.json.decode(text.removeprefix(codecs.BOM_UTF8) if isinstance(text, bytes) else text)
-        except msgspec.DecodeError as error:
-            raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
-        except UnicodeDecodeError:
-            raise BadFile(f"{source} is not JSON: it is not UTF-8 text") from None
-        except RecursionError:
-            raise BadFile(f"{source} is nested too deep for a patch") from None
-        if not isinstance(raw, dict) or raw.get("format") != FORMAT:
-            given = raw.get("format") if isinstance(raw, dict) else type(raw).__name__
-            raise BadFile(f'{source}: format is {_short(given)}; allowed: "{FORMAT}"')
-        try:
-            _check_version(raw.get("version"))
             return msgspec.convert(raw, Patch).check(registry)
         except msgspec.ValidationError as error:
-            raise BadFile(f"{source}: {_placed(error, raw)}") from None
+            raise BadFile(f"{source}: {placed(error, raw)}") from None
         except BadValue as error:
-            raise BadFile(f"{source}: {error}") from None
+            raise BadFile(f"{source}: $.{error}") from None
         except RecursionError:
-            raise BadFile(f"{source} is nested too deep for a patch") from None
+            raise BadFile(f"{source} is not JSON: it is nested too deep") from None
 
     @staticmethod
     def load(path: str | Path, registry: Registry) -> "Patch":
@@ -211,11 +197,6 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def save(self, path: str | Path) -> None:
         """Write the patch beside `path` and move it into place."""
         write_file(path, self.dumps())
-
-
-def _check_version(version: Any) -> None:
-    newer = ", a newer Underfoot wrote it" if isinstance(version, int) and version > VERSION else ""
-    require(type(version) is int and version == VERSION, "version", version, f"{VERSION}{newer}")
 
 
 def _check_place(place: str, node: PlacedNode) -> None:
@@ -254,27 +235,3 @@ def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
 def _rename(end: str, names: Mapping[str, str]) -> str:
     id, _, port = end.partition(".")
     return f"{names[id]}.{port}"
-
-
-def _placed(error: msgspec.ValidationError, raw: Any) -> str:
-    """The library's message with its place first and, where it says only types, the value that was there."""
-    message, _, place = str(error).partition(" - at `$")
-    place = place.strip("`.")
-    value = raw
-    for key, index in re.findall(r"([A-Za-z_]+)|\[(\d+)\]", place):
-        value = value[key] if key else value[int(index)]
-    if message.startswith("Expected"):
-        wanted = message.removeprefix("Expected ").partition(", got")[0].replace("`", "").split()
-        return f"{place} is {_short(value)}; allowed: {' '.join(_WORDS.get(word, word) for word in wanted)}"
-    return f"{place or 'patch'}: {_lower(message)}"
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _lower(error: Exception | str) -> str:
-    """A message to go on with inside a sentence; names such as JSON stay."""
-    text = str(error)
-    return text if text[1:2].isupper() else text[:1].lower() + text[1:]
