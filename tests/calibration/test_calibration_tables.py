@@ -27,6 +27,28 @@ def test_columns_may_stand_in_any_order_beside_others(tmp_path):
     assert found.rows().tolist() == [[0.5, 1.0, 2000.0, 10.0], [0.25, 4.0, 3000.0, 20.0]]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time_s;tile;sensor;reading;force_n\n0.5;t1;2;2000;10\n",
+        "time_s\ttile\tsensor\treading\tforce_n\n0.5\tt1\t2\t2000\t10\n",
+        '"Time_s","Tile","Sensor","Reading","Force_N","note"\n"0.5","t1","2","2000","10","a, b"\n',
+        "# Monday, 3 o'clock\n" + PAIRS + "# a break\n0.5, t1, 2, 2000, 10\n",
+    ],
+)
+def test_tables_as_spreadsheets_write_them(tmp_path, text):
+    path = tmp_path / "pairs.csv"
+    path.write_text(text)
+    assert read_pairs(path).rows().tolist() == [[0.5, 2.0, 2000.0, 10.0]]
+
+
+def test_what_is_wrong_of_another_tile_does_not_matter(tmp_path):
+    path = tmp_path / "pairs.csv"
+    path.write_text(PAIRS + "0,t1,1,5,0\n0,t2,9,6,0\n")
+    assert read_pairs(path, "t1").reading.tolist() == [5.0]
+    assert "line 3, sensor is 9" in refused(tmp_path, path.read_text(), tile="t2")
+
+
 def test_a_tile_is_picked(tmp_path):
     path = tmp_path / "pairs.csv"
     path.write_text(PAIRS + "0,t1,1,5,0\n0,t2,2,6,0\n")
@@ -44,9 +66,10 @@ def test_a_tile_is_picked(tmp_path):
         (PAIRS + "0,t1,1,abc,0\n", ": line 2, reading is 'abc'; allowed: a number"),
         (PAIRS + "0,t1,1,5,0\n1,t1,1,5,nan\n", ": line 3, force_n is 'nan'; allowed: a number"),
         (PAIRS + "0,t1,1,5,0\n1,t1,1,5\n", ": line 3 has 4 columns; allowed: 5 as in line 1"),
-        (PAIRS + "0,t1,5,5,0\n", ": sensor is 5; allowed: 1 to 4"),
-        (PAIRS + "0,t1,1,70000,0\n", ": reading is 70000; allowed: 0 to 65535"),
+        (PAIRS + "0,t1,5,5,0\n", ": line 2, sensor is 5; allowed: 1 to 4"),
+        (PAIRS + "0,t1,1,70000,0\n", ": line 2, reading is 70000; allowed: 0 to 65535"),
         (b"\xff\xfe\x00", " is not a text file"),
+        (PAIRS + f'0,t1,1,"{"5" * 140_000}",0\n', ": line 2 is not CSV"),
     ],
 )
 def test_what_is_wrong_with_pairs_is_said_in_one_line(tmp_path, text, said):

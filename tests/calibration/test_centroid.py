@@ -173,3 +173,65 @@ def test_gains_are_the_same_from_any_units():
     at, _, forces = made_sensors.robot(SENSORS, gains=np.array([1.1, 0.9, 1.0, 1.0]))
     once, thousand = (corrected(scale * forces, at, SENSORS, "gains", 0).gains for scale in (1.0, 1000.0))
     assert once == pytest.approx(thousand, rel=1e-9)
+
+
+def felt_by():
+    """A profile of sensors that read 60 counts a newton."""
+    curve = Curve(law="power", full_scale_n=1000.0, readings=(0, 60_000), forces_n=(0, 1000), slopes=(1 / 60, 1 / 60))
+    return Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
+
+
+@pytest.mark.parametrize("factor", [1.0 / 9.81, 10.0])
+def test_loads_in_another_unit_are_told_by_calibrated_sensors(factor):
+    table = presses()
+    counts = 60.0 * table.readings
+    assert assessed(Presses("t1", table.at_m, table.force_n, counts), TILE, felt_by()).good
+    with pytest.raises(BadValue, match="is it in newtons"):
+        assessed(Presses("t1", table.at_m, factor * table.force_n, counts), TILE, felt_by())
+
+
+def test_a_place_that_was_mistyped_is_left_out_and_named():
+    table = presses(gains=np.array([1.1, 0.9, 1.0, 1.0]), noise_n=0.3)
+    at_m = table.at_m.copy()
+    at_m[4] = -at_m[4]
+    found = assessed(Presses("t1", at_m, table.force_n, table.readings), TILE)
+    assert len(found.left_out) == 1
+    assert found.left_out[0].startswith("press 5 left out: (")
+    assert found.form == assessed(table, TILE).form
+    assert found.mean_mm < 0.3 * found.errors_mm(found.before_m).mean()
+
+
+def test_dead_sensors_and_lines_out_of_order_are_refused():
+    table = presses(noise_n=0.1)
+    dead = table.readings.copy()
+    dead[:, 2] = 0.0
+    with pytest.raises(BadValue, match="sensor 3 gives 0 N at every press: dead"):
+        assessed(Presses("t1", table.at_m, table.force_n, dead), TILE)
+    with pytest.raises(BadValue, match="add up to 0 N"):
+        assessed(Presses("t1", table.at_m, table.force_n, 0.0 * dead), TILE)
+    loads_apart = np.concatenate([np.flatnonzero(table.force_n == load) for load in (100.0, 200.0, 400.0)])
+    mixed = np.empty(loads_apart.size, dtype=int)
+    draws = np.random.default_rng(5)
+    for part in np.split(loads_apart, 3):
+        mixed[part] = draws.permutation(part)
+    with pytest.raises(BadValue, match="do not tell the places"):
+        assessed(Presses("t1", table.at_m, table.force_n, table.readings[mixed]), TILE)
+
+
+def test_a_corner_says_nothing_of_the_rest_and_the_middle_only_of_the_sensors():
+    errors = {"gains": np.array([1.1, 0.92, 1.0, 1.05]), "twist": 0.02, "bias_n": 2.0, "noise_n": 0.3}
+    table = presses(rows=9, **errors)
+    fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, seed=9, **errors)
+    before = np.hypot(*(centroid(fresh, SENSORS) - fresh_at).T)
+    for chosen, form in ((table.at_m.min(axis=1) > 0.02, "none"), (np.abs(table.at_m).max(axis=1) < 0.05, "gains")):
+        found = assessed(Presses("t1", table.at_m[chosen], table.force_n[chosen], table.readings[chosen]), TILE)
+        assert found.form == form
+        after = np.hypot(*(found.correction.place(fresh, SENSORS, 0.0) - fresh_at).T)
+        assert after.mean() <= before.mean()
+        assert after.max() <= 1.05 * before.max()
+
+
+def test_what_hardly_helps_is_not_made():
+    found = assessed(presses(noise_n=10.0, seed=4), TILE)
+    assert found.form == "none"
+    assert "none is made" in found.verdict

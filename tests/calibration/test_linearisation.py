@@ -175,3 +175,128 @@ def test_nothing_that_can_be_calibrated_is_refused_with_the_reasons():
     rows[:, 3] = 0.0
     with pytest.raises(BadValue, match="force_n"):
         linearise(pairs(rows))
+
+
+WEIGHTS_N = np.array([0.0, 5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0])
+UP_AND_DOWN_N = np.concatenate([WEIGHTS_N, WEIGHTS_N[-2::-1]])
+
+
+def weighed(order_n=UP_AND_DOWN_N, width=0.1, typed=lambda f: f):
+    """Weights put on one by one, 10 s apart; on sensor 1 other ones are `typed`."""
+    rows = []
+    for j in range(4):
+        reading = made_sensors.LAWS["soft conductance"](made_sensors.lagging(order_n, width))
+        force = typed(order_n.copy()) if j == 0 else order_n
+        rows.append(np.stack([10.0 * np.arange(order_n.size), np.full(order_n.size, j), reading, force], axis=1))
+    return np.concatenate(rows)
+
+
+def put(at, value):
+    def typed(force_n):
+        force_n[at] = value
+        return force_n
+
+    return typed
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (put(4, 400.0), "force_n is 400 N after 100 N and less, .* was 40 N meant"),
+        (put(4, 4.0), "4 N at 40 s, but the readings say the opposite; weights out of order, or one mistyped"),
+        (put(7, 1000.0), "was 100 N meant"),
+        (put([4, 5], [60.0, 40.0]), "60 N at 40 s and 40 N at 50 s, but the readings say the opposite"),
+        (lambda f: 9.81 * f, "sensor 1: force_n is 9.8[0-9] times that of the others"),
+        (lambda f: -f, "sensor 1: force_n goes down to -100 N; tare"),
+    ],
+)
+def test_weights_that_cannot_be_right_are_refused(typed, said):
+    with pytest.raises(BadValue, match=said):
+        linearise(pairs(weighed(typed=typed)), memories=False)
+
+
+def test_a_whole_table_in_another_unit_is_refused():
+    rows = weighed()
+    rows[:, 3] /= 1000.0
+    with pytest.raises(BadValue, match=r"largest force_n is 0.1 N; allowed: 0.5 to 20000 N"):
+        linearise(pairs(rows), memories=False)
+
+
+def test_weights_in_any_order_few_and_coarse_are_not_refused():
+    draws = np.random.default_rng(3)
+    for order in (WEIGHTS_N, draws.permutation(np.tile(WEIGHTS_N, 3)), np.array([0.0, 1.0, 10.0, 100.0])):
+        assert linearise(pairs(weighed(order)), memories=False).calibrated == (0, 1, 2, 3)
+    far_apart = pairs(weighed(np.array([0.0, 5.0, 10.0, 15.0, 20.0, 100.0])))
+    far_apart.reading[:] = 60000.0 * far_apart.force_n / (far_apart.force_n + 25.0)
+    assert linearise(far_apart, memories=False).calibrated == (0, 1, 2, 3)
+    coarse = weighed(width=0.0)
+    coarse[:, 2] = np.floor(coarse[:, 2] / 256.0)
+    assert linearise(pairs(coarse), memories=False).error_percent < 1.5
+
+
+def held(rate_hz=50.0):
+    """Loads that go up and down in steps, held for 3 s each."""
+    held_n = np.repeat(UP_AND_DOWN_N, round(3.0 * rate_hz))
+    reading = made_sensors.read("soft conductance", made_sensors.lagging(held_n, 0.08), 5)
+    return np.stack([np.arange(held_n.size) / rate_hz, np.zeros(held_n.size), reading, held_n], axis=1)
+
+
+def test_a_held_load_that_was_mistyped_is_refused_and_so_is_one_wrong_line():
+    rows = four_alike(held())
+    assert linearise(pairs(rows), memories=False).calibrated == (0, 1, 2, 3)
+    mistyped = rows.copy()
+    mistyped[(rows[:, 1] == 2) & (rows[:, 3] == 20.0), 3] = 200.0
+    with pytest.raises(BadValue, match=r"sensor 3: force_n is .* the opposite"):
+        linearise(pairs(mistyped), memories=False)
+    rows = made_sensors.pairs_rows("soft conductance", width=0.08)
+    at = int(np.flatnonzero(rows[:, 3] > 100.0)[5])
+    rows[at, 3] *= 10.0
+    with pytest.raises(BadValue, match="the reading shows no such jump; correct that line"):
+        linearise(pairs(rows), memories=False)
+
+
+def test_what_is_left_of_a_load_is_not_taken_for_noise():
+    """A sensor whose reading comes back to a tenth of its range only is not dead."""
+    rows = made_sensors.pairs_rows("power", width=0.05)
+    after = np.maximum.accumulate(np.where(rows[:, 0] % 100.0 < 0.5, 0.0, rows[:, 3])) > 100.0
+    rows[:, 2] += np.where(after & (rows[:, 3] < 1.0), 9000.0, 0.0)
+    assert linearise(pairs(rows), memories=False).calibrated == (0, 1, 2, 3)
+
+
+def test_readings_in_volts_are_as_good_as_counts():
+    rows = made_sensors.pairs_rows("soft conductance", width=0.05)
+    counts = linearise(pairs(rows), memories=False)
+    rows[:, 2] *= 5.0 / 65536.0
+    volts = linearise(pairs(rows), memories=False)
+    assert volts.error_percent == pytest.approx(counts.error_percent, rel=0.02)
+
+
+def test_noise_at_the_top_is_no_ceiling():
+    rows = made_sensors.pairs_rows("saturating")
+    rows[:, 2] += 300.0 * np.random.default_rng(0).standard_normal(rows.shape[0])
+    rows[:, 2] = np.clip(rows[:, 2], 0.0, 65535.0)
+    assert all(sensor.recording.saturates_n == np.inf for sensor in linearise(pairs(rows), memories=False).sensors)
+
+
+def test_a_sensor_that_reads_the_other_way_is_pointed_out():
+    rows = made_sensors.pairs_rows("soft conductance")
+    rows[rows[:, 1] == 2, 2] = 65535.0 - rows[rows[:, 1] == 2, 2]
+    found = linearise(pairs(rows), memories=False)
+    assert found.calibrated == (0, 1, 2, 3)
+    assert any("sensor 3: its reading falls with force, unlike the others'" in words for words in found.warnings)
+
+
+def test_the_reason_is_given_where_one_force_alone_was_used():
+    rows = weighed(np.array([0.0, 50.0] * 6), width=0.0)
+    rows[:, 2] += np.arange(rows.shape[0]) % 7
+    with pytest.raises(BadValue, match="pressed with one force only"):
+        linearise(pairs(rows), memories=False)
+
+
+def test_a_weak_sensor_is_named_and_the_others_work():
+    rows = made_sensors.pairs_rows("soft conductance")
+    weak = rows[:, 1] == 1
+    rows[weak, 2] = np.round(700.0 + rows[weak, 2] / 1500.0)
+    found = linearise(pairs(rows), memories=False)
+    assert found.calibrated == (0, 2, 3)
+    assert "sensor 2 is not calibrated: its range is too small" in " ".join(found.warnings)

@@ -59,6 +59,15 @@ def test_from_files_to_a_profile_and_a_report(wavs, tmp_path):
     assert (report / "response-none.csv").exists()
 
 
+def test_one_accelerometer_on_both_channels_is_one_measurement(tmp_path):
+    sweep = write(tmp_path / "sweep.wav", np.stack([SWEEP, SWEEP], axis=1))
+    levels = []
+    for name, recorded in (("one", HEARD), ("both", np.stack([HEARD, 0.5 * HEARD], axis=1))):
+        path = write(tmp_path / f"{name}.wav", recorded)
+        levels.append(json.loads(said("--sweep", sweep, "--recorded", path, "--json"))["acceleration_per_unit"])
+    assert levels[0] == levels[1]
+
+
 def test_a_part_goes_into_the_profile_that_is_there(wavs, tmp_path):
     path = tmp_path / "t1.json"
     Profile(tile="t1", serial="A7").save(path)
@@ -104,7 +113,7 @@ def write(path, samples, rate=RATE):
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["slow"]], Refused, "44100 Hz"),
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["short"]], Refused, "does not hold the whole"),
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["twice"]], Refused, "say --channel"),
-        (lambda f: ["--sweep", f["narrow"], "--recorded", f["narrow_heard"]], BadFile, "frequencies_hz"),
+        (lambda f: ["--sweep", f["narrow"], "--recorded", f["narrow_heard"]], BadFile, "sweep over all of them"),
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["text"]], BadFile, "cannot be read"),
         (lambda f: ["--sweep", "nowhere.wav", "--recorded", f["silent"]], BadFile, "nowhere.wav"),
         (lambda f: ["--target", "moon"], BadValue, "--target"),
@@ -124,7 +133,7 @@ def test_what_cannot_be_is_one_line_and_changes_nothing(wavs, tmp_path, make, er
         "clipped": write(tmp_path / "clipped.wav", np.clip(HEARD, -0.02, 0.02)),
         "slow": write(tmp_path / "slow.wav", HEARD, 44_100),
         "short": write(tmp_path / "short.wav", HEARD[: HEARD.size // 2]),
-        "twice": write(tmp_path / "twice.wav", np.stack([HEARD, HEARD], axis=1)),
+        "twice": write(tmp_path / "twice.wav", np.stack([HEARD, HEARD + np.roll(HEARD, 40)], axis=1)),
         "narrow": write(tmp_path / "narrow.wav", narrow),
         "narrow_heard": write(tmp_path / "narrow_heard.wav", TILE.respond(narrow, RATE, "none") / SENSITIVITY),
         "text": str(tmp_path / "text.wav"),

@@ -70,6 +70,17 @@ def test_it_finds_the_transfer_function_and_the_delay(late, passes):
     assert found.coherence[(found.frequencies_hz > 40.0) & (found.frequencies_hz < 700.0)].min() > 0.999
 
 
+def test_a_recording_may_begin_in_the_silence_before_the_sweep_and_end_with_it():
+    begun_later = heard(SWEEP, late=0)[int(0.4 * RATE) :]
+    found = measure(SWEEP, begun_later, RATE)
+    assert error_db(found) < 0.15
+    assert found.latency_s == pytest.approx(-0.4, abs=0.0007)
+    with pytest.raises(Refused, match=r"does not hold the whole sweep: .* from -0\.10 to"):
+        measure(SWEEP, heard(SWEEP, late=0)[int(0.7 * RATE) :], RATE)
+    no_silence = heard(ONE, late=80)[: ONE.size + 80]
+    assert error_db(measure(ONE, no_silence, RATE)) < 0.15
+
+
 def test_spread_and_noise_are_those_of_the_recording():
     """The spread over passes, and the noise told from the silence, agree: both are the same noise."""
     sweep = train(ONE, 12, RATE)

@@ -114,6 +114,16 @@ def test_a_notch_is_filled_only_so_far():
     assert 20.0 * np.log10(np.abs(gain(timid, FREQUENCIES, RATE)).max()) < 8.0
 
 
+def test_a_curve_of_few_points_is_enough():
+    """A tone every 100 Hz: what lies between is taken for smooth."""
+    tones = np.arange(0.0, 1001.0, 100.0)
+    magnitude = 10.0 / (1.0 + (tones / 400.0) ** 2)
+    sections = design(tones, magnitude, RATE, 6)
+    at = tones[1:8]
+    found = 20.0 * np.log10(magnitude[1:8] * np.abs(gain(sections, at, RATE)))
+    assert np.ptp(found) < 0.5
+
+
 @pytest.mark.parametrize("rate_hz", [2_000.0, 44_100.0, 192_000.0])
 def test_other_rates(rate_hz):
     magnitude = tile()

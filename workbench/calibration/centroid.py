@@ -29,8 +29,19 @@ SHEAR_SHARE = 0.17
 _SCALE_M = 0.1
 _FOLDS = 10
 _SIMPLER = 1.03
+_WORTH = 0.9
+"""A correction that leaves more than this of the error learned the noise of the places it was taught at."""
+_COVERED, _CARRIED = 0.25, 0.2
+"""Places that span less than this part of the tile say nothing of the rest: only gains are learned there, and only
+where each sensor has carried at least this share of a load."""
 _MOST_OUT = 0.1
 """More presses than this share that disagree with their force are not slips, but a wrong table."""
+_SLIP_M, _SLIP = 0.03, 6.0
+"""A place further off than this and than so many times the usual at its load is a slip."""
+_NO_BETTER = 0.8
+_OTHER_UNIT = 4.0
+"""Calibrated sensors feel a load within this factor."""
+_DEAD = 0.002
 _POWERS = {
     0: (),
     1: ((0, 0), (1, 0), (0, 1)),
@@ -54,6 +65,8 @@ _FORMS = (
 _BENDS = (1.0 / 75.0, 0.1)
 """Where a sensor's curve may bend, in parts of the heaviest load."""
 _LEARNED = {"": 0, "gains": 4, "bends": 4 * (2 + len(_BENDS))}
+_SPREAD = 0.25
+"""How far gains differ from one sensor to the next before anything is learned."""
 _STIFF = 0.0075
 """How little a gain or bend may gain by growing: in parts of the way to the sensors, RMS."""
 _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
@@ -173,10 +186,16 @@ class Accuracy:
 def assessed(presses: Presses, tile: Tile, profile: Profile | None = None) -> Accuracy:
     """How true the centroid of presses on `tile` is, and what corrects it; readings go through the profile's curves.
 
-    `BadValue` for fewer than 6 presses or 4 places, places off the tile, a sensor without a curve, sensors that look
-    swapped, and a table whose forces do not fit its readings.
+    `BadValue` for fewer than 6 presses or 4 places, places off the tile, a sensor that is dead or has no curve, sensors
+    that look swapped, and a table whose forces or places do not fit its readings.
     """
-    return assessed_forces(presses, presses.readings if profile is None else profile.force(presses.readings), tile)
+    if profile is None or not profile.is_calibrated:
+        return assessed_forces(presses, presses.readings, tile)
+    forces = profile.force(presses.readings)
+    share = float(np.median(forces.sum(axis=1) / presses.force_n))
+    if np.isfinite(share) and not 1.0 / _OTHER_UNIT < share < _OTHER_UNIT:
+        raise BadValue(f"the sensors feel {share:.3g} times force_n; is it in newtons, and is the profile this tile's?")
+    return assessed_forces(presses, forces, tile)
 
 
 def assessed_forces(presses: Presses, forces: Values, tile: Tile) -> Accuracy:
@@ -188,21 +207,26 @@ def assessed_forces(presses: Presses, forces: Values, tile: Tile) -> Accuracy:
     if off.any():
         x, y = presses.at_m[np.argmax(off)]
         raise BadValue(
-            f"a press is at ({x:g}, {y:g}) m; allowed: on tile {tile.id}, {tile.size_m[0]:g} x {tile.size_m[1]:g} m"
+            f"a press is at ({x:g}, {y:g}) m; allowed: on tile {tile.id}, {tile.size_m[0]:g} x "
+            f"{tile.size_m[1]:g} m, from its centre"
         )
-    kept, left_out = _plausible(presses, forces)
+    require(len(forces) >= 6, "presses", len(forces), "at least 6")
+    different = len(np.unique(presses.at_m, axis=0))
+    require(different >= 4, "places", different, "at least 4 different")
+    _require_alive(forces)
+    _require_order(forces, presses.at_m, np.array(tile.sensors_m))
+    kept, left_out = _plausible(presses, forces, np.array(tile.sensors_m))
     at_m, load, forces = presses.at_m[kept], presses.force_n[kept], forces[kept]
     places = np.unique(at_m, axis=0, return_inverse=True)[1].ravel()
     require(len(at_m) >= 6, "presses", len(at_m), "at least 6")
     require(places.max() >= 3, "places", int(places.max()) + 1, "at least 4 different")
     sensors = np.array(tile.sensors_m)
-    _require_order(forces, at_m, sensors)
     before = centroid(forces, sensors)
     fold = np.random.default_rng(1).permutation(places.max() + 1)[places] % _FOLDS
     tried: list[tuple[str, float]] = []
     held: dict[str, Values] = {}
     bends_n = tuple(share * float(load.max()) for share in _BENDS)
-    for name, way, order in _FORMS:
+    for name, way, order in _taught(at_m, forces, tile):
         if places.max() + 1 < 2 * len(_POWERS[order]) + _LEARNED[way]:
             continue
         held[name] = np.empty_like(before)
@@ -212,7 +236,15 @@ def assessed_forces(presses: Presses, forces: Values, tile: Tile) -> Accuracy:
             held[name][out] = part.place(forces[out], sensors, 0.0)
         tried.append((name, 1e3 * float(np.sqrt(((held[name] - at_m) ** 2).sum(axis=1).mean()))))
     least = min(error for _, error in tried)
+    spread = 1e3 * float(np.sqrt(((at_m - at_m.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    if least > max(_NO_BETTER * spread, 1e3 * ALLOWED_M):
+        raise BadValue(
+            f"the readings do not tell the places: {least:.0f} mm off, and a guess would be {spread:.0f} mm off; lines "
+            "out of order, or another tile?"
+        )
     chosen = next(name for name, error in tried if error <= _SIMPLER * least)
+    if least > _WORTH * dict(tried)["none"]:
+        chosen = "none"
     _, way, order = next(form for form in _FORMS if form[0] == chosen)
     part = corrected(forces, at_m, sensors, way, order, bends_n)
     return Accuracy(tile, at_m, load, before, held[chosen], chosen, tuple(tried), part, left_out)
@@ -299,6 +331,19 @@ def hull(points_m: Values) -> tuple[tuple[float, float], ...]:
     return tuple(chain(points) + chain(points[::-1]))
 
 
+def _taught(at_m: Values, forces: Values, tile: Tile) -> tuple[tuple[str, str, int], ...]:
+    """Forms that the places pressed can teach."""
+    if _area(hull(at_m)) >= _COVERED * float(np.prod(tile.size_m)):
+        return _FORMS
+    shares = forces / forces.sum(axis=1, keepdims=True)
+    return _FORMS[: 2 if shares.max(axis=0).min() >= _CARRIED else 1]
+
+
+def _area(corners_m: tuple[tuple[float, float], ...]) -> float:
+    x, y = np.array(corners_m).T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
 def loads(force_n: Values) -> list[tuple[float, NDArray[np.bool_]]]:
     """The loads that were used, each with its presses: forces within a fifth of each other are one load."""
     ordered = np.sort(force_n)
@@ -315,12 +360,16 @@ def edge_distance_m(tile: Tile, at_m: Values) -> Values:
 
 
 def _gains(forces_n: Values, at_m: Values, sensors_m: Values) -> Values:
-    """Gains that bring the centroids to where they should be; a little stiff, lest few places make them wild."""
+    """Gains that bring the centroids to where they should be: as near 1 as what they leave unexplained makes likely."""
     total = forces_n.sum(axis=1)
     pull = forces_n[:, :, None] * (sensors_m - at_m[:, None, :]) / total[:, None, None]
-    terms = np.concatenate([pull[:, :, 0], pull[:, :, 1], 1e-4 * np.eye(4), np.ones((1, 4))])
-    missing = np.concatenate([-pull.sum(axis=1).T.ravel(), np.zeros(5)])
-    change = np.linalg.lstsq(terms, missing, rcond=None)[0]
+    rows = np.concatenate([pull[:, :, 0], pull[:, :, 1]])
+    sought = -pull.sum(axis=1).T.ravel()
+    stiff, change = 1e-4, np.zeros(4)
+    for _ in range(2):
+        terms = np.concatenate([rows, stiff * np.eye(4), np.ones((1, 4))])
+        change = np.linalg.lstsq(terms, np.concatenate([sought, np.zeros(5)]), rcond=None)[0]
+        stiff = max(1e-4, float(np.sqrt(np.mean((rows @ change - sought) ** 2))) / _SPREAD)
     return np.asarray(np.clip(1.0 + change, 0.2, 5.0))
 
 
@@ -355,26 +404,47 @@ def _terms(places_m: Values, powers: tuple[tuple[int, int], ...]) -> Values:
     return np.stack([np.prod((places_m / _SCALE_M) ** power, axis=1) for power in powers], axis=1)
 
 
-def _plausible(presses: Presses, forces: Values) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Presses whose forces fit what was said to press; a slip is left out and named, a table of slips refused."""
+def _require_alive(forces: Values) -> None:
+    total = float(np.median(forces.sum(axis=1)))
+    if total <= 0.0:
+        raise BadValue(f"the sensors' forces add up to {total:.3g} N; allowed: forces that press down")
+    dead = np.flatnonzero(np.ptp(forces, axis=0) <= _DEAD * np.abs(forces).max())
+    if dead.size:
+        raise BadValue(f"sensor {dead[0] + 1} gives {forces[0, dead[0]]:.4g} N at every press: dead, or not connected")
+
+
+def _plausible(presses: Presses, forces: Values, sensors_m: Values) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """Presses that fit what was said to press, and where; a slip is left out and named, a table of slips refused."""
     ratio = forces.sum(axis=1) / presses.force_n
     usual = float(np.median(ratio))
-    if usual <= 0.0:
-        raise BadValue(f"the sensors' forces add up to {usual:.3g} of what pressed; allowed: forces that press down")
     bad = (ratio < 0.6 * usual) | (ratio > 1.6 * usual)
-    told = tuple(
-        f"press {k + 1} left out: {presses.force_n[k]:.4g} N given, {forces[k].sum() / usual:.4g} N measured"
+    told = [
+        f"press {k + 1}: {presses.force_n[k]:.4g} N given, {forces[k].sum() / usual:.4g} N measured"
         for k in np.flatnonzero(bad)
-    )
+    ]
     if bad.sum() > max(1.0, _MOST_OUT * bad.size):
         raise BadValue(f"{bad.sum()} of {bad.size} presses do not fit their force; {told[0]}")
-    return ~bad, told
+    kept = np.flatnonzero(~bad)
+    seemed = centroid(forces[kept], sensors_m)
+    off = np.hypot(*(seemed - presses.at_m[kept]).T)
+    slips = np.zeros(kept.size, dtype=bool)
+    for _, chosen in loads(presses.force_n[kept]):
+        slips |= chosen & (off > _SLIP_M + _SLIP * np.median(off[chosen]))
+    if slips.sum() <= max(1.0, _MOST_OUT * bad.size):
+        told += [
+            f"press {kept[k] + 1}: ({1e3 * x:.0f}, {1e3 * y:.0f}) mm given, felt {1e3 * off[k]:.0f} mm from there"
+            for k in np.flatnonzero(slips)
+            for x, y in [presses.at_m[kept[k]]]
+        ]
+        bad[kept[slips]] = True
+    return ~bad, tuple(words.replace(": ", " left out: ", 1) for words in told)
 
 
 def _require_order(forces: Values, at_m: Values, sensors_m: Values) -> None:
     """Refuse columns that stand in another order than the sensors of the floor."""
+    felt = forces.sum(axis=1) > 0.0
     usual = {
-        order: float(np.median(np.hypot(*(centroid(forces[:, order], sensors_m) - at_m).T)))
+        order: float(np.median(np.hypot(*(centroid(forces[felt][:, order], sensors_m) - at_m[felt]).T)))
         for order in permutations(range(4))
     }
     own, best = usual[0, 1, 2, 3], min(usual, key=lambda order: usual[order])

@@ -5,7 +5,7 @@ falling loads; that bound is measured, too. Where a recording shows what a senso
 (`workbench.models.fsr_memory`) and held to the same loadings.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from functools import partial
@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.calibration.fsr_figures import Figures, measured, rms_percent, spread_percent
+from workbench.calibration.mistakes import require_right
 from workbench.calibration.pairs import Recording, prepared
 from workbench.calibration.remembering import knots, learned
 from workbench.calibration.tables import Pairs
-from workbench.errors import BadValue, require
+from workbench.errors import BadValue
 from workbench.floor.curves import ABOVE, BELOW, Curve
 from workbench.floor.profile import Fsr
 from workbench.models import fsr_fit
@@ -165,20 +166,27 @@ class Linearisation:
 def linearise(pairs: Pairs, divider: Divider | None = None, memories: bool = True) -> Linearisation:
     """Fit the four sensors of a tile; without `memories` the static curves only, which is quick.
 
-    `BadValue` where no sensor can be calibrated, with the reasons.
+    `BadValue` where no sensor can be calibrated, with the reasons, and for forces that cannot be what pressed
+    (`workbench.calibration.mistakes.require_right`).
     """
+    mine = [pairs.sensor == j for j in range(4)]
+    tables = [(pairs.time_s[one], pairs.reading[one], pairs.force_n[one]) for one in mine]
+    require_right(tables)
     full = float(pairs.force_n.max())
-    require(full > 0.0, "force_n", full, "a largest reference force above 0 N")
     fits, warnings = [], []
-    for j in range(4):
-        mine = pairs.sensor == j
-        recording = prepared(pairs.time_s[mine], pairs.reading[mine], pairs.force_n[mine], full)
-        if isinstance(recording, str):
-            fits.append(SensorFit(Curve(uncalibrated=recording)))
-            warnings.append(f"sensor {j + 1} is not calibrated: {recording}")
-            continue
-        fits.append(_fitted(recording, divider, memories))
-        warnings += [f"sensor {j + 1}: {words}" for words in _doubts(recording)]
+    for j, table in enumerate(tables):
+        recording = prepared(*table, full)
+        fit = (
+            SensorFit(Curve(uncalibrated=recording))
+            if isinstance(recording, str)
+            else _fitted(recording, divider, memories)
+        )
+        fits.append(fit)
+        if fit.curve.uncalibrated:
+            warnings.append(f"sensor {j + 1} is not calibrated: {fit.curve.uncalibrated}")
+        elif fit.recording is not None:
+            warnings += [f"sensor {j + 1}: {words}" for words in _doubts(fit.recording)]
+    warnings += _other_ways([fit.recording for fit in fits])
     first, second, third, fourth = fits
     found = Linearisation(pairs.tile, full, (first, second, third, fourth), tuple(warnings))
     if not found.calibrated:
@@ -253,6 +261,17 @@ def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp])
         known = out & (x <= law.x[-1])
         estimate[known] = law.force(x[known])
     return estimate
+
+
+def _other_ways(recordings: Sequence[Recording | None]) -> list[str]:
+    """Sensors whose readings go the other way than those of most."""
+    signs = [0.0 if one is None else one.sign for one in recordings]
+    return [
+        f"sensor {j + 1}: its reading {'rises' if sign > 0.0 else 'falls'} with force, unlike the others'; wired the "
+        "other way, or weights in reverse order?"
+        for j, sign in enumerate(signs)
+        if sign * (sum(signs) - sign) < 0.0
+    ]
 
 
 def _doubts(recording: Recording) -> list[str]:

@@ -16,8 +16,10 @@ STILL_S, _STILL_SHARE = 0.5, 0.05
 _STILL_WEIGHT = 0.3
 _FOLDS = 6
 _UNLOADED = 0.005
-_RANGE = 200.0
-"""A reading that moves by fewer counts than this cannot tell forces apart."""
+_RANGE = 50.0
+"""A reading that moves by fewer of its smallest steps than this cannot tell forces apart."""
+_STANDS = 0.05
+"""A reading that rises with force by less than this part of its usual slope stands still."""
 
 
 @dataclass(frozen=True)
@@ -56,19 +58,18 @@ def prepared(time_s: Values, reading: Values, force_n: Values, full_scale_n: flo
         return trouble
     order = np.argsort(time_s, kind="stable")
     time_s, reading, force_n = time_s[order], reading[order], force_n[order]
-    timed = bool(time_s.size >= 100 and np.count_nonzero(np.diff(time_s) > 0.0) > 0.5 * time_s.size)
+    timed = is_timed(time_s)
     own_full = float(force_n.max())
     unloaded = np.abs(force_n) <= _UNLOADED * full_scale_n
-    loaded = force_n >= 0.5 * own_full
-    sign = 1.0 if np.median(reading[loaded]) >= np.median(reading[force_n <= 0.3 * own_full]) else -1.0
+    sign = direction_of(reading, force_n)
     rested = bool(np.count_nonzero(unloaded))
     rest = _rest(reading, force_n, unloaded, full_scale_n) if rested else _extrapolated_rest(reading, force_n, sign)
     x = sign * (reading - rest)
-    trouble = _insensitive(x, force_n, rest, unloaded)
+    trouble = _insensitive(x, force_n, rest, unloaded, full_scale_n)
     if trouble:
         return trouble
-    smooth = _smoothed(force_n, time_s) if timed else force_n
-    direction = _directions(smooth, time_s, full_scale_n) if timed else _order(force_n)
+    smooth = smoothed(force_n, time_s) if timed else force_n
+    direction = directions(smooth, time_s, full_scale_n) if timed else _order(force_n)
     usable, saturates_n = _unsaturated(x, reading, force_n, direction, full_scale_n)
     if saturates_n < 0.3 * full_scale_n:
         return f"its reading is saturated from {saturates_n:.3g} N on, of {full_scale_n:.4g} N"
@@ -84,32 +85,59 @@ def level(force_n: Values, full_scale_n: float) -> NDArray[np.intp]:
     return np.clip((force_n / full_scale_n * _BINS).astype(np.intp), 0, _BINS - 1)
 
 
+def is_timed(time_s: Values) -> bool:
+    """Whether times, in order, are those of a recording, and not of weights put on one by one."""
+    return bool(time_s.size >= 100 and np.count_nonzero(np.diff(time_s) > 0.0) > 0.5 * time_s.size)
+
+
+def direction_of(reading: Values, force_n: Values) -> float:
+    """1 where readings rise with force, -1 where they fall."""
+    return -1.0 if rank_correlation(reading, force_n) < 0.0 else 1.0
+
+
 def _useless(reading: Values, force_n: Values, full_scale_n: float) -> str:
     if reading.size == 0:
         return "there are no pairs of it"
     distinct = np.unique(np.stack([reading, force_n]), axis=1).shape[1]
     if distinct < 4:
         return f"there are only {distinct} different pairs of it; 4 or more are needed"
+    if np.unique(force_n).size < 3:
+        return "it was pressed with one force only; rest and 2 or more are needed"
     if np.ptp(force_n) < 0.1 * full_scale_n:
         return f"it was pressed over {np.ptp(force_n):.3g} N only, of {full_scale_n:.4g} N"
     return ""
 
 
-def _insensitive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_]) -> str:
+def _insensitive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_], full_scale_n: float) -> str:
     """Whether the reading follows the force at all."""
     moved = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
-    noise = float(np.std(x[unloaded])) if np.count_nonzero(unloaded) > 10 else 0.0
-    follows = _rank_correlation(x, force_n) >= 0.5
-    if moved <= max(8.0 * noise, 20.0) and (follows or np.ptp(np.quantile(x, (0.01, 0.99))) < _RANGE):
+    # Before the first load: what is left of loads afterwards is no noise.
+    quiet = x[unloaded & _before_loads(force_n, full_scale_n)]
+    noise = float(np.std(quiet)) if quiet.size > 10 else 0.0
+    step = _finest(x)
+    follows = rank_correlation(x, force_n) >= 0.5
+    if moved <= max(8.0 * noise, 20.0 * step) and (follows or np.ptp(np.quantile(x, (0.01, 0.99))) < 200.0 * step):
         return f"it is dead: its reading stays within {max(moved, 0.0):.3g} counts of {rest:.5g} under load"
     if not follows:
-        return "its reading does not follow the force: loose, or another sensor was pressed"
-    if moved < _RANGE:
-        return f"its range is too small: {moved:.3g} counts of 65535"
+        return "its reading does not follow the force: loose, weights out of order, or another sensor was pressed"
+    if moved < _RANGE * step:
+        return f"its range is too small: its reading moves by {moved:.3g}, {moved / step:.0f} of its smallest steps"
     return ""
 
 
-def _rank_correlation(a: Values, b: Values) -> float:
+def _finest(x: Values) -> float:
+    """The smallest step of a reading, at most one count; less for one in volts."""
+    steps = np.diff(np.unique(x))
+    return min(float(steps.min(initial=1.0)), 1.0)
+
+
+def _before_loads(force_n: Values, full_scale_n: float) -> NDArray[np.bool_]:
+    first = int(np.argmax(force_n > 0.05 * full_scale_n))
+    return np.asarray(np.arange(force_n.size) < first)
+
+
+def rank_correlation(a: Values, b: Values) -> float:
+    """Spearman's; 0 where one does not vary."""
     from scipy.stats import rankdata
 
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -118,8 +146,7 @@ def _rank_correlation(a: Values, b: Values) -> float:
 
 def _rest(reading: Values, force_n: Values, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
     """The unloaded reading before the first load: afterwards a sensor still remembers what it carried."""
-    first = int(np.argmax(force_n > 0.05 * full_scale_n))
-    before = unloaded & (np.arange(force_n.size) < first)
+    before = unloaded & _before_loads(force_n, full_scale_n)
     return float(np.median(reading[before if np.count_nonzero(before) >= 5 else unloaded]))
 
 
@@ -145,16 +172,25 @@ def _unsaturated(
     """
     top = float(x.max())
     noise = float(np.std(np.diff(x[x > 0.98 * top]))) if np.count_nonzero(x > 0.98 * top) > 20 else 0.0
-    at_top = x >= top - max(0.5, 4.0 * noise)
+    at_top = x >= top - max(0.5 * _finest(x), 4.0 * noise)
     at_end = at_top & ((reading <= 0.0) | (reading >= 65535.0))
     for there, least in ((at_end, 0.02), (at_top & (direction != FALLING), 0.05)):
         forces = force_n[there]
-        if forces.size >= 3 and np.ptp(forces) > least * full_scale_n:
-            return ~at_top, float(np.quantile(forces, 0.02))
+        if forces.size < 3 or np.ptp(forces) <= least * full_scale_n:
+            continue
+        from_n = float(np.quantile(forces, 0.02))
+        if there is at_end or _stands(x, force_n, (force_n >= from_n) & (direction != FALLING)):
+            return ~at_top, from_n
     return np.ones(x.size, dtype=bool), np.inf
 
 
-def _smoothed(force_n: Values, time_s: Values) -> Values:
+def _stands(x: Values, force_n: Values, above: NDArray[np.bool_]) -> bool:
+    """Whether readings of samples `above` a force have stopped to rise with it; noise alone reaches the top, too."""
+    rise = float(np.polyfit(force_n[above], x[above], 1)[0])
+    return rise < _STANDS * float(x.max()) / float(force_n.max())
+
+
+def smoothed(force_n: Values, time_s: Values) -> Values:
     """A running mean over 50 ms."""
     steps = np.diff(time_s)
     count = max(1, int(round(_SMOOTH_S / float(np.median(steps[steps > 0.0])))))
@@ -162,7 +198,8 @@ def _smoothed(force_n: Values, time_s: Values) -> Values:
     return np.convolve(padded, np.ones(count) / count, "same")[count:-count]
 
 
-def _directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[np.intp]:
+def directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[np.intp]:
+    """Which way the load goes at each sample of a recording."""
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
     steps = np.diff(time_s)

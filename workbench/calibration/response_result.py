@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from workbench.calibration.procedure import Result
 from workbench.calibration.sweep import ORDERS, Measured
 from workbench.drawing import Drawing, series
-from workbench.errors import require
+from workbench.errors import BadValue, require
 from workbench.floor.profile import Profile, Response
 from workbench.models import equaliser
 
@@ -66,6 +66,12 @@ class Findings:
     def __post_init__(self) -> None:
         require(self.sensitivity > 0.0, "sensitivity", self.sensitivity, "above 0 m/s^2 a full-scale input")
         free = self.loads["none"]
+        low, high = float(free.frequencies_hz[0]), float(free.frequencies_hz[-1])
+        if low > 1.02 * self.band_hz[0] or high < self.band_hz[1] / 1.02:
+            raise BadValue(
+                f"the sweep has power from {low:.0f} to {high:.0f} Hz only; to equalise {self.band_hz[0]:g} to "
+                f"{self.band_hz[1]:g} Hz, sweep over all of them"
+            )
         sections = equaliser.design(free.frequencies_hz, free.magnitude, self.rate_hz, self.order, self.band_hz)
         object.__setattr__(self, "sections", sections)
 

@@ -27,6 +27,7 @@ LEAST_SNR_DB = 10.0
 _LEAST_SIGNAL = 1e-5
 _LEAST_GAP_S = 0.05
 _QUIET_S = 0.1
+_SLACK_S = 0.01
 _BEFORE_S, _AFTER_S = 0.005, 0.5
 _EXPLAINED, _STRANGE = 0.3, 0.5
 _LOOPBACK_DB, _LOOPBACK_FROM_HZ = 0.1, 40.0  # below that a sound card's own high-pass tells
@@ -105,8 +106,8 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> Measured:
     """What `recorded` (frames,) tells of the way that `sweep` (frames,) took, both at `rate_hz`.
 
     `sweep` is all that was played: one pass or several equal ones with silence between. The recording may begin up to
-    the whole of its own length before it; its latency is found. Raises `Refused` for a recording that cannot be right,
-    and `BadValue` for values that are no signals.
+    the whole of its own length before it, or in the silence that the sweep begins with; its latency is found. Raises
+    `Refused` for a recording that cannot be right, and `BadValue` for values that are no signals.
 
     >>> sweep = train(exponential(20.0, 2000.0, 1.0, 8000.0), 1, 8000.0)
     >>> late = 0.25 * np.roll(sweep, 40) + 0.1 * np.roll(sweep, 48)
@@ -119,7 +120,7 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> Measured:
     starts, one = passes_of(played, rate_hz)
     refuse_silence(heard)
     refuse_clipping(heard)
-    lag = _lag(played, heard, int(starts[-1]) + one.size - round(0.01 * rate_hz), rate_hz)
+    lag = _lag(played, heard, int(starts[0]), int(starts[-1]) + one.size, rate_hz)
     return replace(_measured(one, starts + lag, heard - heard.mean(), rate_hz), latency_s=lag / rate_hz)
 
 
@@ -181,7 +182,8 @@ def harmonics(recorded: ArrayLike, frequency_hz: float, rate_hz: float, orders: 
     kept = [k for k in range(1, orders + 1) if k * frequency_hz <= 0.45 * rate_hz]
     angle = 2.0 * math.pi * frequency_hz * np.outer(time_s, kept)
     columns = np.concatenate([np.cos(angle), np.sin(angle), np.ones((heard.size, 1))], axis=1)
-    found = np.linalg.lstsq(columns, heard, rcond=None)[0]
+    # Normal equations: harmonics are all but orthogonal, and lstsq would hold the interpreter for 100 ms.
+    found = np.linalg.solve(columns.T @ columns, columns.T @ heard)
     amplitudes = np.zeros(orders)
     amplitudes[: len(kept)] = np.hypot(found[: len(kept)], found[len(kept) : 2 * len(kept)])
     return amplitudes
@@ -194,23 +196,25 @@ def _signal(name: str, given: ArrayLike) -> Array:
     return signal
 
 
-def _lag(played: Array, heard: Array, sounds: int, rate_hz: float) -> int:
+def _lag(played: Array, heard: Array, begins: int, ends: int, rate_hz: float) -> int:
     """By how many frames the recording is late: where their correlation, whitened over the sweep's band, begins.
 
-    The first `sounds` frames of what was played must be in the recording.
+    Frames `begins` to `ends` of what was played sound, and must be in the recording.
     """
-    size = _room(played.size + heard.size)
-    response = np.abs(np.fft.irfft(np.fft.rfft(heard, size) * _inverse(np.fft.rfft(played, size)), size))[: heard.size]
-    latest = heard.size - sounds
+    size, slack = _room(played.size + heard.size), round(_SLACK_S * rate_hz)
+    whole = np.abs(np.fft.irfft(np.fft.rfft(heard, size) * _inverse(np.fft.rfft(played, size)), size))
+    # From the earliest lag on that there can be, of a recording that begins when the sweep is over.
+    response = np.concatenate([whole[size - ends :], whole[: heard.size]])
+    first, last = max(ends - begins - slack, 0), heard.size + slack
     peak = int(np.argmax(response))
-    if latest < 0 or (peak > latest and response[peak] > 3.0 * response[: latest + 1].max()):
+    inside = first + int(np.argmax(response[first : last + 1])) if first <= last else peak
+    if not first <= peak <= last and (inside == peak or response[peak] > 3.0 * response[inside]):
         raise Refused(
-            f"the recording does not hold the whole sweep: it lasts {heard.size / rate_hz:.2f} s, "
-            f"and the sweep ends at {(peak * (latest >= 0) + sounds) / rate_hz:.2f} s of it"
+            f"the recording does not hold the whole sweep: it lasts {heard.size / rate_hz:.2f} s, and the sweep goes "
+            f"from {(peak - ends + begins) / rate_hz:.2f} to {peak / rate_hz:.2f} s of it"
         )
-    peak = int(np.argmax(response[: latest + 1]))
-    early = response[max(peak - 1000, 0) : peak + 1]
-    return max(peak - 1000, 0) + int(np.argmax(early >= 0.5 * early[-1]))
+    early = response[max(inside - 1000, first) : inside + 1]
+    return max(inside - 1000, first) + int(np.argmax(early >= 0.5 * early[-1])) - ends
 
 
 def _room(frames: int) -> int:
@@ -234,9 +238,9 @@ def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, floa
 
 def _measured(one: Array, starts: NDArray[np.int64], heard: Array, rate_hz: float) -> Measured:
     before, longest = round(_BEFORE_S * rate_hz), round(_AFTER_S * rate_hz)
-    kept = int(np.diff(np.append(starts, heard.size)).min())
-    after = min(max(kept - one.size, round(0.02 * rate_hz)), longest)
-    kept = min(kept, one.size + after)
+    # Up to the next pass. What rings on beyond the recording's end is that of the last frequencies only.
+    after = longest
+    kept = int(np.diff(starts).min(initial=one.size + after))
     size = _room(2 * one.size + longest + before)
     parts = np.array([_cut(heard, start - before, before + kept, size) for start in starts])
     x = np.fft.rfft(one, size)

@@ -1,9 +1,11 @@
 """Measurements in files: pairs of reading and force, and presses at known places.
 
 FSR pairs: `time_s,tile,sensor,reading,force_n`; presses: `tile,x_m,y_m,force_n,r1,r2,r3,r4`, in the tile's frame,
-readings in the sensors' own units. Columns may stand in any order; others are left alone.
+readings in the sensors' own units. Columns may stand in any order, parted by commas, semicolons or tabs; others are
+left alone, and so are lines that begin with #.
 """
 
+import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,11 +60,12 @@ def read_pairs(path: str | Path, tile: str = "") -> Pairs:
     Raises `BadFile` that names the file and the line: no text, a column that is missing, a cell that is not a number, a
     sensor other than 1 to 4, a reading outside 0 to 65535, a tile that is not there.
     """
-    names, columns = _read(path, _PAIRS)
+    names, numbers, columns = _read(path, _PAIRS)
     mine = _of_tile(path, names, tile)
     sensor, reading = columns["sensor"], columns["reading"]
-    _within(path, "sensor", sensor, np.isin(sensor, (1.0, 2.0, 3.0, 4.0)), "1 to 4")
-    _within(path, "reading", reading, (reading >= 0.0) & (reading <= LARGEST_READING), "0 to 65535")
+    _within(path, "sensor", sensor, np.isin(sensor, (1.0, 2.0, 3.0, 4.0)), "1 to 4", mine, numbers)
+    inside = (reading >= 0.0) & (reading <= LARGEST_READING)
+    _within(path, "reading", reading, inside, "0 to 65535", mine, numbers)
     return Pairs(
         str(names[mine][0]),
         columns["time_s"][mine],
@@ -74,9 +77,9 @@ def read_pairs(path: str | Path, tile: str = "") -> Pairs:
 
 def read_presses(path: str | Path, tile: str = "") -> Presses:
     """The presses on `tile`, which may be left out where the file has one tile only; `BadFile` as `read_pairs`."""
-    names, columns = _read(path, _PRESSES)
+    names, numbers, columns = _read(path, _PRESSES)
     mine = _of_tile(path, names, tile)
-    _within(path, "force_n", columns["force_n"], columns["force_n"] > 0.0, "above 0")
+    _within(path, "force_n", columns["force_n"], columns["force_n"] > 0.0, "above 0", mine, numbers)
     at_m = np.stack([columns["x_m"], columns["y_m"]], axis=1)[mine]
     readings = np.stack([columns[f"r{j}"] for j in (1, 2, 3, 4)], axis=1)[mine]
     return Presses(str(names[mine][0]), at_m, columns["force_n"][mine], readings)
@@ -94,25 +97,41 @@ def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: 
     write_file(path, ("\n".join(lines) + "\n").encode())
 
 
-def _read(path: str | Path, wanted: tuple[str, ...]) -> tuple[NDArray[np.str_], dict[str, NDArray[np.float64]]]:
-    """The tile of each line, and the other columns as numbers."""
+def _read(
+    path: str | Path, wanted: tuple[str, ...]
+) -> tuple[NDArray[np.str_], NDArray[np.intp], dict[str, NDArray[np.float64]]]:
+    """The tile of each line, its number in the file, and the other columns as numbers."""
     try:
         text = read_file(path).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise BadFile(f"{path} is not a text file; a table is UTF-8 CSV") from None
-    lines = text.splitlines()
-    names = [name.strip() for name in lines[0].split(",")] if lines else []
+    lines = [
+        (number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"
+    ]
+    first, header = lines[0] if lines else (1, "")
+    separator = max(",;\t", key=header.count)
+    names = [name.strip().lower() for name in _cells(path, first, header, separator)]
     for name in wanted:
         if names.count(name) != 1:
-            raise BadFile(f"{path}: line 1 has {names.count(name)} columns {name}; allowed: {','.join(wanted)}")
-    kept = [(number, line.split(",")) for number, line in enumerate(lines[1:], start=2) if line.strip()]
+            raise BadFile(f"{path}: line {first} has {names.count(name)} columns {name}; allowed: {','.join(wanted)}")
+    kept = [(number, _cells(path, number, line, separator)) for number, line in lines[1:]]
     if not kept:
         raise BadFile(f"{path} has no line under its header")
     for number, cells in kept:
         if len(cells) != len(names):
-            raise BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in line 1")
+            raise BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in line {first}")
     tiles = np.array([cells[names.index("tile")].strip() for _, cells in kept])
-    return tiles, {name: _numbers(path, name, names.index(name), kept) for name in wanted if name != "tile"}
+    columns = {name: _numbers(path, name, names.index(name), kept) for name in wanted if name != "tile"}
+    return tiles, np.array([number for number, _ in kept]), columns
+
+
+def _cells(path: str | Path, number: int, line: str, separator: str) -> list[str]:
+    if '"' not in line:
+        return line.split(separator)
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    except csv.Error as error:
+        raise BadFile(f"{path}: line {number} is not CSV: {error}") from None
 
 
 def _numbers(path: str | Path, name: str, at: int, kept: list[tuple[int, list[str]]]) -> NDArray[np.float64]:
@@ -134,9 +153,19 @@ def _number(cell: str) -> float:
         return np.nan
 
 
-def _within(path: str | Path, name: str, values: NDArray[np.float64], good: NDArray[np.bool_], allowed: str) -> None:
-    if not good.all():
-        raise BadFile(f"{path}: {name} is {values[np.flatnonzero(~good)[0]]:g}; allowed: {allowed}")
+def _within(
+    path: str | Path,
+    name: str,
+    values: NDArray[np.float64],
+    good: NDArray[np.bool_],
+    allowed: str,
+    mine: NDArray[np.bool_],
+    numbers: NDArray[np.intp],
+) -> None:
+    """Refuse a value of the lines that are `mine`."""
+    bad = np.flatnonzero(mine & ~good)
+    if bad.size:
+        raise BadFile(f"{path}: line {numbers[bad[0]]}, {name} is {values[bad[0]]:g}; allowed: {allowed}")
 
 
 def _of_tile(path: str | Path, names: NDArray[np.str_], tile: str) -> NDArray[np.bool_]:

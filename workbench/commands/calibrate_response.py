@@ -122,11 +122,19 @@ def _channel_of(played: "np.ndarray", heard: "np.ndarray", rate_hz: int, channel
             found[k] = measure(played, heard[:, k], rate_hz)
         except Refused as reason:
             reasons.append(reason)
-    if len(found) > 1:
+    # One accelerometer on both channels of a stereo file is one measurement.
+    if len(found) > 1 and not _alike(heard[:, list(found)]):
         raise Refused(f"channels {', '.join(map(str, found))} all hold the sweep; say --channel")
     if not found:
         raise reasons[int(abs(heard).max(axis=0).argmax())]
     return next(iter(found.values()))
+
+
+def _alike(channels: "np.ndarray") -> bool:
+    """Whether channels are one signal, louder or softer."""
+    import numpy as np
+
+    return bool((np.corrcoef(channels, rowvar=False) > 0.9999).all())
 
 
 def _read(path: Path) -> tuple["np.ndarray", int]:

@@ -12,6 +12,8 @@ MOST_PLAYS = 12
 """As many plays as the state of `force_over_time` has room for."""
 ABOVE, BELOW = 0.25, 0.10
 """How far a curve goes on beyond its knots, in parts of full scale: above the highest force, and below 0."""
+_MOST, _MOST_N, _MOST_M = 1e9, 1e6, 100.0
+"""No number of a curve or correction is larger: in itself, in newtons, in metres."""
 
 
 class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -37,6 +39,7 @@ class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         require(len(self.widths) <= MOST_PLAYS, "widths", len(self.widths), f"at most {MOST_PLAYS}")
         require(all(width > 0.0 for width in self.widths), "widths", self.widths, "numbers above 0")
         require(len(self.weights) == len(self.widths) + 1, "weights", len(self.weights), "one more than widths")
+        require_numbers("weights", self.weights, 1e3)
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -67,7 +70,8 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         if self.uncalibrated:
             return
         _require_knots(self.readings, self.forces_n, self.slopes)
-        require(self.full_scale_n > 0.0, "full_scale_n", self.full_scale_n, "above 0")
+        require(0.0 < self.full_scale_n <= _MOST_N, "full_scale_n", self.full_scale_n, f"above 0, up to {_MOST_N:g}")
+        require_numbers("rest", (self.rest,), _MOST)
 
     def force(self, readings: ArrayLike) -> NDArray[np.float64]:
         """Newtons of `readings`, any shape; beyond the knots along the last slope, to `ABOVE` and `BELOW` at most."""
@@ -129,7 +133,7 @@ class Correction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     area_m: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        require(all(gain > 0.0 for gain in self.gains), "gains", self.gains, "four numbers above 0")
+        require(all(0.0 < gain <= 1e3 for gain in self.gains), "gains", self.gains, "four numbers above 0, up to 1000")
         require(all(bend > 0.0 for bend in self.bends_n), "bends_n", self.bends_n, "numbers above 0")
         shape = [len(self.bends_n) + 1] * 4 if self.bends else []
         require([len(row) for row in self.bends] == shape, "bends", self.bends, "four rows, one longer than bends_n")
@@ -138,7 +142,12 @@ class Correction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
             len(self.displacement_m) == count, "displacement_m", self.displacement_m, f"{count} rows, as powers has"
         )
         require(all(0 <= i <= 8 for pair in self.powers for i in pair), "powers", self.powers, "whole numbers 0 to 8")
-        require(self.scale_m > 0.0, "scale_m", self.scale_m, "above 0")
+        require(0.001 <= self.scale_m <= _MOST_M, "scale_m", self.scale_m, f"0.001 to {_MOST_M:g}")
+        for row in self.bends:
+            require_numbers("bends", row, 1e3)
+        for name, points in (("displacement_m", self.displacement_m), ("area_m", self.area_m)):
+            for point in points:
+                require_numbers(name, point, _MOST_M)
 
     def place(
         self, forces_n: NDArray[np.float64], sensors_m: NDArray[np.float64], least_n: float
@@ -203,11 +212,24 @@ def nearest_within(points_m: NDArray[np.float64], area_m: NDArray[np.float64]) -
     return np.where(inside, points_m, on_edge)
 
 
+def require_numbers(name: str, values: Sequence[float], largest: float) -> None:
+    """Raise `BadValue` unless all values are numbers up to `largest`, either way."""
+    require(all(abs(value) <= largest for value in values), name, values, f"numbers from {-largest:g} to {largest:g}")
+
+
 def _require_knots(readings: Sequence[float], forces_n: Sequence[float], slopes: Sequence[float]) -> None:
     count = len(readings)
     require(count >= 2, "readings", count, "at least two knots")
     require(bool(np.all(np.diff(readings) > 0.0)), "readings", readings, "readings that rise")
     for name, values in (("forces_n", forces_n), ("slopes", slopes)):
         require(len(values) == count, name, len(values), f"as many as readings, {count}")
+    for name, values, largest in (
+        ("readings", readings, _MOST),
+        ("forces_n", forces_n, _MOST_N),
+        ("slopes", slopes, _MOST),
+    ):
+        require_numbers(name, values, largest)
     steps = np.diff(forces_n)
     require(bool(np.all(steps >= 0.0) or np.all(steps <= 0.0)), "forces_n", forces_n, "forces that only rise or fall")
+    way = 1.0 if forces_n[-1] >= forces_n[0] else -1.0
+    require(all(way * slope >= 0.0 for slope in slopes), "slopes", slopes, "slopes that go the way the forces go")

@@ -16,7 +16,7 @@ from workbench import __version__
 from workbench.documents import read_document, write_document
 from workbench.errors import BadFile, BadValue, require
 from workbench.files import read_file, write_file
-from workbench.floor.curves import Correction, Curve
+from workbench.floor.curves import Correction, Curve, require_numbers
 from workbench.floor.layout import Floor
 from workbench.parameters import IDENTIFIER
 
@@ -71,6 +71,9 @@ class Centroid(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(len(self.sensors_m) == 4, "sensors_m", self.sensors_m, "exactly four points")
+        for point in self.sensors_m:
+            require_numbers("sensors_m", point, 100.0)
+        require_numbers("least_n", (self.least_n,), 1e6)
 
 
 class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -95,6 +98,10 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
             len(self.magnitude),
             f"as many values as frequencies_hz, {len(self.frequencies_hz)}",
         )
+        for name, values in (("frequencies_hz", self.frequencies_hz), ("magnitude", self.magnitude)):
+            require_numbers(name, values, 1e12)
+        for section in self.equaliser:
+            require_numbers("equaliser", section, 1e9)
         level = self.acceleration_per_unit
         require(0.0 < level < 1e6, "acceleration_per_unit", level, "above 0, below 1e6 m/s^2")
         stable = all(s[3] == 1.0 and abs(s[5]) < 1.0 and abs(s[4]) < 1.0 + s[5] for s in self.equaliser)

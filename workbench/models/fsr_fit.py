@@ -219,7 +219,7 @@ def _law(name: str, parameters: dict[str, float], force: Callable[[Values], Valu
     # 1980).
     secants = np.diff(f) / np.diff(at)
     most = 3.0 * np.minimum(np.r_[secants[0], secants], np.r_[secants, secants[-1]])
-    return Law(name, parameters, at, f, np.minimum(slope, most))
+    return Law(name, parameters, at, f, np.clip(slope, 0.0, most))
 
 
 def _knots(x: Values, f: Values, w: Values, pieces: int) -> Values:
