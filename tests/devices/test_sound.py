@@ -11,7 +11,7 @@ from live import live
 from made_patches import hum, rough_step
 
 from workbench.clock import FADE
-from workbench.devices.sound import Stream, most_channels
+from workbench.devices.sound import Exchange, Stream, most_channels
 from workbench.engine.messages import Level, Notice, Panic, Started
 from workbench.engine.replayed import replay
 from workbench.engine.safety import PANIC
@@ -145,6 +145,61 @@ def test_a_device_that_is_not_there_is_named_in_one_line():
     pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
     with pytest.raises(DeviceError, match="no such card") as error:
         Stream("no such card", 2, 48_000, 128, lambda: 0)
+    assert "\n" not in str(error.value)
+
+
+_CUT = """
+import threading
+import numpy as np
+from workbench.devices.sound import Exchange
+
+rate = 48_000
+tone = 0.4 * np.sin(2.0 * np.pi * 100.0 * np.arange(20 * rate) / rate)
+exchange = Exchange("", "", np.stack([tone, tone], axis=1).astype(np.float32), 1, rate)
+if CUT_AFTER_S is None:
+    exchange.silence()
+else:
+    threading.Timer(CUT_AFTER_S, exchange.silence).start()
+exchange.run()
+print(exchange.silenced, exchange.lost and "lost", exchange._at)
+"""
+
+
+def _cut(after_s):
+    """What an exchange of 20 s that is silenced says of itself, and how many frames it played."""
+    script = _CUT.replace("CUT_AFTER_S", repr(after_s))
+    run = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True, timeout=60)
+    silenced, _, frames = run.stdout.split()
+    return silenced == "True", int(frames)
+
+
+def test_an_exchange_that_is_silenced_is_ramped_down_and_ends(null_sink, until):
+    with null_sink.heard() as heard:
+        silenced, frames = _cut(1.0)
+        until(lambda: heard().any() and not heard()[-9_600:].any(), "it is silent again")
+        arrived = heard()[:, 0]
+    assert silenced
+    assert frames < 5 * 48_000
+    end = np.flatnonzero(arrived)[-1] + 1
+    period = arrived[end - 2 * FADE : end - FADE]  # the tone's period is as long as the ramp
+    assert np.abs(period).max() > 0.3
+    np.testing.assert_allclose(arrived[end - FADE : end], period * np.linspace(1.0, 0.0, FADE), atol=0.005)
+
+
+def test_an_exchange_that_is_silenced_before_it_begins_plays_nothing(null_sink, until):
+    with null_sink.heard() as heard:
+        silenced, frames = _cut(None)
+        seen = len(heard())
+        until(lambda: len(heard()) > seen + 4_800, "the sink goes on")
+        assert not heard().any()
+    assert silenced
+    assert frames < 48_000
+
+
+def test_an_exchange_with_a_device_that_is_not_there_is_one_line():
+    pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
+    with pytest.raises(DeviceError, match="no such card") as error:
+        Exchange("no such card", "", np.zeros((48, 1), np.float32), 1, 48_000).run()
     assert "\n" not in str(error.value)
 
 

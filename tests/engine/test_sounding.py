@@ -48,6 +48,28 @@ card.close()
         measure(sweep, heard, RATE)
 
 
+def test_a_card_that_is_silenced_ends_the_sweep_and_takes_nothing(null_sink, until):
+    script = f"""
+import threading
+from workbench.calibration.procedure import Refused, Sound
+from workbench.calibration.sweep import exponential
+from workbench.engine.sounding import SoundCard
+card = SoundCard()
+threading.Timer(1.0, card.silence).start()
+try:
+    card.play(Sound(exponential(20.0, 2000.0, 20.0, {RATE}, 0.4), {RATE}, "none"))
+except Refused as reason:
+    print(reason)
+card.silence()
+"""
+    with null_sink.heard() as heard:
+        run = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True, timeout=60)
+        until(lambda: heard().any() and not heard()[-9_600:].any(), "it is silent again")
+        sounded = np.flatnonzero(heard().any(axis=1))
+    assert run.stdout == "the sound was stopped; take it again\n"
+    assert sounded[-1] - sounded[0] < 5 * RATE
+
+
 def test_a_card_without_the_channel_is_named(null_sink):
     script = """
 from workbench.engine.sounding import SoundCard

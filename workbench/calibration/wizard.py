@@ -115,7 +115,7 @@ class Wizard:
         except Refused:
             self._taken.pop(self._at, None)
             self._answers.pop(self._at, None)
-            self._incoming = EMPTY
+            self._incoming, self._live = EMPTY, Live()
             raise
 
     def hear(self, recorded: NDArray[np.float64]) -> None:

@@ -1,9 +1,14 @@
-"""Sound cards, through PortAudio. Without PortAudio or a card `devices` is empty, and a `Stream` says why."""
+"""Sound cards, through PortAudio. Without PortAudio or a card `devices` is empty, and what opens one says why."""
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.clock import FADE
 from workbench.errors import DeviceError
 
 MOST_CHANNELS = 32
@@ -51,6 +56,76 @@ def most_channels(name: str) -> int:
             raise
         return MOST_CHANNELS
     return min(int(device["max_output_channels"]), MOST_CHANNELS)
+
+
+class Exchange:
+    """Plays `played`, float32 [frame, channel], on one device while another records: once, in `run`.
+
+    Devices are parts of PortAudio's names, "" the default ones. `silence` cuts it short, from any thread.
+    """
+
+    def __init__(
+        self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, latency_s: float = 0.1
+    ) -> None:
+        """`heard` is how many channels are recorded."""
+        try:
+            import sounddevice
+        except (OSError, ImportError) as error:
+            raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
+        self._sounddevice = sounddevice
+        self._devices, self._rate_hz, self._latency_s = (input or None, output or None), rate_hz, latency_s
+        self._played = played
+        self.recorded = np.zeros((len(played), heard), np.float32)
+        """What was heard, float32 [frame, channel], from the first frame that was played on."""
+        self.lost = False
+        """Whether anything was lost of either."""
+        self.silenced = False
+        """Whether it was cut short."""
+        # Silence behind the ramp: a stream that ends drops what is in the device's buffer.
+        down, rest = np.linspace(1.0, 0.0, FADE), np.zeros(round(2.0 * latency_s * rate_hz))
+        self._ramp = np.append(down, rest).astype(np.float32)[:, None]
+        self._at = self._faded = 0
+        self._over = threading.Event()
+
+    def run(self, patience_s: float = 5.0) -> None:
+        """Play and record; `DeviceError` where a device fails."""
+        device = self._sounddevice
+        self._faded = FADE if self.silenced else 0
+        try:
+            stream = device.Stream(
+                samplerate=self._rate_hz,
+                channels=(self.recorded.shape[1], self._played.shape[1]),
+                dtype="float32",
+                device=self._devices,
+                latency=self._latency_s,
+                callback=self._block,
+                finished_callback=self._over.set,
+            )
+            with stream:
+                self._over.wait(len(self._played) / self._rate_hz + patience_s)
+        except (device.PortAudioError, ValueError) as error:
+            name = next((name for name in self._devices if name), "default")
+            words = " ".join(str(error).split())
+            raise DeviceError(f"sound device {name!r} cannot play and record: {words}") from None
+        self.lost |= self._at < len(self._played) and not self.silenced
+
+    def silence(self) -> None:
+        """Ramp down within 10 ms of what is not yet in the device's buffer, and end; before `run`, play nothing."""
+        self.silenced = True
+
+    def _block(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+        at, n = self._at, min(frames, len(self._played) - self._at)
+        self.lost |= bool(status.input_overflow or status.output_underflow)
+        out[:n], out[n:] = self._played[at : at + n], 0.0
+        self.recorded[at : at + n] = heard[:n]
+        self._at += n
+        if self.silenced:
+            faded, m = self._faded, min(frames, len(self._ramp) - self._faded)
+            np.multiply(out[:m], self._ramp[faded : faded + m], out=out[:m])
+            out[m:] = 0.0
+            self._faded += m
+        if self._at == len(self._played) or self._faded == len(self._ramp):
+            raise self._sounddevice.CallbackStop
 
 
 class Stream:

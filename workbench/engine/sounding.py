@@ -3,19 +3,18 @@
 Both play what the engine's safety stage lets out, and nothing else: no sound reaches a shaker past it.
 """
 
-import threading
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.calibration.procedure import Press, Readings, Refused, Sound
+from workbench.devices.sound import Exchange
 from workbench.engine.safety import limited
 from workbench.errors import DeviceError, require
 from workbench.floor.simulation import SimulatedTile
 
 _TAIL_S = 0.5
-_LATENCY_S, _PATIENCE_S = 0.1, 5.0
 
 
 class SoundCard:
@@ -33,7 +32,8 @@ class SoundCard:
         except (OSError, ImportError) as error:
             raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
         self._sounddevice = sounddevice
-        self._devices = (input or None, output or None)
+        self._devices = (input, output)
+        self._exchange: Exchange | None = None
         self._channel, self._heard_on = channel, heard_on
         self._require_channel(input, "input", heard_on)
         # Pairs of channels are opened: a server would spread a single one over all.
@@ -49,49 +49,31 @@ class SoundCard:
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """Play through the shaker, past the limiter; the accelerometer's signal, of full scale, and half a second more.
 
-        Raises `DeviceError` where the device fails, and `Refused` where samples were lost.
+        Raises `DeviceError` where the device fails, and `Refused` where samples were lost or `silence` was called.
         """
         signal = np.append(limited(sound.signal, sound.rate_hz), np.zeros(round(_TAIL_S * sound.rate_hz)))
         played = np.zeros((signal.size, min(self._channel + 2 - self._channel % 2, self._channels)), np.float32)
         played[:, self._channel] = signal
-        recorded, lost = self._played_and_recorded(played, sound.rate_hz)
-        if lost:
+        exchange = Exchange(*self._devices, played, self._heard_on + 1, sound.rate_hz)
+        self._exchange = exchange
+        try:
+            exchange.run()
+        finally:
+            self._exchange = None
+        if exchange.silenced:
+            raise Refused("the sound was stopped; take it again")
+        if exchange.lost:
             raise Refused("the sound card lost samples while it played; take it again")
-        return recorded[:, self._heard_on].astype(np.float64)
+        return exchange.recorded[:, self._heard_on].astype(np.float64)
+
+    def silence(self) -> None:
+        """Ramp down what plays, if anything does, and end it; from any thread. `play` raises `Refused`."""
+        exchange = self._exchange
+        if exchange is not None:
+            exchange.silence()
 
     def close(self) -> None:
         """Nothing sounds between two calls of `play`."""
-
-    def _played_and_recorded(self, played: NDArray[np.float32], rate_hz: int) -> tuple[NDArray[np.float32], bool]:
-        """What was heard while `played` sounded, float32 [frame, channel], and whether anything was lost of either."""
-        device, recorded = self._sounddevice, np.zeros((len(played), self._heard_on + 1), np.float32)
-        over, at, lost = threading.Event(), 0, False
-
-        def block(heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
-            nonlocal at, lost
-            lost |= bool(status.input_overflow or status.output_underflow)
-            n = min(frames, len(played) - at)
-            out[:n], out[n:] = played[at : at + n], 0.0
-            recorded[at : at + n] = heard[:n]
-            at += n
-            if at == len(played):
-                raise device.CallbackStop
-
-        try:
-            stream = device.Stream(
-                samplerate=rate_hz,
-                channels=(recorded.shape[1], played.shape[1]),
-                dtype="float32",
-                device=self._devices,
-                latency=_LATENCY_S,
-                callback=block,
-                finished_callback=over.set,
-            )
-            with stream:
-                over.wait(len(played) / rate_hz + _PATIENCE_S)
-        except (device.PortAudioError, ValueError) as error:
-            raise self._failure(error) from None
-        return recorded, lost or at < len(played)
 
     def _require_channel(self, name: str, kind: str, wanted: int) -> int:
         """How many channels a device has; `DeviceError` where the one that is wanted is not among them."""
