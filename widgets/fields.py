@@ -126,6 +126,11 @@ class Field(QLineEdit):
         else:
             super().keyPressEvent(event)
 
+    def finish(self) -> None:
+        """Give what was typed, if anything was, as leaving does."""
+        if self.isModified():
+            self._finish()
+
     def complain(self, reason: str) -> None:
         """Show that what was typed is not allowed, and why; an empty reason takes that back."""
         theme.set_role(self, "bad" if reason else "value")

@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, Signal
 from widgets.bridge import Bridge
 from widgets.calibrate.profiles import folder_of
 from widgets.settings import Settings
+from widgets.targets import words_of
 from workbench.engine.correction import correction_of
 from workbench.engine.messages import Command, Level, Tare
 from workbench.engine.session import Session, Target
@@ -20,6 +21,7 @@ from workbench.errors import UnderfootError
 from workbench.floor.forces import floor_beside
 from workbench.floor.layout import Floor, default_floor
 from workbench.floor.profile import Profile
+from workbench.floor.simulation import TileParameters
 from workbench.patch.node import Registry
 from workbench.patch.patch import Patch
 
@@ -118,7 +120,7 @@ class Player(QObject):
 
     def _calibrated(self, target: Target) -> Target:
         """A target with the profiles of its floor, where there are any."""
-        folder = folder_of(self._profiles, target.floor)
+        folder = folder_of(self._profiles, target.floor, target.simulation)
         return replace(target, profiles=str(folder)) if not target.profiles and folder.is_dir() else target
 
     def _open(self) -> None:
@@ -170,8 +172,9 @@ class Player(QObject):
             self.target = replace(self.target, profiles="")
             self._open()
             return
-        self.target = replace(self.target, floor=default_floor(), kind="simulator", source="")
-        self._settings.kind, self._settings.source = "simulator", ""
+        self.target = replace(self.target, floor=default_floor(), kind="simulator", source="", simulation="")
+        self._settings.kind = "simulator"
+        self._settings.source = self._settings.simulation = ""
         self._open()
 
     def _let_go(self, session: Session) -> None:
@@ -268,6 +271,21 @@ class Player(QObject):
         """Play on a simulated floor as the file has it; `BadFile` where it cannot be read."""
         self._retarget("simulator", str(path), Floor.load(path))
 
+    def use_simulation(self, path: Path | None) -> None:
+        """Let simulated tiles be made of what the file says, and be read by sensors that err; None for ideal ones.
+
+        The floor stays as it is where it is simulated, else it is the last one that was. `BadFile` where the file
+        cannot be read.
+        """
+        if path is not None:
+            TileParameters.load(path)
+        self._settings.simulation = "" if path is None else str(path)
+        if self.target.kind == "simulator":
+            self._settings.kind = "simulator"
+            self.set_target(_target(self._settings, "simulator", "", self.target.floor))
+        else:
+            self._retarget("simulator", "", default_floor(self._settings.rows, self._settings.columns))
+
     def use_forces(self, path: Path) -> None:
         """Play back the forces in a CSV file, whose floor lies beside it; `BadFile` where one cannot be read."""
         self._retarget("replay", str(path), Floor.load(floor_beside(path)))
@@ -291,13 +309,15 @@ class Player(QObject):
 
 
 def remembered_target(settings: Settings) -> Target:
-    """The last target; the simulated floor of four tiles where its file is gone."""
+    """The last target; the simulated floor of four ideal tiles where its file is gone."""
     try:
         if settings.kind == "replay":
             return _target(settings, "replay", settings.source, Floor.load(floor_beside(settings.source)))
         floor = Floor.load(settings.source) if settings.source else default_floor(settings.rows, settings.columns)
+        if settings.simulation:
+            TileParameters.load(settings.simulation)
     except UnderfootError:
-        floor = default_floor()
+        floor, settings.simulation = default_floor(), ""
     return _target(settings, "simulator", "", floor)
 
 
@@ -306,21 +326,26 @@ def in_words(target: Target) -> str:
 
     >>> in_words(Target(default_floor(2, 3)))
     'Simulated floor  2 × 3'
+    >>> in_words(Target(default_floor(2, 3), simulation="presets/plywood-tile.json"))
+    'Plywood tile  2 × 3'
     """
     if target.kind == "replay":
         return f"Recorded forces  {Path(target.source).stem}"
     if target.kind in LINKS:
         return f"{'Serial port' if target.kind == 'serial' else 'UDP'}  {target.source}"
+    what = words_of(Path(target.simulation)) if target.simulation else "Simulated floor"
     count = len(target.floor.tiles)
     for rows in range(1, 33):
         if count % rows == 0 and count // rows <= 32 and target.floor == default_floor(rows, count // rows):
-            return f"Simulated floor  {rows} × {count // rows}"
-    return f"Simulated floor  {target.floor.title or f'{count} tiles'}"
+            return f"{what}  {rows} × {count // rows}"
+    return f"{what}  {target.floor.title or f'{count} tiles'}"
 
 
 def _target(settings: Settings, kind: str, source: str, floor: Floor) -> Target:
     sound: dict[str, Any] = {"sound": settings.sound, "rate": settings.rate, "block": settings.block}
-    return Target(floor=floor, kind=kind, source="" if kind == "simulator" else source, **sound)
+    if kind == "simulator":
+        return Target(floor=floor, kind=kind, simulation=settings.simulation, **sound)
+    return Target(floor=floor, kind=kind, source=source, **sound)
 
 
 def _recording_path() -> Path:

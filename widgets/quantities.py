@@ -12,6 +12,7 @@ _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "
 _KEEPS = {"m/s^2": 0.01, "m/s": 0.01, "s/m": 0.01}
 """Units that are usual without a prefix down to here."""
 _DIGIT_GROUP = "\u202f"
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|dB|kHz|Hz|kN|N|[cmµ]?m|m?s|m/s²)(?![\w/]))")
 
 
 def quantity(value: float, unit: str = "", digits: int = 3) -> str:
@@ -56,12 +57,13 @@ def pretty_unit(unit: str) -> str:
 
 
 def pretty_text(text: str) -> str:
-    """Prose with the powers in its units set high.
+    """Prose with the powers in its units set high, true minus signs, and numbers that no line parts from their units.
 
-    >>> pretty_text("in m/s^2")
-    'in m/s²'
+    >>> pretty_text("in m/s^2"), pretty_text("at -92 mm, 3 % off")
+    ('in m/s²', 'at −92\\xa0mm, 3\\xa0% off')
     """
-    return text.replace("s^2", "s²").replace("m^2", "m²").replace("m^3", "m³")
+    high = text.replace("s^2", "s²").replace("m^2", "m²").replace("m^3", "m³")
+    return _BEFORE_UNIT.sub("\u00a0", re.sub(r"(?<![\w.)-])-(?=\d)", "−", high))
 
 
 def parse_quantity(text: str, unit: str = "") -> float:

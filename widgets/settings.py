@@ -21,9 +21,9 @@ _SLOTS = 16
 class Settings(msgspec.Struct):
     """What the window remembers: the last target, sound device, level, and where things stood.
 
-    `sound` is "" for the default device, None for no sound, else a device's name. `references` are what each
-    calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
-    metres right of and above the screen's.
+    `simulation` is the file of what simulated tiles are made of, "" for ideal ones. `sound` is "" for the default
+    device, None for no sound, else a device's name. `references` are what each calibration is measured against on
+    hardware. `projector_at` is where a tile's middle is shown on the floor, in metres right of and above the screen's.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -40,6 +40,7 @@ class Settings(msgspec.Struct):
     source: str = ""
     rows: int = 2
     columns: int = 2
+    simulation: str = ""
     sound: str | None = ""
     rate: int = 48_000
     block: int = 128

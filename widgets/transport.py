@@ -31,6 +31,9 @@ BUSY = 0.8
 ALARM_S = 10.0
 """How long a new loss is shown as an alarm."""
 
+Choices = Sequence[tuple["str | Choices", str]]
+"""A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
+
 _HOLD_DB = 1.2
 """The meter falls by so much a reading: 12 dB a second."""
 
@@ -87,12 +90,16 @@ class TransportBar(QWidget):
         """Mark the workspace that is on the screen."""
         self._tabs.button(index).setChecked(True)
 
-    def set_targets(self, choices: Sequence[tuple[str, str]]) -> None:
-        """What the target chooser offers: a key and words for each; a key of "" is a line between."""
-        menu = self.target.menu()
-        menu.clear()
+    def set_targets(self, choices: Choices) -> None:
+        """What the target chooser offers."""
+        self.target.menu().clear()
+        self._offer(self.target.menu(), choices)
+
+    def _offer(self, menu: QMenu, choices: Choices) -> None:
         for key, words in choices:
-            if key:
+            if not isinstance(key, str):
+                self._offer(menu.addMenu(words), key)
+            elif key:
                 menu.addAction(words).triggered.connect(lambda _=False, key=key: self.target_chosen.emit(key))
             else:
                 menu.addSeparator()

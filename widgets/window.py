@@ -23,9 +23,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
+from widgets import targets, theme
 from widgets.design.node_list import SearchField
 from widgets.design.workspace import DesignWorkspace
+from widgets.garbage import spare
 from widgets.open_patch import OpenPatch
 from widgets.player import Player, in_words
 from widgets.settings import Settings
@@ -40,16 +41,6 @@ from workbench.patch.patch import Patch
 
 FIRST = "gravel"
 MONITOR, CALIBRATE = 1, 2
-TARGETS = (
-    ("simulator 2 2", "Simulated floor  2 × 2"),
-    ("simulator 6 6", "Simulated floor  6 × 6"),
-    ("", ""),
-    ("floor", "Simulated floor from a file…"),
-    ("forces", "Recorded forces from a file…"),
-    ("", ""),
-    ("serial", "Tiles on a serial port…"),
-    ("udp", "Tiles over UDP…"),
-)
 MESSAGE_MS = 20_000
 
 EXTRA_KEYS = (
@@ -166,9 +157,13 @@ class MainWindow(QMainWindow):
             self._ticket = self.player.session.preview(self.document.patch, node)
 
     def _choose_target(self, key: str) -> None:
-        kind, *size = key.split()
+        kind, *what = key.split()
         if kind == "simulator":
-            self.player.set_floor(*map(int, size))
+            self.player.set_floor(*map(int, what))
+        elif kind == "simulation" and what:
+            self.player.use_simulation(targets.simulations().get(what[0]))
+        elif kind == "simulation":
+            self.document.ask_file("A simulated tile", "Tiles (*.json);;All files (*)", self.player.use_simulation)
         elif kind == "floor":
             self.document.ask_file("A floor", "Floors (*.json);;All files (*)", self.player.use_floor)
         elif kind in LINKS:
@@ -226,7 +221,13 @@ class MainWindow(QMainWindow):
         escaped = event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Escape  # type: ignore[attr-defined]
         if escaped and not isinstance(self.focusWidget(), SearchField):
             self.panic()
+        if event.type() == QEvent.Type.WindowUnblocked and QApplication.activeWindow() is None:
+            self.activateWindow()
         return super().event(event)
+
+    def showEvent(self, event) -> None:
+        super().showEvent(event)
+        self.activateWindow()  # keys come here from the first on, also where no window manager sees to it
 
     def keyPressEvent(self, event) -> None:
         """What no widget had a use for."""
@@ -262,7 +263,7 @@ class MainWindow(QMainWindow):
     def _build(self) -> None:
         made = self._make_workspaces()
         self.transport = TransportBar(self._menu())
-        self.transport.set_targets(TARGETS)
+        self.transport.set_targets(targets.choices())
         self.transport.set_target(in_words(self.player.target))
         self.transport.set_level(self.settings.level_db)
         self.transport.set_playing(self.player.playing)
@@ -474,6 +475,7 @@ def run(target: Target | None = None, patch_path: Path | None = None, screenshot
             signal.signal(number, lambda *_: window.leave())
         window.player.use_sound(screenshot_dir is None)
         window.show()
+        spare(window)
         QTimer.singleShot(0, window.start)
         if screenshot_dir is not None:
             from widgets.pictures import Photographer

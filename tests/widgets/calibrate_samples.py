@@ -82,9 +82,11 @@ class Weighing:
             acceleration_per_unit=level,
         )  # fmt: skip
         curve = Drawing("Bell", "frequency, Hz", "level", (series("bell", [50, 100], [1, level]),), x_log=True)
+        bell = np.array([[50.0, 1.0], [100.0, level]])
         return Result(
             "response", "Weighing of t1", (("error", 0.5, "dB"), ("level_db", level, "dB")), "It rings true.", True,
-            ("the bell is small",), (curve,), (), lambda profile: profile.with_part(part),
+            ("the bell is small",), (curve,), (("bell", "frequency_hz,level", bell),),
+            lambda profile: profile.with_part(part),
         )  # fmt: skip
 
     def answer(self, values):

@@ -33,13 +33,22 @@ def _no_leaked_widgets(qapp):
 def workspace(qtbot):
     """A Design workspace on the screen, with a small patch of nodes that do nothing."""
     from design_samples import REGISTRY, sample
+    from on_screen import show
 
     from widgets.design.workspace import DesignWorkspace
 
     made = DesignWorkspace(REGISTRY)
     qtbot.addWidget(made)
     made.resize(1280, 748)
-    made.show()
+    show(qtbot, made)
     made.setPatch(sample())
     made.canvas.setFocus()
     return made
+
+
+@pytest.fixture
+def desk(qtbot, tmp_path):
+    """The Calibrate workspace on the screen."""
+    from calibrate_desk import Desk
+
+    return Desk(qtbot, tmp_path)

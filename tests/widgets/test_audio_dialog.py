@@ -2,6 +2,7 @@
 
 import threading
 
+from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox, QPushButton
 
@@ -17,7 +18,7 @@ def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
     qtbot.addWidget(dialog)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
     dialog.set_values(device, rate, block)
-    dialog.show()
+    show(qtbot, dialog)
     assert dialog.note.text() == "Looking for sound cards…"
     with qtbot.waitSignal(dialog.found):
         let_go.set()

@@ -3,81 +3,28 @@
 import itertools
 import threading
 
+import numpy as np
 import pytest
-from calibrate_samples import MIDDLE, PAGES, weighings
+from calibrate_desk import Desk
+from calibrate_samples import PAGES, Scale
+from on_screen import show
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QMessageBox, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QMessageBox,
+    QWidget,
+)
 
-from widgets.calibrate.measuring import Pace
-from widgets.calibrate.workspace import CalibrateWorkspace
-from widgets.settings import Settings
+from widgets.calibrate.measuring import Pace, WatchedBench
+from widgets.calibrate.page_view import PageView
+from widgets.calibrate.wizard import going_words
+from workbench.calibration.procedure import Page, Refused, Sound
 from workbench.engine.target import Target
 from workbench.errors import DeviceError
 from workbench.floor.layout import default_floor
 from workbench.floor.profile import Profile, Response
-
-LEFT = Qt.MouseButton.LeftButton
-SLOW_MS = 10_000
-
-
-class Desk:
-    """A workspace on the screen, and the hands before it."""
-
-    def __init__(self, qtbot, root, *, kind="simulator", gate=None):
-        self.qtbot, self.made, self.said, self.written, self.wanted = qtbot, [], [], [], []
-        self.settings = Settings()
-        hardware = kind == "serial"
-        self.workspace = made = CalibrateWorkspace(
-            root, self.settings, weighings(self.made, hardware, gate), Pace(0.0, 0.0)
-        )
-        qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
-        made.noticed.connect(self.said.append)
-        made.profile_changed.connect(lambda *what: self.written.append(what))
-        made.release_wanted.connect(lambda: self.wanted.append("release"))
-        made.reopen_wanted.connect(lambda: self.wanted.append("reopen"))
-        made.set_target(Target(default_floor(), kind=kind))
-        made.resize(1280, 726)
-        made.show()
-        qtbot.waitExposed(made)
-        self.click(made.choice.cards["response"])
-
-    @property
-    def wizard(self):
-        return self.workspace.wizard
-
-    @property
-    def page(self):
-        return self.wizard.snapshot.page.key if self.wizard.snapshot else ""
-
-    def click(self, widget):
-        assert widget.isVisible()
-        assert widget.isEnabled()
-        self.qtbot.mouseClick(widget, LEFT)
-
-    def wait(self, holds):
-        self.qtbot.waitUntil(lambda: bool(holds()), timeout=SLOW_MS)
-
-    def begin(self):
-        self.click(self.workspace.overview.begin)
-        self.wait(lambda: self.page == "setup")
-
-    def go(self, page):
-        """Click Continue, under whatever name, until the page is there."""
-        while self.page != page:
-            before = self.wizard.snapshot.page
-            self.wait(self.wizard.going.isEnabled)
-            self.click(self.wizard.going)
-            self.wait(lambda before=before: (self.page, self.wizard.snapshot.page.asks) != (before.key, before.asks))
-
-    def files(self):
-        return sorted(path.name for path in self.workspace.profiles.folder.rglob("*") if path.is_file())
-
-
-@pytest.fixture
-def desk(qtbot, tmp_path):
-    return Desk(qtbot, tmp_path)
-
 
 # --- from first to last ---
 
@@ -163,6 +110,56 @@ def test_typed_values_are_given_and_an_earlier_page_remembers_them(desk):
     assert desk.wizard.page.editors[0].value() == 250.0
 
 
+def test_what_is_typed_counts_also_in_a_window_without_the_focus(desk, qtbot):
+    """As where no window manager gives the focus to anybody, or the floor's view has it."""
+    desk.begin()
+    other = QWidget()
+    qtbot.addWidget(other)
+    show(qtbot, other)
+    assert not desk.workspace.isActiveWindow()
+    field = desk.wizard.page.editors[0].field
+    field.selectAll()
+    QTest.keyClicks(field, "250")
+    desk.click(desk.wizard.going)
+    desk.wait(lambda: desk.page == "tare")
+    assert desk.made[0][0].answers["stiffness_n"] == 250.0
+
+
+def test_the_focus_stays_in_the_wizard_while_something_is_measured(qtbot, tmp_path):
+    gate = threading.Event()
+    desk = Desk(qtbot, tmp_path, gate=gate)
+    try:
+        desk.begin()
+        desk.go("bell")
+        desk.click(desk.wizard.going)
+        assert not desk.wizard.going.isEnabled()
+        assert desk.workspace.window().focusWidget() is desk.wizard
+    finally:
+        gate.set()
+    desk.wait(desk.wizard.saving.hasFocus)
+
+
+def test_a_page_of_silence_listens_and_does_not_play(qtbot):
+    view = PageView()
+    qtbot.addWidget(view)
+    for signal, words in ((np.zeros(4800), "Listens for 100 ms"), (np.ones(4800), "Plays for 100 ms")):
+        page = Page(words, "a", "b", sound=Sound(signal, 48_000, "none"))
+        view.show_page(page)
+        assert view.where.text() == f"{words} with nothing on the tile"
+        assert going_words(page, by_hand=False, waits=True) == ("Play" if signal.any() else "Listen")
+
+
+def test_before_a_first_calibration_the_tile_is_pictured(desk):
+    assert desk.workspace.overview.picture.isVisible()
+    assert not desk.workspace.overview.table.isVisible()
+    Profile(tile="t1").with_part(Response(made="2026-01-01", frequencies_hz=(50.0,), magnitude=(1.0,))).save(
+        desk.file()
+    )
+    desk.workspace.profiles.follow(default_floor())
+    desk.wait(desk.workspace.overview.table.isVisible)
+    assert not desk.workspace.overview.picture.isVisible()
+
+
 def test_back_and_skip_go_where_they_say(desk):
     desk.begin()
     desk.go("weigh")
@@ -185,7 +182,7 @@ def test_a_refusal_is_one_line_on_the_page_and_nothing_is_lost(desk):
     QTest.keyClicks(field, "40 N")
     desk.click(desk.wizard.going)
     desk.wait(desk.wizard.refusal.isVisible)
-    assert desk.wizard.refusal.text() == "40 N was typed, but the scale says more"
+    assert desk.wizard.refusal.text() == "40\xa0N was typed, but the scale says more"
     assert desk.page == "weigh"
     field = desk.wizard.page.editors[0].field
     field.setFocus()
@@ -212,7 +209,7 @@ def test_what_cannot_be_typed_is_not_given(desk):
     QTest.keyClicks(field, "5000 N")
     desk.click(desk.wizard.going)
     desk.wait(desk.wizard.refusal.isVisible)
-    assert "allowed: 1 to 1000 N" in desk.wizard.refusal.text()
+    assert "allowed: 1 to 1000\xa0N" in desk.wizard.refusal.text()
     assert desk.made[0][0].answers == {}
     assert desk.page == "setup"
 
@@ -238,9 +235,9 @@ def test_a_bench_that_cannot_be_had_is_said_and_only_cancel_is_left(desk):
 @pytest.mark.parametrize("page", PAGES)
 def test_cancel_at_any_page_changes_nothing(desk, page):
     Profile(tile="t1").with_part(Response(made="2026-01-01", frequencies_hz=(50.0,), magnitude=(1.0,))).save(
-        _file(desk)
+        desk.file()
     )
-    before = _file(desk).read_bytes()
+    before = desk.file().read_bytes()
     desk.begin()
     desk.go(page)
     desk.click(desk.wizard.closing if page == "result" else desk.wizard.leaving)
@@ -248,7 +245,7 @@ def test_cancel_at_any_page_changes_nothing(desk, page):
     desk.wait(lambda: not desk.workspace.is_measuring)
     assert desk.made[0][1].closed
     assert desk.files() == ["t1.json"]
-    assert _file(desk).read_bytes() == before
+    assert desk.file().read_bytes() == before
     assert desk.written == []
 
 
@@ -268,6 +265,40 @@ def test_nothing_waits_for_what_is_computed_and_it_can_be_left(qtbot, tmp_path):
         gate.set()
     desk.wait(desk.workspace.overview.begin.isEnabled)
     assert desk.made[0][1].silenced.is_set()
+
+
+def test_a_panic_stops_the_sound_and_the_page_stays(qtbot, tmp_path):
+    desk = Desk(qtbot, tmp_path)
+    desk.begin()
+    desk.go("bell")
+    desk.workspace.silence()
+    assert desk.made[0][1].silenced.is_set()
+    bell = desk.made[0][1]
+    play = bell.play
+
+    def panics(sound):
+        desk.workspace.silence()
+        return play(sound)
+
+    bell.play = panics
+    desk.click(desk.wizard.going)
+    desk.wait(desk.wizard.refusal.isVisible)
+    assert "was stopped" in desk.wizard.refusal.text()
+    assert desk.page == "bell"
+    bell.play = play
+    desk.go("result")
+
+
+def test_a_sound_that_is_to_begin_after_a_panic_does_not():
+    bench = Scale()
+    watched = WatchedBench(bench)
+    sound = Sound(np.ones(4), 48_000, "none")
+    watched.silence()
+    with pytest.raises(Refused, match="was stopped"):
+        watched.play(sound)
+    assert bench.loads == []
+    watched.allow()
+    assert watched.play(sound).tolist() == [0.5] * 4
 
 
 def test_another_target_ends_the_measurement(desk):
@@ -323,87 +354,6 @@ def test_a_page_that_waits_for_a_person_says_so(qtbot, tmp_path):
     assert desk.page == "weigh"
 
 
-# --- profiles ---
-
-
-def test_an_earlier_part_is_compared_and_restored(desk):
-    first, second = (
-        Response(made=f"2026-01-0{day}", error=float(day), error_unit="dB", figures={"level_db": 10.0 * day},
-                 frequencies_hz=(50.0, 100.0), magnitude=(1.0, day))
-        for day in (1, 2)
-    )  # fmt: skip
-    Profile(tile="t1").with_part(first).with_part(second).save(_file(desk))
-    desk.workspace.profiles.follow(default_floor())
-    choice, overview = desk.workspace.choice, desk.workspace.overview
-    desk.wait(lambda: choice.history.count() == 1)
-    assert choice.history.item(0).text() == "2026-01-01 · errs by 1 dB"
-    assert not choice.restore.isEnabled()
-    place = choice.history.visualItemRect(choice.history.item(0)).center()
-    desk.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
-    assert [overview.table.item(1, column).text() for column in range(3)] == ["Level", "20 dB", "10 dB"]
-    assert len(overview.drawings.views[0]._drawing.series) == 2
-    desk.click(choice.restore)
-    desk.wait(lambda: desk.written)
-    assert Profile.load(_file(desk)).response.made == "2026-01-01"
-    assert Profile.load(_file(desk)).earlier[0].response.made == "2026-01-02"
-
-
-def test_a_profile_that_is_too_old_is_flagged(desk):
-    old = Response(
-        made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"
-    )
-    Profile(tile="t2").with_part(old).save(_file(desk, "t2"))
-    with desk.qtbot.waitSignal(desk.workspace.flagged, check_params_cb=bool) as flagged:
-        desk.workspace.profiles.follow(default_floor())
-    lines = flagged.args[0]
-    assert len(lines) == 2
-    assert "days old" in lines[0]
-    assert lines[1] == "response calibration of t2 errs by 2 dB; 1 allowed"
-    desk.workspace.choice.map.set_choice("t2")
-    assert "days old" in desk.workspace.choice._flags.text()
-
-
-def test_a_profile_that_cannot_be_read_is_said(desk):
-    _file(desk).write_text("{")
-    desk.workspace.profiles.follow(default_floor())
-    desk.wait(lambda: any("t1.json" in line for line in desk.said))
-
-
-def test_floors_keep_their_profiles_apart(desk):
-    before = desk.workspace.profiles.folder
-    desk.workspace.set_target(Target(default_floor(2, 3)))
-    assert desk.workspace.profiles.folder != before
-    assert desk.workspace.profiles.folder.parent == before.parent
-
-
-# --- on the floor ---
-
-
-def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
-    desk.begin()
-    desk.go("weigh")
-    desk.click(desk.wizard.projecting)
-    view = desk.workspace._projection
-    desk.wait(view.isVisible)
-    screen = view.screen()
-    assert view.px_per_m == pytest.approx(1e3 * screen.geometry().width() / screen.physicalSize().width())
-    apart = view.place((0.1, 0.0)) - view.place((-0.1, 0.0))
-    assert apart.x() == pytest.approx(0.2 * view.px_per_m)
-    assert view._page.press.at_m == MIDDLE
-    before = view.place((0.0, 0.0))
-    QTest.keyClick(view, Qt.Key.Key_Plus)
-    QTest.keyClick(view, Qt.Key.Key_Up)
-    QTest.keyClick(view, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
-    assert desk.settings.projector_scale == pytest.approx(1.01)
-    assert desk.settings.projector_at == pytest.approx((0.001, 0.005))
-    assert view.place((0.0, 0.0)).y() < before.y()
-    QTest.keyClick(view, Qt.Key.Key_Return)
-    desk.wait(lambda: desk.wizard.snapshot.page.asks == () or desk.page != "weigh")
-    QTest.keyClick(view, Qt.Key.Key_Escape)
-    assert desk.workspace._projection is None
-    assert desk.wizard.isVisible()
-
-
 # --- hands and eyes ---
 
 
@@ -442,8 +392,3 @@ def test_nothing_overlaps_or_is_cut_off_at_the_smallest_size(desk):
             key=lambda place: place.x(),
         )
         assert all(a.right() < b.left() for a, b in itertools.pairwise(buttons))
-
-
-def _file(desk, tile="t1"):
-    desk.workspace.profiles.folder.mkdir(parents=True, exist_ok=True)
-    return desk.workspace.profiles.folder / f"{tile}.json"

@@ -8,6 +8,7 @@ import pytest
 from design_samples import REGISTRY, sample
 from hypothesis import given
 from hypothesis import strategies as st
+from on_screen import show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QTableWidgetItem
@@ -125,7 +126,7 @@ def bar(qtbot):
     editor = RhythmEditor(NOTES)
     qtbot.addWidget(editor)
     editor.resize(240, 140)
-    editor.show()
+    show(qtbot, editor)
     editor.bar.kept_by = editor  # Python would let go of it, and Qt of the bar
     return editor.bar
 

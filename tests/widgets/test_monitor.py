@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QGuiApplication
 
@@ -139,7 +140,7 @@ def floor_map(qtbot, turned):
     qtbot.addWidget(made)
     made.resize(400, 400)
     made.set_floor(turned)
-    made.show()
+    show(qtbot, made)
     return made
 
 
@@ -214,7 +215,7 @@ def table(qtbot):
     made = StepTable()
     qtbot.addWidget(made)
     made.resize(1000, 200)
-    made.show()
+    show(qtbot, made)
     return made
 
 
@@ -280,7 +281,7 @@ def monitor(qtbot):
     qtbot.addWidget(made)
     made.resize(1280, 728)
     made.set_session(default_floor(), RATE, True)
-    made.show()
+    show(qtbot, made)
     return made
 
 
@@ -370,7 +371,6 @@ def test_following_chooses_the_tile_of_the_newest_foot(monitor, walk, qtbot):
 
 
 def test_a_pause_holds_the_picture_and_loses_nothing(monitor, walk, qtbot):
-    monitor.activateWindow()
     qtbot.mouseClick(monitor.pausing, Qt.MouseButton.LeftButton)
     assert monitor.is_paused
     monitor.resume()

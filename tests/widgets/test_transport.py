@@ -3,6 +3,7 @@
 import itertools
 
 import pytest
+from on_screen import choose, show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu
 
@@ -19,7 +20,7 @@ def bar(qtbot):
     for name in ("Design", "Monitor", "Calibrate"):
         made.add_workspace(name)
     made.resize(1280, 48)
-    made.show()
+    show(qtbot, made)
     return made
 
 
@@ -53,6 +54,14 @@ def test_targets_are_chosen_by_their_key(bar, qtbot):
     assert chosen.args == ["b"]
     bar.set_target("Two")
     assert bar.target.text() == "Two"
+
+
+def test_targets_in_a_menu_of_their_own_are_chosen_by_clicks(bar, qtbot):
+    bar.set_targets([("a", "One"), ((("b 1", "Oak"), ("", ""), ("b", "Open…")), "Wood")])
+    for words, key in ((("One",), "a"), (("Wood", "Oak"), "b 1"), (("Wood", "Open…"), "b")):
+        with qtbot.waitSignal(bar.target_chosen) as chosen:
+            choose(bar.target, *words)
+        assert chosen.args == [key]
 
 
 def test_the_level_is_moved_by_keys_and_mouse_in_decibels(bar, qtbot):

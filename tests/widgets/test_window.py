@@ -1,42 +1,34 @@
 """The window with a real session on the simulator; and what it keeps on disk."""
 
+import gc
 import multiprocessing
 
-import numpy as np
 import pytest
+from on_screen import show
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QLabel, QLineEdit, QMessageBox, QPushButton
+from windows import LONG_MS, dialog_of, hiss, quiet_window
 
 from widgets import bridge, pictures
 from widgets.audio_dialog import AudioDialog
-from widgets.line_dialog import LineDialog
+from widgets.garbage import spare
 from widgets.settings import LOW_LEVEL_DB, Autosave, Settings
 from widgets.shortcuts import ShortcutsDialog
 from widgets.window import CALIBRATE, MONITOR, MainWindow
 from workbench.calibration.procedure import Result
-from workbench.devices.emulator import Emulator, PtyWay
-from workbench.devices.simulated import SimulatedFloor
 from workbench.engine.session import Target
 from workbench.floor.layout import default_floor
 from workbench.floor.profile import Profile, Response
 from workbench.nodes import REGISTRY
 from workbench.patch.patch import Patch
 
-LONG_MS = 120_000
-"""A first run compiles kernels."""
-
-
-def _patch(title="Hiss"):
-    patch = Patch(title=title).add("noise", REGISTRY).add("tile-output", REGISTRY, at=(240.0, 0.0))
-    return patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
-
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
     """A folder with a patch to open and room for what the window keeps."""
     folder = tmp_path_factory.mktemp("window")
-    _patch().save(folder / "hiss.json")
+    hiss().save(folder / "hiss.json")
     return folder
 
 
@@ -59,7 +51,7 @@ def playing(qapp, place, until):
 @pytest.fixture
 def window(playing, place, qtbot):
     """The same window as it was at first: playing, its own patch open and saved, Design on the screen."""
-    playing.activateWindow()
+    show(qtbot, playing)
     yield playing
     for dialog in playing.findChildren(QDialog):
         dialog.close()
@@ -72,18 +64,6 @@ def window(playing, place, qtbot):
 def _runs(window):
     QCoreApplication.processEvents()
     return "Plays on" in window._where.text()
-
-
-def _quiet_window(qtbot, folder, path=None):
-    """A window without a session."""
-    made = MainWindow(folder, Target(default_floor()), path)
-    qtbot.addWidget(made, before_close_func=lambda w: w.leave())
-    made.show()
-    return made
-
-
-def _dialog(window, kind):
-    return next(dialog for dialog in window.findChildren(kind) if dialog.isVisible())
 
 
 # --- playing ---
@@ -187,12 +167,12 @@ def test_save_writes_the_file_and_takes_the_mark_away(window, qtbot, place):
     qtbot.keyClick(window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
     assert Patch.load(place / "hiss.json", REGISTRY).node("noise").parameters["low"] == 80.0
     assert not window.isWindowModified()
-    _patch().save(place / "hiss.json")
+    hiss().save(place / "hiss.json")
 
 
 def test_save_as_asks_for_a_file(window, qtbot, tmp_path):
     window.action("save as").trigger()
-    dialog = _dialog(window, QFileDialog)
+    dialog = dialog_of(window, QFileDialog)
     dialog.setDirectory(str(tmp_path))
     dialog.selectFile("other.json")
     dialog.accept()
@@ -205,7 +185,7 @@ def test_unsaved_work_is_asked_about_before_another_patch(window, qtbot):
     for answer, title in ((QMessageBox.StandardButton.Cancel, "Hiss"), (QMessageBox.StandardButton.Discard, "")):
         window.design.document.edit(edited, "Set amplitude")
         window.action("new").trigger()
-        question = _dialog(window, QMessageBox)
+        question = dialog_of(window, QMessageBox)
         qtbot.mouseClick(question.button(answer), Qt.MouseButton.LeftButton)
         assert window.design.patch().title == title
     assert window.player.session.patch == Patch()
@@ -275,7 +255,7 @@ def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_i
 
 
 def test_the_target_is_let_go_for_a_calibration_and_opened_again(qtbot, tmp_path, place):
-    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
+    window = quiet_window(qtbot, tmp_path, place / "hiss.json")
     with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
         window.start()
     with qtbot.waitSignal(window.player.released, timeout=LONG_MS):
@@ -287,7 +267,7 @@ def test_the_target_is_let_go_for_a_calibration_and_opened_again(qtbot, tmp_path
 
 
 def test_a_session_that_is_being_opened_is_let_go_too(qtbot, tmp_path, place):
-    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
+    window = quiet_window(qtbot, tmp_path, place / "hiss.json")
     with qtbot.waitSignal(window.player.released, timeout=LONG_MS):
         window.start()
         window.player.release()
@@ -295,7 +275,7 @@ def test_a_session_that_is_being_opened_is_let_go_too(qtbot, tmp_path, place):
 
 
 def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(qtbot, tmp_path, place):
-    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
+    window = quiet_window(qtbot, tmp_path, place / "hiss.json")
     folder = window.calibrate.profiles.folder
     folder.mkdir(parents=True)
     (folder / "t1.json").write_text("{}")
@@ -311,7 +291,7 @@ def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(qt
 
 def test_shortcuts_are_listed(window, qtbot):
     qtbot.keyClick(window, Qt.Key.Key_F1)
-    texts = [label.text() for label in _dialog(window, ShortcutsDialog).findChildren(QLabel)]
+    texts = [label.text() for label in dialog_of(window, ShortcutsDialog).findChildren(QLabel)]
     for words in ("Save", "Play or stop", "Undo", "Panic: silence at once"):
         assert words in texts
 
@@ -322,7 +302,7 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
     quiet = window.player.session.health
     qtbot.waitUntil(lambda: window.player.session.health.peak < 1e-6 < quiet.peak, timeout=LONG_MS)
     qtbot.mouseClick(window.transport.audio, Qt.MouseButton.LeftButton)
-    dialog = _dialog(window, AudioDialog)
+    dialog = dialog_of(window, AudioDialog)
     qtbot.waitUntil(lambda: dialog._devices is not None, timeout=LONG_MS)
     assert dialog.values() == (None, 48_000, 128)
     shaken = set()
@@ -332,77 +312,19 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
     assert shaken == {2}
 
 
-def test_another_target_is_another_session_with_the_same_patch(qtbot, tmp_path, place):
-    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
-        window.start()
-    before = window.player.session
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
-        window.transport.target_chosen.emit("simulator 1 3")
-        assert window.player.session is None
-    session = window.player.session
-    assert session is not before
-    assert [tile.id for tile in session.target.floor.tiles] == ["t1", "t2", "t3"]
-    assert session.patch == window.design.patch()
-    assert session.level_db == window.settings.level_db
-    assert window.transport.target.text() == "Simulated floor  1 × 3"
-    assert "Now on" in window._message.fullText()
-
-
-def test_a_target_that_cannot_be_played_is_said_and_the_floor_comes_back(qtbot, tmp_path, place):
-    default_floor(1, 1).save(tmp_path / "walk.floor.json")
-    (tmp_path / "walk.csv").write_text("time_s,t1.1\n0,1\n")
-    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
-    window.player.use_forces(tmp_path / "walk.csv")
-    with qtbot.waitSignals([window.player.said, window.player.retargeted], timeout=LONG_MS):
-        window.start()
-    assert "no column t1.2" in window._message.fullText()
-    assert window.player.target.kind == "simulator"
-
-
-def test_tiles_on_a_line_are_chosen_in_a_dialog(qtbot, tmp_path, place):
-    """A real pseudo-terminal, with an emulated floor behind it on which a walker walks."""
-    way = PtyWay()
-    emulator = Emulator(way, SimulatedFloor(default_floor()))
-    window = _quiet_window(qtbot, tmp_path, place / "hiss.json")
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
-        window.start()
-    window.transport.target_chosen.emit("serial")
-    dialog = window.findChild(LineDialog)
-    dialog.line.setEditText("/dev/no such port")
-    qtbot.keyClick(dialog.line, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: "cannot be opened" in window._message.fullText(), timeout=LONG_MS)
-    assert window.player.target.kind == "simulator"
-    window.transport.target_chosen.emit("serial")
-    dialog = next(found for found in window.findChildren(LineDialog) if found.isVisible())
-    dialog.line.setEditText(way.name)
-    emulator.start()
-    try:
-        with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
-            connect = next(b for b in dialog.findChildren(QPushButton) if b.text() == "Connect")
-            qtbot.mouseClick(connect, Qt.MouseButton.LeftButton)
-        assert window.transport.target.text() == f"Serial port  {way.name}"
-        heard = []
-        window.bridge.forces.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
-        qtbot.waitUntil(lambda: bool(heard) and max(heard) > 100.0, timeout=LONG_MS)
-    finally:
-        emulator.close()
-    assert window.settings.kind == "simulator"
-
-
 # --- what is kept ---
 
 
 def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
-    _patch().save(tmp_path / "hiss.json")
-    first = _quiet_window(qtbot, tmp_path, tmp_path / "hiss.json")
-    edited = _patch().set("noise", "amplitude", 4.0, REGISTRY)
+    hiss().save(tmp_path / "hiss.json")
+    first = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json")
+    edited = hiss().set("noise", "amplitude", 4.0, REGISTRY)
     first.design.document.edit(edited, "Set amplitude")
     kept = tmp_path / "unsaved" / "work-0.json"
     qtbot.waitUntil(kept.exists, timeout=10_000)
     # As the system would after a crash: the lock is free, the work is still there.
     first.document._autosave._lock.unlock()
-    second = _quiet_window(qtbot, tmp_path)
+    second = quiet_window(qtbot, tmp_path)
     assert second.design.patch() == edited
     assert second.document.path == tmp_path / "hiss.json"
     assert second.isWindowModified()
@@ -414,18 +336,42 @@ def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
 
 
 def test_a_window_that_is_told_to_leave_keeps_unsaved_work(qtbot, tmp_path):
-    first = _quiet_window(qtbot, tmp_path)
-    first.design.document.edit(_patch("Left behind"), "All")
+    first = quiet_window(qtbot, tmp_path)
+    first.design.document.edit(hiss("Left behind"), "All")
     first.leave()
-    assert _quiet_window(qtbot, tmp_path).design.patch().title == "Left behind"
+    assert quiet_window(qtbot, tmp_path).design.patch().title == "Left behind"
+
+
+def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.design.document.edit(hiss(), "All")
+    window.close()
+    question = dialog_of(window, QMessageBox)
+    qtbot.waitUntil(question.isActiveWindow)
+    qtbot.keyClick(question, Qt.Key.Key_Escape)
+    qtbot.waitUntil(window.isActiveWindow)
+
+
+def test_what_is_loaded_is_not_looked_through_for_garbage(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    before = gc.get_freeze_count()
+    spare(window)
+    try:
+        frozen = gc.get_freeze_count()
+        assert frozen > before
+        kept = [[] for _ in range(100)]
+        window.calibrate.wizard.ready.emit()
+        assert gc.get_freeze_count() >= frozen + len(kept)
+    finally:
+        gc.unfreeze()
 
 
 def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
-    window = _quiet_window(qtbot, tmp_path)
-    window.design.document.edit(_patch(), "All")
+    window = quiet_window(qtbot, tmp_path)
+    window.design.document.edit(hiss(), "All")
     window.close()
     assert window.isVisible()
-    question = _dialog(window, QMessageBox)
+    question = dialog_of(window, QMessageBox)
     qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
     assert not window.isVisible()
     assert Settings.load(tmp_path).window_bytes
@@ -433,8 +379,8 @@ def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
 
 def test_two_windows_keep_their_work_apart(tmp_path):
     one, two = Autosave(tmp_path), Autosave(tmp_path)
-    one.keep(_patch("One"), None)
-    two.keep(_patch("Two"), tmp_path / "two.json")
+    one.keep(hiss("One"), None)
+    two.keep(hiss("Two"), tmp_path / "two.json")
     assert one.rescue(REGISTRY).patch.title == "One"
     assert two.rescue(REGISTRY).path == tmp_path / "two.json"
     two.close()

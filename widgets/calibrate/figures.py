@@ -1,5 +1,6 @@
 """Figures for the person: names as words, values with their units, now and before."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 
@@ -26,6 +27,19 @@ _UNITS = {
     "m": "m", "s": "s",
 }  # fmt: skip
 """Units as the names of figures have them, behind what they are of."""
+_WORDS = {
+    "bound_percent": "best_of_any_curve",
+    "memory_error_percent": "error_with_memory",
+    "creep_percent_decade": "creep",
+    "acceleration_per_unit": "acceleration_at_full_scale",
+    "usable_low_hz": "usable_from",
+    "usable_high_hz": "usable_up_to",
+    "usable_low_before_hz": "usable_from,_before",
+    "usable_high_before_hz": "usable_up_to,_before",
+    "standing_changes_db": "change_by_standing",
+    "corner_changes_db": "change_by_a_foot_on_a_corner",
+}
+"""Figures whose names say too little."""
 ROW_PX = 24
 
 
@@ -33,11 +47,13 @@ def name_in_words(name: str) -> str:
     """A figure's name without its unit, which stands behind the value.
 
     >>> name_in_words("full_scale_n"), name_in_words("error_percent_2"), name_in_words("Force")
-    ('Full scale', 'Error 2', 'Force')
+    ('Full scale', 'Error of sensor 2', 'Force')
     >>> name_in_words("mean_after_mm_at_150_n"), name_in_words("p95_before_mm"), name_in_words("snr_db")
     ('Mean after at 150 N', '95th percentile before', 'SNR')
     """
-    plain = re.sub(r"_(\d+)_(n|hz)(?=_|$)", lambda m: f"_{m[1]} {_UNITS[m[2]]}", name)
+    plain = re.sub(r"_(\d+)_(n|hz)(?=_|$)", lambda m: f"_{m[1]} {_UNITS[m[2]]}", _WORDS.get(name, name))
+    plain = re.sub(r"^error_percent_(\d)$", r"error of sensor \1", plain)
+    plain = re.sub(r"^distortion_(\d)_percent$", r"distortion, harmonic \1", plain)
     plain = re.sub(rf"_({'|'.join(_UNITS)})(?=_|$)", "", plain)
     plain = re.sub(r"\bp(\d\d)(?=_|$)", r"\1th percentile", plain).replace("_", " ").strip()
     plain = re.sub(r"\b(snr|thd|fsr)\b", lambda m: m[1].upper(), plain)
@@ -49,8 +65,10 @@ def unit_in(name: str) -> str:
 
     >>> unit_in("full_scale_n"), unit_in("error_percent_2"), unit_in("sensors"), unit_in("mean_mm_at_150_n")
     ('N', '%', '', 'mm')
+    >>> unit_in("distortion_2_percent"), unit_in("at_50_hz_db")
+    ('%', 'dB')
     """
-    found = re.search(rf"(?<!\d)_({'|'.join(_UNITS)})(?=_|$)", name)
+    found = re.search(rf"_({'|'.join(_UNITS)})(?=_|$)", re.sub(r"_\d+_(n|hz)(?=_|$)", "", name))
     return _UNITS[found[1]] if found else ""
 
 
@@ -91,18 +109,14 @@ class FigureRow(QWidget):
     def show_figures(self, quantities: Quantities) -> None:
         """Show the first of these."""
         for place, (name, value) in enumerate(self._pairs):
-            is_there = place < len(quantities)
-            name.setVisible(is_there)
-            value.setVisible(is_there)
-            if is_there:
-                what, amount, unit = quantities[place]
-                name.setText(name_in_words(what))
-                name.setToolTip(name.text())
-                value.setText(theme.quantity(amount, unit))
+            what, amount, unit = quantities[place] if place < len(quantities) else ("", math.nan, "")
+            name.setText(name_in_words(what))
+            name.setToolTip(name.text())
+            value.setText(theme.quantity(amount, unit) if what else "")
 
     def texts(self) -> list[str]:
         """What is shown, name and value."""
-        return [f"{name.text()} {value.text()}" for name, value in self._pairs if not name.isHidden()]
+        return [f"{name.text()} {value.text()}" for name, value in self._pairs if name.text()]
 
 
 class FigureTable(QTableWidget):
@@ -130,6 +144,9 @@ class FigureTable(QTableWidget):
         self, quantities: Quantities, now: str, before: Mapping[str, float] | None = None, then: str = ""
     ) -> None:
         """These under the heading `now`, and what they were `before` under `then`, where that is known."""
+        head = self.horizontalHeader()
+        for column in (1, 2):
+            head.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)  # or every item would be measured anew
         self.setHorizontalHeaderLabels(["", now, then])
         self.setColumnHidden(2, before is None)
         self.setRowCount(len(quantities))
@@ -140,3 +157,5 @@ class FigureTable(QTableWidget):
                 if column == 2:
                     item.setForeground(self.palette().placeholderText())
                 self.setItem(row, column, item)
+        for column in (1, 2):
+            head.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)

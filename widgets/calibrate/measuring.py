@@ -10,7 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from workbench.calibration.procedure import Bench, Live, Page, Press, Procedure, Readings, Result, Sound, step
+from workbench.calibration.procedure import Bench, Live, Page, Press, Procedure, Readings, Refused, Result, Sound, step
 from workbench.drawing import Drawing
 from workbench.errors import UnderfootError
 
@@ -78,10 +78,13 @@ class Measurement(QObject):
     def go(self, values: Mapping[str, Any]) -> None:
         """What Continue means on the page of `snapshot`: give the answer, begin the press, play the sound."""
         page = self.snapshot.page if self.snapshot is not None else None
+        self._allow()
         self._orders.put(lambda work: work.go(values, page))
 
     def run_alone(self, on: bool, values: Mapping[str, Any] | None = None) -> None:
         """On a simulator: let the pages go by, `values` answering the present one; or pause where it stands."""
+        if on:
+            self._allow()
         self._orders.put(lambda work: work.set_alone(on, values or {}))
 
     def skip(self) -> None:
@@ -91,6 +94,11 @@ class Measurement(QObject):
     def back(self) -> None:
         """To the page before."""
         self._orders.put(lambda work: work.leave(work.procedure.back))
+
+    def _allow(self) -> None:
+        """At once, not in turn: a panic that comes after the hand is to have the last word."""
+        if self._work is not None:
+            self._work.bench.allow()
 
     def silence(self) -> None:
         """Panic: nothing goes on by itself, and what plays ends."""
@@ -153,7 +161,7 @@ class _Work:
         pace: Pace,
         by_hand: bool,
     ) -> None:
-        self.procedure, self.bench = procedure, _Watched(bench)
+        self.procedure, self.bench = procedure, WatchedBench(bench)
         self._orders, self._telling, self._pace, self._by_hand = orders, tell, pace, by_hand
         self._asked = self._alone = False
         self._refused = ""
@@ -193,7 +201,8 @@ class _Work:
         self._tell(whole=True)
 
     def set_alone(self, on: bool, values: Mapping[str, Any]) -> None:
-        self._alone, self._asked, self._refused = on and not self._by_hand, False, ""
+        self._alone, self._asked = on and not self._by_hand, False
+        self._refused = "" if on else self._refused
         self._values, self._turned_s = values, 0.0 if values else self._turned_s
         self._tell(whole=True)
 
@@ -282,11 +291,12 @@ _Order = Callable[[_Work], None] | None
 """What the window wants of the thread; None is to end."""
 
 
-class _Watched:
-    """A bench, and the time of the newest reading that it brought."""
+class WatchedBench:
+    """A bench, and the time of the newest reading that it brought. Once silenced it plays nothing until `allow`."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
+        self._is_silenced = False
         self.newest_s = 0.0
 
     def press(self, press: Press | None) -> None:
@@ -299,10 +309,18 @@ class _Watched:
         return readings
 
     def play(self, sound: Sound) -> NDArray:
-        return self._bench.play(sound)
+        heard = None if self._is_silenced else self._bench.play(sound)
+        if heard is None or self._is_silenced:
+            raise Refused("the sound was stopped; take it again")
+        return heard
+
+    def allow(self) -> None:
+        """A hand wants sound again."""
+        self._is_silenced = False
 
     def silence(self) -> None:
-        """End what plays, from any thread, where the bench knows how."""
+        """End what plays, from any thread, where the bench knows how; what was to play just now does not begin."""
+        self._is_silenced = True
         silence = getattr(self._bench, "silence", None)
         if silence is not None:
             silence()

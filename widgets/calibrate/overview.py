@@ -5,9 +5,10 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout
 
 from widgets import theme
 from widgets.calibrate.drawing_view import DrawingColumn
-from widgets.calibrate.figures import FigureTable, unit_in
+from widgets.calibrate.figures import FigureTable, name_in_words, unit_in
 from widgets.calibrate.known import drawings_of
 from widgets.calibrate.page_view import FORM_PX
+from widgets.calibrate.tile_picture import TilePicture
 from widgets.fields import ParameterEditor
 from widgets.parameter_editor import editor_for
 from workbench.floor.layout import Tile
@@ -39,6 +40,9 @@ class Overview(QWidget):
         self.begin_alone.setToolTip("The simulator presses, page after page; it can be paused and stopped")
         self.begin_alone.setIcon(theme.icon("fast-forward"))
         self.reference = QVBoxLayout()
+        self.reference_help = theme.label("", "small")
+        self.reference_help.setWordWrap(True)
+        self.reference_help.setMaximumWidth(FORM_PX)
         self.editor: ParameterEditor | None = None
         self.table = FigureTable("Figures of the calibration in use")
         self.drawings = DrawingColumn()
@@ -55,6 +59,7 @@ class Overview(QWidget):
         column.addWidget(self.title)
         column.addWidget(self.about)
         column.addLayout(self.reference)
+        column.addWidget(self.reference_help)
         column.addSpacing(theme.GRID)
         column.addLayout(buttons)
         column.addWidget(self.note)
@@ -62,8 +67,8 @@ class Overview(QWidget):
         column.addWidget(theme.label("IN USE", "heading"))
         column.addWidget(self.verdict)
         column.addWidget(self.table, 1)
-        self._rest = QWidget()
-        column.addWidget(self._rest)
+        self.picture = TilePicture()
+        column.addWidget(self.picture, 2)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -91,10 +96,13 @@ class Overview(QWidget):
             self.reference.addWidget(self.editor)
         if self.editor is not None:
             self.editor.setValue(value)
+        self.reference_help.setText("" if parameter is None else parameter.doc)
+        self.reference_help.setVisible(parameter is not None)
 
     def show_way(self, why_not: str, can_alone: bool) -> None:
         """Whether it can begin here, or `why_not`; and whether it can run by itself."""
         self.begin.setEnabled(not why_not)
+        theme.set_role(self.begin, "" if why_not else "primary")
         self.begin_alone.setVisible(can_alone)
         self.begin_alone.setEnabled(not why_not)
         self.note.setText(why_not)
@@ -107,10 +115,8 @@ class Overview(QWidget):
         )
         theme.set_role(self.verdict, "muted" if part is None else "good" if part.good else "alarm")
         self.table.setVisible(part is not None or earlier is not None)
-        self._rest.setSizePolicy(
-            QSizePolicy.Policy.Preferred,
-            QSizePolicy.Policy.Expanding if part is None and earlier is None else QSizePolicy.Policy.Maximum,
-        )
+        self.picture.setVisible(part is None and earlier is None)
+        self.picture.set_tile(tile)
         now, then = _figures(part), _figures(earlier)
         units = {"error": (part or earlier).error_unit} if (part or earlier) is not None else {}  # type: ignore[union-attr]
         quantities = [(name, now.get(name, float("nan")), units.get(name, unit_in(name))) for name in {**now, **then}]
@@ -130,4 +136,8 @@ class Overview(QWidget):
 
 
 def _figures(part: Part | None) -> dict[str, float]:
-    return {} if part is None else {"error": part.error, **part.figures}
+    """The error that counts, and the other figures; one that is called the same is the same."""
+    if part is None:
+        return {}
+    others = {name: value for name, value in part.figures.items() if name_in_words(name) != name_in_words("error")}
+    return {"error": part.error, **others}

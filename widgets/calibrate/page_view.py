@@ -9,11 +9,12 @@ from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 
 from widgets import theme
 from widgets.calibrate.figures import FigureRow, name_in_words
-from widgets.calibrate.tile_picture import TilePicture, place_number, where_in_words
+from widgets.calibrate.tile_picture import TilePicture, where_in_words
 from widgets.fields import Field, ParameterEditor
 from widgets.parameter_editor import editor_for
 from workbench.calibration.procedure import Live, Page
 from workbench.floor.layout import Tile
+from workbench.parameters import Numbers
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
@@ -80,7 +81,7 @@ class PageView(QWidget):
         self.title.setText(page.title)
         self.do.setText(theme.pretty_text(page.do))
         is_where = not page.asks or page.press is not None
-        self.picture.show_load("" if page.sound is None else page.sound.load)
+        self.picture.show_load(page.key.removesuffix("-place") if page.sound is None else page.sound.load)
         self.picture.show_press(page.press, page.places_m)
         self.where.setText(_where(page))
         self.where.setVisible(bool(self.where.text()))
@@ -106,16 +107,20 @@ class PageView(QWidget):
     def complaint(self) -> str:
         """Why what was typed last cannot be given; "" where it can, and from the next time on: a field takes the value
         back that it had."""
+        for editor in self.editors:
+            for field in editor.findChildren(Field):
+                field.finish()  # whether or not the focus has left it
         complaint, self._complaint = self._complaint, ""
         return complaint
 
     def stops(self) -> list[QWidget]:
         """What Tab stops at, in order: a field before its slider."""
+        window = self.window()  # a choice's list is a window of its own
         return [
             widget
             for editor in self.editors
             for widget in dict.fromkeys([*editor.findChildren(Field), *editor.findChildren(QWidget)])
-            if widget.focusPolicy() & Qt.FocusPolicy.TabFocus and not widget.isHidden()
+            if widget.focusPolicy() & Qt.FocusPolicy.TabFocus and not widget.isHidden() and widget.window() is window
         ]
 
     def focus_first(self) -> bool:
@@ -129,7 +134,8 @@ class PageView(QWidget):
         """Keep what a field has against what was typed, for it forgets that when the focus leaves it."""
         is_bad = field.property("role") == "bad"
         name = editor.label.text().lower()
-        self._complaint = f"{name}: {typed} is not taken; {field.property('reason')}" if is_bad else ""
+        allowed = str(field.property("reason")).rpartition("; ")[2]
+        self._complaint = f"{name}: {typed} is not taken; {allowed}" if is_bad else ""
 
     def _make_fields(self, page: Page) -> None:
         if self.editors:
@@ -150,24 +156,28 @@ class PageView(QWidget):
                 field.given.connect(partial(self._note_complaint, editor, field))
 
 
+def sounds(page: Page) -> bool:
+    """Whether there is anything to be heard of a page's sound: silence is only recorded."""
+    return page.sound is not None and bool(page.sound.signal.any())
+
+
 def _where(page: Page) -> str:
     """Where to press, or how long it plays and with what on the tile."""
     if page.press is not None:
-        number = place_number(page.places_m, page.press) if page.press.force_n > 0.0 else None
-        count = f"  ({number + 1} of {len(page.places_m)} places)" if number is not None else ""
-        return f"{where_in_words(page.press)}{count}"
+        return where_in_words(page.press)
     if page.sound is not None:
         seconds = len(page.sound.signal) / page.sound.rate_hz
-        what = LOADS.get(page.sound.load)
-        return f"Plays for {theme.quantity(seconds, 's')}" + (f" with {what}" if what else "")
+        what, does = LOADS.get(page.sound.load), "Plays" if sounds(page) else "Listens"
+        return f"{does} for {theme.quantity(seconds, 's')}" + (f" with {what}" if what else "")
     return ""
 
 
 def _labelled(editor: ParameterEditor) -> ParameterEditor:
-    """With a label that leaves the unit to the value, where it is only the parameter's name."""
-    name = editor.parameter.name
-    if editor.parameter.label == name.replace("_", " ").capitalize():
-        editor.label.setText(name_in_words(name))
+    """With a label that leaves the unit to the value, where it is only the parameter's name; a list has it there."""
+    name, parameter = editor.parameter.name, editor.parameter
+    if parameter.label == name.replace("_", " ").capitalize():
+        unit = f", {theme.pretty_unit(parameter.unit)}" if isinstance(parameter, Numbers) and parameter.unit else ""
+        editor.label.setText(f"{name_in_words(name)}{unit}")
     return editor
 
 

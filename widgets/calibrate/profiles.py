@@ -15,15 +15,20 @@ from workbench.floor.layout import Floor
 from workbench.floor.profile import Profile
 
 
-def folder_of(root: Path, floor: Floor) -> Path:
+def folder_of(root: Path, floor: Floor, simulation: str = "") -> Path:
     """The folder below `root` of this floor's profiles: its title, and a hash of where its tiles lie.
+
+    Tiles simulated as a file says are others than the real ones, or those of another file.
 
     >>> from workbench.floor.layout import default_floor
     >>> folder_of(Path("profiles"), default_floor()).name.startswith("2-x-2-tiles-")
     True
+    >>> folder_of(Path("profiles"), default_floor(), "presets/plywood-tile.json").name.endswith("-plywood-tile")
+    True
     """
+    made_of = f"-{Path(simulation).stem}" if simulation else ""
     name = re.sub(r"[^A-Za-z0-9]+", "-", floor.title).strip("-").lower() or "floor"
-    return root / f"{name[:40]}-{hashlib.sha256(Floor(floor.tiles).dumps()).hexdigest()[:8]}"
+    return root / f"{name[:40]}-{hashlib.sha256(Floor(floor.tiles).dumps()).hexdigest()[:8]}{made_of}"
 
 
 def flags_of(profiles: dict[str, Profile], today: date) -> tuple[str, ...]:
@@ -55,9 +60,9 @@ class Profiles(QObject):
         """What is known of a tile: at first nothing."""
         return self.by_tile.get(tile) or Profile(tile=tile)
 
-    def follow(self, floor: Floor, folder: str = "") -> None:
+    def follow(self, floor: Floor, folder: str = "", simulation: str = "") -> None:
         """Read the profiles of this floor, from its own folder or this one."""
-        self.folder = Path(folder) if folder else folder_of(self._root, floor)
+        self.folder = Path(folder) if folder else folder_of(self._root, floor, simulation)
         self.by_tile = {}
         self.changed.emit()
         self._submit(self._load, self.folder, floor.ids)

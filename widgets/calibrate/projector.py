@@ -44,6 +44,7 @@ class FloorProjection(QWidget):
         self.setScreen(screen)
         self.setGeometry(screen.geometry())
         self.showFullScreen()
+        self.activateWindow()
 
     def show_page(self, page: Page, ready: float) -> None:
         """Mark the page's press, of which `ready` has come."""
@@ -143,7 +144,9 @@ class FloorProjection(QWidget):
 
     def _paint_rule(self, painter: QPainter, area: QRectF) -> None:
         """A length to hold a ruler against."""
-        left = QPointF(area.left(), area.bottom() + 3 * theme.GRID)
+        left = QPointF(
+            max(area.left(), 2.0 * theme.GRID), min(area.bottom() + 3 * theme.GRID, self.height() - 6 * theme.GRID)
+        )
         right = left + QPointF(RULE_M * self.px_per_m, 0.0)
         painter.setPen(QPen(QColor(theme.MUTED), 1.0))
         painter.drawLine(left, right)
@@ -158,10 +161,10 @@ class FloorProjection(QWidget):
             f"Scale {theme.number(100 * self.scale, 4)} %  (+ and −, with Ctrl finer)      "
             f"Moved {right} right, {up} up  (arrows)      0: as at first      Return: go on      Esc: close"
         )
-        painter.setPen(QColor(_DIM))
-        painter.drawText(
-            self.rect().adjusted(16, 0, -16, -12), Qt.AlignmentFlag.AlignBottom | Qt.AlignmentFlag.AlignHCenter, words
-        )
+        line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
+        painter.fillRect(line, QColor("black"))
+        painter.setPen(QColor(theme.MUTED))
+        painter.drawText(line, Qt.AlignmentFlag.AlignCenter, words)
 
 
 _USUAL_PX_PER_M = 96.0 / 0.0254

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from widgets import theme
@@ -133,9 +133,11 @@ class TilePicture(QWidget):
         foot = QRectF(0.0, 0.0, FOOT_M[0] * scale, min(FOOT_M[1] * scale, area.height()))
         foot.moveCenter(here)
         foot.moveTop(min(max(foot.top(), area.top()), area.bottom() - foot.height()))
+        sole = QColor(theme.FORCE)
+        sole.setAlphaF(0.2)  # the sensor beneath is seen
         painter.setPen(QPen(QColor(theme.FORCE), 1.5))
-        painter.setBrush(QColor(theme.mixed(theme.FORCE, theme.RAISED, 0.2)))
-        painter.drawRoundedRect(foot, foot.width() / 2, foot.width() / 2)
+        painter.setBrush(sole)
+        painter.drawPath(_sole(foot))
 
     def _paint_press(self, painter: QPainter, press: Press) -> None:
         here, amber = self.place(press.at_m), QColor(theme.FORCE)
@@ -160,6 +162,25 @@ class TilePicture(QWidget):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
+def _sole(box: QRectF) -> QPainterPath:
+    """The outline of a left sole in a box, toes up."""
+    outline = QPainterPath()
+    begin, *curves = [QPointF(box.left() + x * box.width(), box.top() + y * box.height()) for x, y in _SOLE]
+    outline.moveTo(begin)
+    for first, second, end in zip(*[iter(curves)] * 3, strict=True):
+        outline.cubicTo(first, second, end)
+    outline.closeSubpath()
+    return outline
+
+
+_SOLE = (
+    (0.62, 0.0), (0.95, 0.0), (1.0, 0.14), (1.0, 0.27), (1.0, 0.42), (0.84, 0.52), (0.84, 0.68), (0.84, 0.8),
+    (0.88, 1.0), (0.56, 1.0), (0.24, 1.0), (0.2, 0.85), (0.17, 0.68), (0.14, 0.5), (0.0, 0.42), (0.0, 0.24),
+    (0.0, 0.1), (0.25, 0.0), (0.62, 0.0),
+)  # fmt: skip
+"""Corners and handles of Bezier curves round a sole, as shares of its box."""
+
+
 def place_number(places: Places, press: Press | None) -> int | None:
     """Which of `places` a press is at; None where it is at none of them."""
     if press is None:
@@ -171,13 +192,16 @@ def where_in_words(press: Press) -> str:
     """A press, for the person.
 
     >>> where_in_words(Press((0.1, -0.02), 400.0, sensor=3)), where_in_words(Press((0.0, 0.0), 0.0))
-    ('Press 400 N over sensor 4, at x 100 mm, y −20 mm from the middle', 'Stand clear of the tile')
+    ('Press 400 N over sensor 4', 'Stand clear of the tile')
+    >>> where_in_words(Press((0.1, -0.02), 400.0))
+    'Press 400 N at x 100 mm, y −20 mm from the middle'
     """
     if press.force_n <= 0.0:
         return "Stand clear of the tile"
+    if press.sensor is not None:
+        return f"Press {theme.quantity(press.force_n, 'N')} over sensor {press.sensor + 1}"
     x, y = (theme.quantity(round(1e4 * part) / 1e4, "m", 4) if part else "0 mm" for part in press.at_m)
-    over = "" if press.sensor is None else f" over sensor {press.sensor + 1},"
-    return f"Press {theme.quantity(press.force_n, 'N')}{over} at x {x}, y {y} from the middle"
+    return f"Press {theme.quantity(press.force_n, 'N')} at x {x}, y {y} from the middle"
 
 
 def tile_in_words(tile: Tile) -> str:

@@ -6,7 +6,6 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
-    QApplication,
     QHBoxLayout,
     QMessageBox,
     QProgressBar,
@@ -20,7 +19,7 @@ from PySide6.QtWidgets import (
 from widgets import theme
 from widgets.calibrate.drawing_view import DrawingColumn
 from widgets.calibrate.measuring import Measurement, Snapshot
-from widgets.calibrate.page_view import PageView
+from widgets.calibrate.page_view import PageView, sounds
 from widgets.calibrate.result_view import ResultView
 from workbench.calibration.procedure import Page, Result
 from workbench.floor.layout import Tile
@@ -43,6 +42,8 @@ class Wizard(QWidget):
     """A `Result`."""
     report_wanted = Signal(object)
     projection_wanted = Signal()
+    ready = Signal()
+    """The tile is there, and the first page of its measurement."""
     shown = Signal(object)
     """A `Snapshot` that is on the screen now."""
 
@@ -99,8 +100,11 @@ class Wizard(QWidget):
         if new is None:
             return
         self.snapshot = new
+        if old is None:
+            self.ready.emit()
         turned = old is None or (old.page.key, old.page.asks) != (new.page.key, new.page.asks)
         had_focus = self._has_focus()
+        self._show_buttons()  # before anything else has changed: each asks for the whole layout
         if new.page.last and new.result is not None:
             self.result.show_result(new.result, self._before)
             self._body.setCurrentWidget(self.result)
@@ -115,7 +119,6 @@ class Wizard(QWidget):
         self._progress.setValue(round(1000 * new.page.share))
         self._share.setText(f"{100 * new.page.share:.0f} % done")
         self._refuse(new.refused)
-        self._show_buttons()
         if turned:
             self._order_stops()
             if had_focus:
@@ -123,6 +126,8 @@ class Wizard(QWidget):
         self.shown.emit(new)
 
     def _fail(self, why: str) -> None:
+        if self.snapshot is None:
+            self.page.show_page(Page("failed", "It cannot begin", "Nothing was measured."))
         self._refuse(why)
         self.snapshot = None
         self._show_buttons()
@@ -145,7 +150,8 @@ class Wizard(QWidget):
             length_s = len(sound.signal) / sound.rate_hz
             self._busy.setRange(0, 1000)
             self._busy.setValue(round(1000 * min(busy_s / length_s, 1.0)))
-            self._busy_words.setText(f"Playing  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
+            does = "Playing" if sounds(snapshot.page) else "Listening"  # type: ignore[union-attr]
+            self._busy_words.setText(f"{does}  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
         else:
             self._busy.setRange(0, 0)
             self._busy_words.setText(f"Computing…  {busy_s:.0f} s")
@@ -159,6 +165,7 @@ class Wizard(QWidget):
         if complaint:
             self._refuse(complaint)
         elif self.going.isEnabled() and self.going.isVisibleTo(self) and self.measurement is not None:
+            self.setFocus()  # or the focus would leave the page with the button
             self.going.setEnabled(False)
             self.measurement.go(self.page.values())
 
@@ -175,6 +182,8 @@ class Wizard(QWidget):
         box.setStandardButtons(QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel)
         box.setDefaultButton(QMessageBox.StandardButton.Cancel)
         discard = QMessageBox.StandardButton.Discard
+        box.button(discard).setText("Leave")
+        box.button(QMessageBox.StandardButton.Cancel).setText("Stay")
         box.finished.connect(lambda answer: self.left.emit() if answer == discard.value else None)
         box.finished.connect(box.deleteLater)
         box.open()
@@ -197,6 +206,7 @@ class Wizard(QWidget):
     def _save(self) -> None:
         result = self._result()
         if result is not None:
+            self.setFocus()
             self.saving.setEnabled(False)
             self.save_wanted.emit(result)
 
@@ -210,7 +220,7 @@ class Wizard(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Return goes on, or does what the button with the focus says; Alt and an arrow go back."""
-        focus = QApplication.focusWidget()
+        focus = self.window().focusWidget()
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             if isinstance(focus, QAbstractButton) and self.isAncestorOf(focus):
                 focus.click()
@@ -222,7 +232,7 @@ class Wizard(QWidget):
             super().keyPressEvent(event)
 
     def _has_focus(self) -> bool:
-        focus = QApplication.focusWidget()
+        focus = self.window().focusWidget()
         return focus is None or focus is self or self.isAncestorOf(focus) or not focus.isEnabled()
 
     def _order_stops(self) -> None:
@@ -262,7 +272,7 @@ class Wizard(QWidget):
         self.skipping.setEnabled(not alone)
         self.going.setVisible(not last)
         self.going.setEnabled(runs and not alone and waits)
-        self.going.setText(_going_words(page, by_hand, waits))
+        self.going.setText(going_words(page, by_hand, waits))
         for button in (self.saving, self.reporting):
             button.setVisible(last)
         self.saving.setEnabled(last and not self._is_saved)
@@ -351,13 +361,15 @@ class Wizard(QWidget):
         return line
 
 
-def _going_words(page: Page, by_hand: bool, waits: bool) -> str:
+def going_words(page: Page, by_hand: bool, waits: bool) -> str:
     """What Continue is called on a page: what it does there."""
     if page.press is not None and not page.asks:
         if by_hand:
             return "Waiting for the press"
         return ("Press" if page.press.force_n > 0.0 else "Read") if waits else "Pressing…"
     if page.sound is not None and not page.asks:
+        if not sounds(page):
+            return "Listen" if waits else "Listening…"
         return "Play" if waits else "Playing…"
     return "Continue"
 

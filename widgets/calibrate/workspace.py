@@ -68,11 +68,11 @@ class CalibrateWorkspace(QWidget):
     def set_target(self, target: Target) -> None:
         """Show the floor of this target and its profiles. A measurement on another one ends, and changes nothing."""
         old, self._target = self._target, target
-        if old is not None and (old.floor, old.kind, old.source) == (target.floor, target.kind, target.source):
+        if old is not None and _tiles_of(old) == _tiles_of(target):
             return
         self.choice.set_floor(target.floor)
         self.leave()
-        self.profiles.follow(target.floor, target.profiles)
+        self.profiles.follow(target.floor, target.profiles, target.simulation)
 
     @property
     def tile(self) -> Tile:
@@ -254,6 +254,7 @@ class CalibrateWorkspace(QWidget):
 
     def _projection_closed(self) -> None:
         self._projection = None
+        self.window().activateWindow()
 
     def _connect(self) -> None:
         self.choice.tile_chosen.connect(self._show)
@@ -270,3 +271,8 @@ class CalibrateWorkspace(QWidget):
         self.profiles.changed.connect(self._show_profiles)
         self.profiles.saved.connect(self._saved)
         self.profiles.said.connect(self.noticed)
+
+
+def _tiles_of(target: Target) -> tuple[object, ...]:
+    """Which tiles a target has."""
+    return target.floor, target.kind, target.source, target.simulation

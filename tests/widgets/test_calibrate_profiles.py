@@ -1,0 +1,145 @@
+"""What the Calibrate workspace does with results: profiles, reports, and the tile shown on the floor."""
+
+import pytest
+from calibrate_desk import LEFT
+from calibrate_samples import MIDDLE
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QDialogButtonBox,
+    QFileDialog,
+    QLineEdit,
+)
+
+from workbench.engine.target import Target
+from workbench.floor.layout import default_floor
+from workbench.floor.profile import Profile, Response
+
+# --- profiles ---
+
+
+def test_an_earlier_part_is_compared_and_restored(desk):
+    first, second = (
+        Response(made=f"2026-01-0{day}", error=float(day), error_unit="dB", figures={"level_db": 10.0 * day},
+                 frequencies_hz=(50.0, 100.0), magnitude=(1.0, day))
+        for day in (1, 2)
+    )  # fmt: skip
+    Profile(tile="t1").with_part(first).with_part(second).save(desk.file())
+    desk.workspace.profiles.follow(default_floor())
+    choice, overview = desk.workspace.choice, desk.workspace.overview
+    desk.wait(lambda: choice.history.count() == 1)
+    assert choice.history.item(0).text() == "2026-01-01 · errs by 1 dB"
+    assert not choice.restore.isEnabled()
+    place = choice.history.visualItemRect(choice.history.item(0)).center()
+    desk.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
+    assert [overview.table.item(1, column).text() for column in range(3)] == ["Level", "20 dB", "10 dB"]
+    desk.wait(lambda: overview.drawings.views and len(overview.drawings.views[0].plot.drawing.series) == 2)
+    desk.click(choice.restore)
+    desk.wait(lambda: desk.written)
+    assert Profile.load(desk.file()).response.made == "2026-01-01"
+    assert Profile.load(desk.file()).earlier[0].response.made == "2026-01-02"
+
+
+def test_a_profile_that_is_too_old_is_flagged(desk):
+    old = Response(
+        made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"
+    )
+    Profile(tile="t2").with_part(old).save(desk.file("t2"))
+    with desk.qtbot.waitSignal(desk.workspace.flagged, check_params_cb=bool) as flagged:
+        desk.workspace.profiles.follow(default_floor())
+    lines = flagged.args[0]
+    assert len(lines) == 2
+    assert "days old" in lines[0]
+    assert lines[1] == "response calibration of t2 errs by 2 dB; 1 allowed"
+    desk.workspace.choice.map.set_choice("t2")
+    assert "days old" in desk.workspace.choice._flags.text()
+
+
+def test_a_profile_that_cannot_be_read_is_said(desk):
+    desk.file().write_text("{")
+    desk.workspace.profiles.follow(default_floor())
+    desk.wait(lambda: any("t1.json" in line for line in desk.said))
+
+
+def test_floors_keep_their_profiles_apart(desk):
+    before = desk.workspace.profiles.folder
+    desk.workspace.set_target(Target(default_floor(2, 3)))
+    assert desk.workspace.profiles.folder != before
+    assert desk.workspace.profiles.folder.parent == before.parent
+
+
+# --- the report ---
+
+
+def _choose_folder(desk, folder):
+    desk.click(desk.wizard.reporting)
+    dialog = next(found for found in desk.workspace.findChildren(QFileDialog) if found.isVisible())
+    dialog.findChild(QLineEdit).setText(str(folder))
+    box = dialog.findChild(QDialogButtonBox)
+    desk.click(next(b for b in box.buttons() if box.buttonRole(b) == QDialogButtonBox.ButtonRole.AcceptRole))
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(desk, tmp_path):
+    desk.begin()
+    desk.go("result")
+    folder = tmp_path / "report"
+    folder.mkdir()
+    _choose_folder(desk, folder)
+    desk.wait(lambda: any(str(folder / "response.html") in line for line in desk.said))
+    page = (folder / "response.html").read_text()
+    result = desk.wizard.snapshot.result
+    assert page.count("<svg") == len(result.drawings) == 1
+    assert "It rings true." in page
+    assert 'href="response-bell.csv"' in page
+    rows = (folder / "response-bell.csv").read_text().splitlines()
+    assert rows[0].endswith("frequency_hz,level")
+    assert len(rows) == 3
+    assert desk.settings.folder == str(folder)
+    assert desk.files() == []
+    assert desk.wizard.saving.isEnabled()
+
+
+def test_a_report_that_cannot_be_written_is_one_line_and_the_result_stays(desk, tmp_path):
+    desk.begin()
+    desk.go("result")
+    folder = tmp_path / "report"
+    (folder / "response.html").mkdir(parents=True)
+    _choose_folder(desk, folder)
+    desk.wait(lambda: desk.said)
+    assert len(desk.said) == 1
+    assert "response.html" in desk.said[0]
+    assert "cannot be written" in desk.said[0]
+    assert "\n" not in desk.said[0]
+    assert desk.page == "result"
+    desk.click(desk.wizard.saving)
+    desk.wait(lambda: desk.written)
+
+
+# --- on the floor ---
+
+
+def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
+    desk.begin()
+    desk.go("weigh")
+    desk.click(desk.wizard.projecting)
+    view = desk.workspace._projection
+    desk.wait(view.isActiveWindow)
+    screen = view.screen()
+    assert view.px_per_m == pytest.approx(1e3 * screen.geometry().width() / screen.physicalSize().width())
+    apart = view.place((0.1, 0.0)) - view.place((-0.1, 0.0))
+    assert apart.x() == pytest.approx(0.2 * view.px_per_m)
+    assert view._page.press.at_m == MIDDLE
+    before = view.place((0.0, 0.0))
+    QTest.keyClick(view, Qt.Key.Key_Plus)
+    QTest.keyClick(view, Qt.Key.Key_Up)
+    QTest.keyClick(view, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
+    assert desk.settings.projector_scale == pytest.approx(1.01)
+    assert desk.settings.projector_at == pytest.approx((0.001, 0.005))
+    assert view.place((0.0, 0.0)).y() < before.y()
+    QTest.keyClick(view, Qt.Key.Key_Return)
+    desk.wait(lambda: desk.wizard.snapshot.page.asks == () or desk.page != "weigh")
+    QTest.keyClick(view, Qt.Key.Key_Escape)
+    assert desk.workspace._projection is None
+    desk.wait(desk.workspace.isActiveWindow)
+    assert desk.wizard.isVisible()

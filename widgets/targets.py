@@ -1,0 +1,47 @@
+"""What the target chooser offers."""
+
+from pathlib import Path
+
+from widgets.transport import Choices
+from workbench.patch.library import presets_folder
+
+
+def choices() -> Choices:
+    """Floors and tiles to choose among. Keys are a kind, and what is chosen of it where that is not asked for."""
+    return (
+        ("simulator 2 2", "Simulated floor  2 × 2"),
+        ("simulator 6 6", "Simulated floor  6 × 6"),
+        ("floor", "Simulated floor from a file…"),
+        (
+            (
+                ("simulation ideal", "Ideal sensors"),
+                *((f"simulation {name}", words_of(Path(name))) for name in simulations()),
+                ("", ""),
+                ("simulation", "Open…"),
+            ),
+            "Simulated tile",
+        ),
+        ("", ""),
+        ("forces", "Recorded forces from a file…"),
+        ("", ""),
+        ("serial", "Tiles on a serial port…"),
+        ("udp", "Tiles over UDP…"),
+    )
+
+
+def simulations() -> dict[str, Path]:
+    """The simulated tiles that come along, by name: what they are made of, and who walks on them.
+
+    >>> "thesis-tile" in simulations()
+    True
+    """
+    return {path.stem: path for path in sorted((presets_folder() / "simulations").glob("*.json"))}
+
+
+def words_of(path: Path) -> str:
+    """A file's name, for the person.
+
+    >>> words_of(Path("presets/plywood-tile.json"))
+    'Plywood tile'
+    """
+    return path.stem.replace("-", " ").replace("_", " ").capitalize()
