@@ -158,6 +158,7 @@ def test_forces_that_are_not_there(refused, path):
     assert "cannot be read" in refused("render", SINE, "--force", path)
     assert "cannot be read" in refused("monitor", path)
     assert "--target" in refused("--target", path)
+    assert "cannot be read" in refused("--target", f"simulator:{path or '.'}")
 
 
 # --- what is wrong with options ---

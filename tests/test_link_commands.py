@@ -164,7 +164,8 @@ def test_steps_over_a_line_are_those_of_the_file(underfoot, folder, walk, kind):
     got = [step for step in steps_of(folder / "line.csv") if step[1] > 500.0]  # the first may have been joined late
     assert {tile for tile, *_ in got} == {"t1", "t2"}
     for tile, contact_ms, peak_n in got[1:-1]:
-        assert contact_ms == pytest.approx(expected[tile][0], abs=6.0)
+        # Where the machine halts, what comes too late for the clock is a gap.
+        assert contact_ms == pytest.approx(expected[tile][0], abs=15.0)
         assert peak_n == pytest.approx(expected[tile][1], abs=0.5)
     with Recording(folder / "line.underfoot") as recording:
         assert recording.about["target"] == kind
@@ -187,6 +188,7 @@ def test_a_line_on_which_nothing_comes_ends_when_it_is_told_to(underfoot, folder
         (["serial:/dev/nope"], "serial:/dev/nope cannot be opened: there is no such port"),
         (["udp:127.0.0.1"], "allowed: HOST:PORT"),
         (["udp:203.0.113.7:9000"], "udp:203.0.113.7:9000 cannot be listened at: "),
+        (["simulator:none.json"], "underfoot: none.json cannot be read: no such file"),
         (["simulator", "--sensor-rate", "500"], "--sensor-rate is for tiles on a line"),
         (["udp:127.0.0.1:9999", "--sensor-rate", "1"], "--sensor-rate is 1; allowed: 20 to 100000 Hz"),
         (["udp:127.0.0.1:9999", "--profiles", "nope"], "nope"),

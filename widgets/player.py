@@ -16,7 +16,7 @@ from widgets.targets import words_of
 from workbench.engine.correction import correction_of
 from workbench.engine.messages import Command, Level, Tare
 from workbench.engine.session import Session, Target
-from workbench.engine.target import LINKS, require_port
+from workbench.engine.target import LINKS, require_source
 from workbench.errors import UnderfootError
 from workbench.floor.forces import floor_beside
 from workbench.floor.layout import Floor, default_floor
@@ -296,7 +296,7 @@ class Player(QObject):
         It is not remembered: the next start may find nothing there.
         """
         target = _target(self._settings, kind, source, self.target.floor)
-        require_port(target)
+        require_source(target)
         self.set_target(target)
 
     def _retarget(self, kind: str, source: str, floor: Floor) -> None:

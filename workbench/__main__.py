@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 @click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
 @click.option(
-    "--target", default="simulator", show_default=True, help="simulator, serial:PORT, udp:HOST:PORT, or a force CSV."
+    "--target",
+    default="simulator",
+    show_default=True,
+    help="simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, or a force CSV.",
 )
 @click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
@@ -81,20 +84,24 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
 
 def _target(name: str, floor: Path | None) -> "Target | None":
     """The target that was asked for; None for what the window opens by itself."""
-    from workbench.engine.target import Target, force_rate_hz, link_of, require_port
+    from workbench.engine.target import Target, force_rate_hz, link_of, require_source, simulation_of
     from workbench.floor.forces import floor_beside
     from workbench.floor.layout import Floor, default_floor
 
     line = link_of(name)
     if line is not None:
         target = Target(Floor.load(floor) if floor else default_floor(), kind=line[0], source=line[1])
-        require_port(target)
+        require_source(target)
         return target
-    if name == "simulator":
-        return Target(Floor.load(floor)) if floor else None
+    simulation = simulation_of(name)
+    if simulation is not None:
+        target = Target(Floor.load(floor) if floor else default_floor(), simulation=simulation)
+        require_source(target)
+        return target if floor or simulation else None
     if not os.path.isfile(name):
         raise BadFile(
-            f"--target is {name}; allowed: simulator, serial:PORT, udp:HOST:PORT, or a force CSV that is there"
+            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, or a "
+            "force CSV that is there"
         )
     target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there

@@ -15,7 +15,7 @@ from workbench.engine.intake import Missing
 from workbench.engine.messages import Fault, Lost, Notice, Started
 from workbench.engine.replayed import is_recording
 from workbench.engine.session import Session, Target
-from workbench.engine.target import link_of, require_port
+from workbench.engine.target import link_of, require_source, simulation_of
 from workbench.errors import BadFile, BadValue, DeviceError
 from workbench.floor.contacts import ContactRows, ContactTracker
 from workbench.floor.footsteps import Step, StepCounter
@@ -174,15 +174,17 @@ def open_stream(
     profiles: Path | None = None,
     sensor_hz: float | None = None,
 ) -> FileStream | SessionStream:
-    """The stream of "simulator", of a line to hardware, of a force CSV, or of a recording."""
+    """The stream of a simulator ("simulator" or "simulator:PARAMETERS.json"), a line, a force CSV, or a recording."""
     link = link_of(source)
     if sensor_hz is not None and link is None:
         raise BadValue(f"--sensor-rate is for tiles on a line; {source} has its own rate")
-    if source == "simulator" or link is not None:
-        target = Target(Floor.load(floor) if floor else default_floor(), profiles=str(profiles or ""))
+    simulation = simulation_of(source)
+    if simulation is not None or link is not None:
+        layout = Floor.load(floor) if floor else default_floor()
+        target = Target(layout, profiles=str(profiles or ""), simulation=simulation or "")
         if link is not None:
             target = replace(target, kind=link[0], source=link[1], sensor_hz=sensor_hz or target.sensor_hz)
-            require_port(target)
+        require_source(target)
         return SessionStream(target, seconds, record, patch)
     if profiles is not None:
         raise BadValue(f"--profiles is for tiles that send readings; {source} is in newtons")
@@ -192,7 +194,7 @@ def open_stream(
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
     if not os.path.isfile(path):
-        allowed = "simulator, serial:PORT, udp:HOST:PORT, a force CSV, or a recording"
+        allowed = "simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, a force CSV, or a recording"
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
     beside = floor_beside(path)
     if floor is None and not beside.is_file():

@@ -77,6 +77,8 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
         (("fsr", "--pairs", "pairs.csv", "--report", "pairs.csv"), "pairs.csv is not a folder"),
         (("fsr", "--pairs", "pairs.csv", "--divider-ohm", "0"), "--divider-ohm is 0; allowed: above 0"),
         (("fsr", "--target", "moon"), "--target is 'moon'; allowed: simulator"),
+        (("fsr", "--target", "simulator:none.json"), "none.json cannot be read: no such file"),
+        (("response", "--target", "simulator:pairs.csv"), "pairs.csv is not JSON"),
         (("fsr", "--target", "simulator", "--seed", "-1"), "--seed is -1; allowed: 0 or more"),
         (("centroid", "--presses", "presses.csv"), "--presses needs --floor"),
         (("centroid", "--presses", "presses.csv", "--floor", "pairs.csv"), "pairs.csv is not JSON"),

@@ -63,7 +63,7 @@ class CentroidProcedure(Wizard):
                     ask("pattern", Choice("jittered", options=PATTERNS, doc="How the places lie on the tile.")),
                     ask(
                         "places_m",
-                        Rows((), columns=(("x", -half, half), ("y", -half, half)), doc="One's own, tile frame, m."),
+                        Rows((), columns=(("x m", -half, half), ("y m", -half, half)), doc="One's own, tile frame, m."),
                     ),
                     ask("loads_n", Numbers(DEFAULT_LOADS_N, 1.0, 5000.0, most=10, unit="N", doc="Loads, rising.")),
                     ask("falling", Choice("no", options=("no", "yes"), doc="Falling loads too, for hysteresis.")),

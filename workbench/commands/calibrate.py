@@ -9,7 +9,7 @@ import click
 
 from workbench.commands.calibrate_response import response
 from workbench.commands.files import FILE
-from workbench.commands.profiles import conclude, floor_of, own_profile, require_writable, tile_of
+from workbench.commands.profiles import conclude, floor_of, own_profile, require_writable, simulated_tile, tile_of
 from workbench.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -25,7 +25,9 @@ def calibrate() -> None:
 calibrate.add_command(response)
 
 _TARGET = click.option(
-    "--target", default="", help="Measure there: simulator (which presses), serial:PORT, udp:HOST:PORT."
+    "--target",
+    default="",
+    help="Measure there: simulator[:PARAMETERS.json] (which presses), serial:PORT, udp:HOST:PORT.",
 )
 _CELL = click.option(
     "--cell", default="", help="Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120."
@@ -82,7 +84,7 @@ def fsr(
     one = tile_of(everything, tile)
     known = own_profile(profile, one.id, serial)
     place = (everything.index(one.id), cell)
-    values = {"reference": "load cell" if cell or target == "simulator" else "known weights"}
+    values = {"reference": "load cell" if cell or _presses(target) else "known weights"}
     result = _measured(FsrProcedure(one, divider), target, one, seed, values, place)
     conclude(result, known, profile, report, as_json)
 
@@ -138,12 +140,19 @@ def centroid(
     values = {"form": "quick" if quick else "full"}
     place = (everything.index(one.id), cell)
     if not known.is_calibrated:
-        if target != "simulator":
+        if not _presses(target):
             raise BadValue("readings of a target are counts; calibrate fsr first, and give its --profile")
         result = _measured(FsrProcedure(one), target, one, seed, {}, place)
         known = result.apply(known)
     result = _measured(CentroidProcedure(one, known, seed), target, one, seed, values, place)
     conclude(result, known, profile, report, as_json)
+
+
+def _presses(target: str) -> bool:
+    """Whether the target presses by itself."""
+    from workbench.engine.target import simulation_of
+
+    return simulation_of(target) is not None
 
 
 def _require_one(option: str, file: Path | None, target: str) -> None:
@@ -162,7 +171,7 @@ def _measured(
     """Run on a target. The simulator's refusals end it; a person is told, and tries again."""
     from workbench.calibration.procedure import Refused, run
 
-    by_hand = target != "simulator"
+    by_hand = not _presses(target)
 
     def seen(page: "Page") -> None:
         print(f"underfoot: {page.title}" + (f". {page.do}" if by_hand else ""), file=sys.stderr, flush=True)
@@ -184,15 +193,13 @@ def _bench(target: str, tile: "Tile", seed: int, row: int, cell: str) -> "Bench"
     from workbench.calibration.benches import SimulatedBench
     from workbench.calibration.link_bench import LinkBench, cell_of
     from workbench.devices.link import port_of
-    from workbench.floor.simulation import SimulatedTile
 
-    if seed < 0:
-        raise BadValue(f"--seed is {seed}; allowed: 0 or more")
-    kind, colon, source = target.partition(":")
-    if target == "simulator":
+    simulated = simulated_tile(target, tile, seed)
+    if simulated is not None:
         if cell:
             raise BadValue("--cell is for hardware; the simulator has a load cell of its own")
-        return SimulatedBench(SimulatedTile(tile, seed=seed), seed)
+        return SimulatedBench(simulated, seed)
+    kind, colon, source = target.partition(":")
     if kind not in ("serial", "udp") or not colon:
-        raise BadValue(f"--target is {target!r}; allowed: simulator, serial:PORT, udp:HOST:PORT")
+        raise BadValue(f"--target is {target!r}; allowed: simulator[:PARAMETERS.json], serial:PORT, udp:HOST:PORT")
     return LinkBench(port_of(kind, source), row, cell_of(cell) if cell else None)

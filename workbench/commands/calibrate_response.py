@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from workbench.commands.files import FILE
-from workbench.commands.profiles import conclude, floor_of, own_profile, require_writable, tile_of
+from workbench.commands.profiles import conclude, floor_of, own_profile, require_writable, simulated_tile, tile_of
 from workbench.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from workbench.calibration.sweep import Measured
     from workbench.floor.layout import Floor, Tile
 
-TARGETS = "simulator, sound"
+TARGETS = "simulator[:PARAMETERS.json], sound"
 
 
 @click.command()
@@ -154,15 +154,13 @@ def _read(path: Path) -> tuple["np.ndarray", int]:
 def _bench(target: str, floor: "Floor", tile: "Tile", seed: int, output: str, input: str, heard_on: int) -> "Bench":
     from workbench.engine.loop import output_channels
     from workbench.engine.sounding import SimulatedShaker, SoundCard
-    from workbench.floor.simulation import SimulatedTile
 
     if target == "sound":
         return SoundCard(output, input, output_channels(floor)[floor.index(tile.id)], heard_on)
-    if target != "simulator":
+    simulated = simulated_tile(target, tile, seed)
+    if simulated is None:
         raise BadValue(f"--target is {target!r}; allowed: {TARGETS}")
-    if seed < 0:
-        raise BadValue(f"--seed is {seed}; allowed: 0 or more")
-    return SimulatedShaker(SimulatedTile(tile, seed=seed))
+    return SimulatedShaker(simulated)
 
 
 def _on_target(tile: "Tile", bench: "Bench", values: dict[str, Any], loads: bool, with_person: bool) -> "Result":

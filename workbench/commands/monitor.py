@@ -39,8 +39,9 @@ def monitor(
 ) -> None:
     """Print footsteps as they happen.
 
-    SOURCE is "simulator", serial:PORT (or serial:PORT@BAUD), udp:HOST:PORT to listen at, a force CSV, or a recording.
-    Tile 0 of a line is the floor's first; the floor is 2 x 2 tiles unless --floor names another.
+    SOURCE is "simulator" or simulator:PARAMETERS.json, serial:PORT (or serial:PORT@BAUD), udp:HOST:PORT to listen at, a
+    force CSV, or a recording. Tile 0 of a line is the floor's first; the floor is 2 x 2 tiles unless --floor names
+    another.
     """
     from workbench import monitoring
     from workbench.records.tables import contact_table, step_table

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from workbench.commands.files import require_room
-from workbench.errors import BadFile
+from workbench.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
     from workbench.calibration.procedure import Result
     from workbench.floor.layout import Floor, Tile
     from workbench.floor.profile import Profile
+    from workbench.floor.simulation import SimulatedTile
 
 
 def require_writable(profile: Path | None, report: Path | None) -> None:
@@ -31,6 +32,19 @@ def floor_of(path: Path | None) -> "Floor":
 def tile_of(floor: "Floor", tile: str) -> "Tile":
     """The tile with this id; the first one without."""
     return floor.tiles[floor.index(tile)] if tile else floor.tiles[0]
+
+
+def simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":
+    """The tile of the target "simulator" or "simulator:PARAMETERS.json"; None for another target."""
+    from workbench.engine.target import simulation_of
+    from workbench.floor.simulation import SimulatedTile, TileParameters
+
+    path = simulation_of(target)
+    if path is None:
+        return None
+    if seed < 0:
+        raise BadValue(f"--seed is {seed}; allowed: 0 or more")
+    return SimulatedTile(tile, TileParameters.load(path) if path else None, seed)
 
 
 def own_profile(path: Path | None, tile: str, serial: str) -> "Profile":

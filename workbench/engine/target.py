@@ -51,6 +51,16 @@ def link_of(text: str) -> tuple[str, str] | None:
     return (kind, source) if colon and kind in LINKS else None
 
 
+def simulation_of(text: str) -> str | None:
+    """The parameter file of a simulator, as commands name it, "" for ideal sensors; None for anything else.
+
+    >>> simulation_of("simulator"), simulation_of("simulator:tile.json"), simulation_of("walk.csv")
+    ('', 'tile.json', None)
+    """
+    kind, _, path = text.partition(":")
+    return path if kind == "simulator" else None
+
+
 def force_rate_hz(target: Target) -> float:
     """Force samples a second of a target; `BadFile` for a file that cannot be played back, `BadValue` for no port."""
     if target.kind == "replay":
@@ -61,8 +71,10 @@ def force_rate_hz(target: Target) -> float:
     return SENSOR_HZ
 
 
-def require_port(target: Target) -> None:
-    """Say before a session begins that there is nothing to listen to: `DeviceError`."""
+def require_source(target: Target) -> None:
+    """Say before a session begins that there is nothing to listen to, `DeviceError`, or to simulate, `BadFile`."""
+    if target.simulation:
+        TileParameters.load(target.simulation)
     if target.kind in LINKS:
         port = port_of(target.kind, target.source)
         port.open()
