@@ -7,6 +7,7 @@ import pytest
 import soundfile
 from click.testing import CliRunner
 from live import live
+from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, rough_step, stepped_bank
 from scipy.signal import butter, sosfilt
 
@@ -14,42 +15,21 @@ from workbench.__main__ import cli
 from workbench.clock import FADE
 from workbench.devices.simulated import SimulatedFloor
 from workbench.engine.correction import correction_of, corrections_of
-from workbench.engine.loop import PULSE_S, Loop
-from workbench.engine.messages import Correct, Play, Pulse
+from workbench.engine.loop import PULSE_S
+from workbench.engine.messages import Correct, Pulse
 from workbench.engine.recorder import from_text, to_text
 from workbench.engine.render import render
 from workbench.engine.replayed import replay
 from workbench.engine.safety import Limits
 from workbench.errors import BadFile, BadValue
-from workbench.floor.layout import default_floor
 from workbench.floor.profile import Profile, Response
 from workbench.nodes import REGISTRY
 from workbench.records.recording import Recording
 
-FLOOR = default_floor()
 RATE = 48_000
 BAND = tuple(map(tuple, butter(4, [50.0, 750.0], "bandpass", fs=RATE, output="sos").tolist()))
 LOW = tuple(map(tuple, butter(2, 400.0, fs=RATE, output="sos").tolist()))
 OPEN = [Limits(peak=1.0, rms=1.0)] * 4
-
-
-def loop_of(patch, block=256, walking=True, **options):
-    loop = Loop(patch, REGISTRY, SimulatedFloor(FLOOR, walking=walking), block=block, **options)
-    loop.send(Play(True))
-    return loop
-
-
-def played(loop, frames, blocks=None):
-    """What a loop plays in the next frames, in blocks of these sizes in turn."""
-    out = np.empty((frames, loop.out.shape[1]), np.float32)
-    blocks = blocks or [loop.block]
-    at = turn = 0
-    while at < frames:
-        n = min(blocks[turn % len(blocks)], frames - at)
-        loop.run(n)
-        out[at : at + n] = loop.out[:n]
-        at, turn = at + n, turn + 1
-    return out
 
 
 @pytest.mark.parametrize("patch", [stepped_bank(), rough_step(), hum()])

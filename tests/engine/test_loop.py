@@ -2,39 +2,19 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from workbench.clock import FADE
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.loop import PULSE, PULSE_HZ, PULSE_S, InTurn, Loop, output_channels
+from workbench.engine.loop import PULSE, PULSE_HZ, PULSE_S, InTurn, output_channels
 from workbench.engine.messages import Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
 from workbench.engine.safety import Limits
-from workbench.floor.layout import Floor, default_floor
+from workbench.floor.layout import Floor
 from workbench.nodes import REGISTRY
 from workbench.parameters import Number
 from workbench.patch.node import Input, Output, node, run_kernel
 
-FLOOR = default_floor()
 OPEN = Limits(peak=1.0, rms=1.0)
-
-
-def loop_of(patch, block=256, registry=REGISTRY, walking=True, floor=FLOOR, **options):
-    loop = Loop(patch, registry, SimulatedFloor(floor, walking=walking), block=block, **options)
-    loop.send(Play(True))
-    return loop
-
-
-def played(loop, frames, blocks=None):
-    """What a loop plays in the next frames, in blocks of these sizes in turn."""
-    out = np.empty((frames, loop.out.shape[1]), np.float32)
-    blocks = blocks or [loop.block]
-    at = turn = 0
-    while at < frames:
-        n = min(blocks[turn % len(blocks)], frames - at)
-        loop.run(n)
-        out[at : at + n] = loop.out[:n]
-        at, turn = at + n, turn + 1
-    return out
 
 
 # Frames that are no span edges, nor the edges of any block that the test uses.

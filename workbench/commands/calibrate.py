@@ -9,7 +9,15 @@ import click
 
 from workbench.commands.calibrate_response import response
 from workbench.commands.files import FILE
-from workbench.commands.profiles import conclude, floor_of, own_profile, require_writable, simulated_tile, tile_of
+from workbench.commands.profiles import (
+    conclude,
+    floor_of,
+    of_a_tile,
+    own_profile,
+    require_writable,
+    simulated_tile,
+    tile_of,
+)
 from workbench.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -38,15 +46,9 @@ _CELL = click.option(
 @click.option("--pairs", type=FILE, help="CSV of readings beside a reference: time_s,tile,sensor,reading,force_n.")
 @_TARGET
 @_CELL
-@click.option("--floor", type=FILE, help="Floor JSON that has the tile; the default floor without.")
-@click.option("--tile", default="", help="Which tile, where there is more than one.")
-@click.option("--serial", default="", help="The tile's serial number, kept in its profile.")
 @click.option("--divider-ohm", type=float, help="Resistor in series with a sensor; R = Rs/F + R0 is tried then, too.")
 @click.option("--divider-falling", is_flag=True, help="The reading falls with force.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the simulated tile and hand.")
-@click.option("--profile", type=FILE, help="Profile JSON to write; what it holds besides stays.")
-@click.option("--report", type=FILE, help="Folder for a page with pictures, figures and raw data.")
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@of_a_tile
 def fsr(
     pairs: Path | None,
     target: str,
@@ -93,14 +95,8 @@ def fsr(
 @click.option("--presses", type=FILE, help="CSV of loads at known places: tile,x_m,y_m,force_n,r1,r2,r3,r4.")
 @_TARGET
 @_CELL
-@click.option("--floor", type=FILE, help="Floor JSON that has the tile and its sensors.")
-@click.option("--tile", default="", help="Which tile, where there is more than one.")
-@click.option("--serial", default="", help="The tile's serial number, kept in its profile.")
 @click.option("--quick", is_flag=True, help="Nine places instead of fifty, on a target.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the simulated tile and hand.")
-@click.option("--profile", type=FILE, help="Profile JSON: its curves turn readings into newtons, and it is written.")
-@click.option("--report", type=FILE, help="Folder for a page with pictures, figures and raw data.")
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@of_a_tile
 def centroid(
     presses: Path | None,
     target: str,

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from workbench.commands.files import FILE
-from workbench.commands.profiles import conclude, floor_of, own_profile, require_writable, simulated_tile, tile_of
+from workbench.commands.profiles import (
+    conclude,
+    floor_of,
+    of_a_tile,
+    own_profile,
+    require_writable,
+    simulated_tile,
+    tile_of,
+)
 from workbench.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -34,13 +42,7 @@ TARGETS = "simulator[:PARAMETERS.json], sound"
 @click.option("--output", "output_device", default="", help="Sound card of --target sound; the default one without.")
 @click.option("--input", "input_device", default="", help="Its input; the default one without.")
 @click.option("--input-channel", type=int, default=0, show_default=True, help="Channel of the accelerometer, from 0.")
-@click.option("--floor", type=FILE, help="Floor JSON that has the tile; the default floor without.")
-@click.option("--tile", default="", help="Which tile; the floor's first without.")
-@click.option("--serial", default="", help="The tile's serial number, kept in its profile.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the simulated tile.")
-@click.option("--profile", type=FILE, help="Profile JSON to write; what it holds besides stays.")
-@click.option("--report", type=FILE, help="Folder for a page with pictures, figures and raw data.")
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@of_a_tile
 def response(
     sweep: Path | None,
     recorded: Path | None,

@@ -2,10 +2,13 @@
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from workbench.commands.files import require_room
+import click
+
+from workbench.commands.files import FILE, require_room
 from workbench.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -13,6 +16,24 @@ if TYPE_CHECKING:
     from workbench.floor.layout import Floor, Tile
     from workbench.floor.profile import Profile
     from workbench.floor.simulation import SimulatedTile
+
+
+_OPTIONS = (
+    click.option("--floor", type=FILE, help="Floor JSON that has the tile and its sensors; the default floor without."),
+    click.option("--tile", default="", help="Which tile; by default the only one of the file, or the floor's first."),
+    click.option("--serial", default="", help="The tile's serial number, kept in its profile."),
+    click.option("--seed", type=int, default=1, show_default=True, help="Of the simulated tile and hand."),
+    click.option("--profile", type=FILE, help="Profile JSON to read and to write; what it holds besides stays."),
+    click.option("--report", type=FILE, help="Folder for a page with pictures, figures and raw data."),
+    click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON."),
+)
+
+
+def of_a_tile(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that say which tile, and where what is found goes."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
 
 
 def require_writable(profile: Path | None, report: Path | None) -> None:
