@@ -71,6 +71,8 @@ def parse_quantity(text: str, unit: str = "") -> float:
 
     >>> parse_quantity("1.3 MN/m", "N/m"), parse_quantity("0,82 mm", "m"), parse_quantity("2 000")
     (1300000.0, 0.00082, 2000.0)
+    >>> parse_quantity("0.25 of full scale", "of full scale")
+    0.25
     """
     compact = re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-").replace("μ", "µ")
     match = re.fullmatch(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)(.*)", compact)
@@ -88,7 +90,7 @@ def parse_quantity(text: str, unit: str = "") -> float:
             exact = 10.0 ** _PREFIXES[prefix]
             factors |= {name: exact for name in (prefix, prefix + unit, prefix + pretty_unit(unit)) if name}
             factors |= {name.replace("µ", "u"): exact for name in (prefix, prefix + unit) if "µ" in prefix}
-        factors |= {unit: 1.0, pretty_unit(unit): 1.0}
+        factors |= {name.replace(" ", ""): 1.0 for name in (unit, pretty_unit(unit))}
     if tail not in factors:
         raise BadValue(f"the unit is {tail!r}; allowed: {pretty_unit(unit) or 'none'}, with or without a prefix")
     return value * factors[tail] if factors[tail] >= 1.0 else value / round(1.0 / factors[tail])

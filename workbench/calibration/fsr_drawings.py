@@ -8,6 +8,7 @@ from workbench.calibration.tables import Pairs
 from workbench.drawing import Drawing, Series, series
 
 _DOTS = 250
+_LOADED_N = 1.0
 
 
 def drawings_of(found: Linearisation) -> tuple[Drawing, ...]:
@@ -21,7 +22,9 @@ def drawings_of(found: Linearisation) -> tuple[Drawing, ...]:
 
 
 def taken_so_far(pairs: Pairs) -> tuple[Drawing, ...]:
-    """The pairs themselves, a colour each sensor."""
+    """The pairs themselves, a colour each sensor; nothing before the first load."""
+    if pairs.force_n.max(initial=0.0) < _LOADED_N:
+        return ()
     colours = ("force", "vibration", "events", "contact")
     shown = []
     for j in range(4):

@@ -74,7 +74,7 @@ class FrequencyResponse(Wizard):
                         ),
                     ),
                     ask("order", Count(14, low=2, high=equaliser.MOST_ORDER, doc="Order of the equaliser, even.")),
-                    ask("level", Number(0.25, 0.01, LOUDEST, doc="How loud to play, of full scale.")),
+                    ask("level", Number(0.25, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
                     ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", doc="Length of a sweep.")),
                     ask("passes", Count(3, low=1, high=20, doc="Sweeps for each load.")),
                 ),
