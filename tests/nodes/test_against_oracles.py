@@ -160,6 +160,14 @@ def test_footfall_comes_its_wait_after_the_crossing_with_the_loading_as_strength
     assert peak == pytest.approx(np.abs(np.exp(-100.0 * time) * np.sin(2 * np.pi * 480.0 * time)).max(), rel=0.02)
 
 
+def test_a_rhythm_has_one_note_a_step_the_loudest():
+    notes = ((6.2, 3, 0.3), (5.8, 2.4, 0.9), (0, 4, 1.0), (6, 5, 0.3))
+    patch = Patch().add("rhythm", REGISTRY, notes=notes, bar=0.1, repeats=1)
+    program = Program(patch, REGISTRY, TILE, rate=RATE, block=4_800, scopes=["rhythm.out"])
+    program.run(0, 4_800)
+    np.testing.assert_allclose(program.events("rhythm.out")[:, :3], [[0.0, 1.0, 4 / 240], [1_200.0, 0.9, 2 / 240]])
+
+
 def test_noise_fills_its_band_and_texture_has_its_rate_of_bursts():
     heard = play(chain("noise", low=50.0, high=700.0, amplitude=2.0), "noise.out", frames=96_000)
     assert heard.std() == pytest.approx(2.0, rel=0.1)

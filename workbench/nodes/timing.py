@@ -71,7 +71,7 @@ class Rhythm:
         ((0, 4, 1.0), (6, 4, 0.6), (12, 4, 0.6), (18, 4, 0.6)),
         (("step", 0, 23), ("length", 1, 24), ("amplitude", 0.0, 1.0)),
         most=24,
-        doc="each note's step, length in steps and amplitude, in order of steps",
+        doc="each note's step, length in whole steps and amplitude; of those on one step the loudest plays",
     )
     bar = Number(0.6, 0.1, 4.0, unit="s", doc="length of a bar; the thesis used 0.45 to 0.75 s")
     repeats = Count(3, 0, 1000, doc="how often the bar is played; 0: for ever")
@@ -81,7 +81,10 @@ class Rhythm:
     state = 3  # session frame of the first bar, strength, 1 while playing or 2 when played out
 
     def prepare(values, rate):
-        table = [(step / rhythm.STEPS, length / rhythm.STEPS, loud) for step, length, loud in sorted(values["notes"])]
+        loudest: dict[int, tuple[float, float]] = {}  # one note a step, on whole steps
+        for step, length, loud in values["notes"]:
+            loudest[round(step)] = max(loudest.get(round(step), (-1.0, 0.0)), (loud, round(length) / rhythm.STEPS))
+        table = [(step / rhythm.STEPS, length, loud) for step, (loud, length) in sorted(loudest.items())]
         return [rhythm.NOTE_FLOATS * len(table), *(number for note in table for number in note)]
 
     @run_kernel
