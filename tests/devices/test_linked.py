@@ -165,6 +165,7 @@ def test_hundreds_of_blocks_leave_nothing_behind(until):
     with linked(floor) as (source, send):
         send([(t, i, 1000 * i, i) for i in range(4000) for t in range(4)])
         until(lambda: source.counts.good == 16_000, "all came")
+        source.close()  # what the reading thread allocates is its own
         source.pull(4800)
         ends = range(4928, 4928 + 128 * 1000, 128)
         tracemalloc.start()
@@ -191,13 +192,15 @@ def calibrated(tile, uncalibrated=""):
 
 def test_a_profile_turns_readings_into_newtons_and_others_are_flagged():
     conversion = Conversion(default_floor(1, 2), {"t2": calibrated("t2")})
-    got = conversion.newtons(np.array([0, 1]), np.array([[1000, 3000, 5000, 1020], [100, 600, 1100, 350]]))
+    rows = np.array([0, 1])
+    readings = np.array([[1000, 3000, 5000, 1020], [100, 600, 1100, 350]])
+    got = conversion.newtons(rows, readings, np.zeros(2), np.zeros(2, int))
     np.testing.assert_allclose(got, [[0.0, 100.0, 200.0, 1.0], [0.0, 250.0, 500.0, 125.0]])
     assert "uncalibrated: t1 (20 counts a newton are assumed)" in conversion.lines
 
 
 def test_a_sensor_without_a_curve_is_nominal_and_named():
     conversion = Conversion(default_floor(1, 1), {"t1": calibrated("t1", "it reads the same at any load")})
-    got = conversion.newtons(np.array([0]), np.array([[600, 600, 600, 3000]]))
+    got = conversion.newtons(np.array([0]), np.array([[600, 600, 600, 3000]]), np.zeros(1), np.zeros(1, int))
     np.testing.assert_allclose(got, [[250.0, 250.0, 250.0, 100.0]])
     assert any("sensor 4 of t1 is not calibrated" in line for line in conversion.lines)

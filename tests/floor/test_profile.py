@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from workbench.errors import BadFile, BadValue
-from workbench.floor.curves import Correction, Curve, Memory, nearest_within
+from workbench.floor.curves import Correction, Curve, Memory
 from workbench.floor.layout import default_floor
+from workbench.floor.placing import nearest_within
 from workbench.floor.profile import Centroid, Fsr, Profile, Response, opened, profiles_of
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
@@ -141,7 +142,7 @@ def test_below_the_least_force_there_is_no_place():
 
 def test_outside_the_area_the_nearest_point_counts():
     triangle = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]])
-    found = nearest_within(np.array([[0.5, 0.5], [2.0, 2.0], [-1.0, 1.0], [3.0, -1.0]]), triangle)
+    found = [nearest_within(x, y, triangle) for x, y in ((0.5, 0.5), (2.0, 2.0), (-1.0, 1.0), (3.0, -1.0))]
     assert found == pytest.approx(np.array([[0.5, 0.5], [1.0, 1.0], [0.0, 1.0], [2.0, 0.0]]))
 
 

@@ -142,13 +142,14 @@ class LinkedFloor:
             self._strangers.update(frames[~known, TILE].tolist())
             frames = frames[known]
         readings = frames[:, READINGS:LIFE]
-        newtons = self._conversion.newtons(frames[:, TILE], readings)
+        time_s = frames[:, MICROSECONDS].astype(np.float64) * 1e-6
+        newtons = self._conversion.newtons(frames[:, TILE], readings, time_s, frames[:, LIFE])
         free = _INBOX - (self._head - int(self._place[_PLACED]))
         taken = min(len(frames), free)
         self._overflown += len(frames) - taken
         _put(frames, newtons, self._inbox, self._head, taken, now - self._since)
         self._head += taken
-        self._health.feed(frames[:, TILE], frames[:, MICROSECONDS].astype(np.float64) * 1e-6, readings, newtons)
+        self._health.feed(frames[:, TILE], time_s, readings, newtons)
 
     def _once(self, key: str, line: str) -> list[str]:
         if not line or key in self._told:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import require
+from workbench.floor.placing import place_all, weigh_all
 
 MOST_PLAYS = 12
 """As many plays as the state of `force_over_time` has room for."""
@@ -89,13 +90,24 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
             return self.force(readings)
         from workbench.models.fsr_memory import recall
 
-        apparent = along(memory.readings, memory.forces_n, memory.slopes, readings)
-        apparent = np.clip(apparent, -BELOW * self.full_scale_n, 2.0 * self.full_scale_n)
         widths, weights = np.array(memory.widths), np.array(memory.weights)
+        apparent = self.apparent(readings)
         return self._limited(recall(apparent, time_s, memory.creep, memory.relative, widths, weights, state))
 
+    def apparent(self, readings: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Newtons of readings, any shape, before what the sensor remembers is taken out; it must have a memory."""
+        memory = self.memory
+        assert memory is not None
+        newtons = along(memory.readings, memory.forces_n, memory.slopes, readings)
+        return np.clip(newtons, -BELOW * self.full_scale_n, 2.0 * self.full_scale_n)
+
+    @property
+    def limits_n(self) -> tuple[float, float]:
+        """The least and the most force that it tells."""
+        return -BELOW * self.full_scale_n, (1.0 + ABOVE) * self.full_scale_n
+
     def _limited(self, newtons: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.clip(newtons, -BELOW * self.full_scale_n, (1.0 + ABOVE) * self.full_scale_n)
+        return np.clip(newtons, *self.limits_n)
 
 
 def along(
@@ -160,16 +172,9 @@ class Correction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
                [  nan,   nan]])
         """
         weighed = self.weighed(forces_n)
-        total = weighed.sum(axis=-1)
-        with np.errstate(invalid="ignore"):
-            plain = (weighed @ sensors_m) / np.where(total >= max(least_n, 1e-9), total, np.nan)[..., None]
-        if not self.powers:
-            return np.asarray(plain)
-        at = nearest_within(plain, np.array(self.area_m).reshape(-1, 2)) / self.scale_m
-        moved = plain.copy()
-        for (i, j), by in zip(self.powers, self.displacement_m, strict=True):
-            moved += (at[..., 0] ** i * at[..., 1] ** j)[..., None] * np.array(by)
-        return np.asarray(moved)
+        out = np.empty((*weighed.shape[:-1], 2))
+        place_all(weighed.reshape(-1, 4), np.asarray(sensors_m, np.float64), least_n, *self.terms(), out.reshape(-1, 2))
+        return out
 
     def weighed(self, forces_n: NDArray[np.float64]) -> NDArray[np.float64]:
         """Corner forces (..., 4) as they count for the centroid.
@@ -177,39 +182,27 @@ class Correction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         >>> Correction(bends_n=(5.0,), bends=((0.5, 0.1),) * 4).weighed(np.array([-2.0, 0.0, 5.0, 500.0])).round(2)
         array([ -3.  ,   0.  ,   5.32, 500.5 ])
         """
-        weighed = forces_n * self.gains
-        if self.bends:
-            weighed = weighed + (bent(forces_n, self.bends_n) * np.array(self.bends)).sum(axis=-1)
-        return np.asarray(weighed)
+        forces = np.ascontiguousarray(forces_n, np.float64)
+        out = np.empty_like(forces)
+        weigh_all(forces.reshape(-1, 4), *self.weights(), out.reshape(-1, 4))
+        return out
+
+    def weights(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Gains (4,), bends_n (k,) and bends (4, 1 + k), or (0, 0) without any, as kernels take them."""
+        bends = np.array(self.bends, np.float64) if self.bends else np.zeros((0, 0))
+        return np.array(self.gains, np.float64), np.array(self.bends_n, np.float64), bends
+
+    def terms(self) -> tuple[NDArray[np.int64], NDArray[np.float64], float, NDArray[np.float64]]:
+        """Powers (k, 2), displacements (k, 2), their scale and the area's corners (m, 2), as kernels take them."""
+        powers = np.array(self.powers, np.int64).reshape(-1, 2)
+        displacement = np.array(self.displacement_m, np.float64).reshape(-1, 2)
+        return powers, displacement, self.scale_m, np.array(self.area_m, np.float64).reshape(-1, 2)
 
 
 def bent(forces_n: NDArray[np.float64], bends_n: Sequence[float]) -> NDArray[np.float64]:
     """What the bends of a `Correction` stand for, shape (..., 1 + bends)."""
     above = np.maximum(forces_n, 0.0)
     return np.stack([np.minimum(forces_n, 0.0), *(bend * -np.expm1(-above / bend) for bend in bends_n)], axis=-1)
-
-
-def nearest_within(points_m: NDArray[np.float64], area_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (..., 2) of a convex area as they are, others moved to its edge; its corners (k, 2) counter-clockwise.
-
-    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    >>> nearest_within(np.array([[0.5, 0.5], [2.0, 0.5], [2.0, 3.0]]), square)
-    array([[0.5, 0.5],
-           [1. , 0.5],
-           [1. , 1. ]])
-    """
-    if len(area_m) == 0:
-        return points_m
-    edges = np.roll(area_m, -1, axis=0) - area_m
-    lengths = np.maximum((edges**2).sum(axis=-1), 1e-30)
-    from_corner = points_m[..., None, :] - area_m
-    outside = edges[:, 0] * from_corner[..., 1] - edges[:, 1] * from_corner[..., 0] < 0.0
-    along = np.clip((from_corner * edges).sum(axis=-1) / lengths, 0.0, 1.0)
-    feet = area_m + along[..., None] * edges
-    nearest = np.argmin(((points_m[..., None, :] - feet) ** 2).sum(axis=-1), axis=-1)
-    on_edge = np.take_along_axis(feet, nearest[..., None, None], axis=-2)[..., 0, :]
-    inside = ~np.any(outside, axis=-1, keepdims=True) & (len(area_m) >= 3)
-    return np.where(inside, points_m, on_edge)
 
 
 def require_numbers(name: str, values: Sequence[float], largest: float) -> None:

@@ -7,16 +7,15 @@ from numpy.typing import NDArray
 
 from workbench.floor.layout import Floor
 from workbench.floor.profile import Profile
+from workbench.floor.reading import COUNTS, NOMINAL, correct_floor, tables_of
 from workbench.floor.simulation import SimulatedTile, TileParameters, hand_lean_m, seat
 from workbench.kernels import kernel
 from workbench.models import fsr
 
-_COUNTS = fsr.FULL_COUNTS + 1
-
 
 class FloorSensors:
     """Every tile is a `SimulatedTile` of its own, drawn by `seed` and its id; `profiles` by tile id turn counts into
-    newtons.
+    newtons, with what sensors remember taken out and centroids in their place (`reading`).
 
     A tile without one is read by the nominal law of its kind of sensor, with the nominal weight of the plate taken off;
     `lines` name these. `counts` (most, tiles, 4) are the last readings. `lean_m` (tiles, 2) is where a hand's shear
@@ -46,8 +45,15 @@ class FloorSensors:
         for k in range(len(floor.tiles)):
             for sensor in range(4):
                 fsr.settle(self._memory[k, sensor], self._tunings[k, sensor], self._preloads[k])
-        self._which, self._curves, self.lines = _conversion(floor, parameters, profiles or {})
-        self._zeros = np.where(self._which == 0, self._preloads[:, None], 0.0)
+        known = profiles or {}
+        bare = [tile.id for tile in floor.tiles if tile.id not in known or not known[tile.id].is_calibrated]
+        self.lines: tuple[str, ...] = ()
+        if bare:
+            self.lines = (f"uncalibrated: {', '.join(bare)} (the nominal law of the sensors is assumed)",)
+        self._tables = tables_of(floor, known, parameters.sensors.corner_n(np.arange(COUNTS)))
+        self._zeros = np.where(self._tables.curve == NOMINAL, self._preloads[:, None], 0.0)
+        self._period_s = 1.0 / rate_hz
+        self.read(np.zeros((0, len(floor.tiles), 4)), 0, 0)  # loads the kernels
 
     def read(self, forces_n: NDArray[np.float64], first: int, count: int, is_split: bool = False) -> None:
         """Put in place of the first `count` of `forces_n` (n, tiles, 4) the newtons that are read of them.
@@ -57,34 +63,14 @@ class FloorSensors:
         """
         _read(
             self._memory, self._tunings, self._keys, self._alike if is_split else self._splits, self._preloads,
-            self._twists, self._which, self._curves, self._zeros, forces_n, self.counts, first, count,
+            self._twists, self._tables.curve, self._tables.curves, self._zeros, forces_n, self.counts, first, count,
         )  # fmt: skip
-
-
-def _conversion(
-    floor: Floor, parameters: TileParameters, profiles: Mapping[str, Profile]
-) -> tuple[NDArray[np.int64], NDArray[np.float64], tuple[str, ...]]:
-    """Newtons of every count, one row a curve, and which of them each sensor (tiles, 4) has."""
-    every = np.arange(_COUNTS)
-    curves = [parameters.sensors.corner_n(every)]
-    which = np.zeros((len(floor.tiles), 4), np.int64)
-    nominal = []
-    for row, tile in enumerate(floor.tiles):
-        profile = profiles.get(tile.id)
-        if profile is None or not profile.is_calibrated:
-            nominal.append(tile.id)
-            continue
-        newtons = profile.force(np.repeat(every[:, None], 4, axis=1))
-        for sensor in range(4):
-            if np.isfinite(newtons[:, sensor]).all():  # else the profile says that this sensor could not be calibrated
-                which[row, sensor] = len(curves)
-                curves.append(newtons[:, sensor])
-    lines = (f"uncalibrated: {', '.join(nominal)} (the nominal law of the sensors is assumed)",) if nominal else ()
-    return which, np.array(curves), lines
+        if self._tables.learned.any():
+            correct_floor(self._tables, first, count, self._period_s, forces_n)
 
 
 @kernel
-def _read(memory, tunings, keys, splits, preloads, twists, which, curves, zeros, forces, counts, first, count):
+def _read(memory, tunings, keys, splits, preloads, twists, curve, curves, zeros, forces, counts, first, count):
     for k in range(len(splits)):
         for i in range(count):
             # Loads stand where the counts will: what is sensed may be written over it.
@@ -97,5 +83,4 @@ def _read(memory, tunings, keys, splits, preloads, twists, which, curves, zeros,
         fsr.sense_tile(memory[k], tunings[k], keys[k], counts[:, k], counts[:, k], first, count)
         for i in range(count):
             for sensor in range(4):
-                newtons = curves[which[k, sensor], int(counts[i, k, sensor])]
-                forces[i, k, sensor] = newtons - zeros[k, sensor]
+                forces[i, k, sensor] = curves[curve[k, sensor], int(counts[i, k, sensor])] - zeros[k, sensor]

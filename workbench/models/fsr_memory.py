@@ -52,29 +52,34 @@ def recall(
     >>> recall(np.array([0.0, 5.0]), np.array([0.0, 0.1]), 0.0, False, np.empty(0), np.ones(1), np.zeros(state_size()))
     array([0., 5.])
     """
-    terms = np.empty((u.size, widths.size + 1))
-    remember(u, time_s, creep, relative, widths, state, terms)
-    return _weighed(terms, weights)
-
-
-def _weighed(terms: Values, weights: Values) -> Values:
-    """Below 0 nothing is remembered: noise about rest stays as it is."""
-    pressed = np.maximum(terms, 0.0)
-    return np.asarray(pressed @ weights + np.minimum(terms[:, 0], 0.0))
+    terms, newtons = np.empty((u.size, widths.size + 1)), np.empty(u.size)
+    remember(u, time_s, creep, relative, widths, state, np.empty(LAGS_S.size), terms)
+    weigh(terms, weights, newtons)
+    return newtons
 
 
 @kernel
-def remember(u, time_s, creep, relative, widths, state, terms):
+def weigh(terms, weights, newtons):
+    """Newtons (n,) of what is remembered, (n, 1 + plays). Below 0 nothing is: noise about rest stays as it is."""
+    for i in range(newtons.size):
+        total = min(terms[i, 0], 0.0)
+        for k in range(weights.size):
+            total += max(terms[i, k], 0.0) * weights[k]
+        newtons[i] = total if math.isfinite(terms[i, 0]) else math.nan
+
+
+@kernel
+def remember(u, time_s, creep, relative, widths, state, share, terms):
     """The force without creep and each of its plays, shape (n, 1 + plays): what the weights stand for.
 
-    `state` is plays, lags, and the time of the last sample with 1 added (0: none yet).
+    `state` is plays, lags, and the time of the last sample with 1 added (0: none yet); `share` a place to work in, a
+    number for each of `LAGS_S`.
     """
     each = creep / 2.0
     lags = LAGS_S.size
     at_once = 1.0
     for k in range(lags):
         at_once -= each * (1.0 - math.exp(-_KEPT_S / LAGS_S[k]))
-    share = np.empty(lags)
     last_step = -1.0
     total = 0.0
     for i in range(u.size):
@@ -120,7 +125,7 @@ def learn(
     relative = kind == "relative"
     widths = np.array([] if kind == "creep" else SHARES) * (1.0 if relative else full_scale_n)
     terms = np.empty((u.size, widths.size + 1))
-    remember(u, time_s, creep, relative, widths, np.zeros(_STATE), terms)
+    remember(u, time_s, creep, relative, widths, np.zeros(_STATE), np.empty(LAGS_S.size), terms)
     seen = weight > 0.0
     root = np.sqrt(weight[seen])
     left, right = terms[seen] * root[:, None], force_n[seen] * root

@@ -81,7 +81,7 @@ class Rhythm:
     state = 3  # session frame of the first bar, strength, 1 while playing or 2 when played out
 
     def prepare(values, rate):
-        loudest: dict[int, tuple[float, float]] = {}  # one note a step, on whole steps
+        loudest = {}  # one note a step, on whole steps
         for step, length, loud in values["notes"]:
             loudest[round(step)] = max(loudest.get(round(step), (-1.0, 0.0)), (loud, round(length) / rhythm.STEPS))
         table = [(step / rhythm.STEPS, length, loud) for step, (loud, length) in sorted(loudest.items())]
