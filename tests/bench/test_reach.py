@@ -16,14 +16,14 @@ def met(rows):
     return [f"{row.what}: {row.measured} is not {row.asked}" for row in rows if not row.met]
 
 
-def test_the_median_of_some_runs_is_told_and_the_first_is_not_counted(monkeypatch):
-    now, steps = [0.0], iter([50.0, 3.0, 1.0, 2.0])
+def test_the_least_of_some_runs_is_told_and_the_first_are_not_counted(monkeypatch):
+    now, steps = [0.0], iter([0.1, 50.0, 3.0, 1.0, 2.0])
 
     def advance():
         now[0] += next(steps)
 
     monkeypatch.setattr(timing.time, "perf_counter", lambda: now[0])
-    assert timing.timed(advance, budget_s=6.0).seconds == 2.0
+    assert timing.timed(advance, budget_s=6.0).seconds == 1.0
     assert next(steps, None) is None
 
 
@@ -32,7 +32,8 @@ def test_a_slow_processor_shows_in_its_floor(monkeypatch):
     monkeypatch.setattr(timing.time, "perf_counter", lambda: next(ticks))
     took = timing.timed(lambda: None, most=3)
     assert took.seconds == 1.0
-    assert took.slowness == pytest.approx(1e9 / timing._PAIRS / timing.FLOOR_NS)
+    repeats = timing._MOST_REPEATS  # as a run seems to take a second
+    assert took.slowness == pytest.approx(1e9 / (repeats * timing.PAIRS) / timing.FLOOR_NS)
 
 
 def test_noises_envelopes_and_rhythms_keep_their_reach():

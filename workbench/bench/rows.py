@@ -4,6 +4,7 @@ An array that Python made costs a kernel more: each part that is taken of it is 
 """
 
 import ctypes
+from collections.abc import Callable
 
 import numpy as np
 from numba import carray, cfunc, types
@@ -29,20 +30,22 @@ def memory(size: int) -> Floats:
     return space[start : start + size]
 
 
-def strike(s: Floats, t: Floats, events: Floats, blocks: int) -> None:
-    """Let a modal bank ring that is struck by `events`, from session frame 0 on."""
-    _strike.ctypes(*_sized(s), *_sized(t), *_sized(events), *_sized(memory(BLOCK)), blocks)
+def strike(s: Floats, t: Floats, events: Floats, blocks: int) -> Callable[[], None]:
+    """What lets a modal bank ring that is struck by `events`, from session frame 0 on."""
+    arguments = *_sized(s), *_sized(t), *_sized(events), *_sized(memory(BLOCK)), blocks
+    return lambda: _strike.ctypes(*arguments)
 
 
-def drive(s: Floats, t: Floats, excitation: Floats, blocks: int) -> None:
-    """Let a modal bank ring that is driven in every frame, by the same block again and again."""
-    _drive.ctypes(*_sized(s), *_sized(t), *_sized(excitation), *_sized(memory(BLOCK)), blocks)
+def drive(s: Floats, t: Floats, excitation: Floats, blocks: int) -> Callable[[], None]:
+    """What lets a modal bank ring that is driven in every frame, by the same block again and again."""
+    arguments = *_sized(s), *_sized(t), *_sized(excitation), *_sized(memory(BLOCK)), blocks
+    return lambda: _drive.ctypes(*arguments)
 
 
-def hit(s: Floats, t: Floats, hammer: Floats, events: Floats, first: int, blocks: int) -> None:
-    """Let an object ring that is hit by a hammer at `events`, from block `first` on."""
-    out = memory(2 * BLOCK)
-    _hit.ctypes(*_sized(s), *_sized(t), *_sized(hammer), *_sized(events), *_sized(out), first, blocks)
+def hit(s: Floats, t: Floats, hammer: Floats, events: Floats, first: int, blocks: int) -> Callable[[], None]:
+    """What lets an object ring that is hit by a hammer at `events`, from block `first` on."""
+    arguments = *_sized(s), *_sized(t), *_sized(hammer), *_sized(events), *_sized(memory(2 * BLOCK)), first, blocks
+    return lambda: _hit.ctypes(*arguments)
 
 
 def _sized(values: Floats):

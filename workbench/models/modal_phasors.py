@@ -121,7 +121,6 @@ def _many(block, table, row, phasors, active):
     p2, q2 = table[2 * row : 2 * row + active], table[3 * row : 3 * row + active]
     p3, q3 = table[4 * row : 4 * row + active], table[5 * row : 5 * row + active]
     p4, q4 = table[6 * row : 6 * row + active], table[7 * row : 7 * row + active]
-    p16, q16 = table[8 * row : 8 * row + active], table[9 * row : 9 * row + active]
     p64, q64 = table[10 * row : 10 * row + active], table[11 * row : 11 * row + active]
     x, y = phasors[:active], phasors[row : row + active]
     u, v = phasors[2 * row : 2 * row + active], phasors[3 * row : 3 * row + active]
@@ -153,15 +152,12 @@ def _many(block, table, row, phasors, active):
             d1 += i * p1[m] + r * q1[m]
             d2 += i * p2[m] + r * q2[m]
             d3 += i * p3[m] + r * q3[m]
+            u[m] = r * p4[m] - i * q4[m]
+            v[m] = i * p4[m] + r * q4[m]
         block[k], block[k + 1], block[k + 2], block[k + 3] = a0, a1, a2, a3
         block[k + 4], block[k + 5], block[k + 6], block[k + 7] = b0, b1, b2, b3
         block[k + 8], block[k + 9], block[k + 10], block[k + 11] = c0, c1, c2, c3
         block[k + 12], block[k + 13], block[k + 14], block[k + 15] = d0, d1, d2, d3
-        if k < BLOCK - 16:
-            for m in range(active):
-                r, i = u[m], v[m]
-                u[m] = r * p16[m] - i * q16[m]
-                v[m] = i * p16[m] + r * q16[m]
 
 
 @kernel

@@ -39,14 +39,15 @@ def _second_of(count: int, driven: bool) -> Timed:
     """The time of a second of a bank that is driven by noise, or struck once at first."""
     form = modal_signal if driven else modal_events
     s, t = _bank(form, accuracy.modes(count), 0.0)
-    excitation, strike = np.random.default_rng(1).standard_normal(rows.BLOCK), np.array([0.0, 1.0, 0.0])
+    blocks = RATE // rows.BLOCK
+    if driven:
+        run = rows.drive(s, t, np.random.default_rng(1).standard_normal(rows.BLOCK), blocks)
+    else:
+        run = rows.strike(s, t, np.array([0.0, 1.0, 0.0]), blocks)
 
     def second():
         s[:] = 0.0
-        if driven:
-            rows.drive(s, t, excitation, RATE // rows.BLOCK)
-        else:
-            rows.strike(s, t, strike, RATE // rows.BLOCK)
+        run()
 
     return timed(second, 0.3, 200)
 
