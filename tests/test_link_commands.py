@@ -161,12 +161,12 @@ def test_steps_over_a_line_are_those_of_the_file(underfoot, folder, walk, kind):
     assert "underfoot: uncalibrated: t1, t2 (20 counts a newton are assumed)\n" in said.error
     assert "device clock: " in said.error
     expected = {tile: rest for tile, *rest in steps_of(folder / "file.csv")}
-    got = [step for step in steps_of(folder / "line.csv") if step[1] > 500.0]  # the first may have been joined late
-    assert {tile for tile, *_ in got} == {"t1", "t2"}
-    for tile, contact_ms, peak_n in got[1:-1]:
-        # Where the machine halts, what comes too late for the clock is a gap.
-        assert contact_ms == pytest.approx(expected[tile][0], abs=15.0)
-        assert peak_n == pytest.approx(expected[tile][1], abs=0.5)
+    got = steps_of(folder / "line.csv")
+    for tile, (contact_ms, peak_n) in expected.items():
+        mine = [rest for other, *rest in got if other == tile]
+        assert len(mine) >= 3
+        for found in mine[1:-1]:  # the first may have been joined late, and the last left early
+            assert found == [pytest.approx(contact_ms, abs=6.0), pytest.approx(peak_n, abs=0.5)]
     with Recording(folder / "line.underfoot") as recording:
         assert recording.about["target"] == kind
         rows = recording.forces()
