@@ -23,7 +23,7 @@ from workbench.models.modal_phasors import (
     waves_size,
 )
 
-_PATIENCE = 16 * BLOCK  # how often modes that fell below the floor are looked for
+_PATIENCE = 32 * BLOCK  # how often modes that fell below the floor are looked for
 _OUTPUT = 8  # before it, in s: modes in use, events of late, frames of the block given out; in t: modes, floor squared
 _ROWS = _OUTPUT + BLOCK
 # From there on in s: phasors; in t: phasors to work with (the first row keeps the amplitudes), the table, the waves.
