@@ -101,7 +101,8 @@ def _curves(comparison: Comparison) -> Iterator[Series]:
 def _reach_lines(reaches: Sequence[Reach]) -> list[str]:
     missed = sum(not reach.met for reach in reaches)
     asked = sum(reach.asked != TO_COMPARE for reach in reaches)
-    lines = [f"reach: {asked} asked, {missed or 'none'} not met", f"  {'':65} {'asked':>22}  {'measured':>10}"]
+    state = f"{missed} not met" if missed else "all met"
+    lines = [f"reach: {asked} asked, {state}", f"  {'':65} {'asked':>22}  {'measured':>10}"]
     for reach in reaches:
         what = f"{reach.model}: {reach.what}"
         met = "" if reach.met else "   NOT MET"
