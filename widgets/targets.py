@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from widgets.transport import Choices
-from workbench.patch.library import presets_folder
+from workbench.patch import library
 
 
 def choices() -> Choices:
@@ -15,7 +15,7 @@ def choices() -> Choices:
         (
             (
                 ("simulation ideal", "Ideal sensors"),
-                *((f"simulation {name}", words_of(Path(name))) for name in simulations()),
+                *((f"simulation {name}", words_of(Path(name))) for name in library.simulations()),
                 ("", ""),
                 ("simulation", "Open…"),
             ),
@@ -27,15 +27,6 @@ def choices() -> Choices:
         ("serial", "Tiles on a serial port…"),
         ("udp", "Tiles over UDP…"),
     )
-
-
-def simulations() -> dict[str, Path]:
-    """The simulated tiles that come along, by name: what they are made of, and who walks on them.
-
-    >>> "thesis-tile" in simulations()
-    True
-    """
-    return {path.stem: path for path in sorted((presets_folder() / "simulations").glob("*.json"))}
 
 
 def words_of(path: Path) -> str:

@@ -161,7 +161,7 @@ class MainWindow(QMainWindow):
         if kind == "simulator":
             self.player.set_floor(*map(int, what))
         elif kind == "simulation" and what:
-            self.player.use_simulation(targets.simulations().get(what[0]))
+            self.player.use_simulation(library.simulations().get(what[0]))
         elif kind == "simulation":
             self.document.ask_file("A simulated tile", "Tiles (*.json);;All files (*)", self.player.use_simulation)
         elif kind == "floor":

@@ -12,7 +12,7 @@ from workbench.models import gait
 from workbench.models.assembly import Foot
 from workbench.models.fsr import Fsr
 from workbench.models.shaker import Shaker
-from workbench.patch.library import presets_folder
+from workbench.patch import library
 
 TILE = default_floor(1, 1).tiles[0]
 PLACES = np.stack(np.meshgrid(np.linspace(-0.13, 0.13, 9), np.linspace(-0.13, 0.13, 9)), axis=-1).reshape(-1, 2)
@@ -232,7 +232,7 @@ def test_parameters_come_back_from_their_file(tmp_path):
     assert TileParameters.load(tmp_path / "a.json") == made
 
 
-@pytest.mark.parametrize("path", sorted((presets_folder() / "simulations").glob("*.json")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", library.simulations().values(), ids=library.simulations())
 def test_presets_can_be_built(path):
     parameters = TileParameters.load(path)
     assert parameters.title

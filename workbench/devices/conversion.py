@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.floor.layout import Floor
 from workbench.floor.profile import Profile
-from workbench.floor.reading import COUNTS, Floats, Whole, correct_all, tables_of
+from workbench.floor.reading import COUNTS, Floats, Whole, correct_all, tables_of, uncalibrated
 from workbench.kernels import kernel
 
 NOMINAL_COUNTS_A_NEWTON, NOMINAL_ZERO = 20.0, 1000.0
@@ -50,19 +50,14 @@ class Conversion:
     """
 
     def __init__(self, floor: Floor, profiles: Mapping[str, Profile], today: date | None = None) -> None:
-        uncalibrated: list[str] = []
-        flags: list[str] = []
+        lines = list(uncalibrated(floor, profiles, "20 counts a newton are assumed"))
         for tile in floor.tiles:
             profile = profiles.get(tile.id)
-            if profile is None or not profile.is_calibrated:
-                uncalibrated.append(tile.id)
-            else:
-                flags += profile.flags(tile.id, today or date.today())
-        if uncalibrated:
-            some = uncalibrated if len(uncalibrated) <= 6 else [*uncalibrated[:5], "...", uncalibrated[-1]]
-            flags.insert(0, f"uncalibrated: {', '.join(some)} (20 counts a newton are assumed)")
-        self.lines = tuple(flags)
+            if profile is not None and profile.is_calibrated:
+                lines += profile.flags(tile.id, today or date.today())
+        self.lines = tuple(lines)
         self._tables = tables_of(floor, profiles, nominal_force(np.arange(COUNTS)))
+        self._learned = bool(self._tables.learned.any())
         self._lives = np.zeros(len(floor.tiles), np.int64)
         nothing = np.zeros(0, np.int64)
         self.newtons(nothing, np.zeros((0, 4), np.int64), np.zeros(0), nothing)  # loads the kernel
@@ -75,7 +70,7 @@ class Conversion:
         out = np.empty((len(rows), 4))
         p, rows = self._tables, np.ascontiguousarray(rows)
         _look_up(rows, np.ascontiguousarray(readings), np.ascontiguousarray(lives), self._lives, p, out)
-        if p.learned.any():
+        if self._learned:
             correct_all(p, rows, time_s, out)
         return out
 

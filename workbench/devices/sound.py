@@ -24,6 +24,15 @@ class Card:
     rate_hz: float
 
 
+def portaudio() -> Any:
+    """The library that plays; `DeviceError` where it is not there."""
+    try:
+        import sounddevice
+    except (OSError, ImportError) as error:
+        raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
+    return sounddevice
+
+
 def devices() -> list[Card]:
     """The output devices that there are; none where PortAudio is missing or finds no card."""
     try:
@@ -68,11 +77,7 @@ class Exchange:
         self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, latency_s: float = 0.1
     ) -> None:
         """`heard` is how many channels are recorded."""
-        try:
-            import sounddevice
-        except (OSError, ImportError) as error:
-            raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
-        self._sounddevice = sounddevice
+        self._sounddevice = portaudio()
         self._devices, self._rate_hz, self._latency_s = (input or None, output or None), rate_hz, latency_s
         self._played = played
         self.recorded = np.zeros((len(played), heard), np.float32)
@@ -138,11 +143,7 @@ class Stream:
     def __init__(
         self, name: str, channels: int, rate: float, block: int, fill: Callable[[], int], latency_s: float | str = "low"
     ) -> None:
-        try:
-            import sounddevice
-        except OSError as error:
-            raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
-        self._sounddevice = sounddevice
+        self._sounddevice = sounddevice = portaudio()
         self.underruns = 0
         self._fill = fill
         self._bytes = 4 * channels * block

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.calibration.procedure import Press, Readings, Refused, Sound
-from workbench.devices.sound import Exchange
+from workbench.devices.sound import Exchange, portaudio
 from workbench.engine.safety import limited
 from workbench.errors import DeviceError, require
 from workbench.floor.simulation import SimulatedTile
@@ -27,11 +27,7 @@ class SoundCard:
     def __init__(self, output: str = "", input: str = "", channel: int = 0, heard_on: int = 0) -> None:
         require(0 <= channel <= 31, "channel", channel, "0 to 31")
         require(0 <= heard_on <= 31, "heard_on", heard_on, "0 to 31")
-        try:
-            import sounddevice
-        except (OSError, ImportError) as error:
-            raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
-        self._sounddevice = sounddevice
+        self._sounddevice = portaudio()
         self._devices = (input, output)
         self._exchange: Exchange | None = None
         self._channel, self._heard_on = channel, heard_on

@@ -55,6 +55,18 @@ class Tables(NamedTuple):
     work: Floats  # (4, ...): to work in
 
 
+def uncalibrated(floor: Floor, profiles: Mapping[str, Profile], instead: str) -> tuple[str, ...]:
+    """A line that names the tiles without curves, and what is done `instead`; none where all have some.
+
+    >>> from workbench.floor.layout import default_floor
+    >>> uncalibrated(default_floor(3, 3), {}, "a guess")
+    ('uncalibrated: t1, t2, t3, t4, t5, ..., t9 (a guess)',)
+    """
+    bare = [tile.id for tile in floor.tiles if tile.id not in profiles or not profiles[tile.id].is_calibrated]
+    some = bare if len(bare) <= 6 else [*bare[:5], "...", bare[-1]]
+    return (f"uncalibrated: {', '.join(some)} ({instead})",) if bare else ()
+
+
 def tables_of(floor: Floor, profiles: Mapping[str, Profile], nominal: Floats) -> Tables:
     """The tables of a floor whose tiles have these `profiles`, by id; `nominal` (COUNTS,) reads all other sensors."""
     tiles = len(floor.tiles)

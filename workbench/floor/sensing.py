@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from workbench.floor.layout import Floor
 from workbench.floor.profile import Profile
-from workbench.floor.reading import COUNTS, NOMINAL, correct_floor, tables_of
+from workbench.floor.reading import COUNTS, NOMINAL, correct_floor, tables_of, uncalibrated
 from workbench.floor.simulation import SimulatedTile, TileParameters, hand_lean_m, seat
 from workbench.kernels import kernel
 from workbench.models import fsr
@@ -45,12 +45,9 @@ class FloorSensors:
         for k in range(len(floor.tiles)):
             for sensor in range(4):
                 fsr.settle(self._memory[k, sensor], self._tunings[k, sensor], self._preloads[k])
-        known = profiles or {}
-        bare = [tile.id for tile in floor.tiles if tile.id not in known or not known[tile.id].is_calibrated]
-        self.lines: tuple[str, ...] = ()
-        if bare:
-            self.lines = (f"uncalibrated: {', '.join(bare)} (the nominal law of the sensors is assumed)",)
-        self._tables = tables_of(floor, known, parameters.sensors.corner_n(np.arange(COUNTS)))
+        self.lines = uncalibrated(floor, profiles or {}, "the nominal law of the sensors is assumed")
+        self._tables = tables_of(floor, profiles or {}, parameters.sensors.corner_n(np.arange(COUNTS)))
+        self._learned = bool(self._tables.learned.any())
         self._zeros = np.where(self._tables.curve == NOMINAL, self._preloads[:, None], 0.0)
         self._period_s = 1.0 / rate_hz
         self.read(np.zeros((0, len(floor.tiles), 4)), 0, 0)  # loads the kernels
@@ -65,7 +62,7 @@ class FloorSensors:
             self._memory, self._tunings, self._keys, self._alike if is_split else self._splits, self._preloads,
             self._twists, self._tables.curve, self._tables.curves, self._zeros, forces_n, self.counts, first, count,
         )  # fmt: skip
-        if self._tables.learned.any():
+        if self._learned:
             correct_floor(self._tables, first, count, self._period_s, forces_n)
 
 

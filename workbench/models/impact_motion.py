@@ -41,13 +41,21 @@ T_ROWS = WEIGHT + 2
 
 @kernel
 def state_size(modes):
-    """The floats of `s`."""
+    """The floats of `s`.
+
+    >>> state_size(10) > state_size(2) > 0
+    True
+    """
     return ROWS + S_ROWS * padded(modes)
 
 
 @kernel
 def tuning_size(modes):
-    """The floats of `t`."""
+    """The floats of `t`.
+
+    >>> tuning_size(10) > tuning_size(2) > 0
+    True
+    """
     return TABLE + T_ROWS * padded(modes) + waves_size(modes)
 
 

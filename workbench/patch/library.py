@@ -1,4 +1,4 @@
-"""Presets on disk: patches and floors to begin with."""
+"""Presets on disk: patches, floors and simulated tiles to begin with."""
 
 from pathlib import Path
 
@@ -28,6 +28,15 @@ def floors() -> dict[str, Path]:
     True
     """
     return _files("floors")
+
+
+def simulations() -> dict[str, Path]:
+    """What simulated tiles are made of, and who walks on them: the files by name, in alphabetical order.
+
+    >>> "thesis-tile" in simulations()
+    True
+    """
+    return _files("simulations")
 
 
 def _files(kind: str) -> dict[str, Path]:
