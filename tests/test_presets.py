@@ -123,13 +123,6 @@ def test_the_limiter_leaves_a_patch_alone(name):
 
 
 @pytest.mark.parametrize("name", PATCHES)
-def test_any_block_size_gives_the_same_bytes(name):
-    whole = played(name)[:, : RATE * 3 // 2].T.astype(np.float32)
-    for block in (7, 64):
-        assert play(load(name), 1.5, block).samples.tobytes() == whole.tobytes()
-
-
-@pytest.mark.parametrize("name", PATCHES)
 def test_on_an_empty_floor_everything_sleeps(name):
     patch = load(name)
     rendered = play(patch, 2.0, walking=False)
