@@ -14,7 +14,7 @@ install: .venv/ready
 run: .venv/ready
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then exec $(BIN)/underfoot; else $(MAKE) --no-print-directory tour; fi
 
-test: .venv/ready .venv/ready-test
+test: .venv/ready .venv/ready-test as-installed
 	$(BIN)/ruff check --quiet .
 	$(BIN)/ruff format --check --quiet .
 	$(BIN)/mypy
@@ -22,6 +22,12 @@ test: .venv/ready .venv/ready-test
 
 bench: .venv/ready
 	$(BIN)/underfoot bench
+
+# The folders under the names that they are installed by: what mypy and doctests read.
+.PHONY: as-installed
+as-installed:
+	@mkdir -p .venv/as-installed/underfoot
+	@ln -sfn $(CURDIR)/workbench/* $(CURDIR)/widgets $(CURDIR)/presets $(CURDIR)/assets .venv/as-installed/underfoot/
 
 # With no display: what the window would show, as files.
 .PHONY: tour

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from workbench.__main__ import main
-from workbench.floor.layout import default_floor
-from workbench.models import gait
+from underfoot.__main__ import main
+from underfoot.floor.layout import default_floor
+from underfoot.models import gait
 
 TWO = default_floor(1, 2)
 SENSORS = [f"{tile}.{sensor}" for tile in TWO.ids for sensor in range(1, 5)]

@@ -126,7 +126,7 @@ def null_sink(tmp_path, monkeypatch):
     try:
         Poll(10.0)(lambda: (runtime / "pulse/native").exists() or server.poll() is not None, "pulseaudio answers")
         found = subprocess.run(
-            [sys.executable, "-c", "from workbench.devices.sound import devices; print(devices())"],
+            [sys.executable, "-c", "from underfoot.devices.sound import devices; print(devices())"],
             capture_output=True,
             text=True,
             check=False,

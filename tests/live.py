@@ -4,10 +4,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from workbench.engine.messages import Costs, Done, Started
-from workbench.engine.session import Session, Target
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
+from underfoot.engine.messages import Costs, Done, Started
+from underfoot.engine.session import Session, Target
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
 
 
 class Live:

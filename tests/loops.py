@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.loop import Loop
-from workbench.engine.messages import Play
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.loop import Loop
+from underfoot.engine.messages import Play
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
 
 FLOOR = default_floor()
 

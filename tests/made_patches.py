@@ -1,7 +1,7 @@
 """Small patches that tests of the engine play."""
 
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
 
 
 def patch_of(*wires, seed=3, **parameters):

@@ -5,9 +5,9 @@ import json
 import command_line
 import pytest
 
-from workbench.floor.layout import default_floor
-from workbench.patch import library
-from workbench.patch.program import Program
+from underfoot.floor.layout import default_floor
+from underfoot.patch import library
+from underfoot.patch.program import Program
 
 SINE = library.patches()["stimulus-sp"]
 TWO = default_floor(1, 2)

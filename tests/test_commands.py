@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 import soundfile
 
-from workbench import __version__, monitoring
-from workbench.__main__ import cli
-from workbench.engine.messages import Done, Fault, Lost, Notice, Play, Started
-from workbench.floor.layout import default_floor
-from workbench.models import gait
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import Patch
-from workbench.records.recording import Recording
+from underfoot import __version__, monitoring
+from underfoot.__main__ import cli
+from underfoot.engine.messages import Done, Fault, Lost, Notice, Play, Started
+from underfoot.floor.layout import default_floor
+from underfoot.models import gait
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.records.recording import Recording
 
 COMMANDS = sorted(cli.commands)
 RATE = 48_000
@@ -48,7 +48,7 @@ def test_the_version_is_the_package_s(underfoot):
 
 
 def test_it_runs_as_a_program_of_its_own(folder):
-    done = subprocess.run([sys.executable, "-m", "workbench", "render", "nope.json"], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", "underfoot", "render", "nope.json"], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "underfoot: nope.json cannot be read: no such file or directory\n"
 

@@ -21,13 +21,13 @@ import pytest
 from click.testing import CliRunner
 from llvmlite import binding
 
-from workbench.__main__ import cli
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.render import render
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import Patch
+from underfoot.__main__ import cli
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.render import render
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
 
 HELD = Path(__file__).with_name("held.json")
 DATA = Path(__file__).resolve().parents[1] / "../shared/data"

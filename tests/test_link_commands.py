@@ -9,13 +9,13 @@ import command_line
 import numpy as np
 import pytest
 
-from workbench.devices.conversion import nominal_readings
-from workbench.devices.emulator import Emulator, PtyWay, UdpWay
-from workbench.devices.parsing import Parser
-from workbench.devices.replay import Replay
-from workbench.floor.forces import read_forces
-from workbench.floor.layout import default_floor
-from workbench.records.recording import Recording
+from underfoot.devices.conversion import nominal_readings
+from underfoot.devices.emulator import Emulator, PtyWay, UdpWay
+from underfoot.devices.parsing import Parser
+from underfoot.devices.replay import Replay
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import default_floor
+from underfoot.records.recording import Recording
 
 folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
 RATE = 48_000.0

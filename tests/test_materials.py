@@ -5,11 +5,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from workbench.models.gait import Footfall
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.models.gait import Footfall
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 RATE, BLOCK, FRAMES = 48_000, 960, 48_000
 SOURCES = ("fibre-bundle", "fibre-grid", "slip", "stick-slip")

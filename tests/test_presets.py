@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.loop import Loop
-from workbench.engine.messages import Play
-from workbench.engine.render import render
-from workbench.engine.safety import DC_HZ
-from workbench.floor.layout import Floor, default_floor
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.loop import Loop
+from underfoot.engine.messages import Play
+from underfoot.engine.render import render
+from underfoot.engine.safety import DC_HZ
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 ROOT = Path(__file__).resolve().parents[1]
 RATE = 48_000
@@ -177,13 +177,12 @@ def test_floors_are_the_default_tiles(name, side):
     assert Floor.load(library.floors()[name]) == default_floor(side, side)
 
 
-def test_the_wheel_carries_presets_and_assets():
-    setuptools = pytest.importorskip("setuptools")
+def test_the_wheel_carries_all_packages_presets_and_firmware():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    packages = set(setuptools.find_namespace_packages(str(ROOT), include=settings["packages"]["find"]["include"]))
-    suffixes = tuple(glob.removeprefix("*") for glob in settings["package-data"]["*"])
-    for folder in ("presets", "assets"):
-        for path in (ROOT / folder).rglob("*"):
-            if path.is_file():
-                assert ".".join(path.parent.relative_to(ROOT).parts) in packages, path
-                assert path.name.endswith(suffixes), path
+    expected = set()
+    for package, folder in settings["package-dir"].items():
+        modules = {path.parent.relative_to(ROOT / folder) for path in (ROOT / folder).rglob("*.py")}
+        expected |= {".".join((package, *parts.parts)) for parts in modules}
+        for glob in settings["package-data"].get(package, ()):
+            assert any((ROOT / folder).glob(glob)), f"{glob} of {package} is not there"
+    assert set(settings["packages"]) == expected

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from workbench.floor.layout import Floor
+from underfoot.floor.layout import Floor
+from underfoot.widgets import theme
 
 RATES_HZ = (44_100, 48_000, 96_000)
 BLOCKS = (32, 64, 128, 256, 512, 1024)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from workbench.engine.messages import Compiling, Costs, Fault, Lost, Notice, Preview, Started
-from workbench.floor.contacts import ContactRows, ContactTracker, Present
-from workbench.floor.footsteps import Step, StepCounter
-from workbench.floor.layout import Floor, default_floor
+from underfoot.engine.messages import Compiling, Costs, Fault, Lost, Notice, Preview, Started
+from underfoot.floor.contacts import ContactRows, ContactTracker, Present
+from underfoot.floor.footsteps import Step, StepCounter
+from underfoot.floor.layout import Floor, default_floor
 
 TICK_MS = 16
 HEALTH_TICKS = 6

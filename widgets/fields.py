@@ -6,9 +6,9 @@ from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
 
-from widgets import theme
-from widgets.quantities import number, pretty_unit, quantity
-from workbench.parameters import Count, Number, Numbers, Parameter
+from underfoot.parameters import Count, Number, Numbers, Parameter
+from underfoot.widgets import theme
+from underfoot.widgets.quantities import number, pretty_unit, quantity
 
 
 class ParameterEditor(QWidget):

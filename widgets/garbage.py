@@ -4,7 +4,7 @@ import gc
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from widgets.window import MainWindow
+    from underfoot.widgets.window import MainWindow
 
 
 def spare(window: "MainWindow") -> None:

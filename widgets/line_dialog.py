@@ -4,7 +4,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 from serial.tools.list_ports import comports
 
-from widgets import theme
+from underfoot.widgets import theme
 
 FIRST_ADDRESS = "0.0.0.0:9000"
 _WORDS = {

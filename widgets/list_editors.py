@@ -13,11 +13,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from widgets.fields import Field, ParameterEditor
-from widgets.quantities import parse_quantity
-from workbench.errors import BadValue
-from workbench.parameters import Rows, Tiles
+from underfoot.errors import BadValue
+from underfoot.parameters import Rows, Tiles
+from underfoot.widgets import theme
+from underfoot.widgets.fields import Field, ParameterEditor
+from underfoot.widgets.quantities import parse_quantity
 
 ROW_PX, HEADING_PX = 24, 36
 MOST_SEEN = 8

@@ -5,12 +5,12 @@ import math
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QWidget
 
-from widgets import theme
-from widgets.fields import ElidedButton, Field, ParameterEditor, help_text
-from widgets.quantities import parse_quantity, quantity
-from widgets.slider import Slider
-from workbench.errors import BadValue
-from workbench.parameters import Count, Number
+from underfoot.errors import BadValue
+from underfoot.parameters import Count, Number
+from underfoot.widgets import theme
+from underfoot.widgets.fields import ElidedButton, Field, ParameterEditor, help_text
+from underfoot.widgets.quantities import parse_quantity, quantity
+from underfoot.widgets.slider import Slider
 
 EXACT = 9
 """Significant digits in a field while it is being edited."""

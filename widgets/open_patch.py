@@ -7,10 +7,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
-from widgets.settings import Autosave, Settings
-from workbench.errors import UnderfootError
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
+from underfoot.errors import UnderfootError
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets.settings import Autosave, Settings
 
 AUTOSAVE_MS = 1000
 """How long after the last edit unsaved work is written down."""

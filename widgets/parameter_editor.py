@@ -9,12 +9,12 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QToolButton, QWidget
 
-from widgets import theme
-from widgets.fields import Field, ParameterEditor, help_text
-from widgets.list_editors import RowsEditor, TilesEditor
-from widgets.number_editor import NumberEditor
-from workbench.errors import BadValue
-from workbench.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
+from underfoot.errors import BadValue
+from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
+from underfoot.widgets import theme
+from underfoot.widgets.fields import Field, ParameterEditor, help_text
+from underfoot.widgets.list_editors import RowsEditor, TilesEditor
+from underfoot.widgets.number_editor import NumberEditor
 
 
 @singledispatch

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer, Signal
 
 if TYPE_CHECKING:
-    from widgets.window import MainWindow
+    from underfoot.widgets.window import MainWindow
 
 SIZES = ((1280, 800), (1920, 1080))
 PLAY_S = 5.0

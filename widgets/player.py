@@ -9,21 +9,21 @@ from typing import Any
 import platformdirs
 from PySide6.QtCore import QObject, Signal
 
-from widgets.bridge import Bridge
-from widgets.calibrate.profiles import folder_of
-from widgets.settings import Settings
-from widgets.targets import words_of
-from workbench.engine.correction import correction_of
-from workbench.engine.messages import Command, Level, Tare
-from workbench.engine.session import Session, Target
-from workbench.engine.target import LINKS, require_source
-from workbench.errors import UnderfootError
-from workbench.floor.forces import floor_beside
-from workbench.floor.layout import Floor, default_floor
-from workbench.floor.profile import Profile
-from workbench.floor.simulation import TileParameters
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
+from underfoot.engine.correction import correction_of
+from underfoot.engine.messages import Command, Level, Tare
+from underfoot.engine.session import Session, Target
+from underfoot.engine.target import LINKS, require_source
+from underfoot.errors import UnderfootError
+from underfoot.floor.forces import floor_beside
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.simulation import TileParameters
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets.bridge import Bridge
+from underfoot.widgets.calibrate.profiles import folder_of
+from underfoot.widgets.settings import Settings
+from underfoot.widgets.targets import words_of
 
 
 class Player(QObject):

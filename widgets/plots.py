@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsPathItem
 
-from widgets import theme
+from underfoot.widgets import theme
 
 AXIS_PX = 56
 """Width of every vertical axis, so that plots above one another have one time axis."""

@@ -3,7 +3,7 @@
 import math
 import re
 
-from workbench.errors import BadValue
+from underfoot.errors import BadValue
 
 _PREFIXES = {"p": -12, "n": -9, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
 _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "µm kMG", "J": "nµm kM", "W": "nµm kM",

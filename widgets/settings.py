@@ -7,10 +7,10 @@ from pathlib import Path
 import msgspec
 from PySide6.QtCore import QLockFile
 
-from workbench.errors import UnderfootError
-from workbench.files import read_file, write_file
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
+from underfoot.errors import UnderfootError
+from underfoot.files import read_file, write_file
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
 
 LOW_LEVEL_DB = -30.0
 """The output level of the very first start."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QGridLayout, QScrollArea, QVBoxLayout, QWidget
 
-from widgets import theme
+from underfoot.widgets import theme
 
 Keys = Sequence[tuple[str, str]]
 """What is done, and by which keys."""

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from widgets.transport import Choices
-from workbench.patch import library
+from underfoot.patch import library
+from underfoot.widgets.transport import Choices
 
 
 def choices() -> Choices:

@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from workbench.engine.messages import Health
+from underfoot.engine.messages import Health
+from underfoot.widgets import theme
 
 LOWEST_DB = -60.0
 HOT_DB = -6.0

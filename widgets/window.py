@@ -23,21 +23,21 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import targets, theme
-from widgets.design.node_list import SearchField
-from widgets.design.workspace import DesignWorkspace
-from widgets.garbage import spare
-from widgets.open_patch import OpenPatch
-from widgets.player import Player, in_words
-from widgets.settings import Settings
-from widgets.transport import TransportBar
-from workbench.devices.sound import devices
-from workbench.engine.messages import Health, Press, Preview, Pulse, Started, Strike
-from workbench.engine.target import LINKS, Target
-from workbench.errors import UnderfootError
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import Patch
+from underfoot.devices.sound import devices
+from underfoot.engine.messages import Health, Press, Preview, Pulse, Started, Strike
+from underfoot.engine.target import LINKS, Target
+from underfoot.errors import UnderfootError
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.widgets import targets, theme
+from underfoot.widgets.design.node_list import SearchField
+from underfoot.widgets.design.workspace import DesignWorkspace
+from underfoot.widgets.garbage import spare
+from underfoot.widgets.open_patch import OpenPatch
+from underfoot.widgets.player import Player, in_words
+from underfoot.widgets.settings import Settings
+from underfoot.widgets.transport import TransportBar
 
 FIRST = "gravel"
 MONITOR, CALIBRATE = 1, 2
@@ -172,7 +172,7 @@ class MainWindow(QMainWindow):
             self.document.ask_file("Recorded forces", "Force tables (*.csv);;All files (*)", self.player.use_forces)
 
     def _ask_line(self, kind: str) -> None:
-        from widgets.line_dialog import LineDialog
+        from underfoot.widgets.line_dialog import LineDialog
 
         def chosen(source: str) -> None:
             try:
@@ -187,7 +187,7 @@ class MainWindow(QMainWindow):
         dialog.open()
 
     def _open_audio(self) -> None:
-        from widgets.audio_dialog import AudioDialog
+        from underfoot.widgets.audio_dialog import AudioDialog
 
         target = self.player.target
         dialog = AudioDialog(
@@ -199,7 +199,7 @@ class MainWindow(QMainWindow):
         dialog.open()
 
     def _show_shortcuts(self) -> None:
-        from widgets.shortcuts import ShortcutsDialog, keys_of
+        from underfoot.widgets.shortcuts import ShortcutsDialog, keys_of
 
         groups = [
             ("EVERYWHERE", [*keys_of(self.actions()), *EXTRA_KEYS]),
@@ -294,9 +294,9 @@ class MainWindow(QMainWindow):
 
     def _make_workspaces(self) -> list[tuple[str, QWidget]]:
         """The workspaces in the order of their tabs."""
-        from widgets.calibrate.catalogue import KINDS
-        from widgets.calibrate.workspace import CalibrateWorkspace
-        from widgets.monitor.workspace import MonitorWorkspace
+        from underfoot.widgets.calibrate.catalogue import KINDS
+        from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
+        from underfoot.widgets.monitor.workspace import MonitorWorkspace
 
         self.design = DesignWorkspace(REGISTRY)
         self.design.setFocusProxy(self.design.canvas)
@@ -478,7 +478,7 @@ def run(target: Target | None = None, patch_path: Path | None = None, screenshot
         spare(window)
         QTimer.singleShot(0, window.start)
         if screenshot_dir is not None:
-            from widgets.pictures import Photographer
+            from underfoot.widgets.pictures import Photographer
 
             photographer = Photographer(window, screenshot_dir)
             photographer.done.connect(window.leave)

@@ -1,4 +1,4 @@
-"""Underfoot's workbench: everything that works without a screen. It never imports Qt and never imports widgets."""
+"""Underfoot: a workbench for vibrotactile floors. Nothing here imports Qt, but for `underfoot.widgets`."""
 
 import hashlib
 import os

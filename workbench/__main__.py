@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from workbench import __version__
-from workbench.commands import COMMANDS
-from workbench.errors import BadFile, UnderfootError
+from underfoot import __version__
+from underfoot.commands import COMMANDS
+from underfoot.errors import BadFile, UnderfootError
 
 if TYPE_CHECKING:
-    from workbench.engine.target import Target
+    from underfoot.engine.target import Target
 
 
 @click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
@@ -66,8 +66,8 @@ def _fail(line: str) -> None:
 
 def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""
-    from workbench.nodes import REGISTRY
-    from workbench.patch.patch import Patch
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.patch import Patch
 
     opened = _target(target, floor)
     if patch is not None:
@@ -77,16 +77,16 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
             screenshot.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
-    from widgets.window import run
+    from underfoot.widgets.window import run
 
     return run(opened, patch, screenshot)
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":
     """The target that was asked for; None for what the window opens by itself."""
-    from workbench.engine.target import Target, force_rate_hz, link_of, require_source, simulation_of
-    from workbench.floor.forces import floor_beside
-    from workbench.floor.layout import Floor, default_floor
+    from underfoot.engine.target import Target, force_rate_hz, link_of, require_source, simulation_of
+    from underfoot.floor.forces import floor_beside
+    from underfoot.floor.layout import Floor, default_floor
 
     line = link_of(name)
     if line is not None:

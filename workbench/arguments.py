@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
+from underfoot.errors import require
 
 TINY, HUGE = math.ulp(0.0), sys.float_info.max
 """The least number above 0, and the largest that is finite."""
@@ -21,7 +21,7 @@ def number(name: str, value: Any, lowest: float, highest: float, allowed: str) -
     48000.0
     >>> number("rate", "fast", TINY, HUGE, "above 0 Hz")
     Traceback (most recent call last):
-    workbench.errors.BadValue: rate is 'fast'; allowed: above 0 Hz
+    underfoot.errors.BadValue: rate is 'fast'; allowed: above 0 Hz
     """
     given = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
     try:
@@ -39,7 +39,7 @@ def whole(name: str, value: Any, lowest: int, highest: int, allowed: str) -> int
     2000
     >>> whole("fibres", 2.5, 1, 10**12, "1 to 1e12")
     Traceback (most recent call last):
-    workbench.errors.BadValue: fibres is 2.5; allowed: a whole number, 1 to 1e12
+    underfoot.errors.BadValue: fibres is 2.5; allowed: a whole number, 1 to 1e12
     """
     if isinstance(value, int | np.integer):
         found: float = int(value)
@@ -57,7 +57,7 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     array([1., 2.])
     >>> numbers("stress", [[1], [1, 2]])
     Traceback (most recent call last):
-    workbench.errors.BadValue: stress is [[1], [1, 2]]; allowed: finite numbers in one dimension
+    underfoot.errors.BadValue: stress is [[1], [1, 2]]; allowed: finite numbers in one dimension
     """
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)

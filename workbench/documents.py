@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from workbench.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 

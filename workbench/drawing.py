@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
+from underfoot.errors import require
 
 WIDTH, HEIGHT = 640, 400
 _LEFT, _RIGHT, _TOP, _BOTTOM = 76, 24, 40, 52
@@ -75,7 +75,7 @@ def series(
     array([0., 1.])
     >>> series("a", [0, 1], [0])
     Traceback (most recent call last):
-    workbench.errors.BadValue: y is 1 values; allowed: as many as x, 2
+    underfoot.errors.BadValue: y is 1 values; allowed: as many as x, 2
     """
     across, up = np.asarray(x, dtype=np.float64).ravel(), np.asarray(y, dtype=np.float64).ravel()
     if across.size != up.size:

@@ -22,7 +22,7 @@ def require(good: bool, name: str, given: object, allowed: str) -> None:
 
     >>> require(False, "mass_kg", -1.0, "above 0")
     Traceback (most recent call last):
-    workbench.errors.BadValue: mass_kg is -1.0; allowed: above 0
+    underfoot.errors.BadValue: mass_kg is -1.0; allowed: above 0
     """
     if not good:
         text = repr(given)

@@ -4,7 +4,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from workbench.errors import BadFile
+from underfoot.errors import BadFile
 
 
 def read_file(path: str | Path) -> bytes:

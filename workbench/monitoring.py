@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.engine.intake import Missing
-from workbench.engine.messages import Fault, Lost, Notice, Started
-from workbench.engine.replayed import is_recording
-from workbench.engine.session import Session, Target
-from workbench.engine.target import link_of, require_source, simulation_of
-from workbench.errors import BadFile, BadValue, DeviceError
-from workbench.floor.contacts import ContactRows, ContactTracker
-from workbench.floor.footsteps import Step, StepCounter
-from workbench.floor.forces import Forces, floor_beside, read_forces
-from workbench.floor.layout import Floor, default_floor
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
-from workbench.records.recording import Recording
+from underfoot.engine.intake import Missing
+from underfoot.engine.messages import Fault, Lost, Notice, Started
+from underfoot.engine.replayed import is_recording
+from underfoot.engine.session import Session, Target
+from underfoot.engine.target import link_of, require_source, simulation_of
+from underfoot.errors import BadFile, BadValue, DeviceError
+from underfoot.floor.contacts import ContactRows, ContactTracker
+from underfoot.floor.footsteps import Step, StepCounter
+from underfoot.floor.forces import Forces, floor_beside, read_forces
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.records.recording import Recording
 
 _CHUNK = 4096
 _WAIT_S = 0.02

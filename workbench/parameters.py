@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from workbench.errors import BadValue
+from underfoot.errors import BadValue
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
 """What an id (of a node, tile or port) looks like."""
@@ -53,7 +53,7 @@ class Number(Parameter):
 
     >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
     Traceback (most recent call last):
-    workbench.errors.BadValue:  is 3; allowed: 0 to 2 m
+    underfoot.errors.BadValue:  is 3; allowed: 0 to 2 m
     """
 
     low: float = 0.0

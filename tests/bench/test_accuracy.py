@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.bench import accuracy, naive
-from workbench.bench.accuracy import Method, Task
+from underfoot.bench import accuracy, naive
+from underfoot.bench.accuracy import Method, Task
 
 
 def test_every_point_has_its_own_error_and_time():

@@ -4,13 +4,13 @@ import json
 
 from click.testing import CliRunner
 
-from workbench.__main__ import cli
-from workbench.bench import whole
-from workbench.bench.report import Bench
-from workbench.bench.scale import Cost
-from workbench.bench.stability import Failure, Stability
-from workbench.errors import UnderfootError
-from workbench.patch.patch import Patch
+from underfoot.__main__ import cli
+from underfoot.bench import whole
+from underfoot.bench.report import Bench
+from underfoot.bench.scale import Cost
+from underfoot.bench.stability import Failure, Stability
+from underfoot.errors import UnderfootError
+from underfoot.patch.patch import Patch
 
 
 def bench(monkeypatch, *options, failures=()):

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from workbench.__main__ import cli
-from workbench.bench import figures
-from workbench.bench.figures import Compared, Figure
-from workbench.bench.figures.figure import density, slope
-from workbench.drawing import Drawing, series, svg
-from workbench.errors import BadFile
+from underfoot.__main__ import cli
+from underfoot.bench import figures
+from underfoot.bench.figures import Compared, Figure
+from underfoot.bench.figures.figure import density, slope
+from underfoot.drawing import Drawing, series, svg
+from underfoot.errors import BadFile
 
 DRAWN = Figure("9.9", "A < B", (Drawing("one", "x", "y", (series("", [0.0, 1.0], [0.0, 2.0]),)),), (), "Because.")
 

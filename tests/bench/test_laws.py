@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.bench.laws import Seen, broken
+from underfoot.bench.laws import Seen, broken
 
 RATE = 48_000.0
 QUIET, LOUD = np.full(100, 0.1), np.ones(100)

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from workbench.bench import timing
-from workbench.bench.reach import floors, friction, impacts, materials, modes, run, signals
-from workbench.bench.scale import Cost
-from workbench.errors import UnderfootError
+from underfoot.bench import timing
+from underfoot.bench.reach import floors, friction, impacts, materials, modes, run, signals
+from underfoot.bench.scale import Cost
+from underfoot.errors import UnderfootError
 
 
 def met(rows):
@@ -89,7 +89,7 @@ def test_a_cold_start_is_timed_in_a_process_of_its_own(monkeypatch):
 
 def test_every_family_is_asked_and_told_of(monkeypatch):
     monkeypatch.setattr(floors, "_cold_start_s", lambda name: 0.3)
-    monkeypatch.setattr("workbench.bench.reach.FAMILIES", {"tones": lambda quick: [quick]})
+    monkeypatch.setattr("underfoot.bench.reach.FAMILIES", {"tones": lambda quick: [quick]})
     told = []
     found = run([], True, told.append)
     assert found[0] is True

@@ -5,15 +5,15 @@ from xml.etree import ElementTree
 
 import pytest
 
-from workbench.bench import report
-from workbench.bench.accuracy import Comparison, Curve, Point
-from workbench.bench.reach import Reach
-from workbench.bench.report import Bench
-from workbench.bench.scale import Cost
-from workbench.bench.stability import Failure, Stability
-from workbench.drawing import svg
-from workbench.errors import BadFile
-from workbench.patch.patch import Patch
+from underfoot.bench import report
+from underfoot.bench.accuracy import Comparison, Curve, Point
+from underfoot.bench.reach import Reach
+from underfoot.bench.report import Bench
+from underfoot.bench.scale import Cost
+from underfoot.bench.stability import Failure, Stability
+from underfoot.drawing import svg
+from underfoot.errors import BadFile
+from underfoot.patch.patch import Patch
 
 CURVES = (
     Curve("ours", "steps", False, (Point(1.0, 1e-3, 1e-4), Point(2.0, 2e-3, 0.0))),

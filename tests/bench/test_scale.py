@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from workbench.bench import scale
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
+from underfoot.bench import scale
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
 
 PATCH = (
     Patch()

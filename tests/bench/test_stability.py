@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import soundfile
 
-from workbench.bench import stability
-from workbench.nodes import REGISTRY
-from workbench.parameters import Number
-from workbench.patch.node import Input, Output, node, run_kernel
-from workbench.patch.patch import Patch
+from underfoot.bench import stability
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import Number
+from underfoot.patch.node import Input, Output, node, run_kernel
+from underfoot.patch.patch import Patch
 
 
 @node("explosive", "Tests")

@@ -7,9 +7,9 @@ import made_sensors
 import numpy as np
 import pytest
 
-from workbench.calibration.tables import PAIR_HEADER, PRESS_HEADER, write_table
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Profile
+from underfoot.calibration.tables import PAIR_HEADER, PRESS_HEADER, write_table
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
 
 folder, underfoot = command_line.folder, command_line.underfoot
 TILE = default_floor(1, 1).tiles[0]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.calibration.tables import PRESS_HEADER, read_pairs, read_presses, write_table
-from workbench.errors import BadFile
+from underfoot.calibration.tables import PRESS_HEADER, read_pairs, read_presses, write_table
+from underfoot.errors import BadFile
 
 PAIRS = "time_s,tile,sensor,reading,force_n\n"
 PRESSES = "tile,x_m,y_m,force_n,r1,r2,r3,r4\n"

@@ -4,12 +4,12 @@ import made_sensors
 import numpy as np
 import pytest
 
-from workbench.calibration.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, in_hindsight, loads
-from workbench.calibration.tables import Presses
-from workbench.errors import BadValue
-from workbench.floor.curves import Curve
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Fsr, Profile
+from underfoot.calibration.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, in_hindsight, loads
+from underfoot.calibration.tables import Presses
+from underfoot.errors import BadValue
+from underfoot.floor.curves import Curve
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Fsr, Profile
 
 TILE = default_floor(1, 1).tiles[0]
 SENSORS = np.array(TILE.sensors_m)

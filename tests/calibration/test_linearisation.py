@@ -6,10 +6,10 @@ import made_sensors
 import numpy as np
 import pytest
 
-from workbench.calibration.linearisation import Divider, linearise
-from workbench.calibration.tables import Pairs
-from workbench.errors import BadValue
-from workbench.floor.profile import Profile
+from underfoot.calibration.linearisation import Divider, linearise
+from underfoot.calibration.tables import Pairs
+from underfoot.errors import BadValue
+from underfoot.floor.profile import Profile
 
 
 def pairs(rows):

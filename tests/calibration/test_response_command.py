@@ -7,13 +7,13 @@ import pytest
 import soundfile
 from click.testing import CliRunner
 
-from workbench.__main__ import cli
-from workbench.calibration.procedure import Refused
-from workbench.calibration.sweep import exponential, train
-from workbench.errors import BadFile, BadValue, DeviceError
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Profile
-from workbench.floor.simulation import SimulatedTile
+from underfoot.__main__ import cli
+from underfoot.calibration.procedure import Refused
+from underfoot.calibration.sweep import exponential, train
+from underfoot.errors import BadFile, BadValue, DeviceError
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.simulation import SimulatedTile
 
 RATE = 48_000
 SENSITIVITY = 50.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import bilinear_zpk, freqz_sos, sosfilt, zpk2sos
 
-from workbench.calibration.procedure import Refused
-from workbench.calibration.sweep import exponential, growth_s, harmonics, measure, passes_of, train
-from workbench.errors import BadValue
+from underfoot.calibration.procedure import Refused
+from underfoot.calibration.sweep import exponential, growth_s, harmonics, measure, passes_of, train
+from underfoot.errors import BadValue
 
 RATE = 16_000.0
 LATE = 517

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from workbench.devices.conversion import nominal_readings
-from workbench.devices.emulator import Emulator, UdpWay
-from workbench.devices.faults import KINDS, Faults, FaultyLine
-from workbench.devices.frames import FRAME, encode
-from workbench.devices.parsing import Counts, Parser
-from workbench.devices.replay import Replay
-from workbench.devices.resampled import Resampled
-from workbench.devices.simulated import SimulatedFloor
-from workbench.errors import BadValue
-from workbench.floor.forces import Forces
-from workbench.floor.layout import default_floor
+from underfoot.devices.conversion import nominal_readings
+from underfoot.devices.emulator import Emulator, UdpWay
+from underfoot.devices.faults import KINDS, Faults, FaultyLine
+from underfoot.devices.frames import FRAME, encode
+from underfoot.devices.parsing import Counts, Parser
+from underfoot.devices.replay import Replay
+from underfoot.devices.resampled import Resampled
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.errors import BadValue
+from underfoot.floor.forces import Forces
+from underfoot.floor.layout import default_floor
 
 RATE = 48_000.0
 FIVE_PERCENT = Faults(*[0.05] * 5)

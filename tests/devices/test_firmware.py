@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.devices import frames
-from workbench.devices.parsing import Parser
+from underfoot.devices import frames
+from underfoot.devices.parsing import Parser
 
 SKETCH = Path(__file__).resolve().parents[2] / "assets/firmware/tile"
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.devices import frames
-from workbench.errors import BadValue
+from underfoot.devices import frames
+from underfoot.errors import BadValue
 
 SHORT = st.integers(0, 0xFFFF)
 FRAME = st.tuples(SHORT, SHORT, st.integers(0, 0xFFFF_FFFF), SHORT, SHORT, SHORT, SHORT)

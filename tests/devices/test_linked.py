@@ -8,13 +8,13 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from workbench.devices.conversion import Conversion, nominal_force
-from workbench.devices.frames import csv_lines, encode
-from workbench.devices.linked import LinkedFloor
-from workbench.errors import BadValue
-from workbench.floor.curves import Curve
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Fsr, Profile
+from underfoot.devices.conversion import Conversion, nominal_force
+from underfoot.devices.frames import csv_lines, encode
+from underfoot.devices.linked import LinkedFloor
+from underfoot.errors import BadValue
+from underfoot.floor.curves import Curve
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Fsr, Profile
 
 RATE = 48_000.0
 

@@ -9,17 +9,17 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from workbench.devices.conversion import nominal_force, nominal_readings
-from workbench.devices.emulator import Emulator, PtyWay, UdpWay
-from workbench.devices.faults import Faults, FaultyLine
-from workbench.devices.frames import encode
-from workbench.devices.link import Link, port_of
-from workbench.devices.linked import LinkedFloor
-from workbench.devices.serial import SerialPort
-from workbench.devices.simulated import SimulatedFloor
-from workbench.devices.udp import UdpPort
-from workbench.errors import BadValue, DeviceError
-from workbench.floor.layout import default_floor
+from underfoot.devices.conversion import nominal_force, nominal_readings
+from underfoot.devices.emulator import Emulator, PtyWay, UdpWay
+from underfoot.devices.faults import Faults, FaultyLine
+from underfoot.devices.frames import encode
+from underfoot.devices.link import Link, port_of
+from underfoot.devices.linked import LinkedFloor
+from underfoot.devices.serial import SerialPort
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.udp import UdpPort
+from underfoot.errors import BadValue, DeviceError
+from underfoot.floor.layout import default_floor
 
 RATE = 48_000.0
 LINES = pytest.mark.parametrize("kind", ["pty", "udp"])

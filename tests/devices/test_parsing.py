@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_frames import packed, stuffed
 
-from workbench.devices.frames import FRAME, csv_lines, encode
-from workbench.devices.parsing import Counts, Parser
-from workbench.errors import BadValue
+from underfoot.devices.frames import FRAME, csv_lines, encode
+from underfoot.devices.parsing import Counts, Parser
+from underfoot.errors import BadValue
 
 
 def samples(count, tiles=1, first=0, period_us=1000, start_us=0):

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from workbench.devices.device import MOST
-from workbench.devices.replay import Replay
-from workbench.floor.forces import Forces
-from workbench.floor.layout import default_floor
+from underfoot.devices.device import MOST
+from underfoot.devices.replay import Replay
+from underfoot.floor.forces import Forces
+from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor(1, 2)
 

@@ -10,10 +10,10 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parents[1] / "floor"))
 from measured import WALKS, needs_data, walk
 
-from workbench.devices.conversion import nominal_force, nominal_readings
-from workbench.devices.sensor_health import SensorHealth
-from workbench.devices.simulated import SimulatedFloor
-from workbench.floor.layout import default_floor
+from underfoot.devices.conversion import nominal_force, nominal_readings
+from underfoot.devices.sensor_health import SensorHealth
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor(3, 3)
 """The walker goes round on eight of nine tiles: over t2 from t1 to t3, along x."""

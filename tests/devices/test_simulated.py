@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from workbench.devices.device import MOST
-from workbench.devices.simulated import SENSOR_HZ, SimulatedFloor
-from workbench.floor.layout import Floor, Tile, default_floor
-from workbench.models import gait
+from underfoot.devices.device import MOST
+from underfoot.devices.simulated import SENSOR_HZ, SimulatedFloor
+from underfoot.floor.layout import Floor, Tile, default_floor
+from underfoot.models import gait
 
 FLOOR = default_floor()
 

@@ -4,15 +4,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from workbench.devices.simulated import SENSOR_HZ, SimulatedFloor, recorded
-from workbench.errors import BadFile
-from workbench.floor.curves import Curve
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Fsr as FsrPart
-from workbench.floor.profile import Profile
-from workbench.floor.simulation import SimulatedTile, Split, TileParameters
-from workbench.models.fsr import FULL_COUNTS, Fsr
-from workbench.models.gait import Walker
+from underfoot.devices.simulated import SENSOR_HZ, SimulatedFloor, recorded
+from underfoot.errors import BadFile
+from underfoot.floor.curves import Curve
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Fsr as FsrPart
+from underfoot.floor.profile import Profile
+from underfoot.floor.simulation import SimulatedTile, Split, TileParameters
+from underfoot.models.fsr import FULL_COUNTS, Fsr
+from underfoot.models.gait import Walker
 
 FLOOR = default_floor()
 HONEST = TileParameters()

@@ -10,15 +10,15 @@ import pytest
 from live import live
 from made_patches import hum, rough_step
 
-from workbench.clock import FADE
-from workbench.devices.sound import Exchange, Stream, most_channels
-from workbench.engine.messages import Level, Notice, Panic, Started
-from workbench.engine.replayed import replay
-from workbench.engine.safety import PANIC
-from workbench.errors import DeviceError
-from workbench.floor.layout import Floor, default_floor
-from workbench.nodes import REGISTRY
-from workbench.records.recording import Recording
+from underfoot.clock import FADE
+from underfoot.devices.sound import Exchange, Stream, most_channels
+from underfoot.engine.messages import Level, Notice, Panic, Started
+from underfoot.engine.replayed import replay
+from underfoot.engine.safety import PANIC
+from underfoot.errors import DeviceError
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.records.recording import Recording
 
 BUFFER_S = 0.08
 SINE = {"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0}
@@ -151,7 +151,7 @@ def test_a_device_that_is_not_there_is_named_in_one_line():
 _CUT = """
 import threading
 import numpy as np
-from workbench.devices.sound import Exchange
+from underfoot.devices.sound import Exchange
 
 rate = 48_000
 tone = 0.4 * np.sin(2.0 * np.pi * 100.0 * np.arange(20 * rate) / rate)
@@ -217,7 +217,7 @@ def test_without_portaudio_there_are_no_devices():
     script = """
 import sys
 sys.modules["sounddevice"] = None
-from workbench.devices import sound
+from underfoot.devices import sound
 assert sound.devices() == []
 """
     subprocess.run([sys.executable, "-c", script], check=True)

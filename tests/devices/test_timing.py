@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.devices import timing
-from workbench.kernels import kernel
+from underfoot.devices import timing
+from underfoot.kernels import kernel
 
 RATE = 48_000.0
 

@@ -11,20 +11,20 @@ from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, rough_step, stepped_bank
 from scipy.signal import butter, sosfilt
 
-from workbench.__main__ import cli
-from workbench.clock import FADE
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.correction import correction_of, corrections_of
-from workbench.engine.loop import PULSE_S
-from workbench.engine.messages import Correct, Pulse
-from workbench.engine.recorder import from_text, to_text
-from workbench.engine.render import render
-from workbench.engine.replayed import replay
-from workbench.engine.safety import Limits
-from workbench.errors import BadFile, BadValue
-from workbench.floor.profile import Profile, Response
-from workbench.nodes import REGISTRY
-from workbench.records.recording import Recording
+from underfoot.__main__ import cli
+from underfoot.clock import FADE
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.correction import correction_of, corrections_of
+from underfoot.engine.loop import PULSE_S
+from underfoot.engine.messages import Correct, Pulse
+from underfoot.engine.recorder import from_text, to_text
+from underfoot.engine.render import render
+from underfoot.engine.replayed import replay
+from underfoot.engine.safety import Limits
+from underfoot.errors import BadFile, BadValue
+from underfoot.floor.profile import Profile, Response
+from underfoot.nodes import REGISTRY
+from underfoot.records.recording import Recording
 
 RATE = 48_000
 BAND = tuple(map(tuple, butter(4, [50.0, 750.0], "bandpass", fs=RATE, output="sos").tolist()))

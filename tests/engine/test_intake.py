@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.devices.device import MOST, room
-from workbench.engine.intake import Intake
-from workbench.floor.layout import default_floor
+from underfoot.devices.device import MOST, room
+from underfoot.engine.intake import Intake
+from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor(1, 2)
 RATE = 48_000.0

@@ -5,14 +5,14 @@ import pytest
 from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, rough_step, stepped_bank
 
-from workbench.clock import FADE
-from workbench.engine.loop import PULSE, PULSE_HZ, PULSE_S, InTurn, output_channels
-from workbench.engine.messages import Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
-from workbench.engine.safety import Limits
-from workbench.floor.layout import Floor
-from workbench.nodes import REGISTRY
-from workbench.parameters import Number
-from workbench.patch.node import Input, Output, node, run_kernel
+from underfoot.clock import FADE
+from underfoot.engine.loop import PULSE, PULSE_HZ, PULSE_S, InTurn, output_channels
+from underfoot.engine.messages import Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
+from underfoot.engine.safety import Limits
+from underfoot.floor.layout import Floor
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import Number
+from underfoot.patch.node import Input, Output, node, run_kernel
 
 OPEN = Limits(peak=1.0, rms=1.0)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_intake import Given, drawn, standing
 
-from workbench.engine.intake import GATE_S, HOLD_S, Missing
-from workbench.floor.contacts import ContactTracker
-from workbench.floor.layout import default_floor
+from underfoot.engine.intake import GATE_S, HOLD_S, Missing
+from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.layout import default_floor
 
 RATE = 48_000.0
 FLOOR = default_floor(1, 2)

@@ -9,14 +9,14 @@ from contextlib import contextmanager
 import numpy as np
 from made_patches import hum, stepped_bank
 
-from workbench.engine import process
-from workbench.engine.messages import Done, Panic, Play, Swap
-from workbench.engine.process import Engine, Setup
-from workbench.engine.rings import Reader, Ring
-from workbench.engine.safety import PANIC
-from workbench.engine.status import Status
-from workbench.engine.target import Target
-from workbench.floor.layout import default_floor
+from underfoot.engine import process
+from underfoot.engine.messages import Done, Panic, Play, Swap
+from underfoot.engine.process import Engine, Setup
+from underfoot.engine.rings import Reader, Ring
+from underfoot.engine.safety import PANIC
+from underfoot.engine.status import Status
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor()
 
@@ -108,10 +108,10 @@ sys.path[:0] = {paths!r}
 from made_patches import *
 from numba.core.dispatcher import Dispatcher
 from test_process import blocks, engine_of, hum
-from workbench.engine.messages import *
+from underfoot.engine.messages import *
 
 def loaded():
-    modules = [m for name, m in sys.modules.items() if name.startswith("workbench")]
+    modules = [m for name, m in sys.modules.items() if name.startswith("underfoot")]
     kernels = {{id(k): k for m in modules for k in vars(m).values() if isinstance(k, Dispatcher)}}
     return {{k.__module__ + "." + k.__name__: len(k.overloads) for k in kernels.values()}}
 

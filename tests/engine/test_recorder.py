@@ -8,15 +8,15 @@ import pytest
 from live import live
 from made_patches import hum, stepped_bank
 
-from workbench.engine import messages
-from workbench.engine.messages import Done, Level, Lost, Notice, Panic, Set, Strike, Swap
-from workbench.engine.recorder import Recorder, from_text, to_text
-from workbench.engine.replayed import is_recording, replay
-from workbench.engine.rings import Ring
-from workbench.errors import BadFile
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
-from workbench.records.recording import Gap, Recording, Writer
+from underfoot.engine import messages
+from underfoot.engine.messages import Done, Level, Lost, Notice, Panic, Set, Strike, Swap
+from underfoot.engine.recorder import Recorder, from_text, to_text
+from underfoot.engine.replayed import is_recording, replay
+from underfoot.engine.rings import Ring
+from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.records.recording import Gap, Recording, Writer
 
 ABOUT = {
     "patch": hum().dumps().decode(),

@@ -5,12 +5,12 @@ import pytest
 import soundfile
 from made_patches import hum, rough_step, stepped_bank
 
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.messages import Level, Play, Press, Set, Strike
-from workbench.engine.render import render, write_wav
-from workbench.errors import BadFile, BadValue
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.messages import Level, Play, Press, Set, Strike
+from underfoot.engine.render import render, write_wav
+from underfoot.errors import BadFile, BadValue
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
 
 FLOOR = default_floor()
 SECONDS = 1.5

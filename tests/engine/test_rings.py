@@ -3,7 +3,7 @@ import threading
 import numpy as np
 import pytest
 
-from workbench.engine.rings import Reader, Ring
+from underfoot.engine.rings import Reader, Ring
 
 CAPACITY = 256
 

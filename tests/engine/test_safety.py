@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import freqz, lfilter
 
-from workbench.clock import FADE, RAMP
-from workbench.engine.safety import DC_HZ, PANIC, RMS_SECONDS, Limits, Safety, limited
+from underfoot.clock import FADE, RAMP
+from underfoot.engine.safety import DC_HZ, PANIC, RMS_SECONDS, Limits, Safety, limited
 
 RATE = 48_000
 USUAL = (Limits(),)

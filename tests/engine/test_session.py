@@ -10,14 +10,14 @@ import pytest
 from live import live
 from made_patches import hum, patch_of, rough_step, stepped_bank
 
-from workbench.clock import FADE
-from workbench.engine.messages import Level, Lost, Notice, Panic, Press, Preview, Pulse, Set, Strike, Swap, Tare, Walk
-from workbench.engine.replayed import replay
-from workbench.engine.safety import PANIC
-from workbench.errors import BadValue
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
-from workbench.records.recording import Recording
+from underfoot.clock import FADE
+from underfoot.engine.messages import Level, Lost, Notice, Panic, Press, Preview, Pulse, Set, Strike, Swap, Tare, Walk
+from underfoot.engine.replayed import replay
+from underfoot.engine.safety import PANIC
+from underfoot.errors import BadValue
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.records.recording import Recording
 
 SINE = {"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0}
 
@@ -201,9 +201,9 @@ import sys, threading
 sys.path[:0] = {paths!r}
 from live import Live
 from made_patches import stepped_bank
-from workbench.engine.session import Session, Target
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
+from underfoot.engine.session import Session, Target
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
 
 def until(holds, what, seconds):
     while not holds():

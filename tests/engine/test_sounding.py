@@ -6,13 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from workbench.calibration.procedure import Refused, Sound
-from workbench.calibration.sweep import exponential, measure, train
-from workbench.engine.safety import Limits, limited
-from workbench.engine.sounding import SimulatedShaker, SoundCard, heard_of
-from workbench.errors import BadValue, DeviceError
-from workbench.floor.layout import default_floor
-from workbench.floor.simulation import SimulatedTile
+from underfoot.calibration.procedure import Refused, Sound
+from underfoot.calibration.sweep import exponential, measure, train
+from underfoot.engine.safety import Limits, limited
+from underfoot.engine.sounding import SimulatedShaker, SoundCard, heard_of
+from underfoot.errors import BadValue, DeviceError
+from underfoot.floor.layout import default_floor
+from underfoot.floor.simulation import SimulatedTile
 
 RATE = 48_000
 TILE = default_floor().tiles[0]
@@ -25,8 +25,8 @@ def test_what_a_card_plays_has_passed_the_limiter_and_comes_back(null_sink, tmp_
     """
     script = f"""
 import numpy as np
-from workbench.calibration.procedure import Refused, Sound
-from workbench.engine.sounding import SoundCard
+from underfoot.calibration.procedure import Refused, Sound
+from underfoot.engine.sounding import SoundCard
 card = SoundCard(channel=1, heard_on=1)
 for _ in range(8):
     try:
@@ -51,9 +51,9 @@ card.close()
 def test_a_card_that_is_silenced_ends_the_sweep_and_takes_nothing(null_sink, until):
     script = f"""
 import threading
-from workbench.calibration.procedure import Refused, Sound
-from workbench.calibration.sweep import exponential
-from workbench.engine.sounding import SoundCard
+from underfoot.calibration.procedure import Refused, Sound
+from underfoot.calibration.sweep import exponential
+from underfoot.engine.sounding import SoundCard
 card = SoundCard()
 threading.Timer(1.0, card.silence).start()
 try:
@@ -72,8 +72,8 @@ card.silence()
 
 def test_a_card_without_the_channel_is_named(null_sink):
     script = """
-from workbench.engine.sounding import SoundCard
-from workbench.errors import DeviceError
+from underfoot.engine.sounding import SoundCard
+from underfoot.errors import DeviceError
 for channels in ((31, 0), (0, 31)):
     try:
         SoundCard(channel=channels[0], heard_on=channels[1])
@@ -96,8 +96,8 @@ def test_without_portaudio_the_error_is_one_line():
     script = """
 import sys
 sys.modules["sounddevice"] = None
-from workbench.engine.sounding import SoundCard
-from workbench.errors import DeviceError
+from underfoot.engine.sounding import SoundCard
+from underfoot.errors import DeviceError
 try:
     SoundCard()
 except DeviceError as error:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.floor.layout import Floor, Tile
+from underfoot.floor.layout import Floor, Tile
 
 PATCH_M = 0.04
 """Half the side of the square patches by which a foot presses."""

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.floor.forces import floor_beside, read_forces
-from workbench.floor.layout import Floor
+from underfoot.floor.forces import floor_beside, read_forces
+from underfoot.floor.layout import Floor
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"the measured walks are not at {DATA}")

@@ -4,9 +4,9 @@ from made_walks import Foot, corner_forces, read, touching_floor, walk
 from measured import WALKS, needs_data, reference_centroids, reference_steps
 from measured import walk as measured_walk
 
-from workbench.errors import BadValue
-from workbench.floor.contacts import ContactTracker
-from workbench.floor.layout import Floor, Tile
+from underfoot.errors import BadValue
+from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.layout import Floor, Tile
 
 CORNERS = ((0.13, 0.13), (-0.13, 0.13), (-0.13, -0.13), (0.13, -0.13))
 ONE_TILE = touching_floor(1, 1)

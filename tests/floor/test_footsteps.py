@@ -7,9 +7,9 @@ from made_walks import Foot, corner_forces, read, touching_floor, walk
 from measured import WALKS, needs_data, reference_steps
 from measured import walk as measured_walk
 
-from workbench.errors import BadValue
-from workbench.floor.contacts import Contact, ContactTracker
-from workbench.floor.footsteps import StepCounter, is_step, measure
+from underfoot.errors import BadValue
+from underfoot.floor.contacts import Contact, ContactTracker
+from underfoot.floor.footsteps import StepCounter, is_step, measure
 
 FLOOR = touching_floor(6, 12)
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from measured import WALKS, needs_data, walk
 
-from workbench.errors import BadFile
-from workbench.floor.forces import read_forces
-from workbench.floor.layout import default_floor
+from underfoot.errors import BadFile
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor(1, 2)
 HEADER = "time_s,t1.1,t1.2,t1.3,t1.4,t2.1,t2.2,t2.3,t2.4"

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.errors import BadFile, BadValue
-from workbench.floor.layout import Floor, Tile, default_floor
+from underfoot.errors import BadFile, BadValue
+from underfoot.floor.layout import Floor, Tile, default_floor
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 

@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from workbench.errors import BadFile, BadValue
-from workbench.floor.curves import Correction, Curve, Memory
-from workbench.floor.layout import default_floor
-from workbench.floor.placing import nearest_within
-from workbench.floor.profile import Centroid, Fsr, Profile, Response, opened, profiles_of
+from underfoot.errors import BadFile, BadValue
+from underfoot.floor.curves import Correction, Curve, Memory
+from underfoot.floor.layout import default_floor
+from underfoot.floor.placing import nearest_within
+from underfoot.floor.profile import Centroid, Fsr, Profile, Response, opened, profiles_of
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 TODAY = date(2024, 6, 1)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from workbench.devices.conversion import Conversion, nominal_force
-from workbench.floor.curves import Correction, Curve, Memory
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Centroid, Fsr, Profile
-from workbench.floor.sensing import FloorSensors
-from workbench.floor.simulation import SimulatedTile, TileParameters
+from underfoot.devices.conversion import Conversion, nominal_force
+from underfoot.floor.curves import Correction, Curve, Memory
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Centroid, Fsr, Profile
+from underfoot.floor.sensing import FloorSensors
+from underfoot.floor.simulation import SimulatedTile, TileParameters
 
 FLOOR = default_floor(1, 2)
 SENSORS = np.array(FLOOR.tiles[0].sensors_m)

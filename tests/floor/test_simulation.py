@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.signal import csd, welch
 
-from workbench.errors import BadFile, BadValue
-from workbench.floor.layout import Tile, default_floor
-from workbench.floor.sensing import FloorSensors
-from workbench.floor.simulation import LOADS, Accelerometer, Plant, SimulatedTile, Split, TileParameters
-from workbench.models import gait
-from workbench.models.assembly import Foot
-from workbench.models.fsr import Fsr
-from workbench.models.shaker import Shaker
-from workbench.patch import library
+from underfoot.errors import BadFile, BadValue
+from underfoot.floor.layout import Tile, default_floor
+from underfoot.floor.sensing import FloorSensors
+from underfoot.floor.simulation import LOADS, Accelerometer, Plant, SimulatedTile, Split, TileParameters
+from underfoot.models import gait
+from underfoot.models.assembly import Foot
+from underfoot.models.fsr import Fsr
+from underfoot.models.shaker import Shaker
+from underfoot.patch import library
 
 TILE = default_floor(1, 1).tiles[0]
 PLACES = np.stack(np.meshgrid(np.linspace(-0.13, 0.13, 9), np.linspace(-0.13, 0.13, 9)), axis=-1).reshape(-1, 2)

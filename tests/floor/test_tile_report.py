@@ -7,14 +7,14 @@ import xml.etree.ElementTree as ET
 import pytest
 from click.testing import CliRunner
 
-from workbench.__main__ import cli
-from workbench.errors import BadFile, BadValue
-from workbench.floor.layout import Floor, Tile, default_floor
-from workbench.floor.simulation import TileParameters
-from workbench.floor.tile_design import designs
-from workbench.floor.tile_report import text, write
-from workbench.models.plate import Plate
-from workbench.patch import library
+from underfoot.__main__ import cli
+from underfoot.errors import BadFile, BadValue
+from underfoot.floor.layout import Floor, Tile, default_floor
+from underfoot.floor.simulation import TileParameters
+from underfoot.floor.tile_design import designs
+from underfoot.floor.tile_report import text, write
+from underfoot.models.plate import Plate
+from underfoot.patch import library
 
 CORNERS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 PICTURES = [

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from workbench.errors import BadValue
-from workbench.models import poles
-from workbench.models.assembly import Assembly, Foot
-from workbench.models.plate import Plate
-from workbench.models.suspension import Suspension
+from underfoot.errors import BadValue
+from underfoot.models import poles
+from underfoot.models.assembly import Assembly, Foot
+from underfoot.models.plate import Plate
+from underfoot.models.suspension import Suspension
 
 SIZE = (0.304, 0.304)
 MOUNTS = tuple((0.133 * x, 0.133 * y) for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1)))

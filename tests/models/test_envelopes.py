@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from workbench.errors import BadValue
-from workbench.models import envelopes
-from workbench.models.envelopes import attack_decay
+from underfoot.errors import BadValue
+from underfoot.models import envelopes
+from underfoot.models.envelopes import attack_decay
 
 RATE = 48000.0
 SPLITS = (1, 7, 32, 64, 1024)

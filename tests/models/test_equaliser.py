@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import freqz_sos
 
-from workbench.errors import BadValue
-from workbench.models.equaliser import BAND_HZ, MOST_GAIN_DB, design, gain, level
+from underfoot.errors import BadValue
+from underfoot.models.equaliser import BAND_HZ, MOST_GAIN_DB, design, gain, level
 
 RATE = 48_000.0
 FREQUENCIES = np.geomspace(10.0, 3000.0, 1500)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from workbench.kernels import kernel
-from workbench.models import filters
-from workbench.models.filters import DC_BLOCK_STATE, DC_BLOCK_TUNING, SECTION_STATE, SECTION_TUNING
+from underfoot.kernels import kernel
+from underfoot.models import filters
+from underfoot.models.filters import DC_BLOCK_STATE, DC_BLOCK_TUNING, SECTION_STATE, SECTION_TUNING
 
 RATE = 48000.0
 KINDS = ("low", "high", "band")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.kernels import kernel
-from workbench.models.fracture_draws import binomial, poisson
+from underfoot.kernels import kernel
+from underfoot.models.fracture_draws import binomial, poisson
 
 DRAWS = 60_000
 

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from workbench.errors import BadValue
-from workbench.models import fracture, fracture_grid
-from workbench.models.fracture_damage import MODELS, tune, tune_contact, tune_inverse
-from workbench.models.fracture_grid import grid, tune_grid
-from workbench.models.random import stream_key
+from underfoot.errors import BadValue
+from underfoot.models import fracture, fracture_grid
+from underfoot.models.fracture_damage import MODELS, tune, tune_contact, tune_inverse
+from underfoot.models.fracture_grid import grid, tune_grid
+from underfoot.models.random import stream_key
 
 RATE = 48000.0
 NAMES = ("scale", "stiffness", "mass", "damping", "creep", "columns", "rows", "print_m", "coupling", "rubble")

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from workbench.errors import BadValue
-from workbench.models.fracture import critical_stress
-from workbench.models.fracture_local import draw_thresholds, ring
+from underfoot.errors import BadValue
+from underfoot.models.fracture import critical_stress
+from underfoot.models.fracture_local import draw_thresholds, ring
 
 
 def searched(limits, locality):

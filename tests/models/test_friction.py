@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import invgauss
 
-from workbench.errors import BadValue
-from workbench.models import friction
-from workbench.models.friction import SlipLaw
+from underfoot.errors import BadValue
+from underfoot.models import friction
+from underfoot.models.friction import SlipLaw
 
 # Fig. 8.6, 8.7 left, 8.10 and one of strong damping: (w0, zeta, D, v_b, x0, v0).
 FIG_8_6 = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0)

@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import dblquad, quad, solve_ivp
 from scipy.stats import multivariate_normal
 
-from workbench.errors import BadValue
-from workbench.models.friction import first_passage
-from workbench.models.friction_crossings import coloured_upcrossings, escape_time, white_upcrossings
+from underfoot.errors import BadValue
+from underfoot.models.friction import first_passage
+from underfoot.models.friction_crossings import coloured_upcrossings, escape_time, white_upcrossings
 
 FIG_8_5 = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0)
 FIG_8_10 = (1.0, 0.4, 0.1, 0.45, 0.9, 0.0)

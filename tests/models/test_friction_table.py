@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from workbench.errors import BadValue
-from workbench.kernels import kernel
-from workbench.models.friction import SlipLaw
-from workbench.models.friction_table import LONGEST, MEAN, draw, look_up, slip_table
-from workbench.models.random import stream_key
+from underfoot.errors import BadValue
+from underfoot.kernels import kernel
+from underfoot.models.friction import SlipLaw
+from underfoot.models.friction_table import LONGEST, MEAN, draw, look_up, slip_table
+from underfoot.models.random import stream_key
 
 # zeta, D, x0, v0: strong and weak damping, a law in separate peaks, a start against the belt, slips that last long.
 SETS = {

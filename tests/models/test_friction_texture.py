@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from workbench.models import friction_texture as texture
-from workbench.models.friction import SlipLaw
-from workbench.models.friction_table import slip_table
-from workbench.models.random import stream_key
+from underfoot.models import friction_texture as texture
+from underfoot.models.friction import SlipLaw
+from underfoot.models.friction_table import slip_table
+from underfoot.models.random import stream_key
 
 RATE = 48_000.0
 VALUES = (0.4, 0.5, 2.0, 0.0)

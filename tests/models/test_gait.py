@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import integrate
 
-from workbench.errors import BadValue
-from workbench.models import gait
-from workbench.models.gait import Walker, corner_forces, footfalls, mean_force, roll, vertical_force
+from underfoot.errors import BadValue
+from underfoot.models import gait
+from underfoot.models.gait import Walker, corner_forces, footfalls, mean_force, roll, vertical_force
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
 CORNERS = np.array([[0.15, 0.15], [-0.15, 0.15], [-0.15, -0.15], [0.15, -0.15]])

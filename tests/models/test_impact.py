@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import gamma
 
-from workbench.errors import BadValue
-from workbench.models import impact, impact_contact, impact_motion, impact_row
+from underfoot.errors import BadValue
+from underfoot.models import impact, impact_contact, impact_motion, impact_row
 
 RATE = 48_000.0
 SOFT, MEDIUM, HARD = (1e4, 1.5), (1e7, 1.5), (1e11, 1.8)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from workbench.errors import BadValue
-from workbench.models import modal, modal_events, modal_signal
+from underfoot.errors import BadValue
+from underfoot.models import modal, modal_events, modal_signal
 
 RATE = 48_000.0
 

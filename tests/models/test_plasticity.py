@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.integrate import solve_ivp
 
-from workbench.errors import BadValue
-from workbench.models import plasticity
-from workbench.models.plasticity import power_law, slip, slip_displacement, slip_energy
-from workbench.models.random import stream_key
+from underfoot.errors import BadValue
+from underfoot.models import plasticity
+from underfoot.models.plasticity import power_law, slip, slip_displacement, slip_energy
+from underfoot.models.random import stream_key
 
 RATE = 48000.0
 NAMES = ("mass_kg", "damping_ns_m", "stiffness_n_m", "plastic_stiffness_n_m", "threshold_n", "spread")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from workbench.errors import BadValue
-from workbench.models.plate import PLATE_RANGES, Plate, modes, rigid_overlaps, shapes
-from workbench.models.suspension import SUSPENSION_RANGES, Suspension, deflection_at_resonance_m
+from underfoot.errors import BadValue
+from underfoot.models.plate import PLATE_RANGES, Plate, modes, rigid_overlaps, shapes
+from underfoot.models.suspension import SUSPENSION_RANGES, Suspension, deflection_at_resonance_m
 
 SIZE = (0.304, 0.304)
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import freqs_zpk, lsim
 
-from workbench.errors import BadValue
-from workbench.models import poles
-from workbench.models.poles import Poles, of_biquads, of_states
+from underfoot.errors import BadValue
+from underfoot.models import poles
+from underfoot.models.poles import Poles, of_biquads, of_states
 
 RATE = 48_000.0
 

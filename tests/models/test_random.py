@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.kernels import kernel
-from workbench.models.random import exponential, normal, open_unit, stream_key, uniform
+from underfoot.kernels import kernel
+from underfoot.models.random import exponential, normal, open_unit, stream_key, uniform
 
 COUNT = 100_000
 

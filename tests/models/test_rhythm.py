@@ -6,8 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from workbench.errors import BadValue
-from workbench.models.rhythm import RHYTHMS, Note, Rhythm, play, rhythm
+from underfoot.errors import BadValue
+from underfoot.models.rhythm import RHYTHMS, Note, Rhythm, play, rhythm
 
 RATE = 48000.0
 

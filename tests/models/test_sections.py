@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import butter, sosfilt
 
-from workbench.errors import BadValue
-from workbench.models.equaliser import gain
-from workbench.models.sections import MOST_SECTIONS, STATE, at_rate, checked, rest, run, tuning
+from underfoot.errors import BadValue
+from underfoot.models.equaliser import gain
+from underfoot.models.sections import MOST_SECTIONS, STATE, at_rate, checked, rest, run, tuning
 
 RATE = 48_000.0
 BAND = butter(7, [50.0, 750.0], "bandpass", fs=RATE, output="sos")

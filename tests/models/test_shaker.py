@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import freqs
 
-from workbench.errors import BadValue
-from workbench.models.shaker import SHAKER_RANGES, Shaker
+from underfoot.errors import BadValue
+from underfoot.models.shaker import SHAKER_RANGES, Shaker
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.errors import BadValue
-from workbench.kernels import kernel
-from workbench.models import waveshaping
-from workbench.models.waveshaping import STATE_SIZE, WORK_SHAPE, audible_harmonics, next_phase, tone
+from underfoot.errors import BadValue
+from underfoot.kernels import kernel
+from underfoot.models import waveshaping
+from underfoot.models.waveshaping import STATE_SIZE, WORK_SHAPE, audible_harmonics, next_phase, tone
 
 RATE = 48000.0
 TEN = np.array([0.3, -0.8, 0.5, 1.0, -0.2, 0.7, 0.1, -0.6, 0.4, 0.9])

@@ -5,10 +5,10 @@ import pytest
 import soundfile
 from scipy import integrate, signal
 
-from workbench.models.waveshaping import peak_bound
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.models.waveshaping import peak_bound
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 RATE = 48_000.0
 TILE = ("t1",)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.nodes import REGISTRY
-from workbench.nodes.impacts import draw_modes
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.nodes import REGISTRY
+from underfoot.nodes.impacts import draw_modes
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 RATE = 48_000
 BANK = REGISTRY["drawn-bank"]

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import soundfile
 
-from workbench.clock import SPAN
-from workbench.nodes import REGISTRY
-from workbench.parameters import Number
-from workbench.patch.driver import NAP
-from workbench.patch.patch import Patch
-from workbench.patch.program import HOSTS, Program
+from underfoot.clock import SPAN
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import Number
+from underfoot.patch.driver import NAP
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import HOSTS, Program
 
 RATE = 48_000
 TILES = ("left", "right")

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from workbench.models.friction import SlipLaw
-from workbench.models.friction_table import LONGEST
-from workbench.nodes import REGISTRY, stickslip
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.models.friction import SlipLaw
+from underfoot.models.friction_table import LONGEST
+from underfoot.nodes import REGISTRY, stickslip
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 RATE, BLOCK = 48_000, 4_800
 

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from workbench.errors import BadFile, BadValue, UnderfootError
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import FORMAT, FURTHEST, VERSION, Patch, PlacedNode
+from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import FORMAT, FURTHEST, VERSION, Patch, PlacedNode
 
 ROUGHLY = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from workbench.clock import FADE, RAMP, SPAN
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.loop import Loop
-from workbench.engine.messages import Play
-from workbench.engine.safety import DC_HZ
-from workbench.errors import BadValue
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
-from workbench.parameters import Count, Number
-from workbench.patch.driver import NAP
-from workbench.patch.node import NEVER, Input, Output, emit, node, rest_kernel, run_kernel
-from workbench.patch.patch import Patch, PlacedNode
-from workbench.patch.program import Program
+from underfoot.clock import FADE, RAMP, SPAN
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.loop import Loop
+from underfoot.engine.messages import Play
+from underfoot.engine.safety import DC_HZ
+from underfoot.errors import BadValue
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import Count, Number
+from underfoot.patch.driver import NAP
+from underfoot.patch.node import NEVER, Input, Output, emit, node, rest_kernel, run_kernel
+from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.program import Program
 
 RATE = 48_000
 TWO = ("left", "right")

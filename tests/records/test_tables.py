@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from workbench.errors import BadFile
-from workbench.floor.contacts import ContactRows
-from workbench.floor.footsteps import Step
-from workbench.floor.layout import default_floor
-from workbench.records.tables import contact_table, step_table
+from underfoot.errors import BadFile
+from underfoot.floor.contacts import ContactRows
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import default_floor
+from underfoot.records.tables import contact_table, step_table
 
 STEP = Step(1, "t1", "left", 0.2, 600.0, 760.0, 500.0, 740.0, 320.0, 7.25, 210.0, 200.0, spike=True)
 

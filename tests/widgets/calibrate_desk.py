@@ -4,11 +4,11 @@ from calibrate_samples import weighings
 from on_screen import show
 from PySide6.QtCore import Qt
 
-from widgets.calibrate.measuring import Pace
-from widgets.calibrate.workspace import CalibrateWorkspace
-from widgets.settings import Settings
-from workbench.engine.target import Target
-from workbench.floor.layout import default_floor
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.widgets.calibrate.measuring import Pace
+from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
+from underfoot.widgets.settings import Settings
 
 LEFT = Qt.MouseButton.LeftButton
 SLOW_MS = 10_000

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from widgets.calibrate.catalogue import Kind
-from workbench.calibration.procedure import Live, Page, Press, Readings, Refused, Result, Sound, ask
-from workbench.drawing import Drawing, series
-from workbench.errors import BadValue
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Response
-from workbench.parameters import Choice, Number, Text
+from underfoot.calibration.procedure import Live, Page, Press, Readings, Refused, Result, Sound, ask
+from underfoot.drawing import Drawing, series
+from underfoot.errors import BadValue
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Response
+from underfoot.parameters import Choice, Number, Text
+from underfoot.widgets.calibrate.catalogue import Kind
 
 TILE = default_floor().tiles[0]
 MIDDLE = (0.02, -0.05)

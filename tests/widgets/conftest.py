@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QApplication
 
 @pytest.fixture(scope="session")
 def qapp(qapp):
-    """The application, as `workbench.__main__` opens it."""
-    from widgets import theme
+    """The application, as `underfoot.__main__` opens it."""
+    from underfoot.widgets import theme
 
     theme.apply(qapp)
     return qapp
@@ -35,7 +35,7 @@ def workspace(qtbot):
     from design_samples import REGISTRY, sample
     from on_screen import show
 
-    from widgets.design.workspace import DesignWorkspace
+    from underfoot.widgets.design.workspace import DesignWorkspace
 
     made = DesignWorkspace(REGISTRY)
     qtbot.addWidget(made)

@@ -4,9 +4,9 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
 
-from workbench.parameters import Choice, Count, Number, Rows, Tiles
-from workbench.patch.node import Input, Output, node, run_kernel
-from workbench.patch.patch import Patch
+from underfoot.parameters import Choice, Count, Number, Rows, Tiles
+from underfoot.patch.node import Input, Output, node, run_kernel
+from underfoot.patch.patch import Patch
 
 
 @run_kernel

@@ -6,8 +6,8 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox, QPushButton
 
-from widgets.audio_dialog import AudioDialog
-from workbench.floor.layout import default_floor
+from underfoot.floor.layout import default_floor
+from underfoot.widgets.audio_dialog import AudioDialog
 
 CARDS = [("Eight out", 8, 48_000.0), ("Headphones", 2, 44_100.0)]
 

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from widgets import bridge
-from widgets.bridge import Bridge, Feet
-from workbench.engine.messages import Press, Started, Walk
-from workbench.engine.session import Session, Target
-from workbench.floor.contacts import ContactTracker
-from workbench.floor.forces import read_forces
-from workbench.floor.layout import Floor, default_floor
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
+from underfoot.engine.messages import Press, Started, Walk
+from underfoot.engine.session import Session, Target
+from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.widgets import bridge
+from underfoot.widgets.bridge import Bridge, Feet
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
 LONG_MS = 120_000

@@ -17,14 +17,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets.calibrate.measuring import Pace, WatchedBench
-from widgets.calibrate.page_view import PageView
-from widgets.calibrate.wizard import going_words
-from workbench.calibration.procedure import Page, Refused, Sound
-from workbench.engine.target import Target
-from workbench.errors import DeviceError
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Profile, Response
+from underfoot.calibration.procedure import Page, Refused, Sound
+from underfoot.engine.target import Target
+from underfoot.errors import DeviceError
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile, Response
+from underfoot.widgets.calibrate.measuring import Pace, WatchedBench
+from underfoot.widgets.calibrate.page_view import PageView
+from underfoot.widgets.calibrate.wizard import going_words
 
 # --- from first to last ---
 

@@ -6,17 +6,17 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from widgets.calibrate.catalogue import KINDS
-from widgets.calibrate.measuring import Pace
-from widgets.calibrate.workspace import CalibrateWorkspace
-from widgets.settings import Settings
-from workbench.calibration.benches import SimulatedBench
-from workbench.calibration.fsr_wizard import FsrProcedure
-from workbench.calibration.procedure import run
-from workbench.engine.target import Target
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Profile, profiles_of
-from workbench.floor.simulation import SimulatedTile
+from underfoot.calibration.benches import SimulatedBench
+from underfoot.calibration.fsr_wizard import FsrProcedure
+from underfoot.calibration.procedure import run
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile, profiles_of
+from underfoot.floor.simulation import SimulatedTile
+from underfoot.widgets.calibrate.catalogue import KINDS
+from underfoot.widgets.calibrate.measuring import Pace
+from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
+from underfoot.widgets.settings import Settings
 
 LONG_MS = 120_000
 """A first run compiles kernels."""

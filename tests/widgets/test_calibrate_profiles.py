@@ -11,9 +11,9 @@ from PySide6.QtWidgets import (
     QLineEdit,
 )
 
-from workbench.engine.target import Target
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Profile, Response
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile, Response
 
 # --- profiles ---
 

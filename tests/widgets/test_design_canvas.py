@@ -9,9 +9,9 @@ from PySide6.QtGui import QDropEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from widgets.design.items import NodeItem
-from widgets.design.node_list import MIME
-from workbench.patch.patch import Patch, PlacedNode
+from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.widgets.design.items import NodeItem
+from underfoot.widgets.design.node_list import MIME
 
 # --- adding ---
 

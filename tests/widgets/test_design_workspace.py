@@ -7,10 +7,10 @@ from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
-from widgets.design.workspace import DesignWorkspace
-from workbench.engine.messages import Costs, Fault, Preview
-from workbench.errors import BadFile
-from workbench.patch.patch import Patch
+from underfoot.engine.messages import Costs, Fault, Preview
+from underfoot.errors import BadFile
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.workspace import DesignWorkspace
 
 # --- the inspector ---
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from on_screen import show
 
-from widgets import theme
-from widgets.calibrate.drawing_plot import DrawingPlot, linear_ticks, log_ticks
-from widgets.calibrate.drawing_view import DrawingColumn
-from workbench.drawing import Drawing, series
+from underfoot.drawing import Drawing, series
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.drawing_plot import DrawingPlot, linear_ticks, log_ticks
+from underfoot.widgets.calibrate.drawing_view import DrawingColumn
 
 
 @pytest.fixture

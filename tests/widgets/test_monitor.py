@@ -10,20 +10,20 @@ from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QGuiApplication
 
-from widgets import bridge
-from widgets.bridge import Feet
-from widgets.monitor.floor_map import FloorMap
-from widgets.monitor.force_plot import ForcePlot
-from widgets.monitor.spectrogram import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
-from widgets.monitor.step_table import COLUMNS, StepTable
-from widgets.monitor.workspace import MonitorWorkspace
-from widgets.plots import History, thinned
-from workbench.engine.messages import Press, Tare, Walk
-from workbench.floor.contacts import Present
-from workbench.floor.footsteps import Step
-from workbench.floor.forces import read_forces
-from workbench.floor.layout import Floor, Tile, default_floor
-from workbench.records.tables import step_table
+from underfoot.engine.messages import Press, Tare, Walk
+from underfoot.floor.contacts import Present
+from underfoot.floor.footsteps import Step
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import Floor, Tile, default_floor
+from underfoot.records.tables import step_table
+from underfoot.widgets import bridge
+from underfoot.widgets.bridge import Feet
+from underfoot.widgets.monitor.floor_map import FloorMap
+from underfoot.widgets.monitor.force_plot import ForcePlot
+from underfoot.widgets.monitor.spectrogram import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
+from underfoot.widgets.monitor.step_table import COLUMNS, StepTable
+from underfoot.widgets.monitor.workspace import MonitorWorkspace
+from underfoot.widgets.plots import History, thinned
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
 RATE = 48_000.0
@@ -265,7 +265,7 @@ def test_selected_steps_are_copied_for_a_spreadsheet(table, qtbot):
 
 
 def test_only_the_latest_steps_are_kept(table, monkeypatch):
-    monkeypatch.setattr("widgets.monitor.step_table._MOST", 10)
+    monkeypatch.setattr("underfoot.widgets.monitor.step_table._MOST", 10)
     table.steps.add([STEP] * 8)
     table.steps.add([SPIKE] * 5)
     assert table.steps.rowCount() == 10

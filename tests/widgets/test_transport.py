@@ -7,8 +7,8 @@ from on_screen import choose, show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu
 
-from widgets.transport import TransportBar
-from workbench.engine.messages import Health
+from underfoot.engine.messages import Health
+from underfoot.widgets.transport import TransportBar
 
 WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0107, 96_000, 0.25, 1)
 
@@ -101,7 +101,7 @@ def test_an_engine_that_is_off_has_no_figures(bar):
 
 def test_a_new_loss_is_an_alarm_and_an_old_one_is_not(bar, monkeypatch):
     now = 100.0
-    monkeypatch.setattr("widgets.transport.time.monotonic", lambda: now)
+    monkeypatch.setattr("underfoot.widgets.transport.time.monotonic", lambda: now)
     bar._xruns.show_count(2)
     assert bar._xruns._value.property("role") == "alarm"
     now = 111.0

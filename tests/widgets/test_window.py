@@ -10,18 +10,18 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QLabel, QLineEdit, QMessageBox, QPushButton
 from windows import LONG_MS, dialog_of, hiss, quiet_window
 
-from widgets import bridge, pictures
-from widgets.audio_dialog import AudioDialog
-from widgets.garbage import spare
-from widgets.settings import LOW_LEVEL_DB, Autosave, Settings
-from widgets.shortcuts import ShortcutsDialog
-from widgets.window import CALIBRATE, MONITOR, MainWindow
-from workbench.calibration.procedure import Result
-from workbench.engine.session import Target
-from workbench.floor.layout import default_floor
-from workbench.floor.profile import Profile, Response
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
+from underfoot.calibration.procedure import Result
+from underfoot.engine.session import Target
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile, Response
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.widgets import bridge, pictures
+from underfoot.widgets.audio_dialog import AudioDialog
+from underfoot.widgets.garbage import spare
+from underfoot.widgets.settings import LOW_LEVEL_DB, Autosave, Settings
+from underfoot.widgets.shortcuts import ShortcutsDialog
+from underfoot.widgets.window import CALIBRATE, MONITOR, MainWindow
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,7 @@ def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
 
 
 def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeypatch):
-    monkeypatch.setattr("widgets.player.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("underfoot.widgets.player.platformdirs.user_documents_dir", lambda: str(tmp_path))
     qtbot.mouseClick(window.transport.record, Qt.MouseButton.LeftButton)
     path = window.player.session.recording
     assert path.parent == tmp_path / "Underfoot"

@@ -2,11 +2,11 @@
 
 from on_screen import show
 
-from widgets.window import MainWindow
-from workbench.engine.session import Target
-from workbench.floor.layout import default_floor
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
+from underfoot.engine.session import Target
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.widgets.window import MainWindow
 
 LONG_MS = 120_000
 """A first run compiles kernels."""

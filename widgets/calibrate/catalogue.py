@@ -4,15 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from workbench.calibration.procedure import Bench, Procedure, ask
-from workbench.engine.target import Target
-from workbench.errors import DeviceError
-from workbench.floor.layout import Tile
-from workbench.floor.profile import Profile
-from workbench.parameters import Parameter, Text
+from underfoot.calibration.procedure import Bench, Procedure, ask
+from underfoot.engine.target import Target
+from underfoot.errors import DeviceError
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Profile
+from underfoot.parameters import Parameter, Text
 
 if TYPE_CHECKING:
-    from workbench.floor.simulation import SimulatedTile
+    from underfoot.floor.simulation import SimulatedTile
 
 MakeReady = Callable[[Target, Tile, Profile, str], tuple[Procedure, Bench]]
 """From target, tile, what is known of it, and what was said of the reference beside it."""
@@ -47,21 +47,21 @@ def why_not(target: Target) -> str:
 
 
 def _fsr(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from workbench.calibration.fsr_wizard import FsrProcedure
+    from underfoot.calibration.fsr_wizard import FsrProcedure
 
     return FsrProcedure(tile), _pressed(target, tile, reference)
 
 
 def _centroid(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from workbench.calibration.centroid_wizard import CentroidProcedure
+    from underfoot.calibration.centroid_wizard import CentroidProcedure
 
     return CentroidProcedure(tile, profile), _pressed(target, tile, reference)
 
 
 def _response(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from workbench.calibration.response import FrequencyResponse
-    from workbench.engine.loop import output_channels
-    from workbench.engine.sounding import SimulatedShaker, SoundCard
+    from underfoot.calibration.response import FrequencyResponse
+    from underfoot.engine.loop import output_channels
+    from underfoot.engine.sounding import SimulatedShaker, SoundCard
 
     procedure = FrequencyResponse(tile, target.rate)
     if not by_hand(target):
@@ -74,9 +74,9 @@ def _response(target: Target, tile: Tile, profile: Profile, reference: str) -> t
 
 def _pressed(target: Target, tile: Tile, cell: str) -> Bench:
     """Whoever presses `tile`: the simulator, or a person, with a load cell where one is named."""
-    from workbench.calibration.benches import SimulatedBench
-    from workbench.calibration.link_bench import LinkBench, cell_of
-    from workbench.devices.link import port_of
+    from underfoot.calibration.benches import SimulatedBench
+    from underfoot.calibration.link_bench import LinkBench, cell_of
+    from underfoot.devices.link import port_of
 
     if not by_hand(target):
         return SimulatedBench(_simulated(target, tile))
@@ -86,7 +86,7 @@ def _pressed(target: Target, tile: Tile, cell: str) -> Bench:
 
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     """The tile as the simulated floor of `target` has it; an ideal floor's is of the usual kind."""
-    from workbench.floor.simulation import SimulatedTile, TileParameters
+    from underfoot.floor.simulation import SimulatedTile, TileParameters
 
     return SimulatedTile(tile, TileParameters.load(target.simulation) if target.simulation else None)
 

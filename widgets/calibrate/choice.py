@@ -13,12 +13,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from widgets.calibrate.figures import part_in_words
-from widgets.calibrate.tile_picture import tile_in_words
-from widgets.monitor.floor_map import FloorMap
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Part, Profile
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Part, Profile
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.figures import part_in_words
+from underfoot.widgets.calibrate.tile_picture import tile_in_words
+from underfoot.widgets.monitor.floor_map import FloorMap
 
 WIDTH_PX = 34 * theme.GRID
 

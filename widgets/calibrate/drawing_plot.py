@@ -12,9 +12,9 @@ from PySide6.QtCore import QLineF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen, QPolygonF, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from widgets import theme
-from widgets.plots import AXIS_PX, thinned
-from workbench.drawing import COLOURS, Drawing, Series
+from underfoot.drawing import COLOURS, Drawing, Series
+from underfoot.widgets import theme
+from underfoot.widgets.plots import AXIS_PX, thinned
 
 DOT_PX = 4
 

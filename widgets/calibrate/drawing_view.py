@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtWidgets import QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
-from widgets import theme
-from widgets.calibrate.drawing_plot import DrawingPlot
-from workbench.drawing import COLOURS, Drawing, Series
+from underfoot.drawing import COLOURS, Drawing, Series
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.drawing_plot import DrawingPlot
 
 LEAST_PX = 304
 """Height below which a drawing is not pressed: the column scrolls instead."""

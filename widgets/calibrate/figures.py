@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from workbench.floor.profile import Part
+from underfoot.floor.profile import Part
+from underfoot.widgets import theme
 
 Quantities = Sequence[tuple[str, float, str]]
 

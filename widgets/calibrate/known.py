@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.drawing import Drawing, Series, series
-from workbench.floor.layout import Tile
-from workbench.floor.profile import Centroid, Fsr, Part, Profile, Response
+from underfoot.drawing import Drawing, Series, series
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Centroid, Fsr, Part, Profile, Response
 
 _POINTS = 200
 _LOAD_N = 1000.0
@@ -17,7 +17,7 @@ _COLOURS = ("force", "contact", "vibration", "events")
 def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> tuple[Drawing, ...]:
     """The drawings of a part in use, and of an `earlier` one of the same kind; none where there is neither.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> drawings_of(default_floor().tiles[0], None)
     ()
     """

@@ -10,9 +10,9 @@ from typing import Any
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from workbench.calibration.procedure import Bench, Live, Page, Press, Procedure, Readings, Refused, Result, Sound, step
-from workbench.drawing import Drawing
-from workbench.errors import UnderfootError
+from underfoot.calibration.procedure import Bench, Live, Page, Press, Procedure, Readings, Refused, Result, Sound, step
+from underfoot.drawing import Drawing
+from underfoot.errors import UnderfootError
 
 Make = Callable[[], tuple[Procedure, Bench]]
 

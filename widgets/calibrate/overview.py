@@ -3,17 +3,17 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
-from widgets import theme
-from widgets.calibrate.drawing_view import DrawingColumn
-from widgets.calibrate.figures import FigureTable, name_in_words, unit_in
-from widgets.calibrate.known import drawings_of
-from widgets.calibrate.page_view import FORM_PX
-from widgets.calibrate.tile_picture import TilePicture
-from widgets.fields import ParameterEditor
-from widgets.parameter_editor import editor_for
-from workbench.floor.layout import Tile
-from workbench.floor.profile import Part
-from workbench.parameters import Parameter
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Part
+from underfoot.parameters import Parameter
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.drawing_view import DrawingColumn
+from underfoot.widgets.calibrate.figures import FigureTable, name_in_words, unit_in
+from underfoot.widgets.calibrate.known import drawings_of
+from underfoot.widgets.calibrate.page_view import FORM_PX
+from underfoot.widgets.calibrate.tile_picture import TilePicture
+from underfoot.widgets.fields import ParameterEditor
+from underfoot.widgets.parameter_editor import editor_for
 
 
 class Overview(QWidget):

@@ -7,14 +7,14 @@ from typing import Any
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 
-from widgets import theme
-from widgets.calibrate.figures import FigureRow, name_in_words
-from widgets.calibrate.tile_picture import TilePicture, where_in_words
-from widgets.fields import Field, ParameterEditor
-from widgets.parameter_editor import editor_for
-from workbench.calibration.procedure import Live, Page
-from workbench.floor.layout import Tile
-from workbench.parameters import Numbers
+from underfoot.calibration.procedure import Live, Page
+from underfoot.floor.layout import Tile
+from underfoot.parameters import Numbers
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.figures import FigureRow, name_in_words
+from underfoot.widgets.calibrate.tile_picture import TilePicture, where_in_words
+from underfoot.widgets.fields import Field, ParameterEditor
+from underfoot.widgets.parameter_editor import editor_for
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}

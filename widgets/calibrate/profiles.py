@@ -9,10 +9,10 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from workbench.calibration.procedure import Result
-from workbench.errors import UnderfootError
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Profile
+from underfoot.calibration.procedure import Result
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile
 
 
 def folder_of(root: Path, floor: Floor, simulation: str = "") -> Path:
@@ -20,7 +20,7 @@ def folder_of(root: Path, floor: Floor, simulation: str = "") -> Path:
 
     Tiles simulated as a file says are others than the real ones, or those of another file.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> folder_of(Path("profiles"), default_floor()).name.startswith("2-x-2-tiles-")
     True
     >>> folder_of(Path("profiles"), default_floor(), "presets/plywood-tile.json").name.endswith("-plywood-tile")

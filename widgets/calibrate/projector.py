@@ -6,10 +6,10 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QScreen
 from PySide6.QtWidgets import QWidget
 
-from widgets import theme
-from widgets.calibrate.tile_picture import place_number
-from workbench.calibration.procedure import Page
-from workbench.floor.layout import Tile
+from underfoot.calibration.procedure import Page
+from underfoot.floor.layout import Tile
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.tile_picture import place_number
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001

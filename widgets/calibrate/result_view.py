@@ -2,10 +2,10 @@
 
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
-from widgets import theme
-from widgets.calibrate.figures import FigureTable
-from workbench.calibration.procedure import Result
-from workbench.floor.profile import Part
+from underfoot.calibration.procedure import Result
+from underfoot.floor.profile import Part
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.figures import FigureTable
 
 
 class ResultView(QWidget):

@@ -7,9 +7,9 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from widgets import theme
-from workbench.calibration.procedure import Press
-from workbench.floor.layout import Tile, default_floor
+from underfoot.calibration.procedure import Press
+from underfoot.floor.layout import Tile, default_floor
+from underfoot.widgets import theme
 
 Places = Sequence[tuple[float, float]]
 

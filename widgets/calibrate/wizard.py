@@ -16,14 +16,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from widgets.calibrate.drawing_view import DrawingColumn
-from widgets.calibrate.measuring import Measurement, Snapshot
-from widgets.calibrate.page_view import PageView, sounds
-from widgets.calibrate.result_view import ResultView
-from workbench.calibration.procedure import Page, Result
-from workbench.floor.layout import Tile
-from workbench.floor.profile import Part
+from underfoot.calibration.procedure import Page, Result
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Part
+from underfoot.widgets import theme
+from underfoot.widgets.calibrate.drawing_view import DrawingColumn
+from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
+from underfoot.widgets.calibrate.page_view import PageView, sounds
+from underfoot.widgets.calibrate.result_view import ResultView
 
 BUSY_S = 0.4
 """After so long at one thing a page says that something is computed."""

@@ -9,18 +9,18 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
 
-from widgets.calibrate.catalogue import Kind, by_hand, why_not
-from widgets.calibrate.choice import ChoicePanel
-from widgets.calibrate.measuring import Measurement, Pace, Snapshot
-from widgets.calibrate.overview import Overview
-from widgets.calibrate.profiles import Profiles, flags_of
-from widgets.calibrate.projector import FloorProjection
-from widgets.calibrate.wizard import Wizard
-from widgets.settings import Settings
-from workbench.calibration.procedure import Result
-from workbench.engine.target import Target
-from workbench.floor.layout import Tile
-from workbench.floor.profile import Part, Profile
+from underfoot.calibration.procedure import Result
+from underfoot.engine.target import Target
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Part, Profile
+from underfoot.widgets.calibrate.catalogue import Kind, by_hand, why_not
+from underfoot.widgets.calibrate.choice import ChoicePanel
+from underfoot.widgets.calibrate.measuring import Measurement, Pace, Snapshot
+from underfoot.widgets.calibrate.overview import Overview
+from underfoot.widgets.calibrate.profiles import Profiles, flags_of
+from underfoot.widgets.calibrate.projector import FloorProjection
+from underfoot.widgets.calibrate.wizard import Wizard
+from underfoot.widgets.settings import Settings
 
 
 class CalibrateWorkspace(QWidget):
@@ -223,7 +223,7 @@ class CalibrateWorkspace(QWidget):
         profile = self.profiles.of(self.tile.id)
 
         def write() -> str:
-            from workbench.calibration.report import write_report
+            from underfoot.calibration.report import write_report
 
             return f"The report is {write_report(result, folder, result.apply(profile))}"
 

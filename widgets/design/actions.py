@@ -8,11 +8,11 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu
 
-from widgets.design.editing import open_targets
-from widgets.design.shape import shown
+from underfoot.widgets.design.editing import open_targets
+from underfoot.widgets.design.shape import shown
 
 if TYPE_CHECKING:
-    from widgets.design.canvas import Canvas
+    from underfoot.widgets.design.canvas import Canvas
 
 ALIGN = (
     ("left", "Left edges", "Ctrl+Shift+Left"),

@@ -17,18 +17,18 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QFrame, QGraphicsView, QWidget
 
-from widgets import theme
-from widgets.design.actions import canvas_actions, context_menu
-from widgets.design.connecting import WireDrag
-from widgets.design.editing import aligned, copied, joined, pasted, refusal, snapped
-from widgets.design.items import NodeItem
-from widgets.design.minimap import MiniMap
-from widgets.design.node_list import MIME, NodeSearch
-from widgets.design.scene import PatchScene
-from widgets.design.shape import TITLE
-from widgets.design.undo import Document
-from workbench.errors import BadFile
-from workbench.patch.node import Registry
+from underfoot.errors import BadFile
+from underfoot.patch.node import Registry
+from underfoot.widgets import theme
+from underfoot.widgets.design.actions import canvas_actions, context_menu
+from underfoot.widgets.design.connecting import WireDrag
+from underfoot.widgets.design.editing import aligned, copied, joined, pasted, refusal, snapped
+from underfoot.widgets.design.items import NodeItem
+from underfoot.widgets.design.minimap import MiniMap
+from underfoot.widgets.design.node_list import MIME, NodeSearch
+from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.design.shape import TITLE
+from underfoot.widgets.design.undo import Document
 
 CLOSEST, FARTHEST = 2.5, 0.1
 STEP = 1.2

@@ -2,12 +2,12 @@
 
 from PySide6.QtCore import QPointF
 
-from widgets.design.editing import may_fit, refusal, wire_at
-from widgets.design.items import NodeItem, WireItem
-from widgets.design.scene import PatchScene
-from widgets.design.shape import PlacedPort
-from workbench.patch.node import Port
-from workbench.patch.patch import Patch, Wire
+from underfoot.patch.node import Port
+from underfoot.patch.patch import Patch, Wire
+from underfoot.widgets.design.editing import may_fit, refusal, wire_at
+from underfoot.widgets.design.items import NodeItem, WireItem
+from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.design.shape import PlacedPort
 
 LOOSE = 48.0
 """Pixels of the scene that a wire must be drawn into the open before it asks for a node at its end."""

@@ -3,12 +3,12 @@
 import re
 from collections.abc import Iterable, Mapping
 
-from widgets import theme
-from widgets.theme import GRID
-from workbench.errors import BadFile, BadValue
-from workbench.parameters import Number
-from workbench.patch.node import Port, Registry
-from workbench.patch.patch import Patch, PlacedNode, Wire
+from underfoot.errors import BadFile, BadValue
+from underfoot.parameters import Number
+from underfoot.patch.node import Port, Registry
+from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.widgets import theme
+from underfoot.widgets.theme import GRID
 
 Place = tuple[float, float]
 Sizes = Mapping[str, tuple[float, float]]

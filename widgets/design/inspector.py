@@ -7,18 +7,18 @@ import msgspec
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from widgets import theme
-from widgets.design.editing import drivers
-from widgets.design.rhythm_editor import RhythmEditor, is_rhythm
-from widgets.design.scene import percent
-from widgets.design.shape import accent, shown
-from widgets.fields import ParameterEditor
-from widgets.list_editors import TilesEditor
-from widgets.number_editor import NumberEditor
-from widgets.parameter_editor import FileEditor, editor_for
-from workbench.parameters import Count, Rows, Text
-from workbench.patch.node import NodeType, Registry
-from workbench.patch.patch import Patch
+from underfoot.parameters import Count, Rows, Text
+from underfoot.patch.node import NodeType, Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets import theme
+from underfoot.widgets.design.editing import drivers
+from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
+from underfoot.widgets.design.scene import percent
+from underfoot.widgets.design.shape import accent, shown
+from underfoot.widgets.fields import ParameterEditor
+from underfoot.widgets.list_editors import TilesEditor
+from underfoot.widgets.number_editor import NumberEditor
+from underfoot.widgets.parameter_editor import FileEditor, editor_for
 
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")

@@ -9,12 +9,12 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
-from widgets import theme
-from widgets.design.editing import snapped
-from widgets.design.shape import COST_ROOM, PAD, TITLE, PlacedPort, Shape, accent, drivable, node_shape, shown
-from widgets.plots import thinned
-from workbench.patch.node import NodeType
-from workbench.patch.patch import PlacedNode, Wire
+from underfoot.patch.node import NodeType
+from underfoot.patch.patch import PlacedNode, Wire
+from underfoot.widgets import theme
+from underfoot.widgets.design.editing import snapped
+from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, PlacedPort, Shape, accent, drivable, node_shape, shown
+from underfoot.widgets.plots import thinned
 
 LEGIBLE = 0.45
 """Below this zoom a node shows its name alone: nothing else in it could be read."""

@@ -4,9 +4,9 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from widgets import theme
-from widgets.design.scene import PatchScene
-from widgets.design.shape import accent
+from underfoot.widgets import theme
+from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.design.shape import accent
 
 
 class MiniMap(QWidget):

@@ -14,9 +14,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from widgets.design.shape import accent
-from workbench.patch.node import NodeType, Registry
+from underfoot.patch.node import NodeType, Registry
+from underfoot.widgets import theme
+from underfoot.widgets.design.shape import accent
 
 MIME = "application/x-underfoot-node"
 FAMILIES = ("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters", "Outputs")

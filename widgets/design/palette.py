@@ -3,8 +3,8 @@
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from widgets.design.node_list import NodeList, SearchField
-from workbench.patch.node import Registry
+from underfoot.patch.node import Registry
+from underfoot.widgets.design.node_list import NodeList, SearchField
 
 
 class Palette(QWidget):

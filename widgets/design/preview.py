@@ -7,13 +7,13 @@ import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
-from widgets import theme
-from widgets.design.analysis import Scale, peak_and_rms, shown_levels, spectrogram_db, spectrum_db
-from widgets.design.preview_plots import SpectrogramPlot, SpectrumPlot, WaveformPlot
-from widgets.design.tile_pad import TilePad
-from workbench.engine.messages import Preview
-from workbench.floor.layout import Tile
-from workbench.patch.node import NodeType, Port
+from underfoot.engine.messages import Preview
+from underfoot.floor.layout import Tile
+from underfoot.patch.node import NodeType, Port
+from underfoot.widgets import theme
+from underfoot.widgets.design.analysis import Scale, peak_and_rms, shown_levels, spectrogram_db, spectrum_db
+from underfoot.widgets.design.preview_plots import SpectrogramPlot, SpectrumPlot, WaveformPlot
+from underfoot.widgets.design.tile_pad import TilePad
 
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176

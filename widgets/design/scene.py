@@ -7,12 +7,12 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QBrush, QColor, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
-from widgets import theme
-from widgets.design.editing import driven_parameters, drivers
-from widgets.design.items import NodeItem, WireItem, bounds
-from widgets.design.shape import REACH, PlacedPort
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch, PlacedNode, Wire
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.widgets import theme
+from underfoot.widgets.design.editing import driven_parameters, drivers
+from underfoot.widgets.design.items import NodeItem, WireItem, bounds
+from underfoot.widgets.design.shape import REACH, PlacedPort
 
 WORLD = 40_000.0
 """Pixels in each direction: large and fixed, so that the view never jumps when a node is added."""

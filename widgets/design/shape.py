@@ -7,8 +7,8 @@ from functools import lru_cache
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF
 
-from widgets import theme
-from workbench.patch.node import NodeType, Port
+from underfoot.patch.node import NodeType, Port
+from underfoot.widgets import theme
 
 TITLE, ROW, PAD, PLOT = 24.0, 20.0, 8.0, 40.0
 NARROWEST = 136.0

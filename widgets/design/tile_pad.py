@@ -6,8 +6,8 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from widgets import theme
-from workbench.floor.layout import Tile, default_floor
+from underfoot.floor.layout import Tile, default_floor
+from underfoot.widgets import theme
 
 FULL_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""

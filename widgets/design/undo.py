@@ -3,7 +3,7 @@
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-from workbench.patch.patch import Patch
+from underfoot.patch.patch import Patch
 
 LIMIT = 500
 """Edits that can be taken back. Patches share what did not change, so each costs little."""

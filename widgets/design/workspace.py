@@ -8,16 +8,16 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
-from widgets.design.canvas import Canvas
-from widgets.design.editing import changed_nodes, downstream
-from widgets.design.inspector import Inspector, edited_patch
-from widgets.design.palette import Palette
-from widgets.design.preview import PreviewPanel, event_rows, pick
-from widgets.design.undo import Document
-from workbench.engine.messages import Costs, Fault, Health, Preview
-from workbench.floor.layout import Tile, default_floor
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
+from underfoot.engine.messages import Costs, Fault, Health, Preview
+from underfoot.floor.layout import Tile, default_floor
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.canvas import Canvas
+from underfoot.widgets.design.editing import changed_nodes, downstream
+from underfoot.widgets.design.inspector import Inspector, edited_patch
+from underfoot.widgets.design.palette import Palette
+from underfoot.widgets.design.preview import PreviewPanel, event_rows, pick
+from underfoot.widgets.design.undo import Document
 
 SOON_MS = 30
 """Edits in a row, as from a slider, ask for one preview."""

@@ -10,9 +10,9 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap, QPolygonF, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from widgets import theme
-from workbench.floor.contacts import ContactRows, Present
-from workbench.floor.layout import Floor
+from underfoot.floor.contacts import ContactRows, Present
+from underfoot.floor.layout import Floor
+from underfoot.widgets import theme
 
 FULL_N = 1000.0
 """The load at which a tile shows the full amber."""

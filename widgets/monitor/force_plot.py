@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from widgets import theme
-from widgets.plots import Plot, round_top, thinned
+from underfoot.widgets import theme
+from underfoot.widgets.plots import Plot, round_top, thinned
 
 CORNERS = ("#e0705a", "#d8bb54", "#a8794a", "#e3a7a0")
 """The corners' colours, in the order of the sensors: neighbours of the amber of force."""

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF
 
-from widgets import theme
-from widgets.plots import HeatItem, Plot
+from underfoot.widgets import theme
+from underfoot.widgets.plots import HeatItem, Plot
 
 LOW_HZ, HIGH_HZ = 20.0, 2000.0
 FELT_HZ = (40.0, 1000.0)

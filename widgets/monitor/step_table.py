@@ -9,9 +9,9 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelInd
 from PySide6.QtGui import QColor, QGuiApplication, QKeySequence
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableView, QWidget
 
-from widgets import theme
-from workbench.floor.footsteps import Step
-from workbench.records.tables import step_table
+from underfoot.floor.footsteps import Step
+from underfoot.records.tables import step_table
+from underfoot.widgets import theme
 
 
 class Column(NamedTuple):

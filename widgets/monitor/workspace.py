@@ -20,17 +20,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets import theme
-from widgets.bridge import Forces
-from widgets.monitor.floor_map import PRESS_N, FloorMap
-from widgets.monitor.force_plot import CORNERS, ForcePlot
-from widgets.monitor.spectrogram import SHOWN_DB, RunningSpectrum, SpectrogramPlot
-from widgets.monitor.step_table import StepTable, WholeRows
-from widgets.plots import History, Line
-from workbench.engine.messages import Command, Press, Tare, Walk
-from workbench.errors import UnderfootError
-from workbench.floor.footsteps import Step
-from workbench.floor.layout import Floor
+from underfoot.engine.messages import Command, Press, Tare, Walk
+from underfoot.errors import UnderfootError
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
+from underfoot.widgets import theme
+from underfoot.widgets.bridge import Forces
+from underfoot.widgets.monitor.floor_map import PRESS_N, FloorMap
+from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
+from underfoot.widgets.monitor.spectrogram import SHOWN_DB, RunningSpectrum, SpectrogramPlot
+from underfoot.widgets.monitor.step_table import StepTable, WholeRows
+from underfoot.widgets.plots import History, Line
 
 LONGEST_S = 10.0
 SPANS_S = (5.0, 10.0)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench import naive
-from workbench.models import (
+from underfoot.bench import naive
+from underfoot.models import (
     envelopes,
     fracture,
     friction,
@@ -27,7 +27,7 @@ from workbench.models import (
     plasticity,
     waveshaping,
 )
-from workbench.models.random import stream_key
+from underfoot.models.random import stream_key
 
 RATE = 48_000
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.models.friction_table import LONGEST
-from workbench.nodes.impacts import FASTEST
+from underfoot.models.friction_table import LONGEST
+from underfoot.nodes.impacts import FASTEST
 
 _SLACK = 1.0 + 1e-6
 _NOTHING = 1e-30

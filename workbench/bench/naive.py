@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 Modes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """Frequencies (Hz), decays (1/s), modal masses (kg) and shapes, one number a mode."""

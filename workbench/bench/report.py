@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from workbench.bench.accuracy import Comparison
-from workbench.bench.reach import TO_COMPARE, Reach
-from workbench.bench.scale import Cost
-from workbench.bench.stability import Stability
-from workbench.drawing import Drawing, Series, page, series, svg
-from workbench.errors import BadFile
+from underfoot.bench.accuracy import Comparison
+from underfoot.bench.reach import TO_COMPARE, Reach
+from underfoot.bench.scale import Cost
+from underfoot.bench.stability import Stability
+from underfoot.drawing import Drawing, Series, page, series, svg
+from underfoot.errors import BadFile
 
 _OURS, _NAIVE = ("vibration", "events", "contact"), ("force", "alarm")
 _LEAST = 1e-17

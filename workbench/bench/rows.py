@@ -10,8 +10,8 @@ import numpy as np
 from numba import carray, cfunc, types
 from numpy.typing import NDArray
 
-from workbench.kernels import kernel
-from workbench.models import impact_row, modal_events, modal_signal
+from underfoot.kernels import kernel
+from underfoot.models import impact_row, modal_events, modal_signal
 
 BLOCK = 960
 """Frames; a fiftieth of a second at 48 kHz."""

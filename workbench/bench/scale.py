@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 RATE = 48_000
 TILES = 36

@@ -16,17 +16,17 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench import laws
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.loop import Loop
-from workbench.engine.messages import Play, Strike
-from workbench.engine.safety import Limits, Safety
-from workbench.errors import BadValue
-from workbench.floor.layout import default_floor
-from workbench.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.bench import laws
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.loop import Loop
+from underfoot.engine.messages import Play, Strike
+from underfoot.engine.safety import Limits, Safety
+from underfoot.errors import BadValue
+from underfoot.floor.layout import default_floor
+from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 RATES = (8_000, 44_100, 48_000, 96_000, 192_000)
 ROWS = ("zero", "full", "steps", "impulses", "constant", "tiny", "huge", "nan")
@@ -130,7 +130,7 @@ def run(
 def stress(patch: Patch, registry: Registry, rate: int) -> str:
     """What fails when `patch` is given every kind of input at `rate`; "" if nothing does.
 
-    >>> from workbench.nodes import REGISTRY
+    >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tile-force", REGISTRY).add("low-pass", REGISTRY)
     >>> stress(patch.connect("tile-force.force", "low-pass.signal", REGISTRY), REGISTRY, 48_000)
     ''

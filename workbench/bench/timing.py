@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.kernels import modal_kernel, widest
+from underfoot.kernels import modal_kernel, widest
 
 FLOOR_NS = 0.030
 """Two fused multiply-adds on the processor whose times the reaches were set from: the least a mode can cost a frame."""

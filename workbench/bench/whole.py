@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.bench import accuracy, reach, scale, stability
-from workbench.bench.report import Bench
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import Patch
+from underfoot.bench import accuracy, reach, scale, stability
+from underfoot.bench.report import Bench
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
 
 
 def run(quick: bool = False, seed: int = 1, tell: Callable[[str], None] = lambda line: None) -> Bench:

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.procedure import Press, Readings, Sound
-from workbench.floor.simulation import SimulatedTile
+from underfoot.calibration.procedure import Press, Readings, Sound
+from underfoot.floor.simulation import SimulatedTile
 
 _BLOCK_S = 0.1
 _TREMOR, _TREMOR_S = 0.008, 0.06
@@ -22,7 +22,7 @@ class SimulatedBench:
     The force rises and falls as a hand's does, trembles, and lands within a millimetre of where it should. All is drawn
     from `seed`. `read` gives a tenth of a second at `rate_hz`, with the load cell's newtons.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> tile = default_floor(1, 1).tiles[0]
     >>> bench = SimulatedBench(SimulatedTile(tile, seed=1), seed=1)
     >>> bench.press(Press(tile.sensors_m[0], 200.0, sensor=0))

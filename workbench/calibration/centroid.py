@@ -13,12 +13,12 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from workbench.calibration.tables import Presses
-from workbench.errors import BadValue, require
-from workbench.floor.curves import Correction, bent
-from workbench.floor.layout import Tile
-from workbench.floor.profile import Centroid, Profile
-from workbench.models.fsr_fit import rising
+from underfoot.calibration.tables import Presses
+from underfoot.errors import BadValue, require
+from underfoot.floor.curves import Correction, bent
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Centroid, Profile
+from underfoot.models.fsr_fit import rising
 
 Values = NDArray[np.float64]
 

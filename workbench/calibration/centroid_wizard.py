@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.centroid import Accuracy, assessed_forces, centroid, in_hindsight
-from workbench.calibration.procedure import Live, Page, Press, Readings, Refused, Result, ask
-from workbench.calibration.tables import PRESS_HEADER, Presses
-from workbench.calibration.wizard import Step, Wizard, joined, last
-from workbench.drawing import Drawing, Series, series
-from workbench.errors import BadValue, require
-from workbench.floor.layout import Tile
-from workbench.floor.profile import Profile
-from workbench.parameters import Choice, Numbers, Rows
+from underfoot.calibration.centroid import Accuracy, assessed_forces, centroid, in_hindsight
+from underfoot.calibration.procedure import Live, Page, Press, Readings, Refused, Result, ask
+from underfoot.calibration.tables import PRESS_HEADER, Presses
+from underfoot.calibration.wizard import Step, Wizard, joined, last
+from underfoot.drawing import Drawing, Series, series
+from underfoot.errors import BadValue, require
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Profile
+from underfoot.parameters import Choice, Numbers, Rows
 
 FORMS = ("full", "quick")
 PATTERNS = ("jittered", "grid", "own")
@@ -307,7 +307,7 @@ def _from(readings: Readings, start: int) -> Readings:
 def places(tile: Tile, count: int, seed: int | None = None) -> Values:
     """`count` places on a tile, (count, 2): a grid within 2 cm of the edge, each moved about in its cell by `seed`.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> places(default_floor(1, 1).tiles[0], 9)[[0, 4, 8]].round(3) + 0.0
     array([[-0.132, -0.132],
            [ 0.   ,  0.   ],

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from workbench.calibration.fsr_figures import creep_runs, held_s
-from workbench.calibration.linearisation import Linearisation, SensorFit
-from workbench.calibration.tables import Pairs
-from workbench.drawing import Drawing, Series, series
+from underfoot.calibration.fsr_figures import creep_runs, held_s
+from underfoot.calibration.linearisation import Linearisation, SensorFit
+from underfoot.calibration.tables import Pairs
+from underfoot.drawing import Drawing, Series, series
 
 _DOTS = 250
 _LOADED_N = 1.0

@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.pairs import FALLING, RISING, STILL, STILL_S, Recording, level
-from workbench.floor.curves import Curve
-from workbench.models.fsr_fit import rising
+from underfoot.calibration.pairs import FALLING, RISING, STILL, STILL_S, Recording, level
+from underfoot.floor.curves import Curve
+from underfoot.models.fsr_fit import rising
 
 Values = NDArray[np.float64]
 

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.fsr_drawings import drawings_of, taken_so_far
-from workbench.calibration.linearisation import Divider, Linearisation, linearise
-from workbench.calibration.procedure import Live, Page, Press, Readings, Refused, Result, ask
-from workbench.calibration.tables import PAIR_HEADER, Pairs
-from workbench.calibration.wizard import Step, Wizard, last
-from workbench.drawing import Drawing
-from workbench.errors import BadValue
-from workbench.floor.layout import Tile
-from workbench.parameters import Choice, Count, Number, Numbers
+from underfoot.calibration.fsr_drawings import drawings_of, taken_so_far
+from underfoot.calibration.linearisation import Divider, Linearisation, linearise
+from underfoot.calibration.procedure import Live, Page, Press, Readings, Refused, Result, ask
+from underfoot.calibration.tables import PAIR_HEADER, Pairs
+from underfoot.calibration.wizard import Step, Wizard, last
+from underfoot.drawing import Drawing
+from underfoot.errors import BadValue
+from underfoot.floor.layout import Tile
+from underfoot.parameters import Choice, Count, Number, Numbers
 
 REFERENCES = ("load cell", "known weights")
 DEFAULT_FULL_N = 600.0

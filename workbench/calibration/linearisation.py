@@ -2,7 +2,7 @@
 
 A static curve is chosen by cross-validation over whole loadings. No curve can do better than the mean of rising and
 falling loads; that bound is measured, too. Where a recording shows what a sensor remembers, a memory is learned besides
-(`workbench.models.fsr_memory`) and held to the same loadings.
+(`underfoot.models.fsr_memory`) and held to the same loadings.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,16 +13,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.fsr_figures import Figures, measured, rms_percent, spread_percent
-from workbench.calibration.mistakes import require_right
-from workbench.calibration.pairs import Recording, prepared
-from workbench.calibration.remembering import knots, learned
-from workbench.calibration.tables import Pairs
-from workbench.errors import BadValue
-from workbench.floor.curves import ABOVE, BELOW, Curve
-from workbench.floor.profile import Fsr
-from workbench.models import fsr_fit
-from workbench.models.fsr_fit import Law
+from underfoot.calibration.fsr_figures import Figures, measured, rms_percent, spread_percent
+from underfoot.calibration.mistakes import require_right
+from underfoot.calibration.pairs import Recording, prepared
+from underfoot.calibration.remembering import knots, learned
+from underfoot.calibration.tables import Pairs
+from underfoot.errors import BadValue
+from underfoot.floor.curves import ABOVE, BELOW, Curve
+from underfoot.floor.profile import Fsr
+from underfoot.models import fsr_fit
+from underfoot.models.fsr_fit import Law
 
 Values = NDArray[np.float64]
 Fit = Callable[[Values, Values, Values], Law | None]
@@ -167,7 +167,7 @@ def linearise(pairs: Pairs, divider: Divider | None = None, memories: bool = Tru
     """Fit the four sensors of a tile; without `memories` the static curves only, which is quick.
 
     `BadValue` where no sensor can be calibrated, with the reasons, and for forces that cannot be what pressed
-    (`workbench.calibration.mistakes.require_right`).
+    (`underfoot.calibration.mistakes.require_right`).
     """
     mine = [pairs.sensor == j for j in range(4)]
     tables = [(pairs.time_s[one], pairs.reading[one], pairs.force_n[one]) for one in mine]

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.procedure import Press, Readings, Sound
-from workbench.devices.device import Port
-from workbench.devices.frames import MICROSECONDS, READINGS, TILE
-from workbench.devices.link import Link
-from workbench.devices.parsing import LIFE
-from workbench.errors import BadValue, DeviceError, require
+from underfoot.calibration.procedure import Press, Readings, Sound
+from underfoot.devices.device import Port
+from underfoot.devices.frames import MICROSECONDS, READINGS, TILE
+from underfoot.devices.link import Link
+from underfoot.devices.parsing import LIFE
+from underfoot.errors import BadValue, DeviceError, require
 
 _MOST_S = 30.0
 """Readings that nobody takes for this long are dropped, the oldest first."""

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.pairs import STILL, direction_of, directions, is_timed, rank_correlation, smoothed
-from workbench.errors import BadValue
+from underfoot.calibration.pairs import STILL, direction_of, directions, is_timed, rank_correlation, smoothed
+from underfoot.errors import BadValue
 
 Values = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.drawing import Drawing
-from workbench.errors import UnderfootError
-from workbench.floor.profile import Profile
-from workbench.parameters import Parameter
+from underfoot.drawing import Drawing
+from underfoot.errors import UnderfootError
+from underfoot.floor.profile import Profile
+from underfoot.parameters import Parameter
 
 
 class Refused(UnderfootError):
@@ -191,7 +191,7 @@ class Bench(Protocol):
 def ask(name: str, parameter: Parameter) -> Parameter:
     """A parameter that a page asks for under `name`; its label comes of the name where it has none.
 
-    >>> from workbench.parameters import Number
+    >>> from underfoot.parameters import Number
     >>> ask("load_n", Number(100.0, 1.0, 2000.0, unit="N")).label
     'Load n'
     """

@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.fsr_figures import rms_percent
-from workbench.calibration.pairs import FALLING, RISING, Recording
-from workbench.floor.curves import Memory
-from workbench.models import fsr_fit, fsr_memory
-from workbench.models.fsr_fit import Law
-from workbench.models.fsr_memory import Learned
+from underfoot.calibration.fsr_figures import rms_percent
+from underfoot.calibration.pairs import FALLING, RISING, Recording
+from underfoot.floor.curves import Memory
+from underfoot.models import fsr_fit, fsr_memory
+from underfoot.models.fsr_fit import Law
+from underfoot.models.fsr_memory import Learned
 
 Values = NDArray[np.float64]
 

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 
-from workbench import __version__
-from workbench.calibration.procedure import Result
-from workbench.calibration.tables import write_table
-from workbench.drawing import page, svg
-from workbench.errors import BadFile
-from workbench.files import write_file
-from workbench.floor.profile import Profile
+from underfoot import __version__
+from underfoot.calibration.procedure import Result
+from underfoot.calibration.tables import write_table
+from underfoot.drawing import page, svg
+from underfoot.errors import BadFile
+from underfoot.files import write_file
+from underfoot.floor.profile import Profile
 
 _METHODS = {
     "fsr": (
@@ -20,7 +20,7 @@ _METHODS = {
         "% of the largest reference force. The bound is what the best rising curve leaves on the same data: no static "
         "curve can do better. Hysteresis is the widest gap between falling and rising loads; creep the growth of a "
         "resting load a decade of time; repeatability the deviation between loadings. Arrows of time: the memory takes "
-        "out creep by lags and hysteresis by play operators (workbench.models.fsr_memory)."
+        "out creep by lags and hysteresis by play operators (underfoot.models.fsr_memory)."
     ),
     "response": (
         "The response is the recording's spectrum over the sweep's, its impulse response cut off after half a second; "

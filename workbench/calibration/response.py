@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration import sweep
-from workbench.calibration.procedure import Page, Refused, Result, Sound, ask
-from workbench.calibration.response_result import TONE_HZ, Findings, Tones, loads_drawn, result_of
-from workbench.calibration.sweep import Measured
-from workbench.calibration.wizard import Step, Wizard
-from workbench.clock import RATE_HZ
-from workbench.drawing import Drawing
-from workbench.errors import BadValue
-from workbench.floor.layout import Tile
-from workbench.models import equaliser
-from workbench.models import sections as cascade
-from workbench.parameters import Count, Number
+from underfoot.calibration import sweep
+from underfoot.calibration.procedure import Page, Refused, Result, Sound, ask
+from underfoot.calibration.response_result import TONE_HZ, Findings, Tones, loads_drawn, result_of
+from underfoot.calibration.sweep import Measured
+from underfoot.calibration.wizard import Step, Wizard
+from underfoot.clock import RATE_HZ
+from underfoot.drawing import Drawing
+from underfoot.errors import BadValue
+from underfoot.floor.layout import Tile
+from underfoot.models import equaliser
+from underfoot.models import sections as cascade
+from underfoot.parameters import Count, Number
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class FrequencyResponse(Wizard):
     300 Hz of rising level, and the sweep once more through the equaliser that was designed meanwhile. What a bench
     records is of full scale; what that is in m/s^2, the first page asks.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> FrequencyResponse(default_floor().tiles[0]).page.key
     'setup'
     """

@@ -8,12 +8,12 @@ from datetime import date
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.procedure import Result
-from workbench.calibration.sweep import ORDERS, Measured
-from workbench.drawing import Drawing, series
-from workbench.errors import BadValue, require
-from workbench.floor.profile import Profile, Response
-from workbench.models import equaliser
+from underfoot.calibration.procedure import Result
+from underfoot.calibration.sweep import ORDERS, Measured
+from underfoot.drawing import Drawing, series
+from underfoot.errors import BadValue, require
+from underfoot.floor.profile import Profile, Response
+from underfoot.models import equaliser
 
 Array = NDArray[np.float64]
 

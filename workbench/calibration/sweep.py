@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.calibration.procedure import Refused
-from workbench.errors import require
+from underfoot.calibration.procedure import Refused
+from underfoot.errors import require
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import BadFile
-from workbench.files import read_file, write_file
+from underfoot.errors import BadFile
+from underfoot.files import read_file, write_file
 
 LARGEST_READING = 65535.0
 _LARGEST = 1e9

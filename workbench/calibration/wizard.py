@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.procedure import Live, Page, Readings, Refused, Result
-from workbench.drawing import Drawing
-from workbench.errors import BadValue
+from underfoot.calibration.procedure import Live, Page, Readings, Refused, Result
+from underfoot.drawing import Drawing
+from underfoot.errors import BadValue
 
 PATIENCE_S = 120.0
 """A page whose readings bring nothing for this long is given up."""

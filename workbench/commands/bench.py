@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from workbench.commands.files import FILE
-from workbench.errors import BadFile, BadValue, UnderfootError
+from underfoot.commands.files import FILE
+from underfoot.errors import BadFile, BadValue, UnderfootError
 
 
 @click.command()
@@ -26,8 +26,8 @@ def bench(quick: bool, report: Path | None, figures: Path | None, seed: int, as_
     if figures is not None:
         _draw(figures, quick, as_json)
         return
-    from workbench.bench.report import text, write
-    from workbench.bench.whole import run
+    from underfoot.bench.report import text, write
+    from underfoot.bench.whole import run
 
     found = run(quick, seed, _tell)
     if report is not None:
@@ -38,7 +38,7 @@ def bench(quick: bool, report: Path | None, figures: Path | None, seed: int, as_
 
 
 def _draw(folder: Path, quick: bool, as_json: bool) -> None:
-    from workbench.bench import figures
+    from underfoot.bench import figures
 
     found = figures.run(quick, _tell)
     figures.write(found, folder)

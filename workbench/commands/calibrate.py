@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from workbench.commands.calibrate_response import response
-from workbench.commands.files import FILE
-from workbench.commands.profiles import (
+from underfoot.commands.calibrate_response import response
+from underfoot.commands.files import FILE
+from underfoot.commands.profiles import (
     conclude,
     floor_of,
     of_a_tile,
@@ -18,11 +18,11 @@ from workbench.commands.profiles import (
     simulated_tile,
     tile_of,
 )
-from workbench.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from workbench.calibration.procedure import Bench, Page, Procedure, Result
-    from workbench.floor.layout import Tile
+    from underfoot.calibration.procedure import Bench, Page, Procedure, Result
+    from underfoot.floor.layout import Tile
 
 
 @click.group()
@@ -64,9 +64,9 @@ def fsr(
     as_json: bool,
 ) -> None:
     """Linearise force sensing resistors against a reference."""
-    from workbench.calibration.fsr_wizard import FsrProcedure, result_of
-    from workbench.calibration.linearisation import Divider, linearise
-    from workbench.calibration.tables import read_pairs
+    from underfoot.calibration.fsr_wizard import FsrProcedure, result_of
+    from underfoot.calibration.linearisation import Divider, linearise
+    from underfoot.calibration.tables import read_pairs
 
     _require_one("--pairs", pairs, target)
     require_writable(profile, report)
@@ -111,10 +111,10 @@ def centroid(
     as_json: bool,
 ) -> None:
     """Measure how true the contact centroid is, and learn what corrects it."""
-    from workbench.calibration.centroid import assessed
-    from workbench.calibration.centroid_wizard import CentroidProcedure, result_of
-    from workbench.calibration.fsr_wizard import FsrProcedure
-    from workbench.calibration.tables import read_presses
+    from underfoot.calibration.centroid import assessed
+    from underfoot.calibration.centroid_wizard import CentroidProcedure, result_of
+    from underfoot.calibration.fsr_wizard import FsrProcedure
+    from underfoot.calibration.tables import read_presses
 
     _require_one("--presses", presses, target)
     require_writable(profile, report)
@@ -146,7 +146,7 @@ def centroid(
 
 def _presses(target: str) -> bool:
     """Whether the target presses by itself."""
-    from workbench.engine.target import simulation_of
+    from underfoot.engine.target import simulation_of
 
     return simulation_of(target) is not None
 
@@ -165,7 +165,7 @@ def _measured(
     place: tuple[int, str],
 ) -> "Result":
     """Run on a target. The simulator's refusals end it; a person is told, and tries again."""
-    from workbench.calibration.procedure import Refused, run
+    from underfoot.calibration.procedure import Refused, run
 
     by_hand = not _presses(target)
 
@@ -186,9 +186,9 @@ def _measured(
 
 
 def _bench(target: str, tile: "Tile", seed: int, row: int, cell: str) -> "Bench":
-    from workbench.calibration.benches import SimulatedBench
-    from workbench.calibration.link_bench import LinkBench, cell_of
-    from workbench.devices.link import port_of
+    from underfoot.calibration.benches import SimulatedBench
+    from underfoot.calibration.link_bench import LinkBench, cell_of
+    from underfoot.devices.link import port_of
 
     simulated = simulated_tile(target, tile, seed)
     if simulated is not None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from workbench.commands.files import FILE
-from workbench.commands.profiles import (
+from underfoot.commands.files import FILE
+from underfoot.commands.profiles import (
     conclude,
     floor_of,
     of_a_tile,
@@ -16,14 +16,14 @@ from workbench.commands.profiles import (
     simulated_tile,
     tile_of,
 )
-from workbench.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from workbench.calibration.procedure import Bench, Page, Result
-    from workbench.calibration.sweep import Measured
-    from workbench.floor.layout import Floor, Tile
+    from underfoot.calibration.procedure import Bench, Page, Result
+    from underfoot.calibration.sweep import Measured
+    from underfoot.floor.layout import Floor, Tile
 
 TARGETS = "simulator[:PARAMETERS.json], sound"
 
@@ -64,7 +64,7 @@ def response(
     as_json: bool,
 ) -> None:
     """Measure how a tile answers its shaker, and design its equaliser."""
-    from workbench.models.equaliser import MOST_ORDER
+    from underfoot.models.equaliser import MOST_ORDER
 
     if (sweep is None) != (recorded is None) or (sweep is None) == (not target):
         raise BadValue("give either --sweep and --recorded, or --target")
@@ -88,8 +88,8 @@ def response(
 def _from_files(sweep: Path, recorded: Path, channel: int | None, sensitivity: float | None, order: int) -> "Result":
     from dataclasses import replace
 
-    from workbench.calibration.procedure import Refused
-    from workbench.calibration.response_result import Findings, result_of
+    from underfoot.calibration.procedure import Refused
+    from underfoot.calibration.response_result import Findings, result_of
 
     played, rate_hz = _read(sweep)
     heard, heard_hz = _read(recorded)
@@ -109,8 +109,8 @@ def _from_files(sweep: Path, recorded: Path, channel: int | None, sensitivity: f
 
 def _channel_of(played: "np.ndarray", heard: "np.ndarray", rate_hz: int, channel: int | None) -> "Measured":
     """What the recording's channel tells, or the only one that holds the sweep."""
-    from workbench.calibration.procedure import Refused
-    from workbench.calibration.sweep import measure
+    from underfoot.calibration.procedure import Refused
+    from underfoot.calibration.sweep import measure
 
     several = heard.shape[1]
     if channel is not None:
@@ -154,8 +154,8 @@ def _read(path: Path) -> tuple["np.ndarray", int]:
 
 
 def _bench(target: str, floor: "Floor", tile: "Tile", seed: int, output: str, input: str, heard_on: int) -> "Bench":
-    from workbench.engine.loop import output_channels
-    from workbench.engine.sounding import SimulatedShaker, SoundCard
+    from underfoot.engine.loop import output_channels
+    from underfoot.engine.sounding import SimulatedShaker, SoundCard
 
     if target == "sound":
         return SoundCard(output, input, output_channels(floor)[floor.index(tile.id)], heard_on)
@@ -166,8 +166,8 @@ def _bench(target: str, floor: "Floor", tile: "Tile", seed: int, output: str, in
 
 
 def _on_target(tile: "Tile", bench: "Bench", values: dict[str, Any], loads: bool, with_person: bool) -> "Result":
-    from workbench.calibration.procedure import step
-    from workbench.calibration.response import FrequencyResponse
+    from underfoot.calibration.procedure import step
+    from underfoot.calibration.response import FrequencyResponse
 
     procedure = FrequencyResponse(tile)
     given = {name: value for name, value in values.items() if value is not None}

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from workbench.commands.files import FILE
-from workbench.errors import BadFile, BadValue
+from underfoot.commands.files import FILE
+from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from workbench.devices.device import ForceSource
-    from workbench.devices.emulator import Way
-    from workbench.floor.layout import Floor
+    from underfoot.devices.device import ForceSource
+    from underfoot.devices.emulator import Way
+    from underfoot.floor.layout import Floor
 
 _SHARE = "share of the frames, 0 to 1"
 
@@ -61,9 +61,9 @@ def emulate(
 
     Ideal sensors read 1000 counts at rest and 20 counts a newton. Faults are counted, and said at the end.
     """
-    from workbench.devices.emulator import Emulator, PtyWay, UdpWay
-    from workbench.devices.faults import KINDS, Faults, FaultyLine
-    from workbench.devices.udp import address
+    from underfoot.devices.emulator import Emulator, PtyWay, UdpWay
+    from underfoot.devices.faults import KINDS, Faults, FaultyLine
+    from underfoot.devices.udp import address
 
     if pty == (udp is not None):
         raise BadValue("where to is not said; allowed: --pty, or --udp PORT")
@@ -110,12 +110,12 @@ def _source(
     force: Path | None, floor: Path | None, rate_hz: float | None, seed: int, repeats: bool
 ) -> "tuple[ForceSource, float | None]":
     """What the tiles feel, and how long that lasts."""
-    from workbench.clock import RATE_HZ
-    from workbench.devices.replay import Replay
-    from workbench.devices.resampled import Resampled
-    from workbench.devices.simulated import SimulatedFloor
-    from workbench.floor.forces import floor_beside, read_forces
-    from workbench.floor.layout import Floor, default_floor
+    from underfoot.clock import RATE_HZ
+    from underfoot.devices.replay import Replay
+    from underfoot.devices.resampled import Resampled
+    from underfoot.devices.simulated import SimulatedFloor
+    from underfoot.floor.forces import floor_beside, read_forces
+    from underfoot.floor.layout import Floor, default_floor
 
     source: ForceSource
     length = None
@@ -137,8 +137,8 @@ def _sensors(parameters: Path | None, floor: "Floor", seed: int, rate_hz: float)
     """How newtons become counts: as the emulator does it by itself, or as simulated sensors do."""
     import numpy as np
 
-    from workbench.floor.sensing import FloorSensors
-    from workbench.floor.simulation import TileParameters
+    from underfoot.floor.sensing import FloorSensors
+    from underfoot.floor.simulation import TileParameters
 
     if parameters is None:
         return {}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from workbench.errors import BadFile
+from underfoot.errors import BadFile
 
 FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
-from workbench.commands.files import FILE, require_room
-from workbench.errors import BadFile, BadValue
+from underfoot.commands.files import FILE, require_room
+from underfoot.errors import BadFile, BadValue
 
 
 @click.command()
@@ -43,8 +43,8 @@ def monitor(
     force CSV, or a recording. Tile 0 of a line is the floor's first; the floor is 2 x 2 tiles unless --floor names
     another.
     """
-    from workbench import monitoring
-    from workbench.records.tables import contact_table, step_table
+    from underfoot import monitoring
+    from underfoot.records.tables import contact_table, step_table
 
     if seconds is not None and not seconds > 0.0:
         raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")

@@ -4,7 +4,7 @@ import json
 
 import click
 
-from workbench.errors import BadValue
+from underfoot.errors import BadValue
 
 
 @click.command()
@@ -12,8 +12,8 @@ from workbench.errors import BadValue
 @click.option("--json", "as_json", is_flag=True, help="All of it as JSON.")
 def nodes(type: str | None, as_json: bool) -> None:
     """The node reference: every node with its ports and parameters, or one TYPE."""
-    from workbench.nodes import REGISTRY
-    from workbench.patch.reference import reference, text
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.reference import reference, text
 
     if type is not None and type not in REGISTRY:
         raise BadValue(f"there is no node {type!r}; allowed: {', '.join(sorted(REGISTRY))}")

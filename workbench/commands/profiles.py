@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from workbench.commands.files import FILE, require_room
-from workbench.errors import BadFile, BadValue
+from underfoot.commands.files import FILE, require_room
+from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from workbench.calibration.procedure import Result
-    from workbench.floor.layout import Floor, Tile
-    from workbench.floor.profile import Profile
-    from workbench.floor.simulation import SimulatedTile
+    from underfoot.calibration.procedure import Result
+    from underfoot.floor.layout import Floor, Tile
+    from underfoot.floor.profile import Profile
+    from underfoot.floor.simulation import SimulatedTile
 
 
 _OPTIONS = (
@@ -45,7 +45,7 @@ def require_writable(profile: Path | None, report: Path | None) -> None:
 
 def floor_of(path: Path | None) -> "Floor":
     """The floor in a file; the default one without."""
-    from workbench.floor.layout import Floor, default_floor
+    from underfoot.floor.layout import Floor, default_floor
 
     return default_floor() if path is None else Floor.load(path)
 
@@ -57,8 +57,8 @@ def tile_of(floor: "Floor", tile: str) -> "Tile":
 
 def simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":
     """The tile of the target "simulator" or "simulator:PARAMETERS.json"; None for another target."""
-    from workbench.engine.target import simulation_of
-    from workbench.floor.simulation import SimulatedTile, TileParameters
+    from underfoot.engine.target import simulation_of
+    from underfoot.floor.simulation import SimulatedTile, TileParameters
 
     path = simulation_of(target)
     if path is None:
@@ -70,14 +70,14 @@ def simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | Non
 
 def own_profile(path: Path | None, tile: str, serial: str) -> "Profile":
     """The profile that is to be updated, or an empty one; one of another tile is refused before the work."""
-    from workbench.floor.profile import Profile, opened
+    from underfoot.floor.profile import Profile, opened
 
     return Profile(tile=tile, serial=serial) if path is None or not path.exists() else opened(path, tile, serial)
 
 
 def conclude(result: "Result", known: "Profile", path: Path | None, report: Path | None, as_json: bool) -> None:
     """Put the result into what is `known`: report first, then the profile, whole or not at all, then figures."""
-    from workbench.calibration.report import figures, write_report
+    from underfoot.calibration.report import figures, write_report
 
     new = result.apply(known)
     if report is not None:

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from workbench.clock import RATE_HZ
-from workbench.commands.files import FILE, require_room
-from workbench.errors import BadFile, BadValue
+from underfoot.clock import RATE_HZ
+from underfoot.commands.files import FILE, require_room
+from underfoot.errors import BadFile, BadValue
 
 
 @click.command()
@@ -36,13 +36,13 @@ def render(
     as_json: bool,
 ) -> None:
     """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes."""
-    from workbench.engine.correction import corrections_of
-    from workbench.engine.render import render as run
-    from workbench.engine.render import write_wav
-    from workbench.engine.replayed import is_recording, replay
-    from workbench.floor.profile import profiles_of
-    from workbench.nodes import REGISTRY
-    from workbench.patch.patch import Patch
+    from underfoot.engine.correction import corrections_of
+    from underfoot.engine.render import render as run
+    from underfoot.engine.render import write_wav
+    from underfoot.engine.replayed import is_recording, replay
+    from underfoot.floor.profile import profiles_of
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.patch import Patch
 
     require_room(output, inputs=(patch, force, floor))
     if is_recording(patch):
@@ -80,10 +80,10 @@ def render(
 
 def _force_source(force: str | None, floor: Path | None, rate: float, seed: int) -> tuple[Any, float]:
     """Where the force of a rendering comes from, and how long it is."""
-    from workbench.devices.replay import Replay
-    from workbench.devices.simulated import SimulatedFloor
-    from workbench.floor.forces import read_forces
-    from workbench.floor.layout import Floor, default_floor
+    from underfoot.devices.replay import Replay
+    from underfoot.devices.simulated import SimulatedFloor
+    from underfoot.floor.forces import read_forces
+    from underfoot.floor.layout import Floor, default_floor
 
     if force is None or force == "none":
         layout = Floor.load(floor) if floor else default_floor()
@@ -95,7 +95,7 @@ def _force_source(force: str | None, floor: Path | None, rate: float, seed: int)
 
 def _floor_of(csv: Path) -> Path:
     """The floor beside a force CSV."""
-    from workbench.floor.forces import floor_beside
+    from underfoot.floor.forces import floor_beside
 
     if not os.path.isfile(csv):
         raise BadFile(f"{csv} cannot be read: no such file")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from workbench.commands.files import FILE
+from underfoot.commands.files import FILE
 
 
 @click.command()
@@ -15,10 +15,10 @@ from workbench.commands.files import FILE
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 def tile(floor: Path, report: Path | None, simulation: Path | None, as_json: bool) -> None:
     """Resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values."""
-    from workbench.floor.layout import Floor
-    from workbench.floor.simulation import TileParameters
-    from workbench.floor.tile_design import designs
-    from workbench.floor.tile_report import data, text, write
+    from underfoot.floor.layout import Floor
+    from underfoot.floor.simulation import TileParameters
+    from underfoot.floor.tile_design import designs
+    from underfoot.floor.tile_report import data, text, write
 
     parameters = TileParameters.load(simulation) if simulation else TileParameters()
     found = designs(Floor.load(floor), parameters)

@@ -6,10 +6,10 @@ from datetime import date
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Profile
-from workbench.floor.reading import COUNTS, Floats, Whole, correct_all, tables_of, uncalibrated
-from workbench.kernels import kernel
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.reading import COUNTS, Floats, Whole, correct_all, tables_of, uncalibrated
+from underfoot.kernels import kernel
 
 NOMINAL_COUNTS_A_NEWTON, NOMINAL_ZERO = 20.0, 1000.0
 """What a sensor that nobody calibrated is taken to read: up to 3.2 kN, and pulls of up to 50 N, which real plates
@@ -41,7 +41,7 @@ class Conversion:
     With what sensors remember taken out and centroids in their place, where a profile knows how (`floor.reading`).
     `lines` say which tiles are not calibrated, and what their profiles have against themselves today.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> conversion = Conversion(default_floor(1, 2), {})
     >>> conversion.newtons(np.array([1]), np.array([[1000, 3000, 5000, 1020]]), np.zeros(1), np.zeros(1, int))
     array([[  0., 100., 200.,   1.]])

@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.floor.layout import Floor
+from underfoot.floor.layout import Floor
 
 MOST = 512
 """Samples that a source may hand over at once."""

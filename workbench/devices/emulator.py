@@ -19,11 +19,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices.conversion import nominal_readings
-from workbench.devices.device import ForceSource
-from workbench.devices.faults import FaultyLine
-from workbench.devices.frames import FRAME
-from workbench.errors import DeviceError, require
+from underfoot.devices.conversion import nominal_readings
+from underfoot.devices.device import ForceSource
+from underfoot.devices.faults import FaultyLine
+from underfoot.devices.frames import FRAME
+from underfoot.errors import DeviceError, require
 
 BATCH_S = 0.002
 """Samples go out this often; a real tile sends each at once, but a desktop cannot wake up so often in time."""

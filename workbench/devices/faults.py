@@ -5,10 +5,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices.frames import FRAME, TILE, csv_lines, pack
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models.random import stream_key, uniform
+from underfoot.devices.frames import FRAME, TILE, csv_lines, pack
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models.random import stream_key, uniform
 
 KINDS = ("lost", "doubled", "reordered", "corrupted", "late")
 _SOUND, _LOST, _DOUBLED, _REORDERED, _CORRUPTED, _LATE = range(6)

@@ -13,8 +13,8 @@ import zlib
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.kernels import kernel
+from underfoot.errors import require
+from underfoot.kernels import kernel
 
 VERSION = 1
 FIELDS = ("tile", "sequence", "microseconds", "r1", "r2", "r3", "r4")

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices.device import Port
-from workbench.devices.parsing import Counts, Parser
-from workbench.errors import BadValue, DeviceError
+from underfoot.devices.device import Port
+from underfoot.devices.parsing import Counts, Parser
+from underfoot.errors import BadValue, DeviceError
 
 AGAIN_S = 0.1
 """How often it is tried to open a line that is not there."""
@@ -104,8 +104,8 @@ class Link:
 
 def port_of(kind: str, source: str) -> Port:
     """The port "serial" of `PORT` or `PORT@BAUD`, or "udp" of `HOST:PORT`; nothing is opened."""
-    from workbench.devices.serial import SerialPort
-    from workbench.devices.udp import UdpPort
+    from underfoot.devices.serial import SerialPort
+    from underfoot.devices.udp import UdpPort
 
     match kind:
         case "serial":

@@ -13,17 +13,17 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices import timing
-from workbench.devices.conversion import Conversion
-from workbench.devices.device import Port, room
-from workbench.devices.frames import MICROSECONDS, READINGS, TILE
-from workbench.devices.link import Link
-from workbench.devices.parsing import LIFE, WIDTH, Counts
-from workbench.devices.sensor_health import SensorHealth
-from workbench.errors import require
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Profile
-from workbench.kernels import kernel
+from underfoot.devices import timing
+from underfoot.devices.conversion import Conversion
+from underfoot.devices.device import Port, room
+from underfoot.devices.frames import MICROSECONDS, READINGS, TILE
+from underfoot.devices.link import Link
+from underfoot.devices.parsing import LIFE, WIDTH, Counts
+from underfoot.devices.sensor_health import SensorHealth
+from underfoot.errors import require
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile
+from underfoot.kernels import kernel
 
 SENSOR_HZ = 1000.0
 """Samples a second of a tile, unless it is said otherwise."""

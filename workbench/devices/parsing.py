@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices.frames import FIELDS, LARGEST, MICROSECONDS, SEQUENCE, STUFFED, TILE, unpack
-from workbench.errors import require
-from workbench.kernels import kernel
+from underfoot.devices.frames import FIELDS, LARGEST, MICROSECONDS, SEQUENCE, STUFFED, TILE, unpack
+from underfoot.errors import require
+from underfoot.kernels import kernel
 
 LIFE = len(FIELDS)
 """The column behind a frame's own: how often its tile has begun anew."""
@@ -59,7 +59,7 @@ class Counts:
 class Parser:
     """Frames from a stream of bytes; `form` is "binary", "csv", or "auto" for whichever comes.
 
-    >>> from workbench.devices.frames import encode
+    >>> from underfoot.devices.frames import encode
     >>> parser = Parser()
     >>> sent = encode([[0, 41, 1000, 1, 2, 3, 4], [0, 43, 3000, 5, 6, 7, 8]])
     >>> [len(parser.feed(piece)) for piece in (sent[:30], sent[30:])]

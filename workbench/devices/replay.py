@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from workbench.devices.device import MOST, room
-from workbench.floor.forces import Forces
-from workbench.floor.layout import Floor
-from workbench.kernels import kernel
+from underfoot.devices.device import MOST, room
+from underfoot.floor.forces import Forces
+from underfoot.floor.layout import Floor
+from underfoot.kernels import kernel
 
 
 class Replay:

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices.device import ForceSource
-from workbench.errors import require
+from underfoot.devices.device import ForceSource
+from underfoot.errors import require
 
 _MOST = 1 << 15
 
@@ -13,9 +13,9 @@ class Resampled:
     """The samples of `source` at `rate_hz` instead of its own; in a gap of the source there are none. Not for live use:
     it allocates.
 
-    >>> from workbench.devices.replay import Replay
-    >>> from workbench.floor.forces import Forces
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.devices.replay import Replay
+    >>> from underfoot.floor.forces import Forces
+    >>> from underfoot.floor.layout import default_floor
     >>> floor = default_floor(1, 1)
     >>> forces = np.arange(5.0)[:, None, None] * np.ones((1, 1, 4))
     >>> slow = Replay(Forces(np.arange(5) * 0.01, forces, 100.0), floor, 48_000.0)

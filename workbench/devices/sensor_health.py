@@ -16,9 +16,9 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices.sensor_order import SensorOrder
-from workbench.floor.layout import Floor
-from workbench.kernels import kernel
+from underfoot.devices.sensor_order import SensorOrder
+from underfoot.floor.layout import Floor
+from underfoot.kernels import kernel
 
 CONTACT_N, LOADED_N = 20.0, 100.0
 """A tile is stepped on from the one on; what it reads says something of its sensors from the other on."""
@@ -40,7 +40,7 @@ _REST_SHARE = 0.002
 class SensorHealth:
     """Watches the sensors of `floor`, each tile of which sends about `rate_hz` samples a second.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> health = SensorHealth(default_floor(1, 1), 1000.0)
     >>> time_s = np.arange(2000) / 1000.0
     >>> force_n = np.where((time_s > 0.5) & (time_s < 1.8), 150.0, 0.0)[:, None] * [1, 0, 1, 1]

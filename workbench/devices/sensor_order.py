@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.floor.layout import Floor
-from workbench.kernels import kernel
+from underfoot.floor.layout import Floor
+from underfoot.kernels import kernel
 
 CONTACT_N, LOADED_N = 20.0, 100.0
 """A contact lasts while a tile carries the one; its shares are taken above the other."""

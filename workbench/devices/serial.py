@@ -4,7 +4,7 @@ from contextlib import suppress
 
 import serial
 
-from workbench.errors import BadValue, DeviceError, require
+from underfoot.errors import BadValue, DeviceError, require
 
 BAUD = 1_000_000
 """Exact on the usual microcontrollers, and four times what a tile at 1 kHz needs; boards with USB of their own do not

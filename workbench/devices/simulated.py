@@ -6,15 +6,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.clock import RATE_HZ
-from workbench.devices.device import MOST, room
-from workbench.floor import simulator, tracking
-from workbench.floor.forces import read_forces
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Profile
-from workbench.floor.sensing import FloorSensors
-from workbench.floor.simulation import TileParameters
-from workbench.kernels import kernel
+from underfoot.clock import RATE_HZ
+from underfoot.devices.device import MOST, room
+from underfoot.floor import simulator, tracking
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.sensing import FloorSensors
+from underfoot.floor.simulation import TileParameters
+from underfoot.kernels import kernel
 
 SENSOR_HZ = 1000.0
 """Readings a second, as the thesis's tiles."""

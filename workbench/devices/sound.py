@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.clock import FADE
-from workbench.errors import DeviceError
+from underfoot.clock import FADE
+from underfoot.errors import DeviceError
 
 MOST_CHANNELS = 32
 """Channels that one stream carries (PulseAudio's limit)."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 WINDOW_US, KEPT = 250_000.0, 40
 """The earliest arrival of each such stretch is kept, for this many of them."""

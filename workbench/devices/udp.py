@@ -2,7 +2,7 @@
 
 import socket
 
-from workbench.errors import BadValue, DeviceError
+from underfoot.errors import BadValue, DeviceError
 
 _WAIT_S = 0.1
 _ROOM = 1 << 18

@@ -11,18 +11,18 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.devices.replay import Replay
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.loop import Loop
-from workbench.engine.messages import Compiling, Play, Preview, Strike
-from workbench.engine.process import load_kernels
-from workbench.engine.target import LINKS, Target, source_of
-from workbench.errors import UnderfootError
-from workbench.floor.forces import Forces
-from workbench.floor.layout import Floor
-from workbench.models import gait
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
+from underfoot.devices.replay import Replay
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.loop import Loop
+from underfoot.engine.messages import Compiling, Play, Preview, Strike
+from underfoot.engine.process import load_kernels
+from underfoot.engine.target import LINKS, Target, source_of
+from underfoot.errors import UnderfootError
+from underfoot.floor.forces import Forces
+from underfoot.floor.layout import Floor
+from underfoot.models import gait
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
 
 STEP_S = 0.05
 """When the foot of a preview comes down."""
@@ -157,7 +157,7 @@ def _port(scope: str) -> str:
 
 
 def _one_tile(id: str) -> Floor:
-    from workbench.floor.layout import Tile
+    from underfoot.floor.layout import Tile
 
     edge = 0.1335
     corners = ((edge, edge), (-edge, edge), (-edge, -edge), (edge, -edge))

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from workbench.clock import FADE, SPAN
-from workbench.engine.messages import Correct
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Profile
-from workbench.kernels import kernel
-from workbench.models import sections as cascade
+from underfoot.clock import FADE, SPAN
+from underfoot.engine.messages import Correct
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile
+from underfoot.kernels import kernel
+from underfoot.models import sections as cascade
 
 QUIET = 1e-9 * 20.0
 """m/s^2 below which an equaliser's ringing ends: 1e-9 of a usual full scale."""

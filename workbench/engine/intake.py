@@ -10,10 +10,10 @@ signals are exactly 0 while nobody stands on it; between, a gate opens or closes
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.devices.device import MOST, ForceSource
-from workbench.floor import tracking
-from workbench.floor.contacts import GAP_S, ContactTracker
-from workbench.kernels import kernel
+from underfoot.devices.device import MOST, ForceSource
+from underfoot.floor import tracking
+from underfoot.floor.contacts import GAP_S, ContactTracker
+from underfoot.kernels import kernel
 
 HOLD_S = 0.020
 """How long a force is held in a gap, and how long it then takes to 0."""

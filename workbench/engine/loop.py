@@ -9,20 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.clock import FADE, RATE_HZ, next_span
-from workbench.devices.device import ForceSource
-from workbench.devices.simulated import SimulatedFloor
-from workbench.engine.correction import Correction, tuning_of
-from workbench.engine.intake import Intake
-from workbench.engine.messages import Command, Correct, Done, Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
-from workbench.engine.safety import Limits, Safety
-from workbench.errors import BadValue
-from workbench.floor.layout import Floor
-from workbench.kernels import kernel
-from workbench.patch import driver
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
-from workbench.patch.program import HOSTS, Program
+from underfoot.clock import FADE, RATE_HZ, next_span
+from underfoot.devices.device import ForceSource
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.engine.correction import Correction, tuning_of
+from underfoot.engine.intake import Intake
+from underfoot.engine.messages import Command, Correct, Done, Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
+from underfoot.engine.safety import Limits, Safety
+from underfoot.errors import BadValue
+from underfoot.floor.layout import Floor
+from underfoot.kernels import kernel
+from underfoot.patch import driver
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import HOSTS, Program
 
 PULSE_HZ, PULSE_S, PULSE = 60.0, 0.25, 8.0
 """The burst that tells which tile is which: frequency, length, and height in m/s^2."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.clock import RATE_HZ
+from underfoot.clock import RATE_HZ
 
 # --- commands: to the engine ---
 

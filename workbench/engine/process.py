@@ -13,22 +13,22 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.clock import next_span
-from workbench.devices.device import ForceSource
-from workbench.devices.linked import LinkedFloor
-from workbench.devices.simulated import SimulatedFloor
-from workbench.devices.sound import Stream, most_channels
-from workbench.engine import status as fields
-from workbench.engine.loop import InTurn, Loop, output_channels
-from workbench.engine.messages import Correct, Costs, Fault, Level, Notice, Play, Quit, Started, Swap
-from workbench.engine.rings import Ring, RingName, publish, write_rows
-from workbench.engine.status import Status
-from workbench.engine.target import Target, source_of
-from workbench.errors import DeviceError, UnderfootError
-from workbench.floor.layout import default_floor
-from workbench.kernels import kernel
-from workbench.nodes import REGISTRY
-from workbench.patch.patch import Patch
+from underfoot.clock import next_span
+from underfoot.devices.device import ForceSource
+from underfoot.devices.linked import LinkedFloor
+from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.sound import Stream, most_channels
+from underfoot.engine import status as fields
+from underfoot.engine.loop import InTurn, Loop, output_channels
+from underfoot.engine.messages import Correct, Costs, Fault, Level, Notice, Play, Quit, Started, Swap
+from underfoot.engine.rings import Ring, RingName, publish, write_rows
+from underfoot.engine.status import Status
+from underfoot.engine.target import Target, source_of
+from underfoot.errors import DeviceError, UnderfootError
+from underfoot.floor.layout import default_floor
+from underfoot.kernels import kernel
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
 
 SWITCH_S = 0.0002
 """How soon a thread of this process must let go of the interpreter."""

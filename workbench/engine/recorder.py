@@ -12,11 +12,11 @@ from pathlib import Path
 
 import msgspec
 
-from workbench.engine import messages
-from workbench.engine.messages import Command, Done, Swap
-from workbench.engine.rings import Reader, Ring, RingName
-from workbench.errors import BadFile, UnderfootError
-from workbench.records.recording import Writer
+from underfoot.engine import messages
+from underfoot.engine.messages import Command, Done, Swap
+from underfoot.engine.rings import Reader, Ring, RingName
+from underfoot.errors import BadFile, UnderfootError
+from underfoot.records.recording import Writer
 
 EVERY_S = 0.1
 """How often what came in is made safe."""

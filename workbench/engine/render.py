@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.clock import RATE_HZ
-from workbench.devices.device import ForceSource
-from workbench.engine.loop import Loop
-from workbench.engine.messages import Command, Correct, Play
-from workbench.errors import BadFile, BadValue, require
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
+from underfoot.clock import RATE_HZ
+from underfoot.devices.device import ForceSource
+from underfoot.engine.loop import Loop
+from underfoot.engine.messages import Command, Correct, Play
+from underfoot.errors import BadFile, BadValue, require
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
 
 _PEAK_CHUNK = 0x1050  # SFC_SET_ADD_PEAK_CHUNK: it would carry a time stamp, and two renders would differ
 

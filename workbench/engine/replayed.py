@@ -6,16 +6,16 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from workbench.devices.device import MOST, room
-from workbench.engine.loop import InTurn, Loop
-from workbench.engine.messages import Correct, Swap
-from workbench.engine.recorder import from_text
-from workbench.engine.render import Rendered
-from workbench.errors import BadFile
-from workbench.floor.layout import Floor
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
-from workbench.records.recording import Recording
+from underfoot.devices.device import MOST, room
+from underfoot.engine.loop import InTurn, Loop
+from underfoot.engine.messages import Correct, Swap
+from underfoot.engine.recorder import from_text
+from underfoot.engine.render import Rendered
+from underfoot.errors import BadFile
+from underfoot.floor.layout import Floor
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.records.recording import Recording
 
 
 class RecordedForce:

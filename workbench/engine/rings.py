@@ -13,7 +13,7 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 _HEADER = 64  # bytes: a cache line of its own
 _WRITTEN, _GAP, _GAP_END = range(3)

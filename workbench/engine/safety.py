@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.clock import FADE, RAMP
-from workbench.kernels import kernel
+from underfoot.clock import FADE, RAMP
+from underfoot.kernels import kernel
 
 DC_HZ = 5.0
 """Corner of the DC block: far below the 40 Hz from which the sole feels, far above drift."""

@@ -16,11 +16,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from workbench.engine import compiler, process
-from workbench.engine import status as fields
-from workbench.engine.compiler import Look, Ready, Warm
-from workbench.engine.correction import corrections_of
-from workbench.engine.messages import (
+from underfoot.engine import compiler, process
+from underfoot.engine import status as fields
+from underfoot.engine.compiler import Look, Ready, Warm
+from underfoot.engine.correction import corrections_of
+from underfoot.engine.messages import (
     Command,
     Correct,
     Done,
@@ -40,17 +40,17 @@ from workbench.engine.messages import (
     Swap,
     Walk,
 )
-from workbench.engine.process import Prepare, Setup
-from workbench.engine.recorder import Recorder, end_process
-from workbench.engine.rings import Reader, Ring
-from workbench.engine.status import Status
-from workbench.engine.target import Target, force_rate_hz
-from workbench.errors import require
-from workbench.floor.layout import Floor
-from workbench.floor.profile import profiles_of
-from workbench.models.sections import checked
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
+from underfoot.engine.process import Prepare, Setup
+from underfoot.engine.recorder import Recorder, end_process
+from underfoot.engine.rings import Reader, Ring
+from underfoot.engine.status import Status
+from underfoot.engine.target import Target, force_rate_hz
+from underfoot.errors import require
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import profiles_of
+from underfoot.models.sections import checked
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
 
 FIRST_LEVEL_DB = -20.0
 """The level of a first start: low, whatever is connected."""

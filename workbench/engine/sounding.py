@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.calibration.procedure import Press, Readings, Refused, Sound
-from workbench.devices.sound import Exchange, portaudio
-from workbench.engine.safety import limited
-from workbench.errors import DeviceError, require
-from workbench.floor.simulation import SimulatedTile
+from underfoot.calibration.procedure import Press, Readings, Refused, Sound
+from underfoot.devices.sound import Exchange, portaudio
+from underfoot.engine.safety import limited
+from underfoot.errors import DeviceError, require
+from underfoot.floor.simulation import SimulatedTile
 
 _TAIL_S = 0.5
 

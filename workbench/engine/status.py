@@ -4,7 +4,7 @@ from multiprocessing.shared_memory import SharedMemory
 
 import numpy as np
 
-from workbench.engine.messages import Health
+from underfoot.engine.messages import Health
 
 _FIELDS = (
     "running",

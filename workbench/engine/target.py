@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
-from workbench.devices.device import ForceSource
-from workbench.devices.link import port_of
-from workbench.devices.linked import LinkedFloor
-from workbench.devices.replay import Replay
-from workbench.devices.simulated import SENSOR_HZ, SimulatedFloor
-from workbench.errors import DeviceError
-from workbench.floor.forces import read_forces
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Profile, profiles_of
-from workbench.floor.simulation import TileParameters
+from underfoot.devices.device import ForceSource
+from underfoot.devices.link import port_of
+from underfoot.devices.linked import LinkedFloor
+from underfoot.devices.replay import Replay
+from underfoot.devices.simulated import SENSOR_HZ, SimulatedFloor
+from underfoot.errors import DeviceError
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile, profiles_of
+from underfoot.floor.simulation import TileParameters
 
 LINKS = ("serial", "udp")
 """Kinds of target whose force comes over a line."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 
 @kernel

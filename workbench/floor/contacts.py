@@ -26,9 +26,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.floor import tracking
-from workbench.floor.layout import Floor
+from underfoot.errors import require
+from underfoot.floor import tracking
+from underfoot.floor.layout import Floor
 
 GAP_S = 0.040
 """No sample for longer than this is a gap: force at audio rate has been ramped to 0 by then (CONTRACTS)."""
@@ -120,7 +120,7 @@ class ContactTracker:
     open whether two tiles carry one foot: until the later one has reached 50 N, for 0.4 s at most; and for the first
     50 ms of the stream. `present` and the loads are never held back otherwise.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> tracker = ContactTracker(default_floor(1, 1), rate_hz=1000.0)
     >>> time_s = np.arange(1000) / 1000.0
     >>> force_n = np.full((1000, 1, 4), 12.0)  # the sensors' tare

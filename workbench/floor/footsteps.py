@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import require
-from workbench.floor.contacts import Contact
-from workbench.floor.layout import Floor
+from underfoot.errors import require
+from underfoot.floor.contacts import Contact
+from underfoot.floor.layout import Floor
 
 SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
 """A step lasts longer than the touch of a toe and shorter than standing, and bears weight."""
@@ -76,7 +76,7 @@ def is_step(contact: Contact) -> bool:
 def measure(contact: Contact, floor: Floor) -> Step:
     """The figures of a contact as step 0, of unknown side. Raises `BadValue` for a curve of fewer than three samples.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> time_s = np.linspace(0.0, 0.6, 601)
     >>> force_n = 700.0 * np.sin(np.pi * time_s / 0.6) + 300.0 * np.sin(3.0 * np.pi * time_s / 0.6) + 20.0
     >>> along_m = 0.2 + 0.2 * time_s

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import BadFile
-from workbench.files import read_file
-from workbench.floor.layout import Floor
+from underfoot.errors import BadFile
+from underfoot.files import read_file
+from underfoot.floor.layout import Floor
 
 GAP_PERIODS = 1.5
 """Two samples further apart than this many median periods have a gap between them."""

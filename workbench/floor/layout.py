@@ -11,10 +11,10 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.documents import read_document
-from workbench.errors import BadFile, BadValue, require
-from workbench.files import read_file, write_file
-from workbench.parameters import IDENTIFIER
+from underfoot.documents import read_document
+from underfoot.errors import BadFile, BadValue, require
+from underfoot.files import read_file, write_file
+from underfoot.parameters import IDENTIFIER
 
 FORMAT = "underfoot-floor"
 VERSION = 1
@@ -147,7 +147,7 @@ class Floor(msgspec.Struct, frozen=True):
 
         >>> Floor.loads('{"format": "underfoot-floor", "version": 7}', "a.floor.json")
         Traceback (most recent call last):
-        workbench.errors.BadFile: a.floor.json: $.version is 7; allowed: 1 (a newer Underfoot may have written it)
+        underfoot.errors.BadFile: a.floor.json: $.version is 7; allowed: 1 (a newer Underfoot may have written it)
         """
         file = read_document(text, source, FORMAT, VERSION, _FloorFile)
         try:

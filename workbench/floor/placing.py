@@ -2,7 +2,7 @@
 
 import math
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 
 @kernel

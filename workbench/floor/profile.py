@@ -12,13 +12,13 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench import __version__
-from workbench.documents import read_document, write_document
-from workbench.errors import BadFile, BadValue, require
-from workbench.files import read_file, write_file
-from workbench.floor.curves import Correction, Curve, require_numbers
-from workbench.floor.layout import Floor
-from workbench.parameters import IDENTIFIER
+from underfoot import __version__
+from underfoot.documents import read_document, write_document
+from underfoot.errors import BadFile, BadValue, require
+from underfoot.files import read_file, write_file
+from underfoot.floor.curves import Correction, Curve, require_numbers
+from underfoot.floor.layout import Floor
+from underfoot.parameters import IDENTIFIER
 
 FORMAT = "underfoot-profile"
 VERSION = 1
@@ -173,7 +173,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     def memory(self) -> NDArray[np.float64]:
         """The state of `force_over_time` for a tile that has rested; hand it on from block to block."""
-        from workbench.models.fsr_memory import state_size
+        from underfoot.models.fsr_memory import state_size
 
         return np.zeros((4, state_size()))
 
@@ -301,7 +301,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
         >>> Profile.loads('{"format": "underfoot-profile", "version": 1, "tile": "a b"}', "t1.json")
         Traceback (most recent call last):
-        workbench.errors.BadFile: t1.json: $.tile is 'a b'; allowed: letters, digits, - and _
+        underfoot.errors.BadFile: t1.json: $.tile is 'a b'; allowed: letters, digits, - and _
         """
         return read_document(text, source, FORMAT, VERSION, Profile)
 

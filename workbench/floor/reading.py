@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.floor.curves import MOST_PLAYS, Correction
-from workbench.floor.layout import Floor
-from workbench.floor.placing import place, weigh
-from workbench.floor.profile import Profile
-from workbench.kernels import kernel
-from workbench.models import fsr_memory
+from underfoot.floor.curves import MOST_PLAYS, Correction
+from underfoot.floor.layout import Floor
+from underfoot.floor.placing import place, weigh
+from underfoot.floor.profile import Profile
+from underfoot.kernels import kernel
+from underfoot.models import fsr_memory
 
 COUNTS = 0x10000
 """How many readings there are: 0 to 65535."""
@@ -58,7 +58,7 @@ class Tables(NamedTuple):
 def uncalibrated(floor: Floor, profiles: Mapping[str, Profile], instead: str) -> tuple[str, ...]:
     """A line that names the tiles without curves, and what is done `instead`; none where all have some.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> uncalibrated(default_floor(3, 3), {}, "a guess")
     ('uncalibrated: t1, t2, t3, t4, t5, ..., t9 (a guess)',)
     """

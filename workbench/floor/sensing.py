@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.floor.layout import Floor
-from workbench.floor.profile import Profile
-from workbench.floor.reading import COUNTS, NOMINAL, correct_floor, tables_of, uncalibrated
-from workbench.floor.simulation import SimulatedTile, TileParameters, hand_lean_m, seat
-from workbench.kernels import kernel
-from workbench.models import fsr
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.reading import COUNTS, NOMINAL, correct_floor, tables_of, uncalibrated
+from underfoot.floor.simulation import SimulatedTile, TileParameters, hand_lean_m, seat
+from underfoot.kernels import kernel
+from underfoot.models import fsr
 
 
 class FloorSensors:

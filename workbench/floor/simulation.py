@@ -12,18 +12,18 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.documents import read_document, write_document
-from workbench.errors import require
-from workbench.files import read_file, write_file
-from workbench.floor.layout import Point, Tile
-from workbench.kernels import kernel
-from workbench.models import fsr, gait, poles, shaker
-from workbench.models.assembly import Assembly, Foot
-from workbench.models.fsr import Fsr
-from workbench.models.plate import Plate
-from workbench.models.random import normal, stream_key, uniform
-from workbench.models.shaker import Shaker
-from workbench.models.suspension import Suspension
+from underfoot.documents import read_document, write_document
+from underfoot.errors import require
+from underfoot.files import read_file, write_file
+from underfoot.floor.layout import Point, Tile
+from underfoot.kernels import kernel
+from underfoot.models import fsr, gait, poles, shaker
+from underfoot.models.assembly import Assembly, Foot
+from underfoot.models.fsr import Fsr
+from underfoot.models.plate import Plate
+from underfoot.models.random import normal, stream_key, uniform
+from underfoot.models.shaker import Shaker
+from underfoot.models.suspension import Suspension
 
 FORMAT = "underfoot-simulation"
 VERSION = 1
@@ -83,7 +83,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     True
     >>> TileParameters.loads('{"format": "underfoot-simulation", "version": 1, "sensors": {"creep": 2}}', "a.json")
     Traceback (most recent call last):
-    workbench.errors.BadFile: a.json: $.sensors.creep is 2.0; allowed: 0 to 0.5
+    underfoot.errors.BadFile: a.json: $.sensors.creep is 2.0; allowed: 0 to 0.5
     """
 
     title: str = ""
@@ -186,7 +186,7 @@ class SimulatedTile:
     Raises `BadValue` unless the tile's sensors are the corners of a rectangle along its axes and its parts can be
     built.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> tile = SimulatedTile(default_floor(1, 1).tiles[0], TileParameters(), seed=3)
     >>> corners = tile.corner_forces([0.05, -0.02], 400.0)
     >>> round(float(corners.sum()), 6)

@@ -11,9 +11,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.floor.layout import Floor
-from workbench.kernels import kernel
-from workbench.models import gait
+from underfoot.floor.layout import Floor
+from underfoot.kernels import kernel
+from underfoot.models import gait
 
 HEEL, BALL, REACH = 0.12, 0.80, 0.06
 """Middles of the two parts of the sole that press, and how far they reach, as fractions of the foot's length."""

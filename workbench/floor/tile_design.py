@@ -11,10 +11,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.floor.layout import Floor, Tile
-from workbench.floor.simulation import TileParameters
-from workbench.models.plate import Plate
-from workbench.models.suspension import deflection_at_resonance_m
+from underfoot.floor.layout import Floor, Tile
+from underfoot.floor.simulation import TileParameters
+from underfoot.models.plate import Plate
+from underfoot.models.suspension import deflection_at_resonance_m
 
 LOAD_N = 1000.0
 """The thesis's load: a large person on one corner."""
@@ -85,7 +85,7 @@ class Design:
 def designs(floor: Floor, parameters: TileParameters) -> list[Design]:
     """One design for each kind of tile of the floor. `BadValue` where a tile cannot be built of these parts.
 
-    >>> from workbench.floor.layout import default_floor
+    >>> from underfoot.floor.layout import default_floor
     >>> design = designs(default_floor(), TileParameters())[0]
     >>> [(row.key, row.thesis, round(row.ours, 2)) for row in design.rows[:2]]
     [('f0_hz', 49.0, 49.01), ('deflection_corner_mm', 4.5, 11.72)]

@@ -13,13 +13,13 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.drawing import Drawing, page, series, svg
-from workbench.errors import BadFile
-from workbench.files import write_file
-from workbench.floor.simulation import LOADS
-from workbench.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
-from workbench.models.plate import Plate
-from workbench.models.suspension import deflection_at_resonance_m
+from underfoot.drawing import Drawing, page, series, svg
+from underfoot.errors import BadFile
+from underfoot.files import write_file
+from underfoot.floor.simulation import LOADS
+from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
+from underfoot.models.plate import Plate
+from underfoot.models.suspension import deflection_at_resonance_m
 
 _MILLI = 1000.0
 _ROOM_CM = 7.5

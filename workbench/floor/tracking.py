@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.floor.ascending import exchange, insert, median, spread
-from workbench.floor.layout import Floor
-from workbench.kernels import kernel
+from underfoot.floor.ascending import exchange, insert, median, spread
+from underfoot.floor.layout import Floor
+from underfoot.kernels import kernel
 
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
 """On at `max(ON_N, ON_SIGMAS` times the noise`)`, off at `OFF_SHARE` of that (SCIENCE 14)."""

@@ -16,11 +16,11 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.models import plate as plates
-from workbench.models.plate import Plate
-from workbench.models.poles import Poles, of_states
-from workbench.models.suspension import Suspension
+from underfoot.errors import require
+from underfoot.models import plate as plates
+from underfoot.models.plate import Plate
+from underfoot.models.poles import Poles, of_states
+from underfoot.models.suspension import Suspension
 
 _RIGID = 3
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models import filters
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models import filters
 
 NOTE_STATE, NOTE_TUNING = 6, 4
 """Floats of state and tuning of an attack-decay envelope."""

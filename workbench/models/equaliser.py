@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
+from underfoot.errors import require
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ g, k > 0, even if they change at every frame. This keeps a moving section stable
 
 import math
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 SECTION_STATE = 2
 """Floats of dynamic state a section needs."""

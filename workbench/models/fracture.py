@@ -23,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import HUGE, TINY, number, numbers, seed_of, whole
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models.fracture_damage import (
+from underfoot.arguments import HUGE, TINY, number, numbers, seed_of, whole
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models.fracture_damage import (
     DRAWS,
     INVERSE_MEAN,
     KAPPA,
@@ -50,7 +50,7 @@ from workbench.models.fracture_damage import (
     tune_contact,
     tune_inverse,
 )
-from workbench.models.random import stream_key
+from underfoot.models.random import stream_key
 
 
 @dataclass(frozen=True)

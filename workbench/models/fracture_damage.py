@@ -8,10 +8,10 @@ failures are a Poisson process of intensity N p(x) dx instead (errata 7.10).
 
 import math
 
-from workbench.kernels import kernel
-from workbench.models.fracture_draws import binomial, poisson
-from workbench.models.fracture_motion import frame_step, resolved
-from workbench.models.random import exponential
+from underfoot.kernels import kernel
+from underfoot.models.fracture_draws import binomial, poisson
+from underfoot.models.fracture_motion import frame_step, resolved
+from underfoot.models.random import exponential
 
 #: Models of damage: the position of each is its code.
 MODELS = ("exact", "mean", "inverse", "inverse_mean")

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from workbench.kernels import kernel
-from workbench.models.random import uniform
+from underfoot.kernels import kernel
+from underfoot.models.random import uniform
 
 #: Rejection needs a mean of at least 10 to be valid.
 _SMALL_MEAN = 10.0

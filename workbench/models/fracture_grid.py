@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import HUGE, TINY, number, numbers, seed_of, whole
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models.fracture import require_bundle, require_inverse
-from workbench.models.fracture_damage import (
+from underfoot.arguments import HUGE, TINY, number, numbers, seed_of, whole
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models.fracture import require_bundle, require_inverse
+from underfoot.models.fracture_damage import (
     CREEP,
     DRAWS,
     GAIN,
@@ -42,8 +42,8 @@ from workbench.models.fracture_damage import (
     tune_contact,
     tune_inverse,
 )
-from workbench.models.fracture_motion import frame_step
-from workbench.models.random import stream_key
+from underfoot.models.fracture_motion import frame_step
+from underfoot.models.random import stream_key
 
 #: Frames between two prints.
 SPAN = 32

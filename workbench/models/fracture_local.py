@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import HUGE, TINY, number, numbers, seed_of
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models.fracture import require_bundle
-from workbench.models.random import stream_key, uniform
+from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models.fracture import require_bundle
+from underfoot.models.random import stream_key, uniform
 
 
 @dataclass(frozen=True)

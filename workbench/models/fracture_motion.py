@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 #: Above these the step is halved; below them at most 15 terms of the series are left.
 _LARGEST_KAPPA = 0.0625

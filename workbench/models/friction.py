@@ -9,8 +9,8 @@ distances and `friction_texture` plays it, `friction_crossings` has the thesis's
 to compare with.
 """
 
-from workbench.models.friction_laws import Law, SlipLaw
-from workbench.models.friction_paths import Paths, paths
+from underfoot.models.friction_laws import Law, SlipLaw
+from underfoot.models.friction_paths import Paths, paths
 
 __all__ = ["Law", "Paths", "SlipLaw", "distances", "first_passage", "paths", "periods"]
 

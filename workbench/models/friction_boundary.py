@@ -21,8 +21,8 @@ import math
 
 import numpy as np
 
-from workbench.kernels import kernel
-from workbench.models.friction_motion import transition
+from underfoot.kernels import kernel
+from underfoot.models.friction_motion import transition
 
 INSTANTS = 8
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(INSTANTS)

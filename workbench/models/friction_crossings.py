@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import HUGE, TINY, number, numbers
-from workbench.errors import require
-from workbench.models.friction_motion import require_slip, transition
+from underfoot.arguments import HUGE, TINY, number, numbers
+from underfoot.errors import require
+from underfoot.models.friction_motion import require_slip, transition
 
 
 @dataclass(frozen=True)

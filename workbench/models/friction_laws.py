@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.arguments import number
-from workbench.kernels import kernel
-from workbench.models.friction_boundary import INSTANTS, NODES, WEIGHTS, shares
-from workbench.models.friction_solver import TO_LEGENDRE, Panels, solve
+from underfoot.arguments import number
+from underfoot.kernels import kernel
+from underfoot.models.friction_boundary import INSTANTS, NODES, WEIGHTS, shares
+from underfoot.models.friction_solver import TO_LEGENDRE, Panels, solve
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from workbench.arguments import number
-from workbench.kernels import kernel
+from underfoot.arguments import number
+from underfoot.kernels import kernel
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
@@ -65,7 +65,7 @@ def require_slip(
 
     >>> require_slip(1.0, 0.1, 0.4, 1.0, 0.0, 1.0, 20.0, 1e-4)
     Traceback (most recent call last):
-    workbench.errors.BadValue: v0 is 1.0; allowed: below belt_velocity, and not below -1e9 times it
+    underfoot.errors.BadValue: v0 is 1.0; allowed: below belt_velocity, and not below -1e9 times it
     """
     rate = number("w0", w0, 1e-30, 1e30, "1e-30 to 1e30 rad/s")
     belt = number("belt_velocity", belt_velocity, 1e-30, 1e30, "1e-30 to 1e30 m/s")

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.arguments import seed_of, whole
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models.friction_motion import require_slip, transition
+from underfoot.arguments import seed_of, whole
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models.friction_motion import require_slip, transition
 
 _MOST_STEPS = 1e8
 """In t_end, of the shortest."""

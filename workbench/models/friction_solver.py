@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.errors import BadValue
-from workbench.models.friction_boundary import (
+from underfoot.errors import BadValue
+from underfoot.models.friction_boundary import (
     INSTANTS,
     NODES,
     PANEL_FIELDS,
@@ -22,7 +22,7 @@ from workbench.models.friction_boundary import (
     add_start,
     own_matrix,
 )
-from workbench.models.friction_motion import require_slip, transition
+from underfoot.models.friction_motion import require_slip, transition
 
 _vander = np.polynomial.legendre.legvander
 TO_LEGENDRE = np.linalg.inv(_vander(NODES, INSTANTS - 1))

@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.arguments import number
-from workbench.kernels import kernel
-from workbench.models.random import uniform
+from underfoot.arguments import number
+from underfoot.kernels import kernel
+from underfoot.models.random import uniform
 
 LONGEST = 800.0
 """Slips are followed for so long, in 1/w0: what still lasts then is taken to end then."""
@@ -37,7 +37,7 @@ def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: flo
     >>> round(float(table[MEAN]), 1), table.size < 2000
     (3.3, True)
     """
-    from workbench.models.friction_laws import SlipLaw
+    from underfoot.models.friction_laws import SlipLaw
 
     number("error", error, 3e-4, 0.1, "3e-4 to 0.1")
     solved = SlipLaw.solve(1.0, zeta, noise, 1.0, x0, v0, LONGEST, error)
@@ -90,7 +90,7 @@ def _distances(
 
     `fineness`: places to a packet at which the law is read.
     """
-    from workbench.models.friction_laws import mixture
+    from underfoot.models.friction_laws import mixture
 
     if masses.sum() <= 1e-9:
         return None

@@ -13,8 +13,8 @@ Real time: `tune`, `run` for one tile, `rest`, `state_size`, `tuning_size`; the 
 
 import math
 
-from workbench.kernels import kernel
-from workbench.models.friction_table import MEAN, draw
+from underfoot.kernels import kernel
+from underfoot.models.friction_table import MEAN, draw
 
 # The state; all zero is no contact. NEXT: the onset of the next slip; the last one's onset, length and depth follow.
 _RUNNING, _NEXT, _ONSET, _LENGTH, _DEPTH = range(5)

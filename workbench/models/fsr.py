@@ -15,9 +15,9 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models.random import normal, stream_key, uniform
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models.random import normal, stream_key, uniform
 
 FULL_COUNTS = 65_535
 """The highest reading of 16 bits."""
@@ -41,7 +41,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     >>> Fsr(spread=2.0)
     Traceback (most recent call last):
-    workbench.errors.BadValue: spread is 2.0; allowed: 0 to 0.9
+    underfoot.errors.BadValue: spread is 2.0; allowed: 0 to 0.9
     """
 
     resistance_ohm_n: float = 10_000.0

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import require
-from workbench.kernels import kernel
+from underfoot.errors import require
+from underfoot.kernels import kernel
 
 Values = NDArray[np.float64]
 LAGS_S = 0.03 * 10.0 ** (np.arange(12) / 2.0)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import number
-from workbench.errors import require
-from workbench.models import impact_motion, impact_row
-from workbench.models.modal import checked_modes
+from underfoot.arguments import number
+from underfoot.errors import require
+from underfoot.models import impact_motion, impact_row
+from underfoot.models.modal import checked_modes
 
 
 @dataclass(frozen=True)

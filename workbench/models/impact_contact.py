@@ -18,7 +18,7 @@ E >= K |W|; where not, and where the clip at 0 acts, the step is one of order 2.
 import cmath
 import math
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 # Rows of coefficients, one number a mode, real parts and then imaginary parts: the change of z over a step, what z
 # adds to W, and what F0 and F1 add to z.

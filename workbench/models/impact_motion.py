@@ -7,9 +7,9 @@ modes.
 import cmath
 import math
 
-from workbench.kernels import kernel, modal_kernel
-from workbench.models.impact_contact import CHANGE, COEFFICIENTS, CURVE, PUSH, TILT, prepare, solve
-from workbench.models.modal_phasors import BLOCK, PHASOR_ROWS, TABLE_ROWS, padded, waves_size
+from underfoot.kernels import kernel, modal_kernel
+from underfoot.models.impact_contact import CHANGE, COEFFICIENTS, CURVE, PUSH, TILT, prepare, solve
+from underfoot.models.modal_phasors import BLOCK, PHASOR_ROWS, TABLE_ROWS, padded, waves_size
 
 _FEW = 8  # sub-steps that are not worth a step of their own
 

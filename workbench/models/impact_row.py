@@ -11,8 +11,8 @@ A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and conti
 import cmath
 import math
 
-from workbench.kernels import kernel, modal_kernel
-from workbench.models.impact_motion import (
+from underfoot.kernels import kernel, modal_kernel
+from underfoot.models.impact_motion import (
     ACCELERATION,
     ACTIVE,
     ALLOWED,
@@ -59,7 +59,7 @@ from workbench.models.impact_motion import (
     rows_of,
     set_step,
 )
-from workbench.models.modal_phasors import BLOCK, P64, advanced, free_block, in_use, padded, tabulate, waves_size
+from underfoot.models.modal_phasors import BLOCK, P64, advanced, free_block, in_use, padded, tabulate, waves_size
 
 MOST_SUBSTEPS = 4096
 """Of a frame, in real time as offline: beyond them contact is no longer resolved, though it still makes no energy."""

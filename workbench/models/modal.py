@@ -6,9 +6,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import number, numbers
-from workbench.errors import require
-from workbench.models import modal_events, modal_signal
+from underfoot.arguments import number, numbers
+from underfoot.errors import require
+from underfoot.models import modal_events, modal_signal
 
 _FLOOR = 1e-15
 """What may be dropped offline, of the largest amplitude: nothing that float64 would show."""

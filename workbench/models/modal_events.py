@@ -10,8 +10,8 @@ and the phasors at its end; `t` the response to an event of strength 1, the ampl
 
 import math
 
-from workbench.kernels import kernel
-from workbench.models.modal_phasors import (
+from underfoot.kernels import kernel
+from underfoot.models.modal_phasors import (
     BLOCK,
     PHASOR_ROWS,
     TABLE_ROWS,

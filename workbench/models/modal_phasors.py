@@ -8,7 +8,7 @@ would cost more than the modes do. The end of 64 frames is one product with p^64
 
 import math
 
-from workbench.kernels import kernel, modal_kernel, widest
+from underfoot.kernels import kernel, modal_kernel, widest
 
 BLOCK = 64
 TABLE_ROWS = 12

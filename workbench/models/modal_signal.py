@@ -9,7 +9,7 @@ A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and conti
 
 import math
 
-from workbench.kernels import kernel, modal_kernel, widest
+from underfoot.kernels import kernel, modal_kernel, widest
 
 PASS = 16
 _PATIENCE = 64  # frames without excitation after which modes under the floor are looked for

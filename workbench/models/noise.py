@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from workbench.kernels import kernel
-from workbench.models import filters
-from workbench.models.random import exponential, uniform
+from underfoot.kernels import kernel
+from underfoot.models import filters
+from underfoot.models.random import exponential, uniform
 
 BAND_STATE = 2 * filters.SECTION_STATE
 """Floats of dynamic state band-limited noise needs."""

@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import HUGE, TINY, number, numbers, seed_of
-from workbench.kernels import kernel
-from workbench.models.fracture_damage import crossing
-from workbench.models.fracture_motion import frame_step, resolved
-from workbench.models.random import stream_key, uniform
+from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
+from underfoot.kernels import kernel
+from underfoot.models.fracture_damage import crossing
+from underfoot.models.fracture_motion import frame_step, resolved
+from underfoot.models.random import stream_key, uniform
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
+from underfoot.errors import require
 
 ORDERS = 5
 """Modes (m, n) with m and n up to this are kept where nothing else is said."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.kernels import modal_kernel
+from underfoot.errors import require
+from underfoot.kernels import modal_kernel
 
 _SERIES = 0.3
 """Below this |p h|, exp(p h) is too near 1 for differences; a series of 12 terms is exact to 1e-16 up to here."""

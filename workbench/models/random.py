@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from workbench.kernels import kernel
+from underfoot.kernels import kernel
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)

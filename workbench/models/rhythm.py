@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import require
-from workbench.kernels import kernel
+from underfoot.errors import require
+from underfoot.kernels import kernel
 
 STEPS = 24
 """Steps in a bar."""

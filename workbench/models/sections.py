@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.kernels import kernel
+from underfoot.errors import require
+from underfoot.kernels import kernel
 
 MOST_SECTIONS = 12
 """Sections of the largest cascade, an equaliser of order 24."""
@@ -51,7 +51,7 @@ def checked(sections: ArrayLike) -> NDArray[np.float64]:
 
     >>> checked([[1.0, 0.0, 0.0, 1.0, -2.1, 1.1]])
     Traceback (most recent call last):
-    workbench.errors.BadValue: sections is [1.0, 0.0, 0.0, 1.0, -2.1, 1.1]; allowed: stable ones, finite, with a0 = 1
+    underfoot.errors.BadValue: sections is [1.0, 0.0, 0.0, 1.0, -2.1, 1.1]; allowed: stable ones, finite, with a0 = 1
     """
     given = np.asarray(sections, dtype=np.float64)
     require(given.size == 0 or (given.ndim == 2 and given.shape[1] == 6), "sections", given.shape, "shape (n, 6)")

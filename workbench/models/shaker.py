@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
-from workbench.kernels import kernel
-from workbench.models.poles import Poles, of_biquads
+from underfoot.errors import require
+from underfoot.kernels import kernel
+from underfoot.models.poles import Poles, of_biquads
 
 
 class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

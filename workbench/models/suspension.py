@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.errors import require
+from underfoot.errors import require
 
 MOUNTS = 4
 

@@ -10,9 +10,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.arguments import HUGE, TINY, number, numbers
-from workbench.errors import require
-from workbench.kernels import kernel
+from underfoot.arguments import HUGE, TINY, number, numbers
+from underfoot.errors import require
+from underfoot.kernels import kernel
 
 STATE_SIZE = 2
 """Floats of dynamic state `run` and `roughen` each need: the phase and its rounding remainder, in Hz times frames."""

@@ -3,7 +3,7 @@
 import importlib
 import pkgutil
 
-from workbench.patch.node import NodeType, Registry
+from underfoot.patch.node import NodeType, Registry
 
 
 def discover() -> Registry:

@@ -1,8 +1,8 @@
 """Envelopes: slow curves from 0 up, to multiply vibration with."""
 
-from workbench.models import envelopes
-from workbench.parameters import Choice, Number
-from workbench.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
+from underfoot.models import envelopes
+from underfoot.parameters import Choice, Number
+from underfoot.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
 
 STRAIN_RATES = ("signed", "absolute", "positive")
 

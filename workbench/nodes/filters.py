@@ -1,8 +1,8 @@
 """Filters of second order, for one band or edge."""
 
-from workbench.models import filters
-from workbench.parameters import Number
-from workbench.patch.node import Input, Output, frames, moved, node, rest_kernel, run_kernel
+from underfoot.models import filters
+from underfoot.parameters import Number
+from underfoot.patch.node import Input, Output, frames, moved, node, rest_kernel, run_kernel
 
 _TUNING = 2 + filters.SECTION_TUNING
 

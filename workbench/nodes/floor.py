@@ -1,7 +1,7 @@
 """What the floor tells: force, the place of contact, and footfalls."""
 
-from workbench.parameters import Number, Tiles
-from workbench.patch.node import NEVER, Input, Output, emit, node, rest_kernel, run_kernel
+from underfoot.parameters import Number, Tiles
+from underfoot.patch.node import NEVER, Input, Output, emit, node, rest_kernel, run_kernel
 
 
 @node("tile-force", "Floor")

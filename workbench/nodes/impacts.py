@@ -2,11 +2,11 @@
 
 import math
 
-from workbench.kernels import kernel
-from workbench.models import impact_motion, impact_row, modal_events
-from workbench.models.random import stream_key, uniform
-from workbench.parameters import Count, Number, Rows
-from workbench.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
+from underfoot.kernels import kernel
+from underfoot.models import impact_motion, impact_row, modal_events
+from underfoot.models.random import stream_key, uniform
+from underfoot.parameters import Count, Number, Rows
+from underfoot.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
 
 FLOOR = 1e-5
 """Acceleration in m/s^2 below which a mode is let go: 126 dB below full scale, far below what can be felt."""

@@ -2,10 +2,10 @@
 
 import math
 
-from workbench.kernels import kernel
-from workbench.models import fracture, fracture_damage, fracture_grid, plasticity
-from workbench.parameters import Choice, Count, Number
-from workbench.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
+from underfoot.kernels import kernel
+from underfoot.models import fracture, fracture_damage, fracture_grid, plasticity
+from underfoot.parameters import Choice, Count, Number
+from underfoot.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
 
 LAWS = fracture_damage.THRESHOLDS
 _BUNDLE = 15  # controls that every bundle has, kept at the head of its tuning

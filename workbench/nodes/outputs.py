@@ -1,7 +1,7 @@
 """Where a patch ends: the tile's shaker."""
 
-from workbench.parameters import Number, Tiles
-from workbench.patch.node import Input, Output, node, run_kernel
+from underfoot.parameters import Number, Tiles
+from underfoot.patch.node import Input, Output, node, run_kernel
 
 
 @node("tile-output", "Outputs")

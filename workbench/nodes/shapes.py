@@ -1,7 +1,7 @@
 """Nodes that shape and join signals."""
 
-from workbench.parameters import Number
-from workbench.patch.node import Input, Output, node, rest_kernel, run_kernel
+from underfoot.parameters import Number
+from underfoot.patch.node import Input, Output, node, rest_kernel, run_kernel
 
 
 @node("gain", "Shapes")

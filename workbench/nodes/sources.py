@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import BadFile
-from workbench.models import noise
-from workbench.parameters import Choice, FilePath, Number
-from workbench.patch.node import NEVER, Input, Output, frames, moved, node, rest_kernel, run_kernel
+from underfoot.errors import BadFile
+from underfoot.models import noise
+from underfoot.parameters import Choice, FilePath, Number
+from underfoot.patch.node import NEVER, Input, Output, frames, moved, node, rest_kernel, run_kernel
 
 
 @node("noise", "Sources", "Noise")

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench import kernel_cache
-from workbench.models import friction_table, friction_texture
-from workbench.parameters import Choice, Count, Number
-from workbench.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
+from underfoot import kernel_cache
+from underfoot.models import friction_table, friction_texture
+from underfoot.parameters import Choice, Count, Number
+from underfoot.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
 
 _MOST_KEPT = 100
 """Tables on disk."""

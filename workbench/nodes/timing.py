@@ -1,8 +1,8 @@
 """When things happen: nodes that make and join events."""
 
-from workbench.models import noise, rhythm
-from workbench.parameters import Choice, Count, Number, Rows
-from workbench.patch.node import NEVER, Input, Output, emit, frames, grow, node, rest_kernel, room, run_kernel
+from underfoot.models import noise, rhythm
+from underfoot.parameters import Choice, Count, Number, Rows
+from underfoot.patch.node import NEVER, Input, Output, emit, frames, grow, node, rest_kernel, room, run_kernel
 
 
 @node("strike", "Timing")

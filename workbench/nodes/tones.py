@@ -1,8 +1,8 @@
 """Tones, and their roughness."""
 
-from workbench.models import waveshaping
-from workbench.parameters import Number, Numbers
-from workbench.patch.node import NEVER, Input, Output, frames, node, rest_kernel, run_kernel
+from underfoot.models import waveshaping
+from underfoot.parameters import Number, Numbers
+from underfoot.patch.node import NEVER, Input, Output, frames, node, rest_kernel, run_kernel
 
 _WORK = waveshaping.WORK_SHAPE[0] * waveshaping.WORK_SHAPE[1]
 

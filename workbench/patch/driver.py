@@ -13,10 +13,10 @@ import math
 import numpy as np
 from numba import njit
 
-from workbench.clock import RAMP, SPAN
-from workbench.kernels import kernel
-from workbench.patch.calls import call_rest, call_run, cycles
-from workbench.patch.tables import (
+from underfoot.clock import RAMP, SPAN
+from underfoot.kernels import kernel
+from underfoot.patch.calls import call_rest, call_run, cycles
+from underfoot.patch.tables import (
     ANY,
     CONTROL_AT,
     CONTROL_MEMORY,

@@ -6,8 +6,8 @@ inputs can mute. While those other inputs are silent the source sleeps with them
 
 from collections.abc import Mapping, Sequence
 
-from workbench.patch.node import Registry
-from workbench.patch.patch import Patch
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
 
 
 def guarded(

@@ -2,14 +2,16 @@
 
 from pathlib import Path
 
+from underfoot import presets
+
 
 def presets_folder() -> Path:
-    """The folder of presets. It lies beside `workbench`, in a checkout as in an installed wheel.
+    """The folder of presets, in a checkout as in an installed wheel.
 
-    >>> presets_folder().name
-    'presets'
+    >>> (presets_folder() / "patches" / "gravel.json").is_file()
+    True
     """
-    return Path(__file__).resolve().parents[2] / "presets"
+    return Path(presets.__file__).parent
 
 
 def patches() -> dict[str, Path]:

@@ -29,8 +29,8 @@ from typing import Any
 import numpy as np
 from numba import carray, cfunc, types
 
-from workbench.kernels import kernel
-from workbench.parameters import Number, Parameter
+from underfoot.kernels import kernel
+from underfoot.parameters import Number, Parameter
 
 _P = types.CPointer(types.float64)
 _PP = types.CPointer(_P)

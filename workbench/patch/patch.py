@@ -6,11 +6,11 @@ from typing import Any
 
 import msgspec
 
-from workbench.documents import parse, placed
-from workbench.errors import BadFile, BadValue, require
-from workbench.files import read_file, write_file
-from workbench.parameters import IDENTIFIER
-from workbench.patch.node import NodeType, Registry
+from underfoot.documents import parse, placed
+from underfoot.errors import BadFile, BadValue, require
+from underfoot.files import read_file, write_file
+from underfoot.parameters import IDENTIFIER
+from underfoot.patch.node import NodeType, Registry
 
 FORMAT = "underfoot-patch"
 VERSION = 1

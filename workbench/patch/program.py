@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from workbench.clock import RAMP, RATE_HZ
-from workbench.errors import BadValue, require
-from workbench.models.random import stream_key
-from workbench.parameters import Number, Parameter, Tiles
-from workbench.patch import driver, tables
-from workbench.patch.guards import guarded
-from workbench.patch.node import NodeType, Registry
-from workbench.patch.patch import Patch
+from underfoot.clock import RAMP, RATE_HZ
+from underfoot.errors import BadValue, require
+from underfoot.models.random import stream_key
+from underfoot.parameters import Number, Parameter, Tiles
+from underfoot.patch import driver, tables
+from underfoot.patch.guards import guarded
+from underfoot.patch.node import NodeType, Registry
+from underfoot.patch.patch import Patch
 
 HOSTS = ("force_n", "x_m", "y_m")
 """Signals that the engine brings: a tile's tared force, and where on the tile it stands (tile frame)."""

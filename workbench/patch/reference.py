@@ -3,8 +3,8 @@
 import textwrap
 from typing import Any
 
-from workbench.parameters import Number
-from workbench.patch.node import NodeType, Port, Registry
+from underfoot.parameters import Number
+from underfoot.patch.node import NodeType, Port, Registry
 
 
 def reference(registry: Registry) -> list[dict[str, Any]]:

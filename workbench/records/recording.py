@@ -16,7 +16,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import BadFile
+from underfoot.errors import BadFile
 
 APPLICATION_ID = 0x55464F54  # "UFOT"
 VERSION = 1

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from workbench.errors import BadFile
-from workbench.floor.contacts import ContactRows
-from workbench.floor.footsteps import Step
-from workbench.floor.layout import Floor
+from underfoot.errors import BadFile
+from underfoot.floor.contacts import ContactRows
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
 
 _STEP_COLUMNS = {
     "step": "d",

@@ -7,10 +7,10 @@ import html
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from workbench.bench.figures import fracture, friction, grains, signals
-from workbench.bench.figures.figure import Compared, Figure
-from workbench.drawing import page, svg
-from workbench.errors import BadFile
+from underfoot.bench.figures import fracture, friction, grains, signals
+from underfoot.bench.figures.figure import Compared, Figure
+from underfoot.drawing import page, svg
+from underfoot.errors import BadFile
 
 __all__ = ["FIGURES", "Compared", "Figure", "run", "text", "write"]
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.drawing import Drawing
+from underfoot.drawing import Drawing
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench.figures.figure import Compared, Figure, density, slope
-from workbench.drawing import Drawing, series
-from workbench.models import gait, modal
-from workbench.models.fracture import Fracture, bundle, critical_stress
+from underfoot.bench.figures.figure import Compared, Figure, density, slope
+from underfoot.drawing import Drawing, series
+from underfoot.models import gait, modal
+from underfoot.models.fracture import Fracture, bundle, critical_stress
 
 RATE = 48_000
 FIBRES, SCALE = 2000, 2.5

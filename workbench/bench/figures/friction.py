@@ -5,12 +5,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench.figures.figure import Compared, Figure, density
-from workbench.drawing import Drawing, Series, series
-from workbench.kernels import kernel
-from workbench.models import friction
-from workbench.models.friction_crossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
-from workbench.models.friction_laws import Law, SlipLaw
+from underfoot.bench.figures.figure import Compared, Figure, density
+from underfoot.drawing import Drawing, Series, series
+from underfoot.kernels import kernel
+from underfoot.models import friction
+from underfoot.models.friction_crossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
+from underfoot.models.friction_laws import Law, SlipLaw
 
 _Slip = tuple[float, float, float, float, float, float]
 """w0, zeta, D, v_b, x0, v0 as captioned; where x0 or v0 is not printed, 0.3 and 0."""

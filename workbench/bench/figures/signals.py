@@ -5,10 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench.figures.figure import Compared, Figure
-from workbench.drawing import Drawing, series
-from workbench.models import envelopes, gait, impact, noise, waveshaping
-from workbench.models.random import stream_key
+from underfoot.bench.figures.figure import Compared, Figure
+from underfoot.drawing import Drawing, series
+from underfoot.models import envelopes, gait, impact, noise, waveshaping
+from underfoot.models.random import stream_key
 
 RATE = 48_000
 _NOTE_S, _BLOW_S = 0.2, 0.06

@@ -6,9 +6,9 @@ moment (`timing.Timed`); ratios are of one run.
 
 from collections.abc import Callable, Iterable, Sequence
 
-from workbench.bench.reach import floors, friction, impacts, materials, modes, signals
-from workbench.bench.reach.row import TO_COMPARE, Reach
-from workbench.bench.scale import Cost
+from underfoot.bench.reach import floors, friction, impacts, materials, modes, signals
+from underfoot.bench.reach.row import TO_COMPARE, Reach
+from underfoot.bench.scale import Cost
 
 __all__ = ["FAMILIES", "TO_COMPARE", "Reach", "run"]
 

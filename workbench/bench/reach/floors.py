@@ -5,10 +5,10 @@ import subprocess
 import sys
 from collections.abc import Iterable, Sequence
 
-from workbench.bench.reach.row import Reach
-from workbench.bench.scale import Cost
-from workbench.errors import UnderfootError
-from workbench.patch import library
+from underfoot.bench.reach.row import Reach
+from underfoot.bench.scale import Cost
+from underfoot.errors import UnderfootError
+from underfoot.patch import library
 
 COARSE = "material-gravel-coarse"
 _ALL = {1024: 40.0, 64: 25.0}
@@ -18,10 +18,10 @@ _TWO = 0.1
 
 _COLD = """
 import sys, time
-from workbench.nodes import REGISTRY
-from workbench.patch import library
-from workbench.patch.patch import Patch
-from workbench.patch.program import Program
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 began = time.perf_counter()
 program = Program(Patch.load(library.patches()[sys.argv[1]], REGISTRY), REGISTRY, ("t1",), block=256)
 program.run(0, 256)

@@ -5,11 +5,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench.reach.row import Reach
-from workbench.bench.timing import timed
-from workbench.kernels import kernel
-from workbench.models import friction, friction_table
-from workbench.models.friction_laws import Law, SlipLaw
+from underfoot.bench.reach.row import Reach
+from underfoot.bench.timing import timed
+from underfoot.kernels import kernel
+from underfoot.models import friction, friction_table
+from underfoot.models.friction_laws import Law, SlipLaw
 
 _SLIP = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # w0, zeta, D, v_b, x0, v0, t_end of the thesis's figure 8.6
 _TIMES = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0])

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench import naive, rows
-from workbench.bench.reach.row import Reach
-from workbench.bench.timing import Timed, timed
-from workbench.models import impact, impact_motion, impact_row
+from underfoot.bench import naive, rows
+from underfoot.bench.reach.row import Reach
+from underfoot.bench.timing import Timed, timed
+from underfoot.models import impact, impact_motion, impact_row
 
 RATE = 48_000
 MASS_KG, VELOCITY_M_S, DAMPING_S_M = 0.02, 1.0, 0.3

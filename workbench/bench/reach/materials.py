@@ -5,10 +5,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from workbench.bench.reach.row import Reach
-from workbench.bench.timing import Timed, timed
-from workbench.models import fracture, fracture_damage, plasticity
-from workbench.models.random import stream_key
+from underfoot.bench.reach.row import Reach
+from underfoot.bench.timing import Timed, timed
+from underfoot.models import fracture, fracture_damage, plasticity
+from underfoot.models.random import stream_key
 
 RATE = 48_000
 SHAPE, SCALE = 4.0, 2.5

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from workbench.bench import accuracy, rows
-from workbench.bench.reach.row import Reach
-from workbench.bench.timing import Timed, timed
-from workbench.models import modal_events, modal_signal
+from underfoot.bench import accuracy, rows
+from underfoot.bench.reach.row import Reach
+from underfoot.bench.timing import Timed, timed
+from underfoot.models import modal_events, modal_signal
 
 RATE = 48_000
 _BEST_NS = {10: (0.25, 0.14), 64: (0.08, 0.048), 200: (0.07, 0.038)}

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench import naive
-from workbench.bench.reach.row import Reach
-from workbench.bench.timing import least_s
-from workbench.models import envelopes, noise, rhythm, waveshaping
-from workbench.models.random import stream_key
+from underfoot.bench import naive
+from underfoot.bench.reach.row import Reach
+from underfoot.bench.timing import least_s
+from underfoot.models import envelopes, noise, rhythm, waveshaping
+from underfoot.models.random import stream_key
 
 RATE = 48_000
 _HARMONICS = 10
@@ -88,7 +88,7 @@ def _noise(frames: int, block: int) -> NDArray[np.float64]:
 
 def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     """The power that the texture's filter lets through at each frequency, from its answer to a single frame."""
-    from workbench.models import filters
+    from underfoot.models import filters
 
     tuning, state = np.zeros(noise.TEXTURE_TUNING), np.zeros(noise.TEXTURE_STATE)
     noise.tune_texture(tuning, noise.MEAN_INTERVAL_S, noise.BURST_S, noise.CENTRE_HZ, noise.WIDTH_HZ, float(RATE))
