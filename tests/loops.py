@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Play
 from underfoot.floor.layout import default_floor

@@ -22,7 +22,7 @@ from click.testing import CliRunner
 from llvmlite import binding
 
 from underfoot.__main__ import cli
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.render import render
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY

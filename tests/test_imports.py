@@ -121,7 +121,7 @@ def test_the_engine_plays_a_patch_without_scipy():
     done = python(
         f"{blocked(NOT_IN_THE_ENGINE)}\n"
         "import underfoot.engine.process\n"
-        "from underfoot.devices.simulated import SimulatedFloor\n"
+        "from underfoot.devices.simulated_floor import SimulatedFloor\n"
         "from underfoot.engine.loop import Loop\n"
         "from underfoot.floor.layout import default_floor\n"
         "from underfoot.nodes import REGISTRY\n"

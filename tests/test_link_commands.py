@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from underfoot.devices.conversion import nominal_readings
-from underfoot.devices.emulator import Emulator, PtyWay, UdpWay
-from underfoot.devices.parsing import Parser
+from underfoot.devices.emulation.emulator import Emulator, PtyWay, UdpWay
+from underfoot.devices.framing.parser import Parser
 from underfoot.devices.replay import Replay
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import default_floor

@@ -7,11 +7,6 @@ import numpy as np
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPalette
 from PySide6.QtWidgets import QApplication, QLabel, QStyleFactory, QWidget
 
-from underfoot.widgets.quantities import number as number
-from underfoot.widgets.quantities import pretty_text as pretty_text
-from underfoot.widgets.quantities import pretty_unit as pretty_unit
-from underfoot.widgets.quantities import quantity as quantity
-
 GRID = 8
 """Pixels. Sizes, margins and gaps are multiples of it, or of its half."""
 

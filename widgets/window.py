@@ -30,13 +30,14 @@ from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
-from underfoot.widgets import targets, theme
+from underfoot.widgets import theme
 from underfoot.widgets.design.node_list import SearchField
 from underfoot.widgets.design.workspace import DesignWorkspace
 from underfoot.widgets.garbage import spare
-from underfoot.widgets.open_patch import OpenPatch
-from underfoot.widgets.player import Player, in_words
-from underfoot.widgets.settings import Settings
+from underfoot.widgets.session import targets
+from underfoot.widgets.session.open_patch import OpenPatch
+from underfoot.widgets.session.player import Player, in_words
+from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.transport import TransportBar
 
 FIRST = "gravel"
@@ -172,7 +173,7 @@ class MainWindow(QMainWindow):
             self.document.ask_file("Recorded forces", "Force tables (*.csv);;All files (*)", self.player.use_forces)
 
     def _ask_line(self, kind: str) -> None:
-        from underfoot.widgets.line_dialog import LineDialog
+        from underfoot.widgets.dialogs.transport_dialog import LineDialog
 
         def chosen(source: str) -> None:
             try:
@@ -187,7 +188,7 @@ class MainWindow(QMainWindow):
         dialog.open()
 
     def _open_audio(self) -> None:
-        from underfoot.widgets.audio_dialog import AudioDialog
+        from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 
         target = self.player.target
         dialog = AudioDialog(
@@ -199,7 +200,7 @@ class MainWindow(QMainWindow):
         dialog.open()
 
     def _show_shortcuts(self) -> None:
-        from underfoot.widgets.shortcuts import ShortcutsDialog, keys_of
+        from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog, keys_of
 
         groups = [
             ("EVERYWHERE", [*keys_of(self.actions()), *EXTRA_KEYS]),

@@ -7,7 +7,7 @@ import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.tables import PAIR_HEADER, PRESS_HEADER, write_table
+from underfoot.calibration.files.tables import PAIR_HEADER, PRESS_HEADER, write_table
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 

@@ -4,8 +4,8 @@ import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, in_hindsight, loads
-from underfoot.calibration.tables import Presses
+from underfoot.calibration.files.tables import Presses
+from underfoot.calibration.science.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, in_hindsight, loads
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor

@@ -6,8 +6,8 @@ import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.linearisation import Divider, linearise
-from underfoot.calibration.tables import Pairs
+from underfoot.calibration.files.tables import Pairs
+from underfoot.calibration.science.linearisation import Divider, linearise
 from underfoot.errors import BadValue
 from underfoot.floor.profile import Profile
 

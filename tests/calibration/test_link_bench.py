@@ -5,9 +5,9 @@ import threading
 import numpy as np
 import pytest
 
-from underfoot.calibration.link_bench import Cell, LinkBench, cell_of
-from underfoot.calibration.procedure import Sound
-from underfoot.devices.frames import encode
+from underfoot.calibration.procedures.device_bench import Cell, LinkBench, cell_of
+from underfoot.calibration.procedures.procedure import Sound
+from underfoot.devices.framing.wire_format import encode
 from underfoot.errors import BadValue, DeviceError
 
 
@@ -85,7 +85,7 @@ def test_a_load_cell_on_the_same_line_is_read_at_the_tile_s_times():
 
 
 def test_a_line_on_which_nothing_comes_is_said_to_be_so(monkeypatch):
-    monkeypatch.setattr("underfoot.calibration.link_bench._SILENT_READS", 3)
+    monkeypatch.setattr("underfoot.calibration.procedures.device_bench._SILENT_READS", 3)
     bench = LinkBench(Line("nowhere"), 0)
     try:
         for _ in range(3):

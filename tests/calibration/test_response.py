@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from scipy.signal import freqz_sos
 
-from underfoot.calibration.procedure import Refused, Sound, run
-from underfoot.calibration.response import LOUDEST, FrequencyResponse, through
-from underfoot.calibration.response_result import Findings, flatness_db, result_of, usable_band_hz
-from underfoot.calibration.sweep import exponential, measure, train
+from underfoot.calibration.procedures.procedure import Refused, Sound, run
+from underfoot.calibration.procedures.response import LOUDEST, FrequencyResponse, through
+from underfoot.calibration.science.response import Findings, flatness_db, result_of, usable_band_hz
+from underfoot.calibration.science.sweep import exponential, measure, train
 from underfoot.engine.safety import Limits
 from underfoot.engine.sounding import SimulatedShaker
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulation import SimulatedTile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 TILE = default_floor().tiles[0]
 RATE = 16_000

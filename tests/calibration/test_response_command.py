@@ -8,12 +8,12 @@ import soundfile
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
-from underfoot.calibration.procedure import Refused
-from underfoot.calibration.sweep import exponential, train
+from underfoot.calibration.procedures.procedure import Refused
+from underfoot.calibration.science.sweep import exponential, train
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulation import SimulatedTile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 RATE = 48_000
 SENSITIVITY = 50.0

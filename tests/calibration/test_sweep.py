@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import bilinear_zpk, freqz_sos, sosfilt, zpk2sos
 
-from underfoot.calibration.procedure import Refused
-from underfoot.calibration.sweep import exponential, growth_s, harmonics, measure, passes_of, train
+from underfoot.calibration.procedures.procedure import Refused
+from underfoot.calibration.science.sweep import exponential, growth_s, harmonics, measure, passes_of, train
 from underfoot.errors import BadValue
 
 RATE = 16_000.0

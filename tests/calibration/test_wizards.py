@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from underfoot.calibration.benches import SimulatedBench
-from underfoot.calibration.centroid_wizard import CentroidProcedure, places
-from underfoot.calibration.fsr_wizard import FsrProcedure
-from underfoot.calibration.procedure import Press, Readings, Refused, run, step
+from underfoot.calibration.procedures.centroid import CentroidProcedure, places
+from underfoot.calibration.procedures.fsr import FsrProcedure
+from underfoot.calibration.procedures.procedure import Press, Readings, Refused, run, step
+from underfoot.calibration.procedures.simulated_bench import SimulatedBench
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulation import SimulatedTile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 TILE = default_floor(1, 1).tiles[0]
 QUICK = {"loadings": 3, "hold_s": 3.0, "full_scale_n": 400.0}

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from underfoot.devices.conversion import nominal_readings
-from underfoot.devices.emulator import Emulator, UdpWay
-from underfoot.devices.faults import KINDS, Faults, FaultyLine
-from underfoot.devices.frames import FRAME, encode
-from underfoot.devices.parsing import Counts, Parser
+from underfoot.devices.emulation.emulator import Emulator, UdpWay
+from underfoot.devices.emulation.faults import KINDS, Faults, FaultyLine
+from underfoot.devices.framing.parser import Counts, Parser
+from underfoot.devices.framing.wire_format import FRAME, encode
 from underfoot.devices.replay import Replay
 from underfoot.devices.resampled import Resampled
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.errors import BadValue
 from underfoot.floor.forces import Forces
 from underfoot.floor.layout import default_floor

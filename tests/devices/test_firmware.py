@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from underfoot.devices import frames
-from underfoot.devices.parsing import Parser
+from underfoot.devices.framing import wire_format
+from underfoot.devices.framing.parser import Parser
 
 SKETCH = Path(__file__).resolve().parents[2] / "assets/firmware/tile"
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
@@ -29,7 +29,7 @@ def encode(tmp_path_factory):
     function.argtypes = [ctypes.c_char_p, u16, u16, ctypes.c_uint32, u16 * 4]
 
     def run(row):
-        out = ctypes.create_string_buffer(frames.FRAME)
+        out = ctypes.create_string_buffer(wire_format.FRAME)
         size = function(out, *row[:3], (u16 * 4)(*row[3:]))
         return out.raw[:size]
 
@@ -37,11 +37,11 @@ def encode(tmp_path_factory):
 
 
 def test_the_firmware_s_frames_are_ours(encode):
-    rows = np.random.default_rng(7).integers(0, frames.LARGEST + 1, (2000, 7))
+    rows = np.random.default_rng(7).integers(0, wire_format.LARGEST + 1, (2000, 7))
     rows[::3] &= 0xFF00FF  # with many zero bytes among them
-    rows[0], rows[1] = 0, frames.LARGEST
+    rows[0], rows[1] = 0, wire_format.LARGEST
     sent = b"".join(encode(row) for row in rows.tolist())
-    assert sent == frames.encode(rows)
+    assert sent == wire_format.encode(rows)
 
 
 def test_the_parser_decodes_what_the_firmware_sends(encode):

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from underfoot.devices import frames
+from underfoot.devices.framing import wire_format
 from underfoot.errors import BadValue
 
 SHORT = st.integers(0, 0xFFFF)
@@ -31,29 +31,29 @@ def stuffed(data):
 @settings(deadline=None)
 @given(st.lists(FRAME, min_size=1, max_size=5))
 def test_frames_are_what_the_contract_says(rows):
-    assert frames.encode(rows) == b"".join(stuffed(packed(row)) + b"\0" for row in rows)
+    assert wire_format.encode(rows) == b"".join(stuffed(packed(row)) + b"\0" for row in rows)
 
 
 @pytest.mark.parametrize(
     "row", [[0] * 7, [0xFFFF, 0xFFFF, 0xFFFF_FFFF] + [0xFFFF] * 4, [257, 256, 1 << 24, 1, 0, 256, 0]]
 )
 def test_frames_of_zeros_and_of_none(row):
-    data = frames.encode(row)
+    data = wire_format.encode(row)
     assert data == stuffed(packed(row)) + b"\0"
-    assert len(data) == frames.FRAME
-    assert data.index(0) == frames.STUFFED
+    assert len(data) == wire_format.FRAME
+    assert data.index(0) == wire_format.STUFFED
 
 
 @settings(deadline=None)
 @given(st.lists(FRAME, min_size=1, max_size=5))
 def test_lines_hold_the_same_numbers(rows):
-    lines = frames.csv_lines(rows).decode().splitlines()
+    lines = wire_format.csv_lines(rows).decode().splitlines()
     assert [tuple(map(int, line.split(","))) for line in lines] == rows
 
 
 def test_no_frames_are_no_bytes():
-    assert frames.encode(np.zeros((0, 7), np.int64)) == b""
-    assert frames.csv_lines([]) == b""
+    assert wire_format.encode(np.zeros((0, 7), np.int64)) == b""
+    assert wire_format.csv_lines([]) == b""
 
 
 @pytest.mark.parametrize(
@@ -68,11 +68,11 @@ def test_no_frames_are_no_bytes():
     ],
 )
 def test_what_does_not_fit_is_refused(given, message):
-    for encode in (frames.encode, frames.csv_lines):
+    for encode in (wire_format.encode, wire_format.csv_lines):
         with pytest.raises(BadValue, match=re.escape(message)):
             encode(given)
 
 
 def test_the_example_of_the_firmware_s_description_is_right():
     text = (Path(__file__).resolve().parents[2] / "assets/firmware/README.md").read_text()
-    assert frames.encode([3, 7, 1_000_000, 0, 1, 2, 65535]).hex(" ") in text
+    assert wire_format.encode([3, 7, 1_000_000, 0, 1, 2, 65535]).hex(" ") in text

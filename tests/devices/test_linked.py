@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from underfoot.devices.conversion import Conversion, nominal_force
-from underfoot.devices.frames import csv_lines, encode
-from underfoot.devices.linked import LinkedFloor
+from underfoot.devices.device_floor import LinkedFloor
+from underfoot.devices.framing.wire_format import csv_lines, encode
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor

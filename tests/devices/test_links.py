@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from underfoot.devices.conversion import nominal_force, nominal_readings
-from underfoot.devices.emulator import Emulator, PtyWay, UdpWay
-from underfoot.devices.faults import Faults, FaultyLine
-from underfoot.devices.frames import encode
-from underfoot.devices.link import Link, port_of
-from underfoot.devices.linked import LinkedFloor
-from underfoot.devices.serial import SerialPort
-from underfoot.devices.simulated import SimulatedFloor
-from underfoot.devices.udp import UdpPort
+from underfoot.devices.device_floor import LinkedFloor
+from underfoot.devices.emulation.emulator import Emulator, PtyWay, UdpWay
+from underfoot.devices.emulation.faults import Faults, FaultyLine
+from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.transports.reader import Link, port_of
+from underfoot.devices.transports.serial import SerialPort
+from underfoot.devices.transports.udp import UdpPort
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_frames import packed, stuffed
 
-from underfoot.devices.frames import FRAME, csv_lines, encode
-from underfoot.devices.parsing import Counts, Parser
+from underfoot.devices.framing.parser import Counts, Parser
+from underfoot.devices.framing.wire_format import FRAME, csv_lines, encode
 from underfoot.errors import BadValue
 
 

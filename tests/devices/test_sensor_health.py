@@ -11,8 +11,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "floor"))
 from measured import WALKS, needs_data, walk
 
 from underfoot.devices.conversion import nominal_force, nominal_readings
-from underfoot.devices.sensor_health import SensorHealth
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.health.sensor_health import SensorHealth
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor(3, 3)

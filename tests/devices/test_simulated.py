@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from underfoot.devices.device import MOST
-from underfoot.devices.simulated import SENSOR_HZ, SimulatedFloor
+from underfoot.devices.simulated_floor import SENSOR_HZ, SimulatedFloor
 from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.models import gait
 

@@ -4,15 +4,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from underfoot.devices.simulated import SENSOR_HZ, SimulatedFloor, recorded
+from underfoot.devices.simulated_floor import SENSOR_HZ, SimulatedFloor, recorded
 from underfoot.errors import BadFile
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Fsr as FsrPart
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulation import SimulatedTile, Split, TileParameters
-from underfoot.models.fsr import FULL_COUNTS, Fsr
+from underfoot.floor.simulated_tile import SimulatedTile, Split, TileParameters
 from underfoot.models.gait import Walker
+from underfoot.models.tile.fsr import FULL_COUNTS, Fsr
 
 FLOOR = default_floor()
 HONEST = TileParameters()

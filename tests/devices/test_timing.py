@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from underfoot.devices import timing
+from underfoot.devices import device_clock
 from underfoot.kernels import kernel
 
 RATE = 48_000.0
@@ -15,17 +15,17 @@ def followed(time_us, came, blocks, asked, lives, rate, state, windows, session,
     i = 0
     for k in range(len(blocks)):
         begin = blocks[k]
-        timing.observe(session[0], session_windows[0], 0.0, begin / rate * 1e6, asked[k], rate)
+        device_clock.observe(session[0], session_windows[0], 0.0, begin / rate * 1e6, asked[k], rate)
         first = i
         while i < len(came) and came[i] <= asked[k]:
-            timing.observe(state[0], windows[0], lives[i], time_us[i], came[i], rate)
+            device_clock.observe(state[0], windows[0], lives[i], time_us[i], came[i], rate)
             i += 1
         for j in range(first, i):
-            frame = timing.sent(session[0], timing.arrival(state[0], time_us[j], rate), rate)
-            timing.note_late(state[0], begin - frame, rate)
+            frame = device_clock.sent(session[0], device_clock.arrival(state[0], time_us[j], rate), rate)
+            device_clock.note_late(state[0], begin - frame, rate)
         for j in range(first, i):
-            frame = timing.sent(session[0], timing.arrival(state[0], time_us[j], rate), rate)
-            out[j] = timing.settle(state[0], time_us[j], frame + state[0, timing.LATE], rate)
+            frame = device_clock.sent(session[0], device_clock.arrival(state[0], time_us[j], rate), rate)
+            out[j] = device_clock.settle(state[0], time_us[j], frame + state[0, device_clock.LATE], rate)
             late[j] = begin > out[j]
     return i
 
@@ -52,7 +52,7 @@ class Run:
         if restarts:
             lives[count // 2 :] = 1.0
             time_us[count // 2 :] -= time_us[count // 2]
-        self.clocks, session = timing.Clocks(1, RATE), timing.Clocks(1, RATE)
+        self.clocks, session = device_clock.Clocks(1, RATE), device_clock.Clocks(1, RATE)
         out, late = np.full(count, np.nan), np.zeros(count, np.bool_)
         done = followed(
             time_us, came_s * RATE, blocks, np.maximum.accumulate(asked_s) * RATE, lives, RATE, self.clocks.state,
@@ -104,33 +104,35 @@ def test_a_device_that_begins_anew_is_fitted_anew():
 
 
 def test_a_line_that_becomes_slower_for_good_is_followed_within_a_second():
-    clocks = timing.Clocks(1, RATE)
+    clocks = device_clock.Clocks(1, RATE)
     for i in range(8000):
         way = 48.0 if i < 4000 else 48.0 + 0.2 * RATE
-        timing.observe(clocks.state[0], clocks.windows[0], 0, 1000.0 * i, 48.0 * i + way, RATE)
+        device_clock.observe(clocks.state[0], clocks.windows[0], 0, 1000.0 * i, 48.0 * i + way, RATE)
         if i in (3999, 5000, 7999):
-            assert timing.arrival(clocks.state[0], 1000.0 * i, RATE) == pytest.approx(48.0 * i + way, abs=1.0)
+            assert device_clock.arrival(clocks.state[0], 1000.0 * i, RATE) == pytest.approx(48.0 * i + way, abs=1.0)
 
 
 def test_samples_are_never_set_back_by_more_than_a_force_is_held():
     run = Run(0.0, jitter_ms=15.0)
-    assert run.fit.late_s == timing.MOST_LATE_S
+    assert run.fit.late_s == device_clock.MOST_LATE_S
 
 
 def test_nothing_is_known_of_a_clock_before_its_first_second():
-    clocks = timing.Clocks(2, RATE)
+    clocks = device_clock.Clocks(2, RATE)
     assert clocks.fit(0) is None
     for i in range(900):
-        timing.observe(clocks.state[0], clocks.windows[0], 0, 1000.0 * i, 48.0 * i, RATE)
+        device_clock.observe(clocks.state[0], clocks.windows[0], 0, 1000.0 * i, 48.0 * i, RATE)
     assert clocks.fit(0) is None
     assert clocks.fit(1) is None
 
 
 @pytest.mark.parametrize("slope", [0.0, 1e-4, -0.01])
 def test_sent_undoes_arrival(slope):
-    clocks = timing.Clocks(1, RATE)
+    clocks = device_clock.Clocks(1, RATE)
     for i in range(3000):
-        timing.observe(clocks.state[0], clocks.windows[0], 0, 7e9 + 1000.0 * i, 48.0 * i * (1 + slope) + 99.0, RATE)
+        device_clock.observe(
+            clocks.state[0], clocks.windows[0], 0, 7e9 + 1000.0 * i, 48.0 * i * (1 + slope) + 99.0, RATE
+        )
     for time_us in (7e9, 7.001e9, 7.1e9):
-        frame = timing.arrival(clocks.state[0], time_us, RATE)
-        assert timing.sent(clocks.state[0], frame, RATE) == pytest.approx(time_us * RATE * 1e-6, abs=1e-3)
+        frame = device_clock.arrival(clocks.state[0], time_us, RATE)
+        assert device_clock.sent(clocks.state[0], frame, RATE) == pytest.approx(time_us * RATE * 1e-6, abs=1e-3)

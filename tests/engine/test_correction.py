@@ -13,7 +13,7 @@ from scipy.signal import butter, sosfilt
 
 from underfoot.__main__ import cli
 from underfoot.clock import FADE
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.correction import correction_of, corrections_of
 from underfoot.engine.loop import PULSE_S
 from underfoot.engine.messages import Correct, Pulse

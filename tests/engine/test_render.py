@@ -5,7 +5,7 @@ import pytest
 import soundfile
 from made_patches import hum, rough_step, stepped_bank
 
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.messages import Level, Play, Press, Set, Strike
 from underfoot.engine.render import render, write_wav
 from underfoot.errors import BadFile, BadValue

@@ -6,13 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from underfoot.calibration.procedure import Refused, Sound
-from underfoot.calibration.sweep import exponential, measure, train
+from underfoot.calibration.procedures.procedure import Refused, Sound
+from underfoot.calibration.science.sweep import exponential, measure, train
 from underfoot.engine.safety import Limits, limited
 from underfoot.engine.sounding import SimulatedShaker, SoundCard, heard_of
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import default_floor
-from underfoot.floor.simulation import SimulatedTile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 RATE = 48_000
 TILE = default_floor().tiles[0]
@@ -25,7 +25,7 @@ def test_what_a_card_plays_has_passed_the_limiter_and_comes_back(null_sink, tmp_
     """
     script = f"""
 import numpy as np
-from underfoot.calibration.procedure import Refused, Sound
+from underfoot.calibration.procedures.procedure import Refused, Sound
 from underfoot.engine.sounding import SoundCard
 card = SoundCard(channel=1, heard_on=1)
 for _ in range(8):
@@ -51,8 +51,8 @@ card.close()
 def test_a_card_that_is_silenced_ends_the_sweep_and_takes_nothing(null_sink, until):
     script = f"""
 import threading
-from underfoot.calibration.procedure import Refused, Sound
-from underfoot.calibration.sweep import exponential
+from underfoot.calibration.procedures.procedure import Refused, Sound
+from underfoot.calibration.science.sweep import exponential
 from underfoot.engine.sounding import SoundCard
 card = SoundCard()
 threading.Timer(1.0, card.silence).start()

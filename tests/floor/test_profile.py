@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.floor.centroid_correction import nearest_within
 from underfoot.floor.curves import Correction, Curve, Memory
 from underfoot.floor.layout import default_floor
-from underfoot.floor.placing import nearest_within
 from underfoot.floor.profile import Centroid, Fsr, Profile, Response, opened, profiles_of
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))

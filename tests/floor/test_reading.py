@@ -7,8 +7,8 @@ from underfoot.devices.conversion import Conversion, nominal_force
 from underfoot.floor.curves import Correction, Curve, Memory
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Centroid, Fsr, Profile
-from underfoot.floor.sensing import FloorSensors
-from underfoot.floor.simulation import SimulatedTile, TileParameters
+from underfoot.floor.simulated_sensors import FloorSensors
+from underfoot.floor.simulated_tile import SimulatedTile, TileParameters
 
 FLOOR = default_floor(1, 2)
 SENSORS = np.array(FLOOR.tiles[0].sensors_m)

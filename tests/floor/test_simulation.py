@@ -6,12 +6,12 @@ from scipy.signal import csd, welch
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import Tile, default_floor
-from underfoot.floor.sensing import FloorSensors
-from underfoot.floor.simulation import LOADS, Accelerometer, Plant, SimulatedTile, Split, TileParameters
+from underfoot.floor.simulated_sensors import FloorSensors
+from underfoot.floor.simulated_tile import LOADS, Accelerometer, Plant, SimulatedTile, Split, TileParameters
 from underfoot.models import gait
-from underfoot.models.assembly import Foot
-from underfoot.models.fsr import Fsr
-from underfoot.models.shaker import Shaker
+from underfoot.models.tile.assembly import Foot
+from underfoot.models.tile.fsr import Fsr
+from underfoot.models.tile.shaker import Shaker
 from underfoot.patch import library
 
 TILE = default_floor(1, 1).tiles[0]

@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import expm
 
 from underfoot.errors import BadValue
-from underfoot.models import poles
-from underfoot.models.assembly import Assembly, Foot
-from underfoot.models.plate import Plate
-from underfoot.models.suspension import Suspension
+from underfoot.models.filtering import poles
+from underfoot.models.tile.assembly import Assembly, Foot
+from underfoot.models.tile.plate import Plate
+from underfoot.models.tile.suspension import Suspension
 
 SIZE = (0.304, 0.304)
 MOUNTS = tuple((0.133 * x, 0.133 * y) for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1)))

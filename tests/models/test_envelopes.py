@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from underfoot.errors import BadValue
-from underfoot.models import envelopes
-from underfoot.models.envelopes import attack_decay
+from underfoot.models.signals import envelopes
+from underfoot.models.signals.envelopes import attack_decay
 
 RATE = 48000.0
 SPLITS = (1, 7, 32, 64, 1024)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import freqz_sos
 
 from underfoot.errors import BadValue
-from underfoot.models.equaliser import BAND_HZ, MOST_GAIN_DB, design, gain, level
+from underfoot.models.filtering.equaliser import BAND_HZ, MOST_GAIN_DB, design, gain, level
 
 RATE = 48_000.0
 FREQUENCIES = np.geomspace(10.0, 3000.0, 1500)

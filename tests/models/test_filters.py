@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from underfoot.kernels import kernel
-from underfoot.models import filters
-from underfoot.models.filters import DC_BLOCK_STATE, DC_BLOCK_TUNING, SECTION_STATE, SECTION_TUNING
+from underfoot.models.filtering import second_order
+from underfoot.models.filtering.second_order import DC_BLOCK_STATE, DC_BLOCK_TUNING, SECTION_STATE, SECTION_TUNING
 
 RATE = 48000.0
 KINDS = ("low", "high", "band")
@@ -18,7 +18,11 @@ KINDS = ("low", "high", "band")
 
 def tuned(kind, frequency_hz, q_or_width, rate=RATE):
     t = np.zeros(SECTION_TUNING)
-    tune = {"low": filters.tune_low_pass, "high": filters.tune_high_pass, "band": filters.tune_band_pass}[kind]
+    tune = {
+        "low": second_order.tune_low_pass,
+        "high": second_order.tune_high_pass,
+        "band": second_order.tune_band_pass,
+    }[kind]
     tune(t, frequency_hz, q_or_width, rate)
     return t
 
@@ -29,7 +33,7 @@ def filtered(t, x, s=None, block=None):
     block = block or max(x.size, 1)
     for first in range(0, x.size, block):
         part = slice(first, min(first + block, x.size))
-        filters.run(s, t, x[part], y[part], part.stop - part.start)
+        second_order.run(s, t, x[part], y[part], part.stop - part.start)
     return y
 
 
@@ -42,7 +46,7 @@ def scipy_design(kind, frequency_hz, q, rate):
 
 @pytest.mark.parametrize("rate", [8000.0, 48000.0, 192000.0])
 @pytest.mark.parametrize("share", [0.0005, 0.02, 0.25, 0.49])
-@pytest.mark.parametrize("q", [0.5, filters.BUTTERWORTH, 20.0])
+@pytest.mark.parametrize("q", [0.5, second_order.BUTTERWORTH, 20.0])
 @pytest.mark.parametrize("kind", ["low", "high"])
 def test_sections_are_the_prewarped_bilinear_filters(kind, q, share, rate):
     x = np.random.default_rng(1).normal(size=2000)
@@ -56,7 +60,7 @@ def test_sections_are_the_prewarped_bilinear_filters(kind, q, share, rate):
 def test_the_default_q_is_butterworth(kind, cutoff_hz):
     x = np.random.default_rng(2).normal(size=2000)
     exact = signal.lfilter(*signal.butter(2, cutoff_hz, kind, fs=RATE), x)
-    assert np.abs(filtered(tuned(kind, cutoff_hz, filters.BUTTERWORTH), x) - exact).max() < 1e-9
+    assert np.abs(filtered(tuned(kind, cutoff_hz, second_order.BUTTERWORTH), x) - exact).max() < 1e-9
 
 
 @pytest.mark.parametrize(("centre_hz", "width_hz"), [(300.0, 15.0), (60.0, 50.0), (12000.0, 4000.0), (20000.0, 100.0)])
@@ -77,7 +81,7 @@ def test_any_split_gives_the_same_bits(kind, block):
 def test_a_section_may_write_over_its_input():
     x = np.random.default_rng(5).normal(size=500)
     t, y = tuned("low", 300.0, 1.0), x.copy()
-    filters.run(np.zeros(SECTION_STATE), t, y, y, y.size)
+    second_order.run(np.zeros(SECTION_STATE), t, y, y, y.size)
     np.testing.assert_array_equal(y, filtered(t, x))
 
 
@@ -91,10 +95,10 @@ def test_rest_bounds_all_that_is_still_to_come(kind, rate, share, q, state):
     frequency = share * rate
     t = tuned(kind, frequency, frequency / q if kind == "band" else q, rate)
     s = np.array(state)
-    bound = filters.rest(s, t)
+    bound = second_order.rest(s, t)
     y = filtered(t, np.zeros(3000), s)
     assert np.abs(y).max() <= bound * (1 + 1e-9) + 1e-300
-    assert filters.rest(s, t) <= bound * (1 + 1e-9)
+    assert second_order.rest(s, t) <= bound * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("share", [0.001, 0.02, 0.1])
@@ -103,14 +107,14 @@ def test_the_worst_state_comes_within_half_of_the_bound(kind, share):
     t = tuned(kind, share * RATE, 0.2 * share * RATE if kind == "band" else 5.0)
     angles = np.linspace(0, np.pi, 33)
     largest = [np.abs(filtered(t, np.zeros(2000), np.array([np.cos(a), np.sin(a)]))).max() for a in angles]
-    assert max(largest) > 0.5 * filters.rest(np.array([1.0, 0.0]), t)
+    assert max(largest) > 0.5 * second_order.rest(np.array([1.0, 0.0]), t)
 
 
 @kernel
 def wander(s, frequencies, qs, rate, x, y, t):
     for i in range(x.size):
-        filters.tune_low_pass(t, frequencies[i], qs[i], rate)
-        filters.run(s, t, x[i : i + 1], y[i : i + 1], 1)
+        second_order.tune_low_pass(t, frequencies[i], qs[i], rate)
+        second_order.run(s, t, x[i : i + 1], y[i : i + 1], 1)
 
 
 @pytest.mark.parametrize("rate", [8000.0, 48000.0, 192000.0])
@@ -151,12 +155,12 @@ def test_frequencies_outside_the_range_are_held_inside(kind, frequency_hz):
 def test_the_dc_block_is_scipys_first_order_high_pass_and_its_bound_is_exact(cutoff_hz):
     x = np.random.default_rng(8).normal(size=3000) + 5.0
     t, s, y = np.zeros(DC_BLOCK_TUNING), np.zeros(DC_BLOCK_STATE), np.empty(3000)
-    filters.tune_dc_block(t, cutoff_hz, RATE)
+    second_order.tune_dc_block(t, cutoff_hz, RATE)
     for first in range(0, 3000, 7):
         part = slice(first, min(first + 7, 3000))
-        filters.run_dc_block(s, t, x[part], y[part], part.stop - part.start)
+        second_order.run_dc_block(s, t, x[part], y[part], part.stop - part.start)
     assert np.abs(y - signal.lfilter(*signal.butter(1, cutoff_hz, "high", fs=RATE), x)).max() < 1e-11
-    bound = filters.rest_dc_block(s, t)
+    bound = second_order.rest_dc_block(s, t)
     tail = np.zeros(1000)
-    filters.run_dc_block(s, t, tail, tail, 1000)
+    second_order.run_dc_block(s, t, tail, tail, 1000)
     assert np.abs(tail).max() == pytest.approx(bound, rel=1e-12)

@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 
 from underfoot.errors import BadValue
 from underfoot.kernels import kernel
-from underfoot.models import fracture
-from underfoot.models.fracture import bundle, critical_stress
-from underfoot.models.fracture_damage import (
+from underfoot.models.fibre_bundle import bundle as fracture
+from underfoot.models.fibre_bundle.bundle import bundle, critical_stress
+from underfoot.models.fibre_bundle.damage import (
     MODELS,
     THRESHOLDS,
     TUNING_SIZE,
@@ -26,7 +26,7 @@ from underfoot.models.fracture_damage import (
     tune_contact,
     tune_inverse,
 )
-from underfoot.models.random import stream_key
+from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
 THESIS = {"shape": 4.0, "scale": 2.5, "stiffness": 1.0, "mass": 1e-3, "damping": 0.0065, "creep": 0.0}

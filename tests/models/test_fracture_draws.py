@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from underfoot.kernels import kernel
-from underfoot.models.fracture_draws import binomial, poisson
+from underfoot.models.fibre_bundle.counts import binomial, poisson
 
 DRAWS = 60_000
 

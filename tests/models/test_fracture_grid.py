@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from underfoot.errors import BadValue
-from underfoot.models import fracture, fracture_grid
-from underfoot.models.fracture_damage import MODELS, tune, tune_contact, tune_inverse
-from underfoot.models.fracture_grid import grid, tune_grid
-from underfoot.models.random import stream_key
+from underfoot.models.fibre_bundle import bundle
+from underfoot.models.fibre_bundle import grid as fracture_grid
+from underfoot.models.fibre_bundle.damage import MODELS, tune, tune_contact, tune_inverse
+from underfoot.models.fibre_bundle.grid import grid, tune_grid
+from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
 NAMES = ("scale", "stiffness", "mass", "damping", "creep", "columns", "rows", "print_m", "coupling", "rubble")
@@ -96,7 +97,7 @@ def test_one_cell_is_the_bundle():
     t = tuned(columns=1, rows=1)
     strain, events, _ = played(t, force, x_m, y_m, cells=1)
     one, found = np.zeros(force.size), np.zeros(3 * force.size)
-    count = fracture.run(np.zeros(fracture.state_size()), t, stream_key("grid"), 0, force, one, found)
+    count = bundle.run(np.zeros(bundle.state_size()), t, stream_key("grid"), 0, force, one, found)
     assert count > 20
     np.testing.assert_allclose(strain, one, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(events, found[: 3 * count].reshape(-1, 3), rtol=1e-9)

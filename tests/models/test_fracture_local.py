@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from underfoot.errors import BadValue
-from underfoot.models.fracture import critical_stress
-from underfoot.models.fracture_local import draw_thresholds, ring
+from underfoot.models.fibre_bundle.bundle import critical_stress
+from underfoot.models.fibre_bundle.local_load_sharing import draw_thresholds, ring
 
 
 def searched(limits, locality):

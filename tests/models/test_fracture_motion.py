@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from underfoot.models.fracture_motion import frame_response, frame_step, resolved
+from underfoot.models.driven_oscillator import frame_response, frame_step, resolved
 
 
 @pytest.mark.parametrize("kappa", [0.0, 1e-7, 4.3e-5, 0.0624, 0.0626, 0.9, 30.0])

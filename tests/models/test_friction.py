@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import invgauss
 
 from underfoot.errors import BadValue
-from underfoot.models import friction
-from underfoot.models.friction import SlipLaw
+from underfoot.models.stick_slip import distribution
+from underfoot.models.stick_slip.distribution import SlipLaw
 
 # Fig. 8.6, 8.7 left, 8.10 and one of strong damping: (w0, zeta, D, v_b, x0, v0).
 FIG_8_6 = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0)
@@ -100,7 +100,7 @@ ERRORS = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
 @pytest.mark.parametrize("values", FOKKER_PLANCK, ids=["8.6", "8.7", "8.10", "damped"])
 def test_durations_keep_the_asked_error_against_an_independent_solver(values, error):
     times, cdf = FOKKER_PLANCK[values]
-    law = friction.first_passage(*values, t_end=times[-1], error=error)
+    law = distribution.first_passage(*values, t_end=times[-1], error=error)
     assert np.abs(np.interp(times, law.t, law.cdf) - cdf).max() <= error
     assert law.missing == pytest.approx(1.0 - cdf[-1], abs=error)
 
@@ -110,7 +110,7 @@ def test_durations_keep_the_asked_error_against_an_independent_solver(values, er
 def test_a_constant_pull_gives_the_inverse_gaussian_law(gap, error):
     # A spring so soft and so far out that its pull stays at 1 m/s^2 to a few 1e-6.
     pull, noise, w0 = 1.0, 0.25, 1e-3
-    law = friction.first_passage(w0, 0.0, noise, 0.5, -pull / w0**2, 0.5 - gap, t_end=10.0, error=error)
+    law = distribution.first_passage(w0, 0.0, noise, 0.5, -pull / w0**2, 0.5 - gap, t_end=10.0, error=error)
     times = np.linspace(0.0, 10.0, 2001)[1:] * gap
     shape = gap**2 / (2.0 * noise)
     exact = invgauss(mu=gap / pull / shape, scale=shape).cdf(times)
@@ -122,7 +122,7 @@ def test_a_constant_pull_gives_the_inverse_gaussian_law(gap, error):
 @pytest.mark.parametrize("zeta", [0.2, 5.0])
 def test_a_resting_velocity_equal_to_the_belts_gives_the_ornstein_uhlenbeck_law(zeta, error):
     gap, noise, belt, w0 = 0.8, 0.3, 0.7, 1e-4
-    law = friction.first_passage(w0, zeta, noise, belt, -zeta * belt / w0**2, belt - gap, t_end=10.0, error=error)
+    law = distribution.first_passage(w0, zeta, noise, belt, -zeta * belt / w0**2, belt - gap, t_end=10.0, error=error)
     times = np.linspace(0.0, 10.0, 1001)[1:]
     spread = np.sqrt(2.0 * noise / zeta * -np.expm1(-2.0 * zeta * times))
     exact = np.array([math.erfc(z) for z in gap * np.exp(-zeta * times) / spread])
@@ -148,9 +148,9 @@ CORNERS = {
 @pytest.mark.parametrize("name", CORNERS)
 def test_each_asked_error_is_kept_against_a_much_smaller_one(name):
     values, t_end = CORNERS[name]
-    exact = friction.first_passage(*values, t_end, error=1e-5)
+    exact = distribution.first_passage(*values, t_end, error=1e-5)
     for error in (1e-2, 1e-3):
-        law = friction.first_passage(*values, t_end, error=error)
+        law = distribution.first_passage(*values, t_end, error=error)
         both = np.union1d(law.t, exact.t)
         assert np.abs(np.interp(both, law.t, law.cdf) - np.interp(both, exact.t, exact.cdf)).max() <= error
 
@@ -204,7 +204,7 @@ def test_the_density_is_the_slope_of_the_cdf_and_never_negative():
 
 def test_periods_and_distances_are_those_of_drawn_slips():
     law = SlipLaw.solve(*FIG_8_10, t_end=20.0, error=1e-4)
-    drawn = friction.paths(*FIG_8_10, t_end=20.0, count=100_000, error=1e-3, seed=3)
+    drawn = distribution.paths(*FIG_8_10, t_end=20.0, count=100_000, error=1e-3, seed=3)
     distance = FIG_8_10[4] - drawn.position
     sticks = distance >= 0.0  # false where a slip still lasted: its distance is nan
     period = (drawn.duration + distance / FIG_8_10[3])[sticks]
@@ -213,11 +213,13 @@ def test_periods_and_distances_are_those_of_drawn_slips():
         risen = np.arange(1, at.size + 1) / drawn.duration.size
         assert np.abs(np.interp(at, found.at, found.cdf) - risen).max() < 6e-3
     assert law.negative_stick == pytest.approx((distance < 0.0).mean(), abs=2e-3)
-    assert friction.periods(*FIG_8_10, t_end=20.0, error=1e-2).missing == pytest.approx(law.period.missing, abs=1e-2)
+    assert distribution.periods(*FIG_8_10, t_end=20.0, error=1e-2).missing == pytest.approx(
+        law.period.missing, abs=1e-2
+    )
 
 
 def test_figure_8_10_has_a_small_mass_at_no_distance():
-    law = friction.distances(*FIG_8_10, t_end=40.0, error=1e-4)
+    law = distribution.distances(*FIG_8_10, t_end=40.0, error=1e-4)
     near = np.interp(0.1, law.at, law.cdf) - np.interp(-0.1, law.at, law.cdf)
     # The errata's 1.1 % comes from simulated slips.
     assert near == pytest.approx(0.011, abs=1e-3)
@@ -227,15 +229,15 @@ def test_units_do_not_matter():
     time, length = 0.01, 0.003
     w0, zeta, noise, belt, x0, v0 = FIG_8_6
     small = (w0 / time, zeta / time, noise * length**2 / time**3, belt * length / time, x0 * length, v0 * length / time)
-    there = friction.periods(*small, t_end=20.0 * time, error=1e-4)
-    here = friction.periods(*FIG_8_6, t_end=20.0, error=1e-4)
+    there = distribution.periods(*small, t_end=20.0 * time, error=1e-4)
+    here = distribution.periods(*FIG_8_6, t_end=20.0, error=1e-4)
     assert np.abs(np.interp(here.t, there.t / time, there.cdf) - here.cdf).max() < 1e-4
 
 
 def test_a_long_slip_law_ends_exponentially_and_goes_through_the_short_one():
     values = (1.0, 0.4, 0.1, 1.0, 0.3, 0.0)
-    short = friction.first_passage(*values, t_end=60.0, error=1e-5)
-    long = friction.first_passage(*values, t_end=300.0, error=1e-5)
+    short = distribution.first_passage(*values, t_end=60.0, error=1e-5)
+    long = distribution.first_passage(*values, t_end=300.0, error=1e-5)
     assert np.abs(np.interp(short.t, long.t, long.cdf) - short.cdf).max() < 2e-5
     left = 1.0 - np.interp([60.0, 90.0, 120.0], long.t, long.cdf)
     assert left[0] / left[1] == pytest.approx(left[1] / left[2], rel=2e-2)
@@ -254,10 +256,10 @@ def test_a_hazard_that_stands_still_is_not_solved_on(values):
 
 
 def test_nothing_ends_where_nothing_can():
-    law = friction.first_passage(1.0, 0.1, 1e-12, 1.0, 0.5, 0.0, t_end=50.0, error=1e-3)
+    law = distribution.first_passage(1.0, 0.1, 1e-12, 1.0, 0.5, 0.0, t_end=50.0, error=1e-3)
     assert law.missing == 1.0
     assert law.cdf.max() == 0.0
-    assert friction.periods(1.0, 0.1, 1e-12, 1.0, 0.5, 0.0, t_end=50.0, error=1e-3).missing == 1.0
+    assert distribution.periods(1.0, 0.1, 1e-12, 1.0, 0.5, 0.0, t_end=50.0, error=1e-3).missing == 1.0
 
 
 @pytest.mark.parametrize(
@@ -277,7 +279,7 @@ def test_nothing_ends_where_nothing_can():
 )
 def test_values_without_a_slip_are_refused_by_name(name, value):
     values = dict(zip(("w0", "zeta", "noise", "belt_velocity", "x0", "v0"), FIG_8_6, strict=True), t_end=20.0)
-    for refuses in (friction.first_passage, friction.periods, friction.distances):
+    for refuses in (distribution.first_passage, distribution.periods, distribution.distances):
         with pytest.raises(BadValue, match=f"^{name} is .*; allowed: "):
             refuses(**(values | {name: value}))
 
@@ -285,7 +287,7 @@ def test_values_without_a_slip_are_refused_by_name(name, value):
 def test_an_error_out_of_reach_is_refused():
     # Noise so small that a slip's end is sharper, in time, than the numbers can carry.
     with pytest.raises(BadValue, match=r"^error is 0.0001; allowed for these values: above"):
-        friction.first_passage(1.0, 0.1, 1e-12, 0.5, 1.0, 0.0, t_end=20.0, error=1e-4)
+        distribution.first_passage(1.0, 0.1, 1e-12, 0.5, 1.0, 0.0, t_end=20.0, error=1e-4)
 
 
 def test_the_place_law_at_a_time_holds_its_density():

@@ -6,8 +6,8 @@ from scipy.integrate import dblquad, quad, solve_ivp
 from scipy.stats import multivariate_normal
 
 from underfoot.errors import BadValue
-from underfoot.models.friction import first_passage
-from underfoot.models.friction_crossings import coloured_upcrossings, escape_time, white_upcrossings
+from underfoot.models.stick_slip.distribution import first_passage
+from underfoot.models.stick_slip.upcrossings import coloured_upcrossings, escape_time, white_upcrossings
 
 FIG_8_5 = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0)
 FIG_8_10 = (1.0, 0.4, 0.1, 0.45, 0.9, 0.0)

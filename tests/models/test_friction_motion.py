@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 from scipy.stats import invgauss, kstest
 
 from underfoot.errors import BadValue
-from underfoot.models.friction_motion import transition
-from underfoot.models.friction_paths import paths
+from underfoot.models.stick_slip.oscillator import transition
+from underfoot.models.stick_slip.sample_paths import paths
 
 
 @pytest.mark.parametrize("t", [1e-3, 0.03, 0.4, 0.7, 3.0, 20.0])

@@ -5,9 +5,9 @@ import pytest
 
 from underfoot.errors import BadValue
 from underfoot.kernels import kernel
-from underfoot.models.friction import SlipLaw
-from underfoot.models.friction_table import LONGEST, MEAN, draw, look_up, slip_table
-from underfoot.models.random import stream_key
+from underfoot.models.signals.random import stream_key
+from underfoot.models.stick_slip.distribution import SlipLaw
+from underfoot.models.stick_slip.quantile_table import LONGEST, MEAN, draw, look_up, slip_table
 
 # zeta, D, x0, v0: strong and weak damping, a law in separate peaks, a start against the belt, slips that last long.
 SETS = {

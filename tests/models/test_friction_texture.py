@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from underfoot.models import friction_texture as texture
-from underfoot.models.friction import SlipLaw
-from underfoot.models.friction_table import slip_table
-from underfoot.models.random import stream_key
+from underfoot.models.signals.random import stream_key
+from underfoot.models.stick_slip import texture
+from underfoot.models.stick_slip.distribution import SlipLaw
+from underfoot.models.stick_slip.quantile_table import slip_table
 
 RATE = 48_000.0
 VALUES = (0.4, 0.5, 2.0, 0.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from underfoot.errors import BadValue
-from underfoot.models import fsr
-from underfoot.models.fsr import FSR_RANGES, FULL_COUNTS, RATED_N, Fsr
+from underfoot.models.tile import fsr
+from underfoot.models.tile.fsr import FSR_RANGES, FULL_COUNTS, RATED_N, Fsr
 
 RATE = 1000.0
 QUIET = Fsr(spread=0.0, hysteresis=0.0, creep=0.0, noise_counts=0.0)

@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 from scipy.special import gamma
 
 from underfoot.errors import BadValue
-from underfoot.models import impact, impact_contact, impact_motion, impact_row
+from underfoot.models.modal import contact_motion, contact_step, impact
+from underfoot.models.modal import hammer as impact_row
 
 RATE = 48_000.0
 SOFT, MEDIUM, HARD = (1e4, 1.5), (1e7, 1.5), (1e11, 1.8)
@@ -155,13 +156,13 @@ def test_contact_time_and_depth_without_losses(exponent):
 def energy(s, t, modes):
     """Energy (J) of hammer, contact and object, where a block or a contact lets it be read from the row."""
     frequencies, decays, masses, shapes = modes
-    first = impact_motion.Z if s[impact_motion.IN_CONTACT] else impact_motion.END
-    x, y = impact_motion.rows_of(s, t)[first : first + 2, : frequencies.size]
+    first = contact_motion.Z if s[contact_motion.IN_CONTACT] else contact_motion.END
+    x, y = contact_motion.rows_of(s, t)[first : first + 2, : frequencies.size]
     angular = 2 * np.pi * frequencies
     q, v = y / shapes, (angular * x - decays * y) / shapes
-    stiffness, exponent, way = s[impact_motion.STIFFNESS], s[impact_motion.EXPONENT], max(s[impact_motion.WAY], 0.0)
-    contact = stiffness * way ** (exponent + 1) / (exponent + 1) if s[impact_motion.IN_CONTACT] else 0.0
-    hammer = 0.5 * s[impact_motion.MASS] * s[impact_motion.SPEED] ** 2
+    stiffness, exponent, way = s[contact_motion.STIFFNESS], s[contact_motion.EXPONENT], max(s[contact_motion.WAY], 0.0)
+    contact = stiffness * way ** (exponent + 1) / (exponent + 1) if s[contact_motion.IN_CONTACT] else 0.0
+    hammer = 0.5 * s[contact_motion.MASS] * s[contact_motion.SPEED] ** 2
     return hammer + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum()
 
 
@@ -199,7 +200,7 @@ def test_energy_is_never_gained_and_the_force_never_pulls(seed):
             )
             assert np.isfinite([force, acceleration, displacement]).all()
             assert (force >= 0.0).all()
-            if s[impact_motion.IN_CONTACT] or block % 2:
+            if s[contact_motion.IN_CONTACT] or block % 2:
                 now = energy(s, t, modes)
                 assert now <= last + 1e-11 * first
                 last = now
@@ -258,7 +259,7 @@ def test_a_free_mass_and_a_critically_damped_mode():
 
 def row(modes, rate=RATE, floor=0.0):
     count = len(modes[0])
-    s, t = np.zeros(impact_motion.state_size(count)), np.zeros(impact_motion.tuning_size(count))
+    s, t = np.zeros(contact_motion.state_size(count)), np.zeros(contact_motion.tuning_size(count))
     impact_row.tune(t, *(np.asarray(values, dtype=float) for values in modes), rate, floor)
     return s, t
 
@@ -340,9 +341,9 @@ def test_the_force_is_elastic_at_its_mean_over_a_step():
     for exponent in (1.0, 1.5, 3.7):
         x = 1e-4
         for d in (1.001e-3 * x, 0.999e-3 * x, -0.999e-3 * x):
-            start, end = impact_contact.power(x, exponent), impact_contact.power(x + d, exponent)
+            start, end = contact_step.power(x, exponent), contact_step.power(x + d, exponent)
             exact = start * (1 + exponent * d / x / 2 + exponent * (exponent - 1) * (d / x) ** 2 / 6)
-            mean = impact_contact._mean(x, x + d, start, end, exponent)
+            mean = contact_step._mean(x, x + d, start, end, exponent)
             assert mean == pytest.approx(exact, rel=3e-9)
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from underfoot.errors import BadValue
-from underfoot.models import modal, modal_events, modal_signal
+from underfoot.models.modal import bank, driven_bank, struck_bank
 
 RATE = 48_000.0
 
@@ -45,7 +45,7 @@ def ring(form, s, t, signal, cuts=()):
     out = np.empty(signal.size)
     edges = [0, *cuts, signal.size]
     for first, last in pairwise(edges):
-        if form is modal_signal:
+        if form is driven_bank:
             form.ring(s, t, signal[first:last].copy(), out[first:last], first, last - first)
         else:
             form.ring(s, t, *events_of(signal, first, last), out[first:last], first, last - first)
@@ -69,11 +69,11 @@ def test_ring_is_the_sum_of_scipys_resonators(count, strikes):
         pole = np.exp((-b + 2j * np.pi * f) / RATE)
         expected += lfilter([0, a * pole.imag], [1, -2 * pole.real, abs(pole) ** 2], signal)
     np.testing.assert_allclose(
-        modal.ring(frequencies, decays, amplitudes, signal, RATE), expected, atol=1e-10 * np.abs(expected).max()
+        bank.ring(frequencies, decays, amplitudes, signal, RATE), expected, atol=1e-10 * np.abs(expected).max()
     )
 
 
-@pytest.mark.parametrize("form", [modal_events, modal_signal])
+@pytest.mark.parametrize("form", [struck_bank, driven_bank])
 @pytest.mark.parametrize("rate", [8_000.0, 48_000.0, 192_000.0])
 def test_exact_after_ten_seconds(form, rate):
     modes = some_modes(30, lowest=rate / 9_600, highest=0.45 * rate, quickest=1.0)
@@ -86,7 +86,7 @@ def test_exact_after_ten_seconds(form, rate):
     assert error < 1e-9 * np.linalg.norm(expected)
 
 
-@pytest.mark.parametrize("form", [modal_events, modal_signal])
+@pytest.mark.parametrize("form", [struck_bank, driven_bank])
 @pytest.mark.parametrize("count", [1, 12, 37])
 def test_the_same_bytes_however_the_frames_are_split(form, count):
     modes = some_modes(count, quickest=2_000.0)
@@ -108,13 +108,13 @@ def test_both_forms_agree():
     modes = some_modes(20)
     signal = sparse_signal(3_000, 40)
     np.testing.assert_allclose(
-        ring(modal_events, *row(modal_events, modes), signal),
-        ring(modal_signal, *row(modal_signal, modes), signal),
+        ring(struck_bank, *row(struck_bank, modes), signal),
+        ring(driven_bank, *row(driven_bank, modes), signal),
         atol=1e-11,
     )
 
 
-@pytest.mark.parametrize("form", [modal_events, modal_signal])
+@pytest.mark.parametrize("form", [struck_bank, driven_bank])
 def test_what_has_died_away_is_exactly_zero(form):
     modes = some_modes(10, slowest=100.0, quickest=300.0)
     s, t = row(form, modes, 1e-6)
@@ -131,11 +131,11 @@ def test_what_has_died_away_is_exactly_zero(form):
 def test_the_floor_lets_weak_excitation_build_a_mode_up():
     modes = ([1_000.0], [1.0], [1.0])
     signal = 1e-5 * np.sin(2 * np.pi * 1_000.0 * np.arange(9_600) / RATE)
-    for form in (modal_events, modal_signal):
+    for form in (struck_bank, driven_bank):
         assert np.abs(ring(form, *row(form, modes, 1e-3), signal)).max() > 0.03
 
 
-@pytest.mark.parametrize("form", [modal_events, modal_signal])
+@pytest.mark.parametrize("form", [struck_bank, driven_bank])
 @pytest.mark.parametrize("stop", [1, 63, 64, 200, 2_000])
 def test_rest_bounds_what_is_still_to_come(form, stop):
     modes = some_modes(10, quickest=20.0)
@@ -145,14 +145,14 @@ def test_rest_bounds_what_is_still_to_come(form, stop):
     ring(form, s, t, signal[:stop])
     bound = form.rest(s, t)
     out = np.empty(4_000)
-    if form is modal_signal:
+    if form is driven_bank:
         form.ring(s, t, np.zeros(4_000), out, stop, 4_000)
     else:
         form.ring(s, t, np.zeros(0), 0, out, stop, 4_000)
     assert np.abs(out).max() <= bound <= 30 * np.abs(signal[:stop]).sum()
 
 
-@pytest.mark.parametrize("form", [modal_events, modal_signal])
+@pytest.mark.parametrize("form", [struck_bank, driven_bank])
 def test_a_new_tuning_goes_on_with_what_rings(form):
     before, after = ([500.0], [0.0], [1.0]), ([700.0], [0.0], [1.0])
     s, t = row(form, before)
@@ -161,7 +161,7 @@ def test_a_new_tuning_goes_on_with_what_rings(form):
     ring(form, s, t, signal)
     form.tune(t, *(np.array(values) for values in after), RATE, 1e-15)
     out = np.empty(960)
-    if form is modal_signal:
+    if form is driven_bank:
         form.ring(s, t, np.zeros(960), out, 960, 960)
         assert np.abs(out).max() == pytest.approx(1.0, rel=0.05)
     else:
@@ -173,7 +173,7 @@ def test_an_event_acts_from_the_frame_its_time_lies_in_and_a_late_one_at_once():
     modes = ([12_000.0], [0.0], [1.0])
     for time, first in ((7.999, 7), (8.0, 8), (-3.0, 0)):
         out = np.empty(16)
-        modal_events.ring(*row(modal_events, modes), np.array([time, 2.0, 0.0]), 1, out, 0, 16)
+        struck_bank.ring(*row(struck_bank, modes), np.array([time, 2.0, 0.0]), 1, out, 0, 16)
         np.testing.assert_allclose(out, 2 * closed_form(*modes, np.arange(16) - first), atol=1e-12)
 
 
@@ -181,15 +181,15 @@ def test_modes_at_or_above_half_the_rate_are_left_out():
     signal = np.zeros(200)
     signal[0] = 1.0
     for excitation in (signal, signal + 1e-3):
-        with_them = modal.ring([300.0, 24_000.0, 30_000.0], [5.0] * 3, [1.0] * 3, excitation, RATE)
-        without = modal.ring([300.0], [5.0], [1.0], excitation, RATE)
+        with_them = bank.ring([300.0, 24_000.0, 30_000.0], [5.0] * 3, [1.0] * 3, excitation, RATE)
+        without = bank.ring([300.0], [5.0], [1.0], excitation, RATE)
         np.testing.assert_allclose(with_them, without, atol=1e-14)
 
 
 def test_nothing_in_nothing_out():
-    assert modal.ring([300.0], [5.0], [1.0], [], RATE).size == 0
-    assert not modal.ring([300.0], [5.0], [1.0], np.zeros(1_000), RATE).any()
-    assert not modal.ring([0.0], [0.0], [1.0], np.ones(1_000), RATE).any()
+    assert bank.ring([300.0], [5.0], [1.0], [], RATE).size == 0
+    assert not bank.ring([300.0], [5.0], [1.0], np.zeros(1_000), RATE).any()
+    assert not bank.ring([0.0], [0.0], [1.0], np.ones(1_000), RATE).any()
 
 
 @pytest.mark.parametrize(
@@ -221,5 +221,5 @@ def test_bad_parameters_are_named(change, name):
         "rate": RATE,
     }
     with pytest.raises(BadValue, match=f"^{name} is .*; allowed: ") as error:
-        modal.ring(**{**good, **change})
+        bank.ring(**{**good, **change})
     assert "\n" not in str(error.value)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from underfoot.models import noise
-from underfoot.models.random import stream_key
+from underfoot.models.signals import noise
+from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
 KEY = stream_key(1, "noise", "t1")

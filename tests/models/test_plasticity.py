@@ -11,9 +11,9 @@ from scipy import stats
 from scipy.integrate import solve_ivp
 
 from underfoot.errors import BadValue
-from underfoot.models import plasticity
-from underfoot.models.plasticity import power_law, slip, slip_displacement, slip_energy
-from underfoot.models.random import stream_key
+from underfoot.models import elasto_plastic
+from underfoot.models.elasto_plastic import power_law, slip, slip_displacement, slip_energy
+from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
 NAMES = ("mass_kg", "damping_ns_m", "stiffness_n_m", "plastic_stiffness_n_m", "threshold_n", "spread")
@@ -21,19 +21,19 @@ DEFAULTS = dict(zip(NAMES, (0.5, 400.0, 4e5, 4e5, 100.0, 0.3), strict=True))
 
 
 def tuned(gamma=1.5, least_j=1e-5, most_j=1e-2, renewal_s=0.01, **changes):
-    t = np.zeros(plasticity.tuning_size())
-    plasticity.tune(t, RATE, *{**DEFAULTS, **changes}.values())
-    plasticity.tune_energy(t, gamma, least_j, most_j, 1.0, 0.5)
-    plasticity.tune_renewal(t, RATE, renewal_s)
+    t = np.zeros(elasto_plastic.tuning_size())
+    elasto_plastic.tune(t, RATE, *{**DEFAULTS, **changes}.values())
+    elasto_plastic.tune_energy(t, gamma, least_j, most_j, 1.0, 0.5)
+    elasto_plastic.tune_renewal(t, RATE, renewal_s)
     return t
 
 
 def played(t, force, cuts=(), s=None, frame=0):
-    s = np.zeros(plasticity.state_size()) if s is None else s
+    s = np.zeros(elasto_plastic.state_size()) if s is None else s
     moved, found = np.zeros(force.size), []
     for i, j in pairwise([0, *sorted(cuts), force.size]):
         events = np.zeros(3 * (j - i))
-        count = plasticity.run(s, t, stream_key("slip"), frame + i, force[i:j], moved[i:j], events)
+        count = elasto_plastic.run(s, t, stream_key("slip"), frame + i, force[i:j], moved[i:j], events)
         found.append(events[: 3 * count].reshape(-1, 3))
     return moved, np.concatenate(found), s
 
@@ -217,16 +217,16 @@ def test_after_the_renewal_time_the_ground_is_fresh_and_differs():
     np.testing.assert_allclose(again, found, rtol=1e-6)
     assert len(again) > 20
     assert abs(again[0, 0] - 15600 - events[0, 0]) > 1e-3
-    assert plasticity.rest(s, tuned()) < 1e-9
+    assert elasto_plastic.rest(s, tuned()) < 1e-9
 
 
 def test_rest_bounds_what_is_left_and_waits_for_the_renewal():
-    t, s = tuned(), np.zeros(plasticity.state_size())
-    assert plasticity.rest(s, t) == 0.0
+    t, s = tuned(), np.zeros(elasto_plastic.state_size())
+    assert elasto_plastic.rest(s, t) == 0.0
     _, _, s = played(t, footsteps()[:5000], s=s)
-    assert plasticity.rest(s, t) == math.inf
+    assert elasto_plastic.rest(s, t) == math.inf
     _, _, s = played(t, np.zeros(481), s=s, frame=5000)
-    bound = plasticity.rest(s, t)
+    bound = elasto_plastic.rest(s, t)
     moved, events, s = played(t, np.zeros(4800), s=s, frame=5481)
     assert 0.0 < np.abs(moved).max() <= bound * (1.0 + 1e-9)
     assert len(events) == 0

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import dblquad
 
 from underfoot.errors import BadValue
-from underfoot.models.plate import PLATE_RANGES, Plate, modes, rigid_overlaps, shapes
-from underfoot.models.suspension import SUSPENSION_RANGES, Suspension, deflection_at_resonance_m
+from underfoot.models.tile.plate import PLATE_RANGES, Plate, modes, rigid_overlaps, shapes
+from underfoot.models.tile.suspension import SUSPENSION_RANGES, Suspension, deflection_at_resonance_m
 
 SIZE = (0.304, 0.304)
 

@@ -8,8 +8,8 @@ from scipy.linalg import expm
 from scipy.signal import freqs_zpk, lsim
 
 from underfoot.errors import BadValue
-from underfoot.models import poles
-from underfoot.models.poles import Poles, of_biquads, of_states
+from underfoot.models.filtering import poles
+from underfoot.models.filtering.poles import Poles, of_biquads, of_states
 
 RATE = 48_000.0
 

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from underfoot.kernels import kernel
-from underfoot.models.random import exponential, normal, open_unit, stream_key, uniform
+from underfoot.models.signals.random import exponential, normal, open_unit, stream_key, uniform
 
 COUNT = 100_000
 

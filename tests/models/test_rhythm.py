@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from underfoot.errors import BadValue
-from underfoot.models.rhythm import RHYTHMS, Note, Rhythm, play, rhythm
+from underfoot.models.signals.rhythm import RHYTHMS, Note, Rhythm, play, rhythm
 
 RATE = 48000.0
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.signal import butter, sosfilt
 
 from underfoot.errors import BadValue
-from underfoot.models.equaliser import gain
-from underfoot.models.sections import MOST_SECTIONS, STATE, at_rate, checked, rest, run, tuning
+from underfoot.models.filtering.cascade import MOST_SECTIONS, STATE, at_rate, checked, rest, run, tuning
+from underfoot.models.filtering.equaliser import gain
 
 RATE = 48_000.0
 BAND = butter(7, [50.0, 750.0], "bandpass", fs=RATE, output="sos")

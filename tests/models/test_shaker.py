@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import freqs
 
 from underfoot.errors import BadValue
-from underfoot.models.shaker import SHAKER_RANGES, Shaker
+from underfoot.models.tile.shaker import SHAKER_RANGES, Shaker
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from underfoot.errors import BadValue
 from underfoot.kernels import kernel
-from underfoot.models import waveshaping
-from underfoot.models.waveshaping import STATE_SIZE, WORK_SHAPE, audible_harmonics, next_phase, tone
+from underfoot.models.signals import waveshaping
+from underfoot.models.signals.waveshaping import STATE_SIZE, WORK_SHAPE, audible_harmonics, next_phase, tone
 
 RATE = 48000.0
 TEN = np.array([0.3, -0.8, 0.5, 1.0, -0.2, 0.7, 0.1, -0.6, 0.4, 0.9])

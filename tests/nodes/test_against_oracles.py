@@ -5,7 +5,7 @@ import pytest
 import soundfile
 from scipy import integrate, signal
 
-from underfoot.models.waveshaping import peak_bound
+from underfoot.models.signals.waveshaping import peak_bound
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program

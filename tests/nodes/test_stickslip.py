@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from underfoot.models.friction import SlipLaw
-from underfoot.models.friction_table import LONGEST
+from underfoot.models.stick_slip.distribution import SlipLaw
+from underfoot.models.stick_slip.quantile_table import LONGEST
 from underfoot.nodes import REGISTRY, stickslip
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -104,7 +104,7 @@ def test_a_table_is_made_once_and_kept_beside_the_kernels(tmp_path, monkeypatch)
     made = stickslip.slip_table(values)
     (file,) = tmp_path.rglob("*.npy")
     stickslip._table.cache_clear()
-    monkeypatch.setattr(stickslip.friction_table, "slip_table", None)
+    monkeypatch.setattr(stickslip.quantile_table, "slip_table", None)
     assert np.array_equal(stickslip.slip_table(values), made)
     file.write_bytes(file.read_bytes()[:200])
     stickslip._table.cache_clear()

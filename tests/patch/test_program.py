@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from underfoot.clock import FADE, RAMP, SPAN
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Play
 from underfoot.engine.safety import DC_HZ

@@ -8,7 +8,7 @@ from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.calibrate.measuring import Pace
 from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
-from underfoot.widgets.settings import Settings
+from underfoot.widgets.session.settings import Settings
 
 LEFT = Qt.MouseButton.LeftButton
 SLOW_MS = 10_000

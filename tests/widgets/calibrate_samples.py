@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from underfoot.calibration.procedure import Live, Page, Press, Readings, Refused, Result, Sound, ask
+from underfoot.calibration.procedures.procedure import Live, Page, Press, Readings, Refused, Result, Sound, ask
 from underfoot.drawing import Drawing, series
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor

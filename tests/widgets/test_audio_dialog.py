@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox, QPushButton
 
 from underfoot.floor.layout import default_floor
-from underfoot.widgets.audio_dialog import AudioDialog
+from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 
 CARDS = [("Eight out", 8, 48_000.0), ("Headphones", 2, 44_100.0)]
 

@@ -15,8 +15,8 @@ from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.widgets import bridge
-from underfoot.widgets.bridge import Bridge, Feet
+from underfoot.widgets.session import bridge
+from underfoot.widgets.session.bridge import Bridge, Feet
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
 LONG_MS = 120_000

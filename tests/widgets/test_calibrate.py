@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.calibration.procedure import Page, Refused, Sound
+from underfoot.calibration.procedures.procedure import Page, Refused, Sound
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import default_floor

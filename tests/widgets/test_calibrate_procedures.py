@@ -6,17 +6,17 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from underfoot.calibration.benches import SimulatedBench
-from underfoot.calibration.fsr_wizard import FsrProcedure
-from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures.fsr import FsrProcedure
+from underfoot.calibration.procedures.procedure import run
+from underfoot.calibration.procedures.simulated_bench import SimulatedBench
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, profiles_of
-from underfoot.floor.simulation import SimulatedTile
+from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.widgets.calibrate.catalogue import KINDS
 from underfoot.widgets.calibrate.measuring import Pace
 from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
-from underfoot.widgets.settings import Settings
+from underfoot.widgets.session.settings import Settings
 
 LONG_MS = 120_000
 """A first run compiles kernels."""

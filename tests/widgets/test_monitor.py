@@ -16,14 +16,14 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.records.tables import step_table
-from underfoot.widgets import bridge
-from underfoot.widgets.bridge import Feet
 from underfoot.widgets.monitor.floor_map import FloorMap
 from underfoot.widgets.monitor.force_plot import ForcePlot
 from underfoot.widgets.monitor.spectrogram import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
 from underfoot.widgets.monitor.step_table import COLUMNS, StepTable
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.plots import History, thinned
+from underfoot.widgets.session import bridge
+from underfoot.widgets.session.bridge import Feet
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
 RATE = 48_000.0

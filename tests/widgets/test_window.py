@@ -10,17 +10,18 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QLabel, QLineEdit, QMessageBox, QPushButton
 from windows import LONG_MS, dialog_of, hiss, quiet_window
 
-from underfoot.calibration.procedure import Result
+from underfoot.calibration.procedures.procedure import Result
 from underfoot.engine.session import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.widgets import bridge, pictures
-from underfoot.widgets.audio_dialog import AudioDialog
+from underfoot.widgets import pictures
+from underfoot.widgets.dialogs.audio_dialog import AudioDialog
+from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.garbage import spare
-from underfoot.widgets.settings import LOW_LEVEL_DB, Autosave, Settings
-from underfoot.widgets.shortcuts import ShortcutsDialog
+from underfoot.widgets.session import bridge
+from underfoot.widgets.session.settings import LOW_LEVEL_DB, Autosave, Settings
 from underfoot.widgets.window import CALIBRATE, MONITOR, MainWindow
 
 
@@ -131,7 +132,7 @@ def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
 
 
 def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeypatch):
-    monkeypatch.setattr("underfoot.widgets.player.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("underfoot.widgets.session.player.platformdirs.user_documents_dir", lambda: str(tmp_path))
     qtbot.mouseClick(window.transport.record, Qt.MouseButton.LeftButton)
     path = window.player.session.recording
     assert path.parent == tmp_path / "Underfoot"

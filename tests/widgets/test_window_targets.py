@@ -7,13 +7,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QPushButton
 from windows import LONG_MS, dialog_of, hiss, quiet_window
 
-from underfoot.devices.emulator import Emulator, PtyWay
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.emulation.emulator import Emulator, PtyWay
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.layout import default_floor
-from underfoot.floor.simulation import TileParameters
-from underfoot.widgets.line_dialog import LineDialog
-from underfoot.widgets.player import remembered_target
-from underfoot.widgets.settings import Settings
+from underfoot.floor.simulated_tile import TileParameters
+from underfoot.widgets.dialogs.transport_dialog import LineDialog
+from underfoot.widgets.session.player import remembered_target
+from underfoot.widgets.session.settings import Settings
 
 
 @pytest.fixture(scope="module")

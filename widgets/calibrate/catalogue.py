@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from underfoot.calibration.procedure import Bench, Procedure, ask
+from underfoot.calibration.procedures.procedure import Bench, Procedure, ask
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import Tile
@@ -12,7 +12,7 @@ from underfoot.floor.profile import Profile
 from underfoot.parameters import Parameter, Text
 
 if TYPE_CHECKING:
-    from underfoot.floor.simulation import SimulatedTile
+    from underfoot.floor.simulated_tile import SimulatedTile
 
 MakeReady = Callable[[Target, Tile, Profile, str], tuple[Procedure, Bench]]
 """From target, tile, what is known of it, and what was said of the reference beside it."""
@@ -47,19 +47,19 @@ def why_not(target: Target) -> str:
 
 
 def _fsr(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from underfoot.calibration.fsr_wizard import FsrProcedure
+    from underfoot.calibration.procedures.fsr import FsrProcedure
 
     return FsrProcedure(tile), _pressed(target, tile, reference)
 
 
 def _centroid(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from underfoot.calibration.centroid_wizard import CentroidProcedure
+    from underfoot.calibration.procedures.centroid import CentroidProcedure
 
     return CentroidProcedure(tile, profile), _pressed(target, tile, reference)
 
 
 def _response(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from underfoot.calibration.response import FrequencyResponse
+    from underfoot.calibration.procedures.response import FrequencyResponse
     from underfoot.engine.loop import output_channels
     from underfoot.engine.sounding import SimulatedShaker, SoundCard
 
@@ -74,9 +74,9 @@ def _response(target: Target, tile: Tile, profile: Profile, reference: str) -> t
 
 def _pressed(target: Target, tile: Tile, cell: str) -> Bench:
     """Whoever presses `tile`: the simulator, or a person, with a load cell where one is named."""
-    from underfoot.calibration.benches import SimulatedBench
-    from underfoot.calibration.link_bench import LinkBench, cell_of
-    from underfoot.devices.link import port_of
+    from underfoot.calibration.procedures.device_bench import LinkBench, cell_of
+    from underfoot.calibration.procedures.simulated_bench import SimulatedBench
+    from underfoot.devices.transports.reader import port_of
 
     if not by_hand(target):
         return SimulatedBench(_simulated(target, tile))
@@ -86,7 +86,7 @@ def _pressed(target: Target, tile: Tile, cell: str) -> Bench:
 
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     """The tile as the simulated floor of `target` has it; an ideal floor's is of the usual kind."""
-    from underfoot.floor.simulation import SimulatedTile, TileParameters
+    from underfoot.floor.simulated_tile import SimulatedTile, TileParameters
 
     return SimulatedTile(tile, TileParameters.load(target.simulation) if target.simulation else None)
 

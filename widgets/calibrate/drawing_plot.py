@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from underfoot.drawing import COLOURS, Drawing, Series
 from underfoot.widgets import theme
 from underfoot.widgets.plots import AXIS_PX, thinned
+from underfoot.widgets.quantities import number
 
 DOT_PX = 4
 
@@ -177,7 +178,7 @@ def linear_ticks(low: float, high: float, room: float) -> Ticks:
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= raw * (1.0 - 1e-9))
     first, last = math.floor(low / step + 1e-6), math.ceil(high / step - 1e-6)
-    return [(k * step, theme.number(k * step, 4)) for k in range(first, last + 1)]
+    return [(k * step, number(k * step, 4)) for k in range(first, last + 1)]
 
 
 def log_ticks(low: float, high: float, room: float) -> Ticks:
@@ -192,7 +193,7 @@ def log_ticks(low: float, high: float, room: float) -> Ticks:
     first = max((i for i, at in enumerate(every) if at <= low + 1e-6), default=0)
     last = min((i for i, at in enumerate(every) if at >= high - 1e-6), default=len(every) - 1)
     skip = max(1, round((last - first) / max(room, 2.0)))
-    return [(at, theme.number(10.0**at, 4)) for at in every[first : last + skip : skip]]
+    return [(at, number(10.0**at, 4)) for at in every[first : last + skip : skip]]
 
 
 def in_axes(one: Series, drawing: Drawing) -> NDArray[np.float64]:

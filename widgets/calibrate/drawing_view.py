@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWi
 from underfoot.drawing import COLOURS, Drawing, Series
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.drawing_plot import DrawingPlot
+from underfoot.widgets.quantities import pretty_text
 
 LEAST_PX = 304
 """Height below which a drawing is not pressed: the column scrolls instead."""
@@ -51,8 +52,8 @@ class DrawingView(QWidget):
     def show_drawing(self, drawing: Drawing) -> None:
         """Show this one instead."""
         self.title.setText(drawing.title)
-        self._up.setText(f"↑ {theme.pretty_text(drawing.y)}")
-        self._across.setText(f"{theme.pretty_text(drawing.x)} →")
+        self._up.setText(f"↑ {pretty_text(drawing.y)}")
+        self._across.setText(f"{pretty_text(drawing.x)} →")
         named = [one for one in drawing.series if one.name]
         self._legend.setText(" &nbsp; ".join(map(_key, named)))
         self._legend.setVisible(bool(named))

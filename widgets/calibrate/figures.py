@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.floor.profile import Part
 from underfoot.widgets import theme
+from underfoot.widgets.quantities import quantity
 
 Quantities = Sequence[tuple[str, float, str]]
 
@@ -80,7 +81,7 @@ def part_in_words(part: Part | None) -> str:
     """
     if part is None:
         return "not calibrated yet"
-    error = f" · errs by {theme.quantity(part.error, part.error_unit)}" if part.error_unit else ""
+    error = f" · errs by {quantity(part.error, part.error_unit)}" if part.error_unit else ""
     return f"{part.made}{error}"
 
 
@@ -112,7 +113,7 @@ class FigureRow(QWidget):
             what, amount, unit = quantities[place] if place < len(quantities) else ("", math.nan, "")
             name.setText(name_in_words(what))
             name.setToolTip(name.text())
-            value.setText(theme.quantity(amount, unit) if what else "")
+            value.setText(quantity(amount, unit) if what else "")
 
     def texts(self) -> list[str]:
         """What is shown, name and value."""
@@ -151,8 +152,8 @@ class FigureTable(QTableWidget):
         self.setColumnHidden(2, before is None)
         self.setRowCount(len(quantities))
         for row, (name, value, unit) in enumerate(quantities):
-            old = "" if before is None or name not in before else theme.quantity(before[name], unit)
-            for column, text in enumerate((name_in_words(name), theme.quantity(value, unit), old)):
+            old = "" if before is None or name not in before else quantity(before[name], unit)
+            for column, text in enumerate((name_in_words(name), quantity(value, unit), old)):
                 item = QTableWidgetItem(text)
                 if column == 2:
                     item.setForeground(self.palette().placeholderText())

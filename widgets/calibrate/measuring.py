@@ -10,7 +10,18 @@ from typing import Any
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.calibration.procedure import Bench, Live, Page, Press, Procedure, Readings, Refused, Result, Sound, step
+from underfoot.calibration.procedures.procedure import (
+    Bench,
+    Live,
+    Page,
+    Press,
+    Procedure,
+    Readings,
+    Refused,
+    Result,
+    Sound,
+    step,
+)
 from underfoot.drawing import Drawing
 from underfoot.errors import UnderfootError
 

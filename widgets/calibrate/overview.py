@@ -12,8 +12,9 @@ from underfoot.widgets.calibrate.figures import FigureTable, name_in_words, unit
 from underfoot.widgets.calibrate.known import drawings_of
 from underfoot.widgets.calibrate.page_view import FORM_PX
 from underfoot.widgets.calibrate.tile_picture import TilePicture
-from underfoot.widgets.fields import ParameterEditor
-from underfoot.widgets.parameter_editor import editor_for
+from underfoot.widgets.controls.fields import ParameterEditor
+from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.quantities import pretty_text
 
 
 class Overview(QWidget):
@@ -111,7 +112,7 @@ class Overview(QWidget):
     def show_part(self, tile: Tile, part: Part | None, earlier: Part | None = None) -> None:
         """What the profile has of it, and an `earlier` one to compare with."""
         self.verdict.setText(
-            theme.pretty_text(part.verdict or f"Calibrated on {part.made}.") if part is not None else "Nothing yet."
+            pretty_text(part.verdict or f"Calibrated on {part.made}.") if part is not None else "Nothing yet."
         )
         theme.set_role(self.verdict, "muted" if part is None else "good" if part.good else "alarm")
         self.table.setVisible(part is not None or earlier is not None)

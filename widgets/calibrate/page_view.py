@@ -7,14 +7,15 @@ from typing import Any
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.calibration.procedure import Live, Page
+from underfoot.calibration.procedures.procedure import Live, Page
 from underfoot.floor.layout import Tile
 from underfoot.parameters import Numbers
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import FigureRow, name_in_words
 from underfoot.widgets.calibrate.tile_picture import TilePicture, where_in_words
-from underfoot.widgets.fields import Field, ParameterEditor
-from underfoot.widgets.parameter_editor import editor_for
+from underfoot.widgets.controls.fields import Field, ParameterEditor
+from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.quantities import pretty_text, pretty_unit, quantity
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
@@ -79,7 +80,7 @@ class PageView(QWidget):
             self._make_fields(page)
         self._page, self._complaint = page, ""
         self.title.setText(page.title)
-        self.do.setText(theme.pretty_text(page.do))
+        self.do.setText(pretty_text(page.do))
         is_where = not page.asks or page.press is not None
         self.picture.show_load(page.key.removesuffix("-place") if page.sound is None else page.sound.load)
         self.picture.show_press(page.press, page.places_m)
@@ -97,7 +98,7 @@ class PageView(QWidget):
         """How far the page's measurement is."""
         self.bar.setValue(round(1000 * min(max(live.ready, 0.0), 1.0)))
         self.picture.show_ready(live.ready)
-        self.hint.setText(theme.pretty_text(live.hint))
+        self.hint.setText(pretty_text(live.hint))
         self.figures.show_figures(live.quantities)
 
     def values(self) -> Mapping[str, Any]:
@@ -168,7 +169,7 @@ def _where(page: Page) -> str:
     if page.sound is not None:
         seconds = len(page.sound.signal) / page.sound.rate_hz
         what, does = LOADS.get(page.sound.load), "Plays" if sounds(page) else "Listens"
-        return f"{does} for {theme.quantity(seconds, 's')}" + (f" with {what}" if what else "")
+        return f"{does} for {quantity(seconds, 's')}" + (f" with {what}" if what else "")
     return ""
 
 
@@ -176,7 +177,7 @@ def _labelled(editor: ParameterEditor) -> ParameterEditor:
     """With a label that leaves the unit to the value, where it is only the parameter's name; a list has it there."""
     name, parameter = editor.parameter.name, editor.parameter
     if parameter.label == name.replace("_", " ").capitalize():
-        unit = f", {theme.pretty_unit(parameter.unit)}" if isinstance(parameter, Numbers) and parameter.unit else ""
+        unit = f", {pretty_unit(parameter.unit)}" if isinstance(parameter, Numbers) and parameter.unit else ""
         editor.label.setText(f"{name_in_words(name)}{unit}")
     return editor
 

@@ -6,10 +6,11 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QScreen
 from PySide6.QtWidgets import QWidget
 
-from underfoot.calibration.procedure import Page
+from underfoot.calibration.procedures.procedure import Page
 from underfoot.floor.layout import Tile
-from underfoot.widgets import theme
+from underfoot.widgets import quantities, theme
 from underfoot.widgets.calibrate.tile_picture import place_number
+from underfoot.widgets.quantities import quantity
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
@@ -140,7 +141,7 @@ class FloorProjection(QWidget):
             painter.drawLine(here + way * 3, here + way * 1.6 * radius)
         painter.setFont(theme.font(24, bold=True))
         beside = here + QPointF(1.2 * radius, -1.2 * radius)
-        painter.drawText(beside, theme.quantity(press.force_n, "N"))
+        painter.drawText(beside, quantity(press.force_n, "N"))
 
     def _paint_rule(self, painter: QPainter, area: QRectF) -> None:
         """A length to hold a ruler against."""
@@ -153,12 +154,12 @@ class FloorProjection(QWidget):
         for end in (left, right):
             painter.drawLine(end + QPointF(0, -6), end + QPointF(0, 6))
         painter.setFont(theme.font(theme.TEXT_PX))
-        painter.drawText(right + QPointF(theme.GRID, 5), f"{theme.quantity(RULE_M, 'm')} on a ruler")
+        painter.drawText(right + QPointF(theme.GRID, 5), f"{quantity(RULE_M, 'm')} on a ruler")
 
     def _paint_words(self, painter: QPainter) -> None:
-        right, up = (theme.quantity(part, "m") if part else "0 mm" for part in self.at_m)
+        right, up = (quantity(part, "m") if part else "0 mm" for part in self.at_m)
         words = (
-            f"Scale {theme.number(100 * self.scale, 4)} %  (+ and −, with Ctrl finer)      "
+            f"Scale {quantities.number(100 * self.scale, 4)} %  (+ and −, with Ctrl finer)      "
             f"Moved {right} right, {up} up  (arrows)      0: as at first      Return: go on      Esc: close"
         )
         line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)

@@ -2,10 +2,11 @@
 
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.calibration.procedure import Result
+from underfoot.calibration.procedures.procedure import Result
 from underfoot.floor.profile import Part
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import FigureTable
+from underfoot.widgets.quantities import pretty_text
 
 
 class ResultView(QWidget):
@@ -35,9 +36,9 @@ class ResultView(QWidget):
             return
         self._shown = result
         self.title.setText(result.title)
-        self.verdict.setText(theme.pretty_text(result.verdict))
+        self.verdict.setText(pretty_text(result.verdict))
         theme.set_role(self.verdict, "good" if result.good else "alarm")
-        self.warnings.setText("\n".join(f"•  {theme.pretty_text(line)}" for line in result.warnings))
+        self.warnings.setText("\n".join(f"•  {pretty_text(line)}" for line in result.warnings))
         self.warnings.setVisible(bool(result.warnings))
         old = None if before is None else {"error": before.error, **before.figures}
         self.table.show_figures(result.quantities, "this time", old, "" if before is None else f"of {before.made}")

@@ -7,9 +7,10 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from underfoot.calibration.procedure import Press
+from underfoot.calibration.procedures.procedure import Press
 from underfoot.floor.layout import Tile, default_floor
-from underfoot.widgets import theme
+from underfoot.widgets import quantities, theme
+from underfoot.widgets.quantities import quantity
 
 Places = Sequence[tuple[float, float]]
 
@@ -98,13 +99,11 @@ class TilePicture(QWidget):
         area, (width_m, height_m) = self.area(), self._tile.size_m
         painter.setPen(QColor(theme.MUTED))
         below = QRectF(area.left(), area.bottom() + 4, area.width(), 16)
-        painter.drawText(below, Qt.AlignmentFlag.AlignCenter, theme.quantity(width_m, "m"))
+        painter.drawText(below, Qt.AlignmentFlag.AlignCenter, quantity(width_m, "m"))
         painter.save()
         painter.translate(area.left() - 20, area.bottom())
         painter.rotate(-90)
-        painter.drawText(
-            QRectF(0, 0, area.height(), 16), Qt.AlignmentFlag.AlignCenter, f"{theme.quantity(height_m, 'm')}"
-        )
+        painter.drawText(QRectF(0, 0, area.height(), 16), Qt.AlignmentFlag.AlignCenter, f"{quantity(height_m, 'm')}")
         painter.restore()
 
     def _paint_sensors(self, painter: QPainter) -> None:
@@ -151,7 +150,7 @@ class TilePicture(QWidget):
         for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)) if press.sensor is None else ():
             painter.drawLine(here + QPointF(x, y) * 4, here + QPointF(x, y) * 11)
         painter.setPen(QColor(theme.TEXT))
-        text, area = theme.quantity(press.force_n, "N"), self.area()
+        text, area = quantity(press.force_n, "N"), self.area()
         above = here.y() - 36 > area.top()
         box = QRectF(here.x() - 48, here.y() - 36 if above else here.y() + 20, 96, 16)
         box.moveLeft(min(max(box.left(), area.left()), area.right() - box.width()))
@@ -199,9 +198,9 @@ def where_in_words(press: Press) -> str:
     if press.force_n <= 0.0:
         return "Stand clear of the tile"
     if press.sensor is not None:
-        return f"Press {theme.quantity(press.force_n, 'N')} over sensor {press.sensor + 1}"
-    x, y = (theme.quantity(round(1e4 * part) / 1e4, "m", 4) if part else "0 mm" for part in press.at_m)
-    return f"Press {theme.quantity(press.force_n, 'N')} at x {x}, y {y} from the middle"
+        return f"Press {quantity(press.force_n, 'N')} over sensor {press.sensor + 1}"
+    x, y = (quantity(round(1e4 * part) / 1e4, "m", 4) if part else "0 mm" for part in press.at_m)
+    return f"Press {quantity(press.force_n, 'N')} at x {x}, y {y} from the middle"
 
 
 def tile_in_words(tile: Tile) -> str:
@@ -210,5 +209,5 @@ def tile_in_words(tile: Tile) -> str:
     >>> tile_in_words(default_floor().tiles[0])
     't1 · 305 × 305 mm'
     """
-    width, height = (theme.number(1e3 * side, 4) for side in tile.size_m)
+    width, height = (quantities.number(1e3 * side, 4) for side in tile.size_m)
     return f"{tile.id} · {width} × {height} mm"

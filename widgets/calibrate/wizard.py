@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.calibration.procedure import Page, Result
+from underfoot.calibration.procedures.procedure import Page, Result
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.widgets import theme
@@ -24,6 +24,7 @@ from underfoot.widgets.calibrate.drawing_view import DrawingColumn
 from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, sounds
 from underfoot.widgets.calibrate.result_view import ResultView
+from underfoot.widgets.quantities import pretty_text
 
 BUSY_S = 0.4
 """After so long at one thing a page says that something is computed."""
@@ -134,7 +135,7 @@ class Wizard(QWidget):
         self.leaving.setFocus()
 
     def _refuse(self, why: str) -> None:
-        self.refusal.setText(theme.pretty_text(why))
+        self.refusal.setText(pretty_text(why))
         self.refusal.setVisible(bool(why))
 
     def _show_busy(self) -> None:

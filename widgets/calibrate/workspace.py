@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
 
-from underfoot.calibration.procedure import Result
+from underfoot.calibration.procedures.procedure import Result
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part, Profile
@@ -20,7 +20,7 @@ from underfoot.widgets.calibrate.overview import Overview
 from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
-from underfoot.widgets.settings import Settings
+from underfoot.widgets.session.settings import Settings
 
 
 class CalibrateWorkspace(QWidget):
@@ -223,7 +223,7 @@ class CalibrateWorkspace(QWidget):
         profile = self.profiles.of(self.tile.id)
 
         def write() -> str:
-            from underfoot.calibration.report import write_report
+            from underfoot.calibration.files.report import write_report
 
             return f"The report is {write_report(result, folder, result.apply(profile))}"
 

@@ -7,7 +7,7 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import Number
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
-from underfoot.widgets import theme
+from underfoot.widgets.quantities import pretty_text
 from underfoot.widgets.theme import GRID
 
 Place = tuple[float, float]
@@ -87,7 +87,7 @@ def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
     except BadValue as error:
         # Where in the file the wire would stand means nothing to a person who drags one.
         text = re.sub(r"^wires\[\d+\] is ", "", str(error))
-        return theme.pretty_text(text.replace("->", "→").replace("<-", "←").replace("'", ""))
+        return pretty_text(text.replace("->", "→").replace("<-", "←").replace("'", ""))
     return ""
 
 

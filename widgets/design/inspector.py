@@ -11,14 +11,15 @@ from underfoot.parameters import Count, Rows, Text
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets import theme
+from underfoot.widgets.controls.fields import ParameterEditor
+from underfoot.widgets.controls.list_editors import TilesEditor
+from underfoot.widgets.controls.number_editor import NumberEditor
+from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
 from underfoot.widgets.design.editing import drivers
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shape import accent, shown
-from underfoot.widgets.fields import ParameterEditor
-from underfoot.widgets.list_editors import TilesEditor
-from underfoot.widgets.number_editor import NumberEditor
-from underfoot.widgets.parameter_editor import FileEditor, editor_for
+from underfoot.widgets.quantities import pretty_text
 
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
@@ -117,7 +118,7 @@ class Inspector(QScrollArea):
         title = theme.label(type.label, "title")
         title.setStyleSheet(f"color: {theme.mixed(accent(type), theme.TEXT, 0.6)};")
         column.addWidget(title)
-        column.addWidget(_wrapped(theme.pretty_text(type.doc), "small"))
+        column.addWidget(_wrapped(pretty_text(type.doc), "small"))
         column.addSpacing(8)
         for name, parameter in type.parameters.items():
             editor: ParameterEditor

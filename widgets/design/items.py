@@ -15,6 +15,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.editing import snapped
 from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, PlacedPort, Shape, accent, drivable, node_shape, shown
 from underfoot.widgets.plots import thinned
+from underfoot.widgets.quantities import pretty_text, pretty_unit
 
 LEGIBLE = 0.45
 """Below this zoom a node shows its name alone: nothing else in it could be read."""
@@ -130,7 +131,7 @@ class NodeItem(QGraphicsItem):
             names = ", ".join(shown(port.name) for port in drivable(self.node_type) if port.name not in self.driven)
             self.setToolTip(f"A wire may also drive: {names}")
         elif event.pos().y() < TITLE:
-            self.setToolTip(theme.pretty_text(self.node_type.doc))
+            self.setToolTip(pretty_text(self.node_type.doc))
         else:
             self.setToolTip("")
 
@@ -353,8 +354,8 @@ def thumbnail(values: np.ndarray, events: bool = False) -> QPainterPath:
 def port_help(placed: PlacedPort) -> str:
     """What a port is, in a line or two."""
     port = placed.port
-    what = "events" if port.kind == "event" else f"signal{' in ' + theme.pretty_unit(port.unit) if port.unit else ''}"
-    return f"{shown(port.name)}: {what}" + (f"\n{theme.pretty_text(port.doc)}" if port.doc else "")
+    what = "events" if port.kind == "event" else f"signal{' in ' + pretty_unit(port.unit) if port.unit else ''}"
+    return f"{shown(port.name)}: {what}" + (f"\n{pretty_text(port.doc)}" if port.doc else "")
 
 
 def bounds(items: Sequence[QGraphicsItem]) -> QRectF:

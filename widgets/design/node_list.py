@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 from underfoot.patch.node import NodeType, Registry
 from underfoot.widgets import theme
 from underfoot.widgets.design.shape import accent
+from underfoot.widgets.quantities import pretty_text
 
 MIME = "application/x-underfoot-node"
 FAMILIES = ("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters", "Outputs")
@@ -62,7 +63,7 @@ class NodeList(QListWidget):
         item.setData(_TYPE, type.type)
         item.setData(_COLOUR, accent(type))
         item.setData(_NOTE, note)
-        item.setToolTip(theme.pretty_text(type.doc))
+        item.setToolTip(pretty_text(type.doc))
 
     def current(self) -> str:
         """The type of the current node, or nothing."""

@@ -14,6 +14,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.analysis import Scale, peak_and_rms, shown_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.preview_plots import SpectrogramPlot, SpectrumPlot, WaveformPlot
 from underfoot.widgets.design.tile_pad import TilePad
+from underfoot.widgets.quantities import quantity
 
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176
@@ -230,12 +231,12 @@ class PreviewPanel(QWidget):
             return
         i = min(max(round(time_s * preview.rate_hz), 0), self._values.size - 1)
         force = summed(preview.force_n)
-        text = f"{time_s * 1000:.0f} ms: {theme.quantity(float(self._values[i]), port.unit)}"
-        self.note.setText(text + (f", {theme.quantity(float(force[i]), 'N')}" if i < force.size else ""))
+        text = f"{time_s * 1000:.0f} ms: {quantity(float(self._values[i]), port.unit)}"
+        self.note.setText(text + (f", {quantity(float(force[i]), 'N')}" if i < force.size else ""))
 
     def _tell(self, values: np.ndarray, port: Port) -> None:
         peak, rms = peak_and_rms(values)
-        text = f"peak {theme.quantity(peak, port.unit)}, RMS {theme.quantity(rms, port.unit)}"
+        text = f"peak {quantity(peak, port.unit)}, RMS {quantity(rms, port.unit)}"
         if self._kept:
             before = peak_and_rms(self._kept[0])[1]
             if before > 0.0 and rms > 0.0:

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QGraphicsPathItem
 from underfoot.widgets import theme
 from underfoot.widgets.design.analysis import FELT_HZ, Scale
 from underfoot.widgets.plots import AXIS_PX, HeatItem, Plot, round_top, thinned
+from underfoot.widgets.quantities import number, pretty_unit, quantity
 
 FORCE_AXIS_PX = 44
 COLUMNS = 700
@@ -115,7 +116,10 @@ class WaveformPlot(PreviewPlot):
 
     def _set_values(self, bottom: float, top: float, unit: str) -> None:
         places = (bottom, 0.0) if bottom < 0 else (0.0, top / 2)
-        ticks = [*((v, theme.number(v)) for v in places), (top, f"{theme.number(top)} {theme.pretty_unit(unit)}")]
+        ticks = [
+            *((v, number(v)) for v in places),
+            (top, f"{number(top)} {pretty_unit(unit)}"),
+        ]
         room = 0.06 * (top - bottom)
         self.set_axis("left", bottom - room, top + room, ticks)
 
@@ -130,9 +134,7 @@ class WaveformPlot(PreviewPlot):
         time_s = np.arange(force_n.size) / rate_hz
         x, y = thinned(time_s, force_n[:, None], force_n.size / rate_hz / COLUMNS)
         self._force.setData(x, bottom + y[:, 0] / full * (top - bottom), connect="all")
-        self._force_axis.setTicks(
-            [[(bottom + s * (top - bottom), theme.quantity(s * full, "N")) for s in (0.0, 0.5, 1.0)]]
-        )
+        self._force_axis.setTicks([[(bottom + s * (top - bottom), quantity(s * full, "N")) for s in (0.0, 0.5, 1.0)]])
 
 
 class SpectrogramPlot(PreviewPlot):
@@ -230,10 +232,10 @@ class SpectrumPlot(PreviewPlot):
         low, high = scale.span
         self.set_axis("left", low, high, scale.ticks())
         step = range_db / 3.0
-        ticks = [(top_db - i * step, f"{theme.number(top_db - i * step)} dB") for i in (1, 2)]
+        ticks = [(top_db - i * step, f"{number(top_db - i * step)} dB") for i in (1, 2)]
         self.set_axis("bottom", top_db - range_db, top_db, ticks)
         self._felt.place_y(*(scale.place(hz) for hz in FELT_HZ))
-        reference = f"1 {theme.pretty_unit(unit)}" if unit else "1"
+        reference = f"1 {pretty_unit(unit)}" if unit else "1"
         self.setToolTip(f"Amplitude in dB of {reference}; the colours are those of the spectrogram")
 
 

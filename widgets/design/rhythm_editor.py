@@ -6,10 +6,10 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from underfoot.models.rhythm import STEPS
+from underfoot.models.signals.rhythm import STEPS
 from underfoot.parameters import Parameter, Rows
 from underfoot.widgets import theme
-from underfoot.widgets.fields import ParameterEditor
+from underfoot.widgets.controls.fields import ParameterEditor
 
 Note = tuple[float, float, float]
 """Step, length in steps, amplitude 0 to 1."""

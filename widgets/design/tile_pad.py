@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.widgets import theme
+from underfoot.widgets.quantities import quantity
 
 FULL_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""
@@ -151,4 +152,4 @@ class TilePad(QWidget):
             painter.drawLine(self._began, self._mouse)
             below = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
             painter.setPen(QColor(theme.TEXT))
-            painter.drawText(area.adjusted(0, 0, 0, -6), below, theme.quantity(self._force_n, "N", 2))
+            painter.drawText(area.adjusted(0, 0, 0, -6), below, quantity(self._force_n, "N", 2))

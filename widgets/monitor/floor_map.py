@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from underfoot.floor.contacts import ContactRows, Present
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
+from underfoot.widgets.quantities import quantity
 
 FULL_N = 1000.0
 """The load at which a tile shows the full amber."""
@@ -210,7 +211,7 @@ class FloorMap(QWidget):
             self.pressed.emit(tile, 0.0, 0.0, 0.0)
 
     def _help(self) -> str:
-        press = f"; hold the mouse on it to press with {theme.quantity(self._press_n, 'N')}" if self.can_press else ""
+        press = f"; hold the mouse on it to press with {quantity(self._press_n, 'N')}" if self.can_press else ""
         return f"Tile {self._choice} is chosen. Click another one to choose it{press}."
 
     # --- paint ---
@@ -294,7 +295,7 @@ class FloorMap(QWidget):
         painter.drawLine(QPointF(x, y), QPointF(x + length_m * px_per_m, y))
         for end in (x, x + length_m * px_per_m):
             painter.drawLine(QPointF(end, y - 3), QPointF(end, y))
-        painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), theme.quantity(length_m, "m"))
+        painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), quantity(length_m, "m"))
 
     def _paint_trails(self, painter: QPainter) -> None:
         """The ways of the last seconds, in pieces that fade."""

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from underfoot.widgets import theme
 from underfoot.widgets.plots import Plot, round_top, thinned
+from underfoot.widgets.quantities import number
 
 CORNERS = ("#e0705a", "#d8bb54", "#a8794a", "#e3a7a0")
 """The corners' colours, in the order of the sensors: neighbours of the amber of force."""
@@ -72,8 +73,8 @@ class ForcePlot(Plot):
         self._top_n = top_n
         first = int(f"{top_n:e}"[0])
         count = {1: 5, 2: 4, 5: 5}[first]
-        ticks = [(top_n * i / count, theme.number(top_n * i / count)) for i in range(count)]
-        ticks.append((top_n, f"{theme.number(top_n)} N"))
+        ticks = [(top_n * i / count, number(top_n * i / count)) for i in range(count)]
+        ticks.append((top_n, f"{number(top_n)} N"))
         self.set_axis("left", -BELOW * top_n, top_n, ticks)
         if hasattr(self, "_zero"):
             self._zero.place_y(0.0)

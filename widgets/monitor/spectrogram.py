@@ -6,6 +6,7 @@ from PySide6.QtCore import QRectF
 
 from underfoot.widgets import theme
 from underfoot.widgets.plots import HeatItem, Plot
+from underfoot.widgets.quantities import number, quantity
 
 LOW_HZ, HIGH_HZ = 20.0, 2000.0
 FELT_HZ = (40.0, 1000.0)
@@ -123,8 +124,8 @@ class SpectrogramPlot(Plot):
         self._heat.setZValue(-5)
         self.addItem(self._heat, ignoreBounds=True)
         low, high = np.log10([LOW_HZ, HIGH_HZ])
-        ticks = [(float(np.log10(hz)), theme.number(hz)) for hz in (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)]
-        ticks.append((float(high), theme.quantity(HIGH_HZ, "Hz")))
+        ticks = [(float(np.log10(hz)), number(hz)) for hz in (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)]
+        ticks.append((float(high), quantity(HIGH_HZ, "Hz")))
         self.set_axis("left", float(low), float(high), ticks)
         self._area = (float(low), float(high - low))
         self._felt = self.add_line(theme.MUTED, dashed=True)

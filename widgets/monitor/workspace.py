@@ -25,12 +25,13 @@ from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
-from underfoot.widgets.bridge import Forces
 from underfoot.widgets.monitor.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.spectrogram import SHOWN_DB, RunningSpectrum, SpectrogramPlot
 from underfoot.widgets.monitor.step_table import StepTable, WholeRows
 from underfoot.widgets.plots import History, Line
+from underfoot.widgets.quantities import number
+from underfoot.widgets.session.bridge import Forces
 
 LONGEST_S = 10.0
 SPANS_S = (5.0, 10.0)
@@ -114,7 +115,7 @@ class MonitorWorkspace(QWidget):
         """Show so many seconds before now."""
         self._span_s = seconds
         step = 1.0 if seconds <= 5.0 else 2.0
-        ticks = [(-step * i, f"{theme.number(-step * i)} s") for i in range(int(seconds / step) + 1)]
+        ticks = [(-step * i, f"{number(-step * i)} s") for i in range(int(seconds / step) + 1)]
         self.force.set_span(seconds, ticks)
         self.spectrogram.set_span(seconds, ticks)
         for span_s, button in self._spans.items():
@@ -280,7 +281,7 @@ class MonitorWorkspace(QWidget):
             if at < len(times):
                 values[1:] = forces[at, self._row]
                 values[0] = values[1:].sum()
-        when = "now" if math.isnan(self._hover_s) else f"at {theme.number(self._hover_s)} s"
+        when = "now" if math.isnan(self._hover_s) else f"at {number(self._hover_s)} s"
         self._when.setText(when)
         for label, value in zip(self._figures, values, strict=True):
             label.setText(f"{round(value)} N".replace("-", "−") if math.isfinite(value) else "– N")
@@ -399,8 +400,8 @@ class _LevelKey(QWidget):
             layout.addWidget(widget)
 
     def set_range(self, low_db: float, high_db: float) -> None:
-        self._low.setText(theme.number(low_db))
-        self._high.setText(f"{theme.number(high_db)} dB of full scale")
+        self._low.setText(number(low_db))
+        self._high.setText(f"{number(high_db)} dB of full scale")
 
 
 def _titled(head: list[QWidget | None], body: QWidget) -> QWidget:

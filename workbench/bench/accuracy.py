@@ -15,19 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench import naive
-from underfoot.models import (
-    envelopes,
-    fracture,
-    friction,
-    impact,
-    impact_motion,
-    impact_row,
-    modal,
-    noise,
-    plasticity,
-    waveshaping,
-)
-from underfoot.models.random import stream_key
+from underfoot.models import elasto_plastic
+from underfoot.models.fibre_bundle import bundle as fracture
+from underfoot.models.modal import bank, contact_motion, impact
+from underfoot.models.modal import hammer as impact_row
+from underfoot.models.signals import envelopes, noise, waveshaping
+from underfoot.models.signals.random import stream_key
+from underfoot.models.stick_slip import distribution
 
 RATE = 48_000
 
@@ -150,7 +144,7 @@ def impacts(quick: bool) -> Iterable[Task]:
         def stepped(steps, blow=blow):
             mass, velocity, stiffness, exponent, damping = blow
             order = np.argsort(modes[1])
-            s, t = np.zeros(impact_motion.state_size(10)), np.zeros(impact_motion.tuning_size(10))
+            s, t = np.zeros(contact_motion.state_size(10)), np.zeros(contact_motion.tuning_size(10))
             impact_row.tune(t, *(np.ascontiguousarray(values[order]) for values in modes), float(RATE), 0.0)
             hammer = np.array([mass, stiffness, exponent, damping, 0.0, 1e-3, steps])
             force, acceleration, displacement = np.empty((3, frames))
@@ -223,7 +217,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
             "relative L2 of the last 1000 frames against the closed form",
             partial(_end_from_truth, truths),
             [
-                Method("modal.ring", "modes", counts, partial(_rung, modal.ring, signal)),
+                Method("modal.ring", "modes", counts, partial(_rung, bank.ring, signal)),
                 Method(
                     "lfilter, mode by mode",
                     "modes",
@@ -336,7 +330,7 @@ def slips(quick: bool) -> Iterable[Task]:
 
     def slip(rate):
         frames = np.arange(int(0.2 * rate)) / rate
-        moved = plasticity.slip(_slip_force(frames), rate, least_j=5e-3, most_j=5e-3).displacement_m
+        moved = elasto_plastic.slip(_slip_force(frames), rate, least_j=5e-3, most_j=5e-3).displacement_m
         return moved[:: int(rate) // 1000]
 
     def euler(rate):
@@ -360,14 +354,14 @@ def slips(quick: bool) -> Iterable[Task]:
 
 def frictions(quick: bool) -> Iterable[Task]:
     slip = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # thesis, figure 8.6
-    reference = friction.first_passage(*slip, error=1e-6)
+    reference = distribution.first_passage(*slip, error=1e-6)
 
     def error(result, _):
         at, cdf = result
         return float(np.abs(cdf - np.interp(at, reference.t, reference.cdf)).max())
 
     def law(asked):
-        found = friction.first_passage(*slip, error=asked)
+        found = distribution.first_passage(*slip, error=asked)
         return found.t, found.cdf
 
     def counted(durations):
@@ -392,7 +386,7 @@ def frictions(quick: bool) -> Iterable[Task]:
                 "friction.paths",
                 "paths",
                 (1e3, 1e4, 1e5) if quick else (1e3, 1e4, 1e5, 1e6),
-                lambda n: counted(friction.paths(*slip, count=int(n), seed=1).duration),
+                lambda n: counted(distribution.paths(*slip, count=int(n), seed=1).duration),
             ),
             Method("Euler-Maruyama", "step, s", (0.1, 0.03, 0.01) if quick else (0.1, 0.03, 0.01, 0.002), euler, True),
         ],

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.models.friction_table import LONGEST
+from underfoot.models.stick_slip.quantile_table import LONGEST
 from underfoot.nodes.impacts import FASTEST
 
 _SLACK = 1.0 + 1e-6

@@ -11,7 +11,8 @@ from numba import carray, cfunc, types
 from numpy.typing import NDArray
 
 from underfoot.kernels import kernel
-from underfoot.models import impact_row, modal_events, modal_signal
+from underfoot.models.modal import driven_bank, struck_bank
+from underfoot.models.modal import hammer as impact_row
 
 BLOCK = 960
 """Frames; a fiftieth of a second at 48 kHz."""
@@ -67,7 +68,7 @@ def _strike(s, s_size, t, t_size, events, e_size, out, o_size, blocks):
     strikes = carray(events, e_size)
     for k in range(blocks):
         count = _in_block(strikes, k)
-        modal_events.ring(state, tuning, strikes, count, heard, k * BLOCK, BLOCK)
+        struck_bank.ring(state, tuning, strikes, count, heard, k * BLOCK, BLOCK)
         strikes = strikes[3 * count :]
 
 
@@ -75,7 +76,7 @@ def _strike(s, s_size, t, t_size, events, e_size, out, o_size, blocks):
 def _drive(s, s_size, t, t_size, excitation, e_size, out, o_size, blocks):
     state, tuning, heard = carray(s, s_size), carray(t, t_size), carray(out, o_size)
     for k in range(blocks):
-        modal_signal.ring(state, tuning, carray(excitation, e_size), heard, k * BLOCK, BLOCK)
+        driven_bank.ring(state, tuning, carray(excitation, e_size), heard, k * BLOCK, BLOCK)
 
 
 @cfunc(types.void(*[_FLOATS, _COUNT] * 5, _COUNT, _COUNT), cache=True)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench import laws
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Play, Strike
 from underfoot.engine.safety import Limits, Safety

@@ -21,7 +21,7 @@ from underfoot.commands.profiles import (
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from underfoot.calibration.procedure import Bench, Page, Procedure, Result
+    from underfoot.calibration.procedures.procedure import Bench, Page, Procedure, Result
     from underfoot.floor.layout import Tile
 
 
@@ -64,9 +64,9 @@ def fsr(
     as_json: bool,
 ) -> None:
     """Linearise force sensing resistors against a reference."""
-    from underfoot.calibration.fsr_wizard import FsrProcedure, result_of
-    from underfoot.calibration.linearisation import Divider, linearise
-    from underfoot.calibration.tables import read_pairs
+    from underfoot.calibration.files.tables import read_pairs
+    from underfoot.calibration.procedures.fsr import FsrProcedure, result_of
+    from underfoot.calibration.science.linearisation import Divider, linearise
 
     _require_one("--pairs", pairs, target)
     require_writable(profile, report)
@@ -111,10 +111,10 @@ def centroid(
     as_json: bool,
 ) -> None:
     """Measure how true the contact centroid is, and learn what corrects it."""
-    from underfoot.calibration.centroid import assessed
-    from underfoot.calibration.centroid_wizard import CentroidProcedure, result_of
-    from underfoot.calibration.fsr_wizard import FsrProcedure
-    from underfoot.calibration.tables import read_presses
+    from underfoot.calibration.files.tables import read_presses
+    from underfoot.calibration.procedures.centroid import CentroidProcedure, result_of
+    from underfoot.calibration.procedures.fsr import FsrProcedure
+    from underfoot.calibration.science.centroid import assessed
 
     _require_one("--presses", presses, target)
     require_writable(profile, report)
@@ -165,7 +165,7 @@ def _measured(
     place: tuple[int, str],
 ) -> "Result":
     """Run on a target. The simulator's refusals end it; a person is told, and tries again."""
-    from underfoot.calibration.procedure import Refused, run
+    from underfoot.calibration.procedures.procedure import Refused, run
 
     by_hand = not _presses(target)
 
@@ -186,9 +186,9 @@ def _measured(
 
 
 def _bench(target: str, tile: "Tile", seed: int, row: int, cell: str) -> "Bench":
-    from underfoot.calibration.benches import SimulatedBench
-    from underfoot.calibration.link_bench import LinkBench, cell_of
-    from underfoot.devices.link import port_of
+    from underfoot.calibration.procedures.device_bench import LinkBench, cell_of
+    from underfoot.calibration.procedures.simulated_bench import SimulatedBench
+    from underfoot.devices.transports.reader import port_of
 
     simulated = simulated_tile(target, tile, seed)
     if simulated is not None:

@@ -21,8 +21,8 @@ from underfoot.errors import BadFile, BadValue
 if TYPE_CHECKING:
     import numpy as np
 
-    from underfoot.calibration.procedure import Bench, Page, Result
-    from underfoot.calibration.sweep import Measured
+    from underfoot.calibration.procedures.procedure import Bench, Page, Result
+    from underfoot.calibration.science.sweep import Measured
     from underfoot.floor.layout import Floor, Tile
 
 TARGETS = "simulator[:PARAMETERS.json], sound"
@@ -64,7 +64,7 @@ def response(
     as_json: bool,
 ) -> None:
     """Measure how a tile answers its shaker, and design its equaliser."""
-    from underfoot.models.equaliser import MOST_ORDER
+    from underfoot.models.filtering.equaliser import MOST_ORDER
 
     if (sweep is None) != (recorded is None) or (sweep is None) == (not target):
         raise BadValue("give either --sweep and --recorded, or --target")
@@ -88,8 +88,8 @@ def response(
 def _from_files(sweep: Path, recorded: Path, channel: int | None, sensitivity: float | None, order: int) -> "Result":
     from dataclasses import replace
 
-    from underfoot.calibration.procedure import Refused
-    from underfoot.calibration.response_result import Findings, result_of
+    from underfoot.calibration.procedures.procedure import Refused
+    from underfoot.calibration.science.response import Findings, result_of
 
     played, rate_hz = _read(sweep)
     heard, heard_hz = _read(recorded)
@@ -109,8 +109,8 @@ def _from_files(sweep: Path, recorded: Path, channel: int | None, sensitivity: f
 
 def _channel_of(played: "np.ndarray", heard: "np.ndarray", rate_hz: int, channel: int | None) -> "Measured":
     """What the recording's channel tells, or the only one that holds the sweep."""
-    from underfoot.calibration.procedure import Refused
-    from underfoot.calibration.sweep import measure
+    from underfoot.calibration.procedures.procedure import Refused
+    from underfoot.calibration.science.sweep import measure
 
     several = heard.shape[1]
     if channel is not None:
@@ -166,8 +166,8 @@ def _bench(target: str, floor: "Floor", tile: "Tile", seed: int, output: str, in
 
 
 def _on_target(tile: "Tile", bench: "Bench", values: dict[str, Any], loads: bool, with_person: bool) -> "Result":
-    from underfoot.calibration.procedure import step
-    from underfoot.calibration.response import FrequencyResponse
+    from underfoot.calibration.procedures.procedure import step
+    from underfoot.calibration.procedures.response import FrequencyResponse
 
     procedure = FrequencyResponse(tile)
     given = {name: value for name, value in values.items() if value is not None}

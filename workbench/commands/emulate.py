@@ -14,7 +14,7 @@ from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
     from underfoot.devices.device import ForceSource
-    from underfoot.devices.emulator import Way
+    from underfoot.devices.emulation.emulator import Way
     from underfoot.floor.layout import Floor
 
 _SHARE = "share of the frames, 0 to 1"
@@ -61,9 +61,9 @@ def emulate(
 
     Ideal sensors read 1000 counts at rest and 20 counts a newton. Faults are counted, and said at the end.
     """
-    from underfoot.devices.emulator import Emulator, PtyWay, UdpWay
-    from underfoot.devices.faults import KINDS, Faults, FaultyLine
-    from underfoot.devices.udp import address
+    from underfoot.devices.emulation.emulator import Emulator, PtyWay, UdpWay
+    from underfoot.devices.emulation.faults import KINDS, Faults, FaultyLine
+    from underfoot.devices.transports.udp import address
 
     if pty == (udp is not None):
         raise BadValue("where to is not said; allowed: --pty, or --udp PORT")
@@ -113,7 +113,7 @@ def _source(
     from underfoot.clock import RATE_HZ
     from underfoot.devices.replay import Replay
     from underfoot.devices.resampled import Resampled
-    from underfoot.devices.simulated import SimulatedFloor
+    from underfoot.devices.simulated_floor import SimulatedFloor
     from underfoot.floor.forces import floor_beside, read_forces
     from underfoot.floor.layout import Floor, default_floor
 
@@ -137,8 +137,8 @@ def _sensors(parameters: Path | None, floor: "Floor", seed: int, rate_hz: float)
     """How newtons become counts: as the emulator does it by itself, or as simulated sensors do."""
     import numpy as np
 
-    from underfoot.floor.sensing import FloorSensors
-    from underfoot.floor.simulation import TileParameters
+    from underfoot.floor.simulated_sensors import FloorSensors
+    from underfoot.floor.simulated_tile import TileParameters
 
     if parameters is None:
         return {}

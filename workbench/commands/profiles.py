@@ -12,10 +12,10 @@ from underfoot.commands.files import FILE, require_room
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from underfoot.calibration.procedure import Result
+    from underfoot.calibration.procedures.procedure import Result
     from underfoot.floor.layout import Floor, Tile
     from underfoot.floor.profile import Profile
-    from underfoot.floor.simulation import SimulatedTile
+    from underfoot.floor.simulated_tile import SimulatedTile
 
 
 _OPTIONS = (
@@ -58,7 +58,7 @@ def tile_of(floor: "Floor", tile: str) -> "Tile":
 def simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":
     """The tile of the target "simulator" or "simulator:PARAMETERS.json"; None for another target."""
     from underfoot.engine.target import simulation_of
-    from underfoot.floor.simulation import SimulatedTile, TileParameters
+    from underfoot.floor.simulated_tile import SimulatedTile, TileParameters
 
     path = simulation_of(target)
     if path is None:
@@ -77,7 +77,7 @@ def own_profile(path: Path | None, tile: str, serial: str) -> "Profile":
 
 def conclude(result: "Result", known: "Profile", path: Path | None, report: Path | None, as_json: bool) -> None:
     """Put the result into what is `known`: report first, then the profile, whole or not at all, then figures."""
-    from underfoot.calibration.report import figures, write_report
+    from underfoot.calibration.files.report import figures, write_report
 
     new = result.apply(known)
     if report is not None:

@@ -81,7 +81,7 @@ def render(
 def _force_source(force: str | None, floor: Path | None, rate: float, seed: int) -> tuple[Any, float]:
     """Where the force of a rendering comes from, and how long it is."""
     from underfoot.devices.replay import Replay
-    from underfoot.devices.simulated import SimulatedFloor
+    from underfoot.devices.simulated_floor import SimulatedFloor
     from underfoot.floor.forces import read_forces
     from underfoot.floor.layout import Floor, default_floor
 

@@ -16,7 +16,7 @@ from underfoot.commands.files import FILE
 def tile(floor: Path, report: Path | None, simulation: Path | None, as_json: bool) -> None:
     """Resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values."""
     from underfoot.floor.layout import Floor
-    from underfoot.floor.simulation import TileParameters
+    from underfoot.floor.simulated_tile import TileParameters
     from underfoot.floor.tile_design import designs
     from underfoot.floor.tile_report import data, text, write
 

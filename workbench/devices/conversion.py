@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.floor.layout import Floor
+from underfoot.floor.live_readings import COUNTS, Floats, Whole, correct_all, tables_of, uncalibrated
 from underfoot.floor.profile import Profile
-from underfoot.floor.reading import COUNTS, Floats, Whole, correct_all, tables_of, uncalibrated
 from underfoot.kernels import kernel
 
 NOMINAL_COUNTS_A_NEWTON, NOMINAL_ZERO = 20.0, 1000.0

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.devices.replay import Replay
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Compiling, Play, Preview, Strike
 from underfoot.engine.process import load_kernels

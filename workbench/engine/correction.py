@@ -10,7 +10,7 @@ from underfoot.engine.messages import Correct
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.kernels import kernel
-from underfoot.models import sections as cascade
+from underfoot.models.filtering import cascade
 
 QUIET = 1e-9 * 20.0
 """m/s^2 below which an equaliser's ringing ends: 1e-9 of a usual full scale."""

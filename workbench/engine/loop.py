@@ -11,7 +11,7 @@ import numpy as np
 
 from underfoot.clock import FADE, RATE_HZ, next_span
 from underfoot.devices.device import ForceSource
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.correction import Correction, tuning_of
 from underfoot.engine.intake import Intake
 from underfoot.engine.messages import Command, Correct, Done, Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk

@@ -15,8 +15,8 @@ import numpy as np
 
 from underfoot.clock import next_span
 from underfoot.devices.device import ForceSource
-from underfoot.devices.linked import LinkedFloor
-from underfoot.devices.simulated import SimulatedFloor
+from underfoot.devices.device_floor import LinkedFloor
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.sound import Stream, most_channels
 from underfoot.engine import status as fields
 from underfoot.engine.loop import InTurn, Loop, output_channels

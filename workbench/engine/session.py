@@ -48,7 +48,7 @@ from underfoot.engine.target import Target, force_rate_hz
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import profiles_of
-from underfoot.models.sections import checked
+from underfoot.models.filtering.cascade import checked
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 

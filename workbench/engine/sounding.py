@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.procedure import Press, Readings, Refused, Sound
+from underfoot.calibration.procedures.procedure import Press, Readings, Refused, Sound
 from underfoot.devices.sound import Exchange, portaudio
 from underfoot.engine.safety import limited
 from underfoot.errors import DeviceError, require
-from underfoot.floor.simulation import SimulatedTile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 _TAIL_S = 0.5
 

@@ -3,15 +3,15 @@
 from dataclasses import dataclass
 
 from underfoot.devices.device import ForceSource
-from underfoot.devices.link import port_of
-from underfoot.devices.linked import LinkedFloor
+from underfoot.devices.device_floor import LinkedFloor
 from underfoot.devices.replay import Replay
-from underfoot.devices.simulated import SENSOR_HZ, SimulatedFloor
+from underfoot.devices.simulated_floor import SENSOR_HZ, SimulatedFloor
+from underfoot.devices.transports.reader import port_of
 from underfoot.errors import DeviceError
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, profiles_of
-from underfoot.floor.simulation import TileParameters
+from underfoot.floor.simulated_tile import TileParameters
 
 LINKS = ("serial", "udp")
 """Kinds of target whose force comes over a line."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.floor.placing import place_all, weigh_all
+from underfoot.floor.centroid_correction import place_all, weigh_all
 
 MOST_PLAYS = 12
 """As many plays as the state of `force_over_time` has room for."""
@@ -21,7 +21,7 @@ class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     """What a sensor remembers of its past, and a curve of its own to which that comes.
 
     `creep` is a share of the force a decade of time; `weights` are those of the force itself and of a play operator
-    each `widths`: newtons, or shares of the force where `relative` (`underfoot.models.fsr_memory`). `error_percent` as
+    each `widths`: newtons, or shares of the force where `relative` (`fsr_hysteresis`). `error_percent` as
     in `Curve`.
     """
 
@@ -88,7 +88,7 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         memory = self.memory
         if memory is None or self.uncalibrated:
             return self.force(readings)
-        from underfoot.models.fsr_memory import recall
+        from underfoot.models.tile.fsr_hysteresis import recall
 
         widths, weights = np.array(memory.widths), np.array(memory.weights)
         apparent = self.apparent(readings)

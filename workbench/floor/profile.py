@@ -173,7 +173,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     def memory(self) -> NDArray[np.float64]:
         """The state of `force_over_time` for a tile that has rested; hand it on from block to block."""
-        from underfoot.models.fsr_memory import state_size
+        from underfoot.models.tile.fsr_hysteresis import state_size
 
         return np.zeros((4, state_size()))
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor, Tile
-from underfoot.floor.simulation import TileParameters
-from underfoot.models.plate import Plate
-from underfoot.models.suspension import deflection_at_resonance_m
+from underfoot.floor.simulated_tile import TileParameters
+from underfoot.models.tile.plate import Plate
+from underfoot.models.tile.suspension import deflection_at_resonance_m
 
 LOAD_N = 1000.0
 """The thesis's load: a large person on one corner."""

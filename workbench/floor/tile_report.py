@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, page, series, svg
 from underfoot.errors import BadFile
 from underfoot.files import write_file
-from underfoot.floor.simulation import LOADS
+from underfoot.floor.simulated_tile import LOADS
 from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
-from underfoot.models.plate import Plate
-from underfoot.models.suspension import deflection_at_resonance_m
+from underfoot.models.tile.plate import Plate
+from underfoot.models.tile.suspension import deflection_at_resonance_m
 
 _MILLI = 1000.0
 _ROOM_CM = 7.5

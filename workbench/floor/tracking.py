@@ -13,8 +13,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.ascending import exchange, insert, median, spread
 from underfoot.floor.layout import Floor
+from underfoot.floor.running_median import exchange, insert, median, spread
 from underfoot.kernels import kernel
 
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.models.random import normal, stream_key
+from underfoot.models.signals.random import normal, stream_key
 
 PEAK1_PHASE, VALLEY_PHASE, PEAK2_PHASE = 0.22, 0.50, 0.77
 """Where in the contact the extremes lie, as usual in walking at a comfortable speed."""

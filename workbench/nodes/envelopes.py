@@ -1,6 +1,6 @@
 """Envelopes: slow curves from 0 up, to multiply vibration with."""
 
-from underfoot.models import envelopes
+from underfoot.models.signals import envelopes
 from underfoot.parameters import Choice, Number
 from underfoot.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
 

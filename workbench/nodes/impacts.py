@@ -3,8 +3,9 @@
 import math
 
 from underfoot.kernels import kernel
-from underfoot.models import impact_motion, impact_row, modal_events
-from underfoot.models.random import stream_key, uniform
+from underfoot.models.modal import contact_motion, struck_bank
+from underfoot.models.modal import hammer as impact_row
+from underfoot.models.signals.random import stream_key, uniform
 from underfoot.parameters import Count, Number, Rows
 from underfoot.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
 
@@ -79,16 +80,16 @@ class Impact:
         return _columns(sorted(values["modes"], key=lambda mode: mode[1]), 4)
 
     def state(values, rate):
-        return impact_motion.state_size(len(values["modes"]))
+        return contact_motion.state_size(len(values["modes"]))
 
     def tuning(values, rate):
-        return 9 + _HAMMER + 4 * _SCALED + impact_motion.tuning_size(len(values["modes"]))
+        return 9 + _HAMMER + 4 * _SCALED + contact_motion.tuning_size(len(values["modes"]))
 
     @run_kernel
     def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
         modes = int(d[0])
         begin = 9 + _HAMMER + 4 * _SCALED
-        table = frames(t, begin + impact_motion.tuning_size(modes))[begin:]
+        table = frames(t, begin + contact_motion.tuning_size(modes))[begin:]
         hammer = frames(t, 9 + _HAMMER)[9:]
         if moved(c, t, 8):
             work = frames(t, begin)[9 + _HAMMER :]
@@ -107,7 +108,7 @@ class Impact:
         for i in range(count):
             speed = c[0] * blows[3 * i + 1]
             blows[3 * i + 1] = min(speed, FASTEST) if speed > SLOWEST else 0.0
-        state, force, acceleration = frames(s, impact_motion.state_size(modes)), frames(y[1], n), frames(y[0], n)
+        state, force, acceleration = frames(s, contact_motion.state_size(modes)), frames(y[1], n), frames(y[0], n)
         impact_row.ring(state, table, hammer, blows, count, force, acceleration, force[:0], frame, n)
         for i in range(n):
             acceleration[i] *= x[0][i]
@@ -116,8 +117,8 @@ class Impact:
     def rest(c, s, t, d):
         modes = int(d[0])
         begin = 9 + _HAMMER + 4 * _SCALED
-        table = frames(t, begin + impact_motion.tuning_size(modes))[begin:]
-        return impact_row.rest(frames(s, impact_motion.state_size(modes)), table)
+        table = frames(t, begin + contact_motion.tuning_size(modes))[begin:]
+        return impact_row.rest(frames(s, contact_motion.state_size(modes)), table)
 
 
 @node("modal-bank", "Impacts", "Modal bank")
@@ -140,19 +141,19 @@ class ModalBank:
         return _columns(sorted(values["modes"], key=lambda mode: mode[1]), 3)
 
     def state(values, rate):
-        return modal_events.state_size(len(values["modes"]))
+        return struck_bank.state_size(len(values["modes"]))
 
     def tuning(values, rate):
-        return 2 + 3 * _SCALED + modal_events.tuning_size(len(values["modes"]))
+        return 2 + 3 * _SCALED + struck_bank.tuning_size(len(values["modes"]))
 
     @run_kernel
     def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
         modes = int(d[0])
         begin = 2 + 3 * _SCALED
-        table = frames(t, begin + modal_events.tuning_size(modes))[begin:]
+        table = frames(t, begin + struck_bank.tuning_size(modes))[begin:]
         if moved(c, t, 2):
             work = frames(t, begin)[2:]
-            modal_events.tune(
+            struck_bank.tune(
                 table,
                 _scaled(d, 0, c[0], work[:_SCALED]),
                 _scaled(d, 1, c[1], work[_SCALED:]),
@@ -191,19 +192,19 @@ class DrawnBank:
         return [values["modes"], *sorted(uniform(key, mode) for mode in range(values["modes"]))]
 
     def state(values, rate):
-        return modal_events.state_size(values["modes"])
+        return struck_bank.state_size(values["modes"])
 
     def tuning(values, rate):
-        return _DRAWN + modal_events.tuning_size(values["modes"])
+        return _DRAWN + struck_bank.tuning_size(values["modes"])
 
     @run_kernel
     def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
         modes = int(d[0])
-        table = frames(t, _DRAWN + modal_events.tuning_size(modes))[_DRAWN:]
+        table = frames(t, _DRAWN + struck_bank.tuning_size(modes))[_DRAWN:]
         if moved(c, t, 6):
             drawn = frames(t, _DRAWN)[6:].reshape(3, _MOST_DRAWN)[:, :modes]
             draw_modes(frames(d, 1 + modes)[1:], c[0], c[1], c[2], c[3], c[4], c[5], drawn)
-            modal_events.tune(table, drawn[0], drawn[1], drawn[2], rate, FLOOR)
+            struck_bank.tune(table, drawn[0], drawn[1], drawn[2], rate, FLOOR)
         _ring(x[0], y[0], e[0], s, table, modes, frame, n)
 
     @rest_kernel
@@ -241,9 +242,9 @@ def draw_modes(draws, low_hz, high_hz, alpha, rolloff, quality, damping, modes):
 
 @kernel
 def _ring(level, out, strikes, s, table, modes, frame, n):
-    """Let a bank ring by the events in; `level` and `out` are frames, `table` is what `modal_events.tune` filled."""
-    state, signal = frames(s, modal_events.state_size(modes)), frames(out, n)
-    modal_events.ring(state, table, event_list(strikes), int(strikes[0]), signal, frame, n)
+    """Let a bank ring by the events in; `level` and `out` are frames, `table` is what `struck_bank.tune` filled."""
+    state, signal = frames(s, struck_bank.state_size(modes)), frames(out, n)
+    struck_bank.ring(state, table, event_list(strikes), int(strikes[0]), signal, frame, n)
     for i in range(n):
         signal[i] *= level[i]
 
@@ -251,5 +252,5 @@ def _ring(level, out, strikes, s, table, modes, frame, n):
 @kernel
 def _remainder(s, t, begin, modes):
     """A bound of what a bank can still put out, whose table begins at `begin` of its tuning."""
-    table = frames(t, begin + modal_events.tuning_size(modes))[begin:]
-    return modal_events.rest(frames(s, modal_events.state_size(modes)), table)
+    table = frames(t, begin + struck_bank.tuning_size(modes))[begin:]
+    return struck_bank.rest(frames(s, struck_bank.state_size(modes)), table)

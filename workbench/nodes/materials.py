@@ -3,16 +3,21 @@
 import math
 
 from underfoot.kernels import kernel
-from underfoot.models import fracture, fracture_damage, fracture_grid, plasticity
+from underfoot.models import elasto_plastic
+from underfoot.models.fibre_bundle import bundle, damage, grid
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
 
-LAWS = fracture_damage.THRESHOLDS
+LAWS = damage.THRESHOLDS
 _BUNDLE = 15  # controls that every bundle has, kept at the head of its tuning
 _GRID = 22
 _SLIP = 11
-_BUNDLE_STATE, _SLIP_STATE, _SLIP_TUNING = fracture.state_size(), plasticity.state_size(), plasticity.tuning_size()
-_BUNDLE_TUNING, _GRID_TUNING = fracture.tuning_size(), fracture_grid.tuning_size()
+_BUNDLE_STATE, _SLIP_STATE, _SLIP_TUNING = (
+    bundle.state_size(),
+    elasto_plastic.state_size(),
+    elasto_plastic.tuning_size(),
+)
+_BUNDLE_TUNING, _GRID_TUNING = bundle.tuning_size(), grid.tuning_size()
 
 
 @kernel
@@ -28,10 +33,10 @@ def _tune_bundle(c, model, t, rate, parts):
     """The tuning of a bundle from the controls that all bundles share; `parts` bundles carry the force together."""
     law, fibres, shape, scale = c[1], c[2], c[3], c[4]
     stiffness, mass, damping, creep = c[5], c[6], c[7], c[8]
-    fracture_damage.tune(t, rate, model, law, fibres, shape, scale, stiffness, mass, damping, creep)
-    fracture_damage.tune_inverse(t, c[9], c[10], False)
+    damage.tune(t, rate, model, law, fibres, shape, scale, stiffness, mass, damping, creep)
+    damage.tune_inverse(t, c[9], c[10], False)
     pressure = _critical(law, fibres, shape, scale, stiffness) * parts / c[11]
-    fracture_damage.tune_contact(t, rate, pressure, c[12], c[13], c[14], True)
+    damage.tune_contact(t, rate, pressure, c[12], c[13], c[14], True)
 
 
 @node("fibre-bundle", "Materials")
@@ -42,7 +47,7 @@ class FibreBundle:
     """
 
     force = Input("N", doc="the load")
-    model = Choice("exact", options=tuple(fracture_damage.MODELS), doc="inverse: chains that stiffen")
+    model = Choice("exact", options=tuple(damage.MODELS), doc="inverse: chains that stiffen")
     thresholds = Choice("weibull", options=tuple(LAWS), doc="law of the thresholds")
     fibres = Count(2000, 1, 10_000_000, doc="N: how many; the cost hardly depends on it")
     shape = Number(4.0, 0.5, 50.0, scale="log", doc="k of the Weibull law: more is more alike")
@@ -70,11 +75,11 @@ class FibreBundle:
         if moved(c, t, _BUNDLE):
             _tune_bundle(c, c[0], table, rate, 1.0)
         state, load, strain = frames(s, _BUNDLE_STATE), frames(x[0], n), frames(y[0], n)
-        grow(o[0], fracture.run(state, table, key, frame, load, strain, room(o[0], n)))
+        grow(o[0], bundle.run(state, table, key, frame, load, strain, room(o[0], n)))
 
     @rest_kernel
     def rest(c, s, t, d):
-        return fracture.rest(frames(s, _BUNDLE_STATE), frames(t, _BUNDLE + _BUNDLE_TUNING)[_BUNDLE:])
+        return bundle.rest(frames(s, _BUNDLE_STATE), frames(t, _BUNDLE + _BUNDLE_TUNING)[_BUNDLE:])
 
 
 @node("fibre-grid", "Materials")
@@ -84,7 +89,7 @@ class FibreGrid:
     force = Input("N", doc="the load")
     x = Input("m", doc="where it is on the tile, from Contact")
     y = Input("m", doc="where it is on the tile, from Contact")
-    model = Choice("exact", options=tuple(fracture_grid.GRID_MODELS), doc="inverse: chains that stiffen")
+    model = Choice("exact", options=tuple(grid.GRID_MODELS), doc="inverse: chains that stiffen")
     thresholds = Choice("weibull", options=tuple(LAWS), doc="law of the thresholds")
     fibres = Count(500, 1, 10_000_000, doc="N of each cell")
     shape = Number(4.0, 0.5, 50.0, scale="log", doc="k of the Weibull law: more is more alike")
@@ -112,7 +117,7 @@ class FibreGrid:
     strain = Output(doc="mean x of the cells")
 
     def state(values, rate):
-        return fracture_grid.state_size(values["columns"] * values["rows"])
+        return grid.state_size(values["columns"] * values["rows"])
 
     tuning = _GRID + _GRID_TUNING
 
@@ -121,16 +126,16 @@ class FibreGrid:
         table = frames(t, _GRID + _GRID_TUNING)[_GRID:]
         if moved(c, t, _GRID):
             _tune_bundle(c, 2.0 * c[0], table, rate, c[15] * c[16])
-            fracture_grid.tune_grid(table, c[15], c[16], c[17], c[18], c[19], c[20], c[21])
-        state = frames(s, fracture_grid.state_size(int(c[15] * c[16])))
+            grid.tune_grid(table, c[15], c[16], c[17], c[18], c[19], c[20], c[21])
+        state = frames(s, grid.state_size(int(c[15] * c[16])))
         load, strain = frames(x[0], n), frames(y[0], n)
         place_x, place_y, events = frames(x[1], n), frames(x[2], n), room(o[0], n)
-        grow(o[0], fracture_grid.run(state, table, key, frame, load, place_x, place_y, strain, events))
+        grow(o[0], grid.run(state, table, key, frame, load, place_x, place_y, strain, events))
 
     @rest_kernel
     def rest(c, s, t, d):
         table = frames(t, _GRID + _GRID_TUNING)[_GRID:]
-        return fracture_grid.rest(frames(s, fracture_grid.state_size(int(c[15] * c[16]))), table)
+        return grid.rest(frames(s, grid.state_size(int(c[15] * c[16]))), table)
 
 
 @node("slip", "Materials", "Elasto-plastic slip")
@@ -157,12 +162,12 @@ class Slip:
     def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
         table = frames(t, _SLIP + _SLIP_TUNING)[_SLIP:]
         if moved(c, t, 10):
-            plasticity.tune(table, rate, c[0], c[1], c[2], c[3], c[4], c[5])
-            plasticity.tune_energy(table, c[6], c[7], max(c[8], 1.001 * c[7]), 1.0, 0.5)
-            plasticity.tune_renewal(table, rate, c[9])
+            elasto_plastic.tune(table, rate, c[0], c[1], c[2], c[3], c[4], c[5])
+            elasto_plastic.tune_energy(table, c[6], c[7], max(c[8], 1.001 * c[7]), 1.0, 0.5)
+            elasto_plastic.tune_renewal(table, rate, c[9])
         state, force, displacement = frames(s, _SLIP_STATE), frames(x[0], n), frames(y[0], n)
-        grow(o[0], plasticity.run(state, table, key, frame, force, displacement, room(o[0], n)))
+        grow(o[0], elasto_plastic.run(state, table, key, frame, force, displacement, room(o[0], n)))
 
     @rest_kernel
     def rest(c, s, t, d):
-        return plasticity.rest(frames(s, _SLIP_STATE), frames(t, _SLIP + _SLIP_TUNING)[_SLIP:])
+        return elasto_plastic.rest(frames(s, _SLIP_STATE), frames(t, _SLIP + _SLIP_TUNING)[_SLIP:])

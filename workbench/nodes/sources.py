@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.errors import BadFile
-from underfoot.models import noise
+from underfoot.models.signals import noise
 from underfoot.parameters import Choice, FilePath, Number
 from underfoot.patch.node import NEVER, Input, Output, frames, moved, node, rest_kernel, run_kernel
 

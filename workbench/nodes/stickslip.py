@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot import kernel_cache
-from underfoot.models import friction_table, friction_texture
+from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
 
 _MOST_KEPT = 100
 """Tables on disk."""
-_STATE, _TUNING = friction_texture.state_size(), friction_texture.tuning_size()
+_STATE, _TUNING = texture.state_size(), texture.tuning_size()
 
 
 @node("stick-slip", "Materials", "Stick-slip")
@@ -54,13 +54,13 @@ class StickSlip:
     def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
         tuning = frames(t, 1 + _TUNING)[1:]
         if moved(c, t, 1):
-            friction_texture.tune(tuning, rate, 2.0 * math.pi * c[0])
+            texture.tune(tuning, rate, 2.0 * math.pi * c[0])
         table = frames(d, 1 + int(d[0]))[1:]
         drive, out = frames(y[0], n), frames(y[0], n)
         for i in range(n):
             drive[i] = x[0][i] / c[5] * x[1][i] if x[0][i] > 0.0 else 0.0
         events = room(o[0], n)
-        count = friction_texture.run(frames(s, _STATE), tuning, table, key, frame, drive, out, events)
+        count = texture.run(frames(s, _STATE), tuning, table, key, frame, drive, out, events)
         for k in range(count):
             events[3 * k + 1] *= 10.0 * c[6]
         grow(o[0], count)
@@ -69,7 +69,7 @@ class StickSlip:
 
     @rest_kernel
     def rest(c, s, t, d):
-        return friction_texture.rest(frames(s, _STATE), frames(t, 1 + _TUNING)[1:])
+        return texture.rest(frames(s, _STATE), frames(t, 1 + _TUNING)[1:])
 
 
 def slip_table(values: Mapping[str, Any]) -> NDArray[np.float64]:
@@ -90,7 +90,7 @@ def _table(damping: int, noise: int, start: int, error: str) -> NDArray[np.float
         return np.load(path)
     except (OSError, ValueError, EOFError):
         pass  # not there yet, or cut short
-    table = friction_table.slip_table(0.01 * damping, 0.01 * noise, 0.01 * start, error=float(error))
+    table = quantile_table.slip_table(0.01 * damping, 0.01 * noise, 0.01 * start, error=float(error))
     sized = np.append(float(table.size), table)
     with suppress(OSError):  # an install without a writable place does without
         _keep(path, sized)

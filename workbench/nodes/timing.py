@@ -1,6 +1,6 @@
 """When things happen: nodes that make and join events."""
 
-from underfoot.models import noise, rhythm
+from underfoot.models.signals import noise, rhythm
 from underfoot.parameters import Choice, Count, Number, Rows
 from underfoot.patch.node import NEVER, Input, Output, emit, frames, grow, node, rest_kernel, room, run_kernel
 

@@ -1,6 +1,6 @@
 """Tones, and their roughness."""
 
-from underfoot.models import waveshaping
+from underfoot.models.signals import waveshaping
 from underfoot.parameters import Number, Numbers
 from underfoot.patch.node import NEVER, Input, Output, frames, node, rest_kernel, run_kernel
 

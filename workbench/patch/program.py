@@ -8,7 +8,7 @@ import numpy as np
 
 from underfoot.clock import RAMP, RATE_HZ
 from underfoot.errors import BadValue, require
-from underfoot.models.random import stream_key
+from underfoot.models.signals.random import stream_key
 from underfoot.parameters import Number, Parameter, Tiles
 from underfoot.patch import driver, tables
 from underfoot.patch.guards import guarded

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from underfoot.bench.figures.figure import Compared, Figure, density, slope
 from underfoot.drawing import Drawing, series
-from underfoot.models import gait, modal
-from underfoot.models.fracture import Fracture, bundle, critical_stress
+from underfoot.models import gait
+from underfoot.models.fibre_bundle.bundle import Fracture, bundle, critical_stress
+from underfoot.models.modal import bank
 
 RATE = 48_000
 FIBRES, SCALE = 2000, 2.5
@@ -142,7 +143,7 @@ def played(quick: bool) -> Figure:
     draw = np.random.default_rng(4)
     frequencies = np.sort(draw.uniform(150.0, 2_500.0, 10))
     modes = frequencies, 0.15 * frequencies, (frequencies / 150.0) ** -0.5
-    heard = modal.ring(*modes, np.sqrt(result.energy), RATE)
+    heard = bank.ring(*modes, np.sqrt(result.energy), RATE)
     bands = (150.0, 300.0, 600.0, 1200.0, 2500.0)
     events = result.event_s
     first = int(events[0] * RATE)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from underfoot.bench.figures.figure import Compared, Figure, density
 from underfoot.drawing import Drawing, Series, series
 from underfoot.kernels import kernel
-from underfoot.models import friction
-from underfoot.models.friction_crossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
-from underfoot.models.friction_laws import Law, SlipLaw
+from underfoot.models.stick_slip import distribution
+from underfoot.models.stick_slip.slip_distribution import Law, SlipLaw
+from underfoot.models.stick_slip.upcrossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
 
 _Slip = tuple[float, float, float, float, float, float]
 """w0, zeta, D, v_b, x0, v0 as captioned; where x0 or v0 is not printed, 0.3 and 0."""
@@ -65,8 +65,8 @@ def upcrossings(quick: bool) -> Figure:
 def durations(quick: bool) -> Figure:
     """Figure 8.6: the law of slip durations, and the two approximations of it."""
     times = np.linspace(0.01, 12.0, 1200)
-    law = friction.first_passage(*_8_6, t_end=20.0)
-    drawn = friction.paths(*_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
+    law = distribution.first_passage(*_8_6, t_end=20.0)
+    drawn = distribution.paths(*_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
     at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, 12.0, 61), drawn.size)
     simulated = series("exact paths", at, found, "dots", "force")
     exact = series("law", law.t[law.t < 12.0], law.density[law.t < 12.0])
@@ -115,8 +115,8 @@ def regimes(quick: bool) -> Figure:
     """Figure 8.7: the decoupled law at little and much noise."""
     drawings, rows = [], []
     for name, values, t_end, printed in (("left", _LEFT_8_7, 40.0, "3.9"), ("right", _RIGHT_8_7, 20.0, "0.8")):
-        law = friction.first_passage(*values, t_end=4.0 * t_end)
-        drawn = friction.paths(*values, t_end=t_end, count=20_000 if quick else 200_000, seed=1).duration
+        law = distribution.first_passage(*values, t_end=4.0 * t_end)
+        drawn = distribution.paths(*values, t_end=t_end, count=20_000 if quick else 200_000, seed=1).duration
         at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, t_end, 81), drawn.size)
         times = np.linspace(0.02, t_end, 1500)
         coloured = coloured_upcrossings(*values, t=times, correlation_time=_COLOUR_S)
@@ -189,7 +189,7 @@ def resonance(quick: bool) -> Figure:
 def distances(quick: bool) -> Figure:
     """Figure 8.10: the law of slip distances."""
     law = SlipLaw.solve(*_8_10, t_end=40.0, error=1e-4)
-    drawn = friction.paths(*_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
+    drawn = distribution.paths(*_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
     far = _8_10[4] - drawn.position[np.isfinite(drawn.position)]
     at, found = density(far, np.linspace(-1.5, 4.0, 111), drawn.position.size)
     d = np.linspace(-1.5, 4.0, 300)
@@ -215,7 +215,7 @@ def distances(quick: bool) -> Figure:
 
 def _periods(values: _Slip, t_end: float, count: int) -> tuple[SlipLaw, tuple[Series, ...]]:
     law = SlipLaw.solve(*values, t_end=4.0 * t_end, error=1e-4)
-    drawn = friction.paths(*values, t_end=t_end, count=count, seed=1)
+    drawn = distribution.paths(*values, t_end=t_end, count=count, seed=1)
     distance = values[4] - drawn.position
     period = (drawn.duration + distance / values[3])[distance >= 0.0]
     at, found = density(period[period < t_end], np.linspace(0.0, t_end, 81), count)

@@ -7,7 +7,7 @@ from underfoot.bench.figures.figure import Compared, Figure, density, slope
 from underfoot.bench.figures.fracture import FIBRES, RATE, WINDOW_S, ramp, windows
 from underfoot.drawing import Drawing, series
 from underfoot.models import gait
-from underfoot.models.fracture import Fracture, bundle, critical_stress
+from underfoot.models.fibre_bundle.bundle import Fracture, bundle, critical_stress
 
 _TIME_S = np.arange(RATE) / RATE
 _FEW = 200  # chains of figure 7.13

@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 from underfoot.bench.figures.figure import Compared, Figure
 from underfoot.drawing import Drawing, series
-from underfoot.models import envelopes, gait, impact, noise, waveshaping
-from underfoot.models.random import stream_key
+from underfoot.models import gait
+from underfoot.models.modal import impact
+from underfoot.models.signals import envelopes, noise, waveshaping
+from underfoot.models.signals.random import stream_key
 
 RATE = 48_000
 _NOTE_S, _BLOW_S = 0.2, 0.06

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import timed
 from underfoot.kernels import kernel
-from underfoot.models import friction, friction_table
-from underfoot.models.friction_laws import Law, SlipLaw
+from underfoot.models.stick_slip import distribution, quantile_table
+from underfoot.models.stick_slip.slip_distribution import Law, SlipLaw
 
 _SLIP = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # w0, zeta, D, v_b, x0, v0, t_end of the thesis's figure 8.6
 _TIMES = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0])
@@ -25,10 +25,10 @@ _GRID = np.array(
 def reaches(quick: bool) -> Iterable[Reach]:
     """The law of figure 8.6, and what is drawn from tables."""
     for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
-        law = friction.first_passage(*_SLIP, error=error)
+        law = distribution.first_passage(*_SLIP, error=error)
         apart = float(np.abs(np.interp(_TIMES, law.t, law.cdf) - _GRID).max())
         yield Reach("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
-    took = timed(lambda: friction.first_passage(*_SLIP, error=1e-4), 1.0).seconds
+    took = timed(lambda: distribution.first_passage(*_SLIP, error=1e-4), 1.0).seconds
     yield Reach("friction", "time of that law at 1e-4", took, "s", high=0.25)
     yield from _tables(100_000 if quick else 2_000_000)
 
@@ -37,8 +37,8 @@ def _tables(count: int) -> Iterator[Reach]:
     """Slips looked up at evenly spread chances, against the law that was solved ten times as exactly."""
     asked = 1e-3
     for zeta, noise, x0 in ((0.4, 0.5, 2.0), (0.1, 0.05, 1.5)):
-        law = SlipLaw.solve(1.0, zeta, noise, 1.0, x0, 0.0, friction_table.LONGEST, 0.1 * asked)
-        table = friction_table.slip_table(zeta, noise, x0, error=asked)
+        law = SlipLaw.solve(1.0, zeta, noise, 1.0, x0, 0.0, quantile_table.LONGEST, 0.1 * asked)
+        table = quantile_table.slip_table(zeta, noise, x0, error=asked)
         pairs = np.empty((count, 2))
         _look_up_evenly(table, pairs)
         durations, distances = pairs.T
@@ -66,4 +66,4 @@ def _look_up_evenly(table, out):
     for i in range(out.shape[0]):
         first = (first + 0.7548776662466927) % 1.0
         second = (second + 0.5698402909980532) % 1.0
-        out[i, 0], out[i, 1] = friction_table.look_up(table, first, second)
+        out[i, 0], out[i, 1] = quantile_table.look_up(table, first, second)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from underfoot.bench import naive, rows
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import Timed, timed
-from underfoot.models import impact, impact_motion, impact_row
+from underfoot.models.modal import contact_motion, impact
+from underfoot.models.modal import hammer as impact_row
 
 RATE = 48_000
 MASS_KG, VELOCITY_M_S, DAMPING_S_M = 0.02, 1.0, 0.3
@@ -80,7 +81,7 @@ def _costs() -> Iterator[Reach]:
 
 def _second_of(count: int, stiffness: float, exponent: float, error: float, blows: int) -> Timed:
     """The time of a second with so many blows, 0.1 s apart; with none, of ringing from one before."""
-    s, t = rows.memory(impact_motion.state_size(count)), rows.memory(impact_motion.tuning_size(count))
+    s, t = rows.memory(contact_motion.state_size(count)), rows.memory(contact_motion.tuning_size(count))
     impact_row.tune(t, *drawn_modes(count), float(RATE), 0.0)
     hammer = np.array([MASS_KG, stiffness, exponent, DAMPING_S_M, 0.0, error, 0.0])
     throws = np.array([(k * RATE // 10, VELOCITY_M_S, 0.0) for k in range(1 + blows)])
@@ -133,7 +134,7 @@ def _blow_energies(
     modes: naive.Modes, hammer: NDArray[np.float64], velocity: float, rate: float
 ) -> tuple[float, float]:
     """The largest rise of energy from one look to the next, of the blow's own, and the least force."""
-    s, t = np.zeros(impact_motion.state_size(modes[0].size)), np.zeros(impact_motion.tuning_size(modes[0].size))
+    s, t = np.zeros(contact_motion.state_size(modes[0].size)), np.zeros(contact_motion.tuning_size(modes[0].size))
     impact_row.tune(t, *modes, rate, 0.0)
     force, acceleration = np.empty((2, _PASS))
     first = last = 0.5 * hammer[0] * velocity**2
@@ -143,7 +144,7 @@ def _blow_energies(
         impact_row.ring(s, t, hammer, throw, int(part == 0), force, acceleration, force[:0], _PASS * part, _PASS)
         least = min(least, float(force.min()))
         if (
-            s[impact_motion.IN_CONTACT] or part % 2
+            s[contact_motion.IN_CONTACT] or part % 2
         ):  # else the row is within a block, where its phasors are those of the end
             now = _energy_of(s, t, modes)
             gain, last = max(gain, (now - last) / first), now
@@ -153,14 +154,14 @@ def _blow_energies(
 def _energy_of(s: NDArray[np.float64], t: NDArray[np.float64], modes: naive.Modes) -> float:
     """Energy (J) of hammer, contact and object, read from a row's memory: what it puts out does not tell all of it."""
     frequencies, decays, masses, shapes = modes
-    touching = s[impact_motion.IN_CONTACT] != 0.0
-    first = impact_motion.Z if touching else impact_motion.END
-    x, y = impact_motion.rows_of(s, t)[first : first + 2, : frequencies.size]
+    touching = s[contact_motion.IN_CONTACT] != 0.0
+    first = contact_motion.Z if touching else contact_motion.END
+    x, y = contact_motion.rows_of(s, t)[first : first + 2, : frequencies.size]
     angular = 2.0 * np.pi * frequencies
     q, v = y / shapes, (angular * x - decays * y) / shapes
-    stiffness, exponent, way = s[impact_motion.STIFFNESS], s[impact_motion.EXPONENT], max(s[impact_motion.WAY], 0.0)
+    stiffness, exponent, way = s[contact_motion.STIFFNESS], s[contact_motion.EXPONENT], max(s[contact_motion.WAY], 0.0)
     contact = stiffness * way ** (exponent + 1.0) / (exponent + 1.0) if touching else 0.0
-    moving = 0.5 * s[impact_motion.MASS] * s[impact_motion.SPEED] ** 2
+    moving = 0.5 * s[contact_motion.MASS] * s[contact_motion.SPEED] ** 2
     return float(moving + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum())
 
 

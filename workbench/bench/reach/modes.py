@@ -7,7 +7,7 @@ import numpy as np
 from underfoot.bench import accuracy, rows
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import Timed, timed
-from underfoot.models import modal_events, modal_signal
+from underfoot.models.modal import driven_bank, struck_bank
 
 RATE = 48_000
 _BEST_NS = {10: (0.25, 0.14), 64: (0.08, 0.048), 200: (0.07, 0.038)}
@@ -37,7 +37,7 @@ def _bank(form, modes, floor: float):
 
 def _second_of(count: int, driven: bool) -> Timed:
     """The time of a second of a bank that is driven by noise, or struck once at first."""
-    form = modal_signal if driven else modal_events
+    form = driven_bank if driven else struck_bank
     s, t = _bank(form, accuracy.modes(count), 0.0)
     blocks = RATE // rows.BLOCK
     if driven:
@@ -65,11 +65,11 @@ def _left(driven: bool) -> int:
     frequencies, decays, amplitudes = accuracy.modes(64)
     modes = frequencies, np.maximum(decays, 5.0), amplitudes
     out = np.empty(RATE)
-    form = modal_signal if driven else modal_events
+    form = driven_bank if driven else struck_bank
     s, t = _bank(form, modes, 1e-5)
     for second in range(20):
         if driven:
-            modal_signal.ring(s, t, np.eye(1, RATE)[0] if second == 0 else np.zeros(RATE), out, second * RATE, RATE)
+            driven_bank.ring(s, t, np.eye(1, RATE)[0] if second == 0 else np.zeros(RATE), out, second * RATE, RATE)
         else:
-            modal_events.ring(s, t, np.array([0.0, 1.0, 0.0]), int(second == 0), out, second * RATE, RATE)
+            struck_bank.ring(s, t, np.array([0.0, 1.0, 0.0]), int(second == 0), out, second * RATE, RATE)
     return int(np.count_nonzero(s))

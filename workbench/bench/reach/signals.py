@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from underfoot.bench import naive
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import least_s
-from underfoot.models import envelopes, noise, rhythm, waveshaping
-from underfoot.models.random import stream_key
+from underfoot.models.signals import envelopes, noise, rhythm, waveshaping
+from underfoot.models.signals.random import stream_key
 
 RATE = 48_000
 _HARMONICS = 10
@@ -88,12 +88,12 @@ def _noise(frames: int, block: int) -> NDArray[np.float64]:
 
 def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     """The power that the texture's filter lets through at each frequency, from its answer to a single frame."""
-    from underfoot.models import filters
+    from underfoot.models.filtering import second_order
 
     tuning, state = np.zeros(noise.TEXTURE_TUNING), np.zeros(noise.TEXTURE_STATE)
     noise.tune_texture(tuning, noise.MEAN_INTERVAL_S, noise.BURST_S, noise.CENTRE_HZ, noise.WIDTH_HZ, float(RATE))
     answer = np.eye(1, 4 * RATE)[0].copy()
-    filters.run(state, tuning[: filters.SECTION_TUNING], answer, answer, answer.size)
+    second_order.run(state, tuning[: second_order.SECTION_TUNING], answer, answer, answer.size)
     return np.fft.rfftfreq(answer.size, 1.0 / RATE), np.abs(np.fft.rfft(answer)) ** 2
 
 

@@ -1,0 +1,198 @@
+"""What every parameter's control has: a label, a way back to the default, a line to type in, and words of help."""
+
+from typing import Any
+
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
+
+from underfoot.parameters import Count, Number, Numbers, Parameter
+from underfoot.widgets import theme
+from underfoot.widgets.quantities import number, pretty_text, pretty_unit, quantity
+
+
+class ParameterEditor(QWidget):
+    """A labelled control. `valueChanged` follows every change made by a person; `began` comes before a new one, so
+    that whoever keeps an undo list knows which changes are one."""
+
+    resets = True
+    """Whether there is a way back to the default."""
+
+    valueChanged = Signal(object)
+    began = Signal()
+
+    def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.parameter = parameter
+        self._value: Any = parameter.default
+        self.label = theme.label(parameter.label, "muted")
+        self.label.setToolTip(help_text(parameter))
+        self.back = QToolButton(self)
+        self.back.setText("↺")
+        self.back.setProperty("role", "flat")
+        self.back.setFixedSize(20, 20)
+        self.back.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.back.setToolTip(f"Back to {in_words(parameter, parameter.default)}")
+        self.back.clicked.connect(self.reset)
+        keep = self.back.sizePolicy()
+        keep.setRetainSizeWhenHidden(True)
+        self.back.setSizePolicy(keep)
+        self.grid = QGridLayout(self)
+        self.grid.setContentsMargins(0, 0, 0, 0)
+        self.grid.setHorizontalSpacing(4)
+        self.grid.setVerticalSpacing(0)
+        self.grid.setColumnStretch(2, 1)
+        self.grid.addWidget(self.label, 0, 0)
+        self.grid.addWidget(self.back, 0, 1)
+        self.setToolTip(help_text(parameter))
+
+    def value(self) -> Any:
+        """The value as the parameter's `check` gives it."""
+        return self._value
+
+    def setValue(self, value: Any) -> None:
+        """Show a value, without saying that it changed."""
+        self._value = self.parameter.check(value)
+        self._show_back()
+        self._show()
+
+    def reset(self) -> None:
+        """Back to the default, as a person's change."""
+        self.began.emit()
+        self._give(self.parameter.default)
+        self._show()
+
+    def _show(self) -> None:
+        """Let the control show `_value`: each kind of control has its own way."""
+        raise AssertionError(f"{type(self).__name__} shows nothing")
+
+    def _give(self, value: Any) -> None:
+        """Take a person's change and tell of it; `BadValue` where it is not allowed."""
+        checked = self.parameter.check(value)
+        if checked != self._value:
+            self._value = checked
+            self._show_back()
+            self.valueChanged.emit(checked)
+
+    def _show_back(self) -> None:
+        self.back.setVisible(self.resets and self._value != self.parameter.check(self.parameter.default))
+
+    def _put(self, widget: QWidget) -> None:
+        """The control proper, under the label, and known to people who hear the screen."""
+        widget.setAccessibleName(self.parameter.label)
+        widget.setToolTip(help_text(self.parameter))
+        self.grid.addWidget(widget, 1, 0, 1, 3)
+
+
+class Field(QLineEdit):
+    """A line for a value that is typed: Enter or leaving gives it, Escape takes the old one back."""
+
+    given = Signal(str)
+    left = Signal()
+    entered = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "value")
+        self._before = ""
+        self.returnPressed.connect(self._finish)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self.entered.emit()
+        self._before = self.text()
+        self.selectAll()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        if event.reason() != Qt.FocusReason.PopupFocusReason:
+            self._finish()
+            self.setCursorPosition(0)
+            self.left.emit()
+
+    def event(self, event: QEvent) -> bool:
+        # While something is being typed Escape belongs to the field, whatever else it does in the window.
+        asks = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+        if asks and event.key() == Qt.Key.Key_Escape and self.text() != self._before:  # type: ignore[attr-defined]
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            self.setText(self._before)
+            self.complain("")
+            self.selectAll()
+        else:
+            super().keyPressEvent(event)
+
+    def finish(self) -> None:
+        """Give what was typed, if anything was, as leaving does."""
+        if self.isModified():
+            self._finish()
+
+    def complain(self, reason: str) -> None:
+        """Show that what was typed is not allowed, and why; an empty reason takes that back."""
+        theme.set_role(self, "bad" if reason else "value")
+        self.setProperty("reason", reason)
+        if reason:
+            self.setToolTip(reason)
+
+    def _finish(self) -> None:
+        if self.text() != self._before:
+            self.given.emit(self.text())
+            if self.property("role") != "bad":
+                self._before = self.text()
+
+
+class ElidedButton(QPushButton):
+    """A flat button whose text gives way at its end when there is no room."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "flat")
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._text, self._tail = "", ""
+
+    def set_full_text(self, text: str, tail: str = "") -> None:
+        """What is written; `tail` stays whole."""
+        self._text, self._tail = text, tail
+        self._fit()
+
+    def full_text(self) -> str:
+        return self._text
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        metrics = self.fontMetrics()
+        room = self.width() - 10 - metrics.horizontalAdvance(self._tail)
+        self.setText(metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, room) + self._tail)
+
+
+def in_words(parameter: Parameter, value: Any) -> str:
+    """A value of a parameter, short.
+
+    >>> in_words(Number(0.82e-3, 0.0, 1.0, unit="m"), 0.82e-3)
+    '820 µm'
+    """
+    if isinstance(parameter, Number | Count):
+        return quantity(value, parameter.unit, 4)
+    if isinstance(value, str):
+        return value or "nothing"
+    return f"{len(value)} of them"
+
+
+def help_text(parameter: Parameter) -> str:
+    """What a parameter means and may be: the tooltip."""
+    if isinstance(parameter, Number | Count):
+        unit = parameter.unit
+        allowed = f"{quantity(parameter.low, unit)} to {quantity(parameter.high, unit)}"
+    elif isinstance(parameter, Numbers):
+        allowed = f"{parameter.least} to {parameter.most} numbers, {number(parameter.low)} to {number(parameter.high)}"
+        allowed += f" {pretty_unit(parameter.unit)}" if parameter.unit else ""
+    else:
+        allowed = parameter.allowed
+    return "\n".join(line for line in (pretty_text(parameter.doc), allowed) if line)

@@ -1,0 +1,159 @@
+"""The controls of parameters that hold several things: rows of a table, and tiles."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QWidget,
+)
+
+from underfoot.errors import BadValue
+from underfoot.parameters import Rows, Tiles
+from underfoot.widgets import theme
+from underfoot.widgets.controls.fields import Field, ParameterEditor
+from underfoot.widgets.quantities import parse_quantity, pretty_unit
+
+ROW_PX, HEADING_PX = 24, 36
+MOST_SEEN = 8
+"""Rows of a table that are seen at once."""
+
+
+class RowsEditor(ParameterEditor):
+    """Rows of numbers as a table; the last row is new."""
+
+    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
+        super().__init__(parameter, parent)
+        self._columns = parameter.columns
+        self.table = QTableWidget(0, len(parameter.columns), self)
+        self.table.setHorizontalHeaderLabels([heading(name) for name, _, _ in parameter.columns])
+        self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
+        narrow = f"QHeaderView::section {{ font-size: {theme.SMALL_PX}px; padding: 2px 0 2px 3px; }}"
+        self.table.horizontalHeader().setStyleSheet(narrow)
+        self.table.horizontalHeader().setFixedHeight(HEADING_PX)
+        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(ROW_PX)
+        self.table.setTabKeyNavigation(False)
+        self._put(self.table)
+        line = QHBoxLayout()
+        for text, help, do in (("+", "Add a row", self._add), ("−", "Take the row away", self._remove)):
+            button = QToolButton(self)
+            button.setText(text)
+            button.setToolTip(help)
+            button.setAccessibleName(help)
+            button.setFixedWidth(32)
+            button.clicked.connect(do)
+            line.addWidget(button)
+        line.addStretch()
+        self.grid.addLayout(line, 2, 0, 1, 3)
+        self.table.itemChanged.connect(self._typed)
+        self.setValue(parameter.default)
+
+    def _show(self) -> None:
+        with QSignalBlocker(self.table):
+            self.table.setRowCount(len(self._value))
+            for i, row in enumerate(self._value):
+                for j, item in enumerate(row):
+                    self.table.setItem(i, j, QTableWidgetItem(f"{item:.6g}"))
+        rows = min(max(len(self._value), 1), MOST_SEEN)
+        self.table.setFixedHeight(HEADING_PX + rows * ROW_PX + 2)
+
+    def _typed(self, item: QTableWidgetItem) -> None:
+        rows = [list(row) for row in self._value]
+        try:
+            rows[item.row()][item.column()] = parse_quantity(item.text())
+            self.began.emit()
+            self._give(rows)
+        except BadValue as error:
+            self.table.setToolTip(str(error))
+        self._show()
+
+    def _add(self) -> None:
+        new = self._value[-1] if self._value else tuple(low for _, low, _ in self._columns)
+        if len(self._value) < self.parameter.most:  # type: ignore[attr-defined]
+            self.began.emit()
+            self._give([*self._value, new])
+            self._show()
+
+    def _remove(self) -> None:
+        row = self.table.currentRow()
+        if 0 <= row < len(self._value):
+            self.began.emit()
+            self._give([*self._value[:row], *self._value[row + 1 :]])
+            self._show()
+
+
+def heading(name: str) -> str:
+    """A column's name with its unit, which comes last, on a line of its own.
+
+    >>> heading("decay 1/s"), heading("attack")
+    ('decay\\n1/s', 'attack\\n')
+    """
+    what, _, unit = name.replace("_", " ").rpartition(" ")
+    return f"{what}\n{pretty_unit(unit)}" if what else f"{name}\n"
+
+
+class TilesEditor(ParameterEditor):
+    """Which tiles: a button for all, and one for each that is known."""
+
+    MOST_BUTTONS = 16
+
+    def __init__(self, parameter: Tiles, parent: QWidget | None = None) -> None:
+        super().__init__(parameter, parent)
+        self._known: tuple[str, ...] = ()
+        self._buttons: dict[str, QToolButton] = {}
+        self.field = Field(self)
+        theme.set_role(self.field, "")
+        self.field.given.connect(self._typed)
+        self._holder = QWidget(self)
+        self._cells = QGridLayout(self._holder)
+        self._cells.setContentsMargins(0, 4, 0, 0)
+        self._cells.setSpacing(4)
+        self._put(self._holder)
+        self.grid.addWidget(self.field, 2, 0, 1, 3)
+        self.set_tiles(())
+        self.setValue(parameter.default)
+
+    def set_tiles(self, ids: Sequence[str]) -> None:
+        """Offer these tiles; many, or none, are typed instead."""
+        self._known = tuple(ids)
+        for button in self._buttons.values():
+            button.deleteLater()
+        self._buttons = {}
+        few = 0 < len(ids) <= self.MOST_BUTTONS
+        for i, id in enumerate(("all", *ids) if few else ()):
+            button = QToolButton(self._holder)
+            button.setText(id)
+            button.setCheckable(True)
+            button.setMinimumWidth(44)
+            button.clicked.connect(lambda on, id=id: self._toggled(id, on))
+            self._cells.addWidget(button, i // 5, i % 5)
+            self._buttons[id] = button
+        self._holder.setVisible(few)
+        self.field.setVisible(not few)
+        self._show()
+
+    def _show(self) -> None:
+        self.field.setText(self._value)
+        for id, button in self._buttons.items():
+            button.setChecked(id == self._value or (id != "all" and id in self._value.split("+")))
+
+    def _toggled(self, id: str, on: bool) -> None:
+        chosen = set(self._value.split("+")) - {"all"}
+        chosen = set() if id == "all" else (chosen | {id} if on else chosen - {id})
+        self.began.emit()
+        self._give("+".join(tile for tile in self._known if tile in chosen) or "all")
+        self._show()
+
+    def _typed(self, text: str) -> None:
+        try:
+            self.began.emit()
+            self._give(text.replace(" ", ""))
+        except BadValue as error:
+            self.field.complain(str(error))

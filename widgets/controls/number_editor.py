@@ -1,0 +1,122 @@
+"""The control of a number: a slider, and a field that is typed into."""
+
+import math
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QWidget
+
+from underfoot.errors import BadValue
+from underfoot.parameters import Count, Number
+from underfoot.widgets import theme
+from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
+from underfoot.widgets.controls.slider import Slider
+from underfoot.widgets.quantities import parse_quantity, quantity
+
+EXACT = 9
+"""Significant digits in a field while it is being edited."""
+
+WIDEST = 100_000_000
+"""A whole number from a wider range than this is only typed: no slider could aim at one."""
+
+
+class NumberEditor(ParameterEditor):
+    """A slider, and a field that takes a number with or without its unit. Whole numbers too."""
+
+    disconnectWanted = Signal()
+    """The wire that drives the value is to go."""
+
+    def __init__(self, parameter: Number | Count, parent: QWidget | None = None) -> None:
+        super().__init__(parameter, parent)
+        self._is_whole = isinstance(parameter, Count)
+        self.field = Field(self)
+        self.field.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.field.setAccessibleName(f"{parameter.label}, typed")
+        self.field.setToolTip(help_text(parameter))
+        self.field.setMinimumWidth(64)
+        self.slider = Slider(self)
+        self.driver = ElidedButton(self)
+        self.driver.clicked.connect(self.disconnectWanted)
+        self.driver.hide()
+        self.grid.addWidget(self.field, 0, 2)
+        self.grid.addWidget(self.driver, 0, 1, 1, 2)
+        self._put(self.slider)
+        self.slider.setVisible(parameter.high - parameter.low <= WIDEST or not self._is_whole)
+        if parameter.low < 0.0 < parameter.high:
+            self.slider.set_zero(self._place(0.0))
+        self.slider.grasped.connect(self.began)
+        self.slider.moved.connect(self._slid)
+        self.field.entered.connect(lambda: self._show(EXACT))
+        self.field.left.connect(self._left)
+        self.field.given.connect(self._typed)
+        self.setValue(parameter.default)
+
+    def set_driven(self, by: str, colour: str = "") -> None:
+        """Show that a wire gives the value; an empty `by` takes that back."""
+        self.slider.setEnabled(not by)
+        self.slider.set_accent(colour or theme.VIBRATION)
+        self.field.setVisible(not by)
+        self.driver.setVisible(bool(by))
+        self.back.setVisible(not by and self._value != self.parameter.default)
+        self.driver.set_full_text(f"driven by {by}", "  ×")
+        self.driver.setToolTip(f"Driven by {by}. Click to take the wire away.")
+        self.driver.setStyleSheet(f"color: {colour}; text-align: right;")
+
+    def _show(self, digits: int = 4) -> None:
+        parameter = self.parameter
+        unit = parameter.unit  # type: ignore[attr-defined]
+        if digits == EXACT or not self.field.hasFocus():
+            with QSignalBlocker(self.field):
+                whole = max(digits, 9) if self._is_whole else digits
+                self.field.setText(quantity(self._value, unit, whole))
+            self.field.complain("")
+            self.field.setToolTip(help_text(parameter))
+        self.slider.set_place(self._place(self._value))
+
+    def _left(self) -> None:
+        self._show()
+
+    def _slid(self, place: float) -> None:
+        self._give(self._rounded(place))
+        with QSignalBlocker(self.field):
+            self.field.setText(quantity(self._value, self.parameter.unit, 4))  # type: ignore[attr-defined]
+
+    def _typed(self, text: str) -> None:
+        try:
+            value = parse_quantity(text, self.parameter.unit)  # type: ignore[attr-defined]
+            self.began.emit()
+            self._give(round(value, 12) if self._is_whole else value)
+        except BadValue as error:
+            self.field.complain(str(error).removeprefix(f"{self.parameter.name} is "))
+            return
+        self._show(EXACT)
+
+    def _place(self, value: float) -> float:
+        parameter = self.parameter
+        if isinstance(parameter, Number):
+            return parameter.position(value)
+        assert isinstance(parameter, Count)
+        if self._is_wide(parameter):
+            return math.log1p(value - parameter.low) / math.log1p(parameter.high - parameter.low)
+        return (value - parameter.low) / max(parameter.high - parameter.low, 1)
+
+    def _rounded(self, place: float) -> float | int:
+        """The value at a slider's place, to the three digits that a slider can aim at."""
+        parameter = self.parameter
+        if isinstance(parameter, Number):
+            value = parameter.value(place)
+            if place in (0.0, 1.0) or value == 0.0:
+                return value
+            step = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+            if parameter.scale == "linear":
+                step = max(step, 10.0 ** math.floor(math.log10((parameter.high - parameter.low) / 1000)))
+            decimals = max(-round(math.log10(step)), 0)
+            return min(max(round(round(value / step) * step, decimals), parameter.low), parameter.high)
+        assert isinstance(parameter, Count)
+        if self._is_wide(parameter):
+            return parameter.low + round(math.expm1(place * math.log1p(parameter.high - parameter.low)))
+        return round(parameter.low + place * (parameter.high - parameter.low))
+
+    @staticmethod
+    def _is_wide(parameter: Count) -> bool:
+        """Whether a whole number spans so much that equal steps would make the low end unreachable."""
+        return parameter.high - parameter.low > 500

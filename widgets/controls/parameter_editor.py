@@ -1,0 +1,143 @@
+"""Controls made from a parameter's declaration alone: each edits a value and knows nothing of where it goes."""
+
+from collections.abc import Sequence
+from functools import singledispatch
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QToolButton, QWidget
+
+from underfoot.errors import BadValue
+from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
+from underfoot.widgets import theme
+from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
+from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
+from underfoot.widgets.controls.number_editor import NumberEditor
+
+
+@singledispatch
+def editor_for(parameter: Parameter) -> ParameterEditor:
+    """The control for a parameter, made from its declaration alone."""
+    raise AssertionError(f"no control for {type(parameter).__name__}")
+
+
+class ChoiceEditor(ParameterEditor):
+    """One of a few names."""
+
+    def __init__(self, parameter: Choice, parent: QWidget | None = None) -> None:
+        super().__init__(parameter, parent)
+        self.box = _Box(self)
+        self.box.addItems(list(parameter.options))
+        self._put(self.box)
+        self.box.activated.connect(self._picked)
+        self.setValue(parameter.default)
+
+    def _show(self) -> None:
+        with QSignalBlocker(self.box):
+            self.box.setCurrentText(self._value)
+
+    def _picked(self) -> None:
+        self.began.emit()
+        self._give(self.box.currentText())
+
+
+class _Box(QComboBox):
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+
+class TextEditor(ParameterEditor):
+    """A line of text."""
+
+    def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
+        super().__init__(parameter, parent)
+        self.field = Field(self)
+        theme.set_role(self.field, "")
+        self.field.given.connect(self._typed)
+        self._put(self.field)
+        self.setValue(parameter.default)
+
+    def _as_text(self, value: Any) -> str:
+        return str(value)
+
+    def _from_text(self, text: str) -> Any:
+        return text
+
+    def _show(self) -> None:
+        if not self.field.hasFocus():
+            self.field.setText(self._as_text(self._value))
+            self.field.setCursorPosition(0)  # a long text is read from its beginning
+
+    def _typed(self, text: str) -> None:
+        try:
+            value = self._from_text(text)
+            self.began.emit()
+            self._give(value)
+        except BadValue as error:
+            self.field.complain(str(error))
+            return
+        self.field.complain("")
+        theme.set_role(self.field, "")
+        self.field.setToolTip(help_text(self.parameter))
+        self.field.setText(self._as_text(self._value))
+
+
+class NumbersEditor(TextEditor):
+    """A list of numbers, typed with spaces or commas between them."""
+
+    def _as_text(self, value: Sequence[float]) -> str:
+        return ", ".join(f"{item:.6g}" for item in value)
+
+    def _from_text(self, text: str) -> list[float]:
+        try:
+            return [float(item) for item in text.replace(",", " ").replace(";", " ").split()]
+        except ValueError:
+            raise self.parameter.refuse(text) from None
+
+
+class FileEditor(TextEditor):
+    """The path of a file, typed or looked for."""
+
+    def __init__(self, parameter: FilePath, parent: QWidget | None = None) -> None:
+        super().__init__(parameter, parent)
+        self._folder: Path | None = None
+        look = QToolButton(self)
+        look.setText("…")
+        look.setAccessibleName("Look for a file")
+        look.clicked.connect(self._look)
+        line = QHBoxLayout()
+        line.setSpacing(4)
+        line.addWidget(self.field)
+        line.addWidget(look)
+        self.grid.addLayout(line, 1, 0, 1, 3)
+
+    def set_folder(self, folder: Path | None) -> None:
+        """Paths are told from here where they lie below it, so that the folder can be moved as a whole."""
+        self._folder = folder
+
+    def _look(self) -> None:
+        dialog = QFileDialog(self.window(), self.parameter.label, str(self._folder or ""))
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.fileSelected.connect(self._chosen)
+        dialog.open()
+
+    def _chosen(self, path: str) -> None:
+        if self._folder is not None and Path(path).is_relative_to(self._folder):
+            path = str(Path(path).relative_to(self._folder))
+        self._typed(path)
+
+
+editor_for.register(Number, NumberEditor)
+editor_for.register(Count, NumberEditor)
+editor_for.register(Choice, ChoiceEditor)
+editor_for.register(Numbers, NumbersEditor)
+editor_for.register(Rows, RowsEditor)
+editor_for.register(Text, TextEditor)
+editor_for.register(FilePath, FileEditor)
+editor_for.register(Tiles, TilesEditor)

@@ -1,0 +1,1 @@
+"""Dialogs: the sound card, the transport that tiles are on, and the keys."""

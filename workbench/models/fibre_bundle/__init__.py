@@ -1,0 +1,1 @@
+"""Fibres that share a load and break: `bundle.bundle`, `grid.grid` and `local_load_sharing.ring` for scripts."""

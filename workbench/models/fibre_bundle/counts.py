@@ -1,0 +1,126 @@
+"""Counts drawn exactly and at a cost that does not grow with them: binomial and Poisson, from counter-based uniforms.
+
+Small means by waiting times; large ones by transformed rejection (W. Hoermann, The generation of binomial random
+variates, J. Stat. Comput. Simul. 46, 1993, algorithm BTRS; The transformed rejection method for generating
+Poisson random variables, Insurance: Mathematics and Economics 12, 1993, algorithm PTRS). Counts are float64:
+exact up to 1e15.
+
+Each draw reads the uniforms `counter`, `counter + 1`, ... of the stream `key`: about three for a large mean, one
+more than the count for a small one.
+"""
+
+import math
+
+import numpy as np
+
+from underfoot.kernels import kernel
+from underfoot.models.signals.random import uniform
+
+#: Rejection needs a mean of at least 10 to be valid.
+_SMALL_MEAN = 10.0
+
+
+@kernel
+def binomial(key, counter, trials, chance):
+    """How many of `trials` (a whole float64) succeed, each with `chance` (0 to 1).
+
+    >>> import numpy as np
+    >>> binomial(np.uint64(1), 0, 5.0, 1.0), binomial(np.uint64(1), 0, 5.0, 0.0)
+    (5.0, 0.0)
+    """
+    if not (trials >= 1.0 and chance > 0.0):
+        return 0.0
+    if chance >= 1.0:
+        return trials
+    if chance > 0.5:
+        return trials - _binomial_up_to_half(key, counter, trials, 1.0 - chance)
+    return _binomial_up_to_half(key, counter, trials, chance)
+
+
+@kernel
+def poisson(key, counter, mean):
+    """A count with the Poisson law of `mean` (0 to 1e15).
+
+    >>> import numpy as np
+    >>> poisson(np.uint64(1), 0, 0.0)
+    0.0
+    """
+    if not mean > 0.0:
+        return 0.0
+    if mean < _SMALL_MEAN:
+        count = 0.0
+        waited = -math.log(uniform(key, counter))
+        while waited <= mean:
+            count += 1.0
+            counter += 1
+            waited -= math.log(uniform(key, counter))
+        return count
+    spread = 0.931 + 2.53 * math.sqrt(mean)
+    skew = -0.059 + 0.02483 * spread
+    height = 1.1239 + 1.1328 / (spread - 3.4)
+    squeeze = 0.9277 - 3.6224 / (spread - 2.0)
+    while True:
+        place = uniform(key, counter) - 0.5
+        level = uniform(key, counter + 1)
+        counter += 2
+        edge = 0.5 - abs(place)
+        count = np.floor((2.0 * skew / edge + spread) * place + mean + 0.43)
+        if edge >= 0.07 and level <= squeeze:
+            return count
+        if count < 0.0 or (edge < 0.013 and level > edge):
+            continue
+        # log of the law at `count`, by Stirling's series around the mean: no large terms that cancel
+        law = count - mean - (count + 0.5) * math.log1p((count + 1.0 - mean) / mean) + 1.0
+        law -= 0.5 * math.log(mean) + _HALF_LOG_2_PI + _stirling_rest(count)
+        if math.log(level * height / (skew / (edge * edge) + spread)) <= law:
+            return count
+
+
+_HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
+
+
+@kernel
+def _binomial_up_to_half(key, counter, trials, chance):
+    if trials * chance < _SMALL_MEAN:
+        per_log = 1.0 / math.log1p(-chance)
+        count, passed = -1.0, 0.0
+        while passed <= trials:
+            passed += np.floor(math.log(uniform(key, counter)) * per_log) + 1.0
+            counter += 1
+            count += 1.0
+        return count
+    deviation = math.sqrt(trials * chance * (1.0 - chance))
+    spread = 1.15 + 2.53 * deviation
+    skew = -0.0873 + 0.0248 * spread + 0.01 * chance
+    centre = trials * chance + 0.5
+    squeeze = 0.92 - 4.2 / spread
+    height = (2.83 + 5.1 / spread) * deviation
+    odds = chance / (1.0 - chance)
+    mode = np.floor((trials + 1.0) * chance)
+    while True:
+        place = uniform(key, counter) - 0.5
+        level = uniform(key, counter + 1)
+        counter += 2
+        edge = 0.5 - abs(place)
+        count = np.floor((2.0 * skew / edge + spread) * place + centre)
+        if edge >= 0.07 and level <= squeeze:
+            return count
+        if count < 0.0 or count > trials:
+            continue
+        law = (mode + 0.5) * math.log((mode + 1.0) / (odds * (trials - mode + 1.0)))
+        law += (trials + 1.0) * math.log1p((count - mode) / (trials - count + 1.0))
+        law += (count + 0.5) * math.log(odds * (trials - count + 1.0) / (count + 1.0))
+        law += _stirling_rest(mode) + _stirling_rest(trials - mode)
+        law -= _stirling_rest(count) + _stirling_rest(trials - count)
+        if math.log(level * height / (skew / (edge * edge) + spread)) <= law:
+            return count
+
+
+@kernel
+def _stirling_rest(n):
+    """ln n! less Stirling's formula (n + 1/2) ln(n + 1) - (n + 1) + ln(2 pi) / 2."""
+    if n < 10.0:
+        return math.lgamma(n + 1.0) - (n + 0.5) * math.log(n + 1.0) + n + 1.0 - _HALF_LOG_2_PI
+    inverse = 1.0 / (n + 1.0)
+    square = inverse * inverse
+    return (1.0 / 12.0 - (1.0 / 360.0 - square / 1260.0) * square) * inverse

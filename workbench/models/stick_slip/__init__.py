@@ -1,0 +1,1 @@
+"""Stick-slip as first passage (chapter 8): `distribution` has the functions that a script calls."""
