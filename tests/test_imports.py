@@ -21,7 +21,19 @@ def modules():
 
 SOURCES = dict(modules())
 LEVELS = (
-    {"underfoot", "presets", "arguments", "errors", "clock", "documents", "drawing", "files", "kernels", "models"},
+    {
+        "underfoot",
+        "presets",
+        "arguments",
+        "errors",
+        "clock",
+        "documents",
+        "drawing",
+        "files",
+        "kernels",
+        "kernel_cache",
+        "models",
+    },
     {"parameters"},
     {"floor", "patch"},
     {"nodes", "devices", "calibration", "records"},

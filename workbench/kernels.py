@@ -1,18 +1,43 @@
-"""How kernels are compiled: Numba without the interpreter lock, cached on disk, in strict float64.
+"""How kernels are compiled: Numba without the interpreter lock, kept on disk, in strict float64.
 
 Strict, because a kernel exists more than once: on its own, inlined in its callers, and in every process's cache. Where
 the compiler may contract or re-order, these copies differ in their last bits (measured: a tone's bytes changed between
 the process that compiled it and the next one, which loaded it), and the same patch must give the same bytes.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 from numba import njit, types
+from numba.core.ccallback import CFunc
+from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
-kernel = njit(nogil=True, cache=True, error_model="numpy")
-"""Compile a kernel whose bits do not depend on how a stretch of frames is split, nor on who compiled it."""
+from underfoot.kernel_cache import KernelCache, options_text
 
-modal_kernel = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp", "reassoc"})
-"""Compile a kernel whose inner loop runs over modes: it may contract, and re-associate sums over modes."""
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a kernel whose bits do not depend on how a stretch of frames is split, nor on who compiled it."""
+    return _kept(function, {})
+
+
+def modal_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a kernel whose inner loop runs over modes: it may contract, and re-associate sums over modes."""
+    return _kept(function, {"fastmath": {"contract", "nsz", "arcp", "reassoc"}})
+
+
+def callback(signature: Any, function: Callable[..., Any]) -> CFunc:
+    """A kernel that is called by its address: compiled, or loaded, at once."""
+    compiled: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
+    compiled._cache = KernelCache(function, f"callback {signature}")
+    compiled.compile()
+    return compiled
+
+
+def _kept(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    dispatcher = njit(nogil=True, error_model="numpy", **options)(function)
+    dispatcher._cache = KernelCache(function, options_text(options))
+    return dispatcher
 
 
 @intrinsic

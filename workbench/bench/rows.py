@@ -5,12 +5,13 @@ An array that Python made costs a kernel more: each part that is taken of it is 
 
 import ctypes
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
-from numba import carray, cfunc, types
+from numba import carray, types
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
+from underfoot.kernels import callback, kernel
 from underfoot.models.modal import driven_bank, struck_bank
 from underfoot.models.modal import hammer as impact_row
 
@@ -62,7 +63,7 @@ def _in_block(events, k):
     return count
 
 
-@cfunc(types.void(*[_FLOATS, _COUNT] * 4, _COUNT), cache=True)
+@partial(callback, types.void(*[_FLOATS, _COUNT] * 4, _COUNT))
 def _strike(s, s_size, t, t_size, events, e_size, out, o_size, blocks):
     state, tuning, heard = carray(s, s_size), carray(t, t_size), carray(out, o_size)
     strikes = carray(events, e_size)
@@ -72,14 +73,14 @@ def _strike(s, s_size, t, t_size, events, e_size, out, o_size, blocks):
         strikes = strikes[3 * count :]
 
 
-@cfunc(types.void(*[_FLOATS, _COUNT] * 4, _COUNT), cache=True)
+@partial(callback, types.void(*[_FLOATS, _COUNT] * 4, _COUNT))
 def _drive(s, s_size, t, t_size, excitation, e_size, out, o_size, blocks):
     state, tuning, heard = carray(s, s_size), carray(t, t_size), carray(out, o_size)
     for k in range(blocks):
         driven_bank.ring(state, tuning, carray(excitation, e_size), heard, k * BLOCK, BLOCK)
 
 
-@cfunc(types.void(*[_FLOATS, _COUNT] * 5, _COUNT, _COUNT), cache=True)
+@partial(callback, types.void(*[_FLOATS, _COUNT] * 5, _COUNT, _COUNT))
 def _hit(s, s_size, t, t_size, hammer, h_size, events, e_size, out, o_size, first, blocks):
     state, tuning, heard = carray(s, s_size), carray(t, t_size), carray(out, o_size)
     force, acceleration = heard[:BLOCK], heard[BLOCK:]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot import kernel_cache
+from underfoot.kernel_cache import cache_folder
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
@@ -85,7 +85,7 @@ def slip_table(values: Mapping[str, Any]) -> NDArray[np.float64]:
 @lru_cache(maxsize=64)
 def _table(damping: int, noise: int, start: int, error: str) -> NDArray[np.float64]:
     # Making one costs half a second in a process that has not loaded the solver's kernels yet.
-    path = kernel_cache() / "slips" / f"{damping}-{noise}-{start}-{error}.npy"
+    path = cache_folder() / "slips" / f"{damping}-{noise}-{start}-{error}.npy"
     try:
         return np.load(path)
     except (OSError, ValueError, EOFError):

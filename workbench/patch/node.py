@@ -27,9 +27,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numba import carray, cfunc, types
+from numba import carray, types
 
-from underfoot.kernels import kernel
+from underfoot.kernels import callback, kernel
 from underfoot.parameters import Number, Parameter
 
 _P = types.CPointer(types.float64)
@@ -79,7 +79,7 @@ class RowKernel:
 
     @cached_property
     def _compiled(self) -> Any:
-        return cfunc(self.signature, cache=True, error_model="numpy")(self.function)
+        return callback(self.signature, self.function)
 
     @property
     def address(self) -> int:

@@ -1,0 +1,132 @@
+"""What throws a compiled kernel away, and what does not."""
+
+import importlib
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from underfoot.kernel_cache import cache_folder, digest
+
+CALLED = '''
+"""A module that a kernel calls into."""
+from underfoot.kernels import kernel
+FACTOR = 2.0
+UNUSED = 1
+
+@kernel
+def scaled(x):
+    """Doubled."""
+    return FACTOR * x
+'''
+CALLER = """
+from underfoot.kernels import kernel
+import called
+
+@kernel
+def one_more(x):
+    return called.scaled(x) + 1.0
+"""
+
+
+@pytest.fixture
+def kernels(tmp_path, monkeypatch):
+    """`kernels(called, caller)`: the kernel of `caller` as it is when the two modules have these texts."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+    def load(called=CALLED, caller=CALLER):
+        (tmp_path / "called.py").write_text(called)
+        (tmp_path / "caller.py").write_text(caller)
+        for name in ("called", "caller"):
+            sys.modules.pop(name, None)
+        importlib.invalidate_caches()
+        return importlib.import_module("caller").one_more
+
+    yield load
+    for name in ("called", "caller"):
+        sys.modules.pop(name, None)
+
+
+def mark(kernel):
+    return digest(kernel.py_func)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"""Doubled."""', '"""Twice as much."""'),
+        ("UNUSED = 1", "UNUSED = 2"),
+        ("    return FACTOR", "    # it is two\n\n    return FACTOR"),
+        ("@kernel", "\n\n\n@kernel"),
+        ('"""A module that a kernel calls into."""', ""),
+    ],
+)
+def test_words_and_places_do_not_count(kernels, old, new):
+    before = mark(kernels())
+    assert old in CALLED
+    assert mark(kernels(called=CALLED.replace(old, new))) == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("FACTOR * x", "FACTOR + x"),
+        ("FACTOR = 2.0", "FACTOR = 3.0"),
+        ("FACTOR * x", "3.0 * x"),
+        ("import kernel", "import modal_kernel as kernel"),
+    ],
+)
+def test_what_a_called_function_does_counts(kernels, old, new):
+    before = mark(kernels())
+    assert old in CALLED
+    assert mark(kernels(called=CALLED.replace(old, new))) != before
+
+
+def test_a_kernel_is_loaded_until_what_it_calls_has_changed(kernels, tmp_path, monkeypatch):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
+    assert kernels()(2.0) == 5.0
+    again = kernels(called=CALLED.replace("Doubled", "Twice"))
+    assert again(2.0) == 5.0
+    assert sum(again.stats.cache_hits.values()) == 1
+    other = kernels(called=CALLED.replace("2.0", "10.0"))
+    assert other(2.0) == 21.0
+    assert sum(other.stats.cache_misses.values()) == 1
+
+
+def test_the_oldest_forms_of_a_kernel_go(kernels, tmp_path, monkeypatch):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
+    for k in range(7):
+        kernels(called=CALLED.replace("2.0", f"{k}.5"))(1.0)
+    kept = sorted(path.suffix for path in cache_folder().rglob("caller.one_more-*"))
+    assert kept == [".nbc"] * 4 + [".nbi"] * 4
+
+
+def test_without_a_writable_folder_kernels_are_compiled_all_the_same(kernels, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))
+    assert kernels()(2.0) == 5.0
+
+
+def test_importing_underfoot_leaves_numba_s_own_cache_alone():
+    code = "import os, numba, underfoot.kernels; print(numba.config.CACHE_DIR, 'NUMBA_CACHE_DIR' in os.environ)"
+    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    assert done.stdout.split() == ["False"]
+
+
+def test_digests_are_the_same_in_every_process():
+    code = (
+        "from underfoot.kernel_cache import digest\nfrom underfoot.models.modal import hammer\n"
+        "from underfoot.patch import driver\nprint(digest(hammer.ring.py_func), digest(driver.run_block.py_func))"
+    )
+    said = {
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, check=True, env={**os.environ, "PYTHONHASHSEED": seed}
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(said) == 1
+    assert np.unique(said.pop().split()).size == 2

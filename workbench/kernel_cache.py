@@ -1,0 +1,189 @@
+"""Compiled kernels on disk, each under a digest of all that its machine code depends on.
+
+Numba's own cache looks at the file that a kernel stands in: it takes an edited comment for a change, and does not see
+one in a function that the kernel calls from another file. Here a kernel's digest is made of its bytecode, of the
+constants that it reads, and of the digests of what it calls. Comments, docstrings and the place in a file do not count.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from functools import cache, cached_property
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import platformdirs
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
+
+from underfoot import __version__
+
+_KEPT = 4
+"""Digests that are kept of one kernel: of several checkouts, or of the one before the last edit."""
+_LIBRARIES = ("builtins", "cmath", "llvmlite", "math", "numba", "numpy", "operator")
+"""What these compute depends on their version alone, which Numba's index has."""
+
+
+def cache_folder() -> Path:
+    """Where this version keeps what it computed once: `UNDERFOOT_CACHE`, or the user's cache folder.
+
+    >>> cache_folder().name == __version__
+    True
+    """
+    return Path(os.environ.get("UNDERFOOT_CACHE") or platformdirs.user_cache_dir("underfoot")) / __version__
+
+
+class KernelCache:
+    """What Numba asks for the compiled forms of `function`. The digest is taken at first use, when all names are there.
+
+    Where the folder cannot be written to, kernels are compiled in each process anew.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: str) -> None:
+        assert isinstance(function, FunctionType)
+        self._function, self._options = function, options
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """The form compiled for a signature, or None."""
+        return self._files.load_overload(signature, context)
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep a form that was compiled; the oldest of earlier digests go."""
+        self._files.save_overload(signature, compiled)
+        if isinstance(self._files, _Files):
+            _prune(self._files.stem)
+
+    @property
+    def cache_path(self) -> str | None:
+        """The folder."""
+        return self._files.cache_path
+
+    @cached_property
+    def _files(self) -> Any:
+        try:
+            return _Files(self._function, digest(self._function, self._options))
+        except OSError:
+            return NullCache()
+
+
+def digest(function: FunctionType, options: str = "") -> str:
+    """What identifies a kernel's machine code, beside the signature, the processor and Numba's version.
+
+    >>> def twice(x): return 2.0 * x
+    >>> def thrice(x): return 3.0 * x
+    >>> def commented(x):
+    ...     '''Three times.'''
+    ...     return 3.0 * x  # of x
+    >>> digest(twice) == digest(thrice), digest(commented) == digest(thrice)
+    (False, True)
+    """
+    found = hashlib.sha256(options.encode())
+    reached, waiting = {function}, [function]
+    while waiting:
+        own, called = _own(waiting.pop())
+        found.update(own)
+        waiting += [one for one in called if one not in reached]
+        reached.update(called)
+    return found.hexdigest()
+
+
+def options_text(options: dict[str, Any]) -> str:
+    """Compiler options in an order of their own; a set's is another in each process."""
+    return repr(sorted((name, sorted(flags) if isinstance(flags, set) else flags) for name, flags in options.items()))
+
+
+@cache
+def _own(function: FunctionType) -> tuple[bytes, tuple[FunctionType, ...]]:
+    """The digest of a function's own code and of the constants that it reads; and the functions that it calls."""
+    code = function.__code__
+    names = sorted(_names(code))
+    cells = zip(code.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True)
+    values = [*cells, *((name, function.__globals__[name]) for name in names if name in function.__globals__)]
+    for name, value in list(values):
+        if isinstance(value, ModuleType) and not _is_library(value.__name__):
+            values += [(f"{name}.{one}", vars(value)[one]) for one in names if one in vars(value)]
+    called = [found for _, value in values if (found := _function_of(value)) is not None]
+    parts = [*_code_parts(code, function.__doc__), repr(function.__defaults__)]
+    parts += [f"{name} {_value_text(value)}" for name, value in values]
+    return hashlib.sha256("\0".join(parts).encode()).digest(), tuple(called)
+
+
+def _code_parts(code: CodeType, doc: str | None = None) -> Iterator[str]:
+    yield f"{code.co_argcount} {code.co_names} {code.co_varnames} {code.co_code.hex()}"
+    for place, constant in enumerate(code.co_consts):
+        if isinstance(constant, CodeType):
+            yield from _code_parts(constant)
+        elif isinstance(constant, frozenset):
+            yield repr(sorted(constant, key=repr))
+        else:
+            yield repr(None if place == 0 and constant == doc else constant)
+
+
+def _names(code: CodeType) -> set[str]:
+    """Every name that is looked up, in nested functions too."""
+    return set(code.co_names).union(*(_names(part) for part in code.co_consts if isinstance(part, CodeType)))
+
+
+def _function_of(value: object) -> FunctionType | None:
+    """The Python function behind a kernel, an intrinsic or a function of ours; None for anything else."""
+    function = getattr(value, "py_func", None) or getattr(value, "_defn", None) or value
+    return function if isinstance(function, FunctionType) and not _is_library(function.__module__) else None
+
+
+def _is_library(module: str) -> bool:
+    return module.partition(".")[0] in _LIBRARIES
+
+
+def _value_text(value: object) -> str:
+    """What of a value machine code can depend on, beside the functions that are looked at by themselves."""
+    if isinstance(value, ModuleType) or _function_of(value) is not None:
+        return options_text(getattr(value, "targetoptions", {}))
+    if isinstance(value, type):
+        return f"{value.__module__}.{value.__qualname__} {getattr(value, '_fields', '')}"
+    text = value.tobytes().hex() if hasattr(value, "tobytes") else repr(value)
+    return text if " at 0x" not in text else type(value).__qualname__
+
+
+class _Locator(_CacheLocator):
+    """Tells Numba where the files of a kernel are, and what they must have been made of."""
+
+    def __init__(self, function: FunctionType, mark: str) -> None:
+        self._py_file, self._mark = function.__code__.co_filename, mark
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder() / "kernels")
+
+    def get_source_stamp(self) -> str:
+        return self._mark
+
+    def get_disambiguator(self) -> str:
+        return self._mark[:16]
+
+
+class _Files(FunctionCache):
+    """Numba's files of one kernel, under its digest."""
+
+    def __init__(self, function: FunctionType, mark: str) -> None:
+        locator = _Locator(function, mark)
+        locator.ensure_cache_path()
+
+        class Located(CompileResultCacheImpl):
+            _locator_classes = (type("Here", (), {"from_function": staticmethod(lambda *_: locator)}),)
+
+        self._impl_class = Located
+        super().__init__(function)
+
+    @property
+    def stem(self) -> Path:
+        """Where the files of all digests of this kernel begin."""
+        return Path(self.cache_path, self._impl.filename_base.rpartition("-")[0])
+
+
+def _prune(stem: Path) -> None:
+    """Remove all but the newest digests of a kernel; another process may be at it, too."""
+    found = list(stem.parent.glob(f"{stem.name}-*.nbi"))
+    if len(found) <= _KEPT:
+        return
+    for old in sorted(found, key=lambda path: path.stat().st_mtime)[:-_KEPT]:
+        for path in [old, *old.parent.glob(f"{old.stem}.*.nbc")]:
+            path.unlink(missing_ok=True)
