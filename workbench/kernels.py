@@ -8,12 +8,17 @@ the process that compiled it and the next one, which loaded it), and the same pa
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba import njit, types
 from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 from underfoot.kernel_cache import KernelCache, options_text
+
+Floats = NDArray[np.float64]
+"""What kernels compute on: contiguous arrays of float64."""
 
 
 def kernel(function: Callable[..., Any]) -> Any:

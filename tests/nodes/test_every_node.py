@@ -11,7 +11,8 @@ from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
 from underfoot.patch.driver import NAP
 from underfoot.patch.patch import Patch
-from underfoot.patch.program import HOSTS, Program
+from underfoot.patch.building import HOSTS
+from underfoot.patch.program import Program
 
 RATE = 48_000
 TILES = ("left", "right")

@@ -20,9 +20,10 @@ from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 from underfoot.patch import driver
+from underfoot.patch.building import HOSTS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.program import HOSTS, Program
+from underfoot.patch.program import Program
 
 PULSE_HZ, PULSE_S, PULSE = 60.0, 0.25, 8.0
 """The burst that tells which tile is which: frequency, length, and height in m/s^2."""
@@ -166,13 +167,13 @@ class Loop:
         if self._fade == "old":
             self._bring(old, n)
             old.run(frame, n)
-            _cross(old.output, program.output, program.tables.still, self._fade_from, frame, n)
+            _cross(old.output, program.output, program.tables.silent, self._fade_from, frame, n)
         elif self._fade:
-            _scale(program.output, program.tables.still, self._fade == "in", self._fade_from, frame, n)
+            _scale(program.output, program.tables.silent, self._fade == "in", self._fade_from, frame, n)
         if frame < self._pulse_end:
-            _pulse(program.output, program.tables.still, self._pulse, frame, n, self.rate)
-        self.correction.apply(program.output, program.tables.still, frame, n)
-        self.safety.apply(program.output, program.tables.still, frame, at, n)
+            _pulse(program.output, program.tables.silent, self._pulse, frame, n, self.rate)
+        self.correction.apply(program.output, program.tables.silent, frame, n)
+        self.safety.apply(program.output, program.tables.silent, frame, at, n)
         if program.scope_names:
             _look_in(program.tables.scope, self.scoped, at, n)
 

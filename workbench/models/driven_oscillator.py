@@ -98,3 +98,13 @@ def resolved(frame_s, stiffness, damping, creep, mass):
     if stiffness * frame_s * frame_s > math.pi**2 * mass:
         damping = max(damping, math.sqrt(stiffness * mass))
     return mass, damping
+
+
+@kernel
+def crossing(start: float, end: float, level: float) -> float:
+    """Where, as a share of a frame below 1, a displacement that goes from `start` to `end` passes `level`.
+
+    >>> crossing(0.0, 2.0, 0.5)
+    0.25
+    """
+    return min(max((level - start) / (end - start), 0.0), 0.999)

@@ -21,8 +21,8 @@ def call_run(context, address, x, y, c, s, t, d, e, o, key, rate, frame, n):
 
 
 @intrinsic
-def call_rest(context, address, c, s, t, d):
-    """What remains in a row, by the word of a node's rest kernel at this address."""
+def call_tail(context, address, c, s, t, d):
+    """A bound of what a row can still put out, by a node's tail kernel at this address."""
     i64 = types.int64
 
     def code(context, builder, signature, args):

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
 from underfoot.errors import require
 from underfoot.kernels import kernel
-from underfoot.models.fibre_bundle.bundle import require_bundle
+from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.signals.random import stream_key, uniform
 
 
@@ -64,7 +64,7 @@ def draw_thresholds(
     >>> bool(abs(strains.mean() - 2.266) < 0.05)  # lambda Gamma(1 + 1/k)
     True
     """
-    require_bundle(1.0, fibres, shape, scale, 1.0, 0.0, 0.0, 0.0, "exact", thresholds)
+    FibreBundle(fibres, shape, scale, thresholds=thresholds)
     chances = np.zeros(int(fibres))
     _fill(chances, stream_key(seed_of(seed), "thresholds"))
     if thresholds == "uniform":
