@@ -150,7 +150,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values)`, what
     their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the output
-    exactly zero; `is_sink`, when its output is what a tile plays. `BadValue` for a function that names what is not there.
+    exactly zero; `is_sink`, when its output is what a tile plays. `BadValue` for a function that names what is not
+    there.
     """
 
     def declare(cls: Any) -> NodeType:

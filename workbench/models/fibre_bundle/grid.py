@@ -65,8 +65,8 @@ STATE = Layout(
     kick=("cells",),
     step=(8, "cells"),
 )
-"""Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load. The arrays from
-`breaking` on serve within a call only."""
+"""Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load. The arrays
+from `breaking` on serve within a call only."""
 
 _FASTEST = 0.25
 """The coupled cells turn by at most the root of this in a frame, in radians; the kicks are stable up to about 4."""

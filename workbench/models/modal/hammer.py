@@ -26,8 +26,8 @@ from underfoot.models.modal.contact_motion import (
 from underfoot.models.modal.phasors import BLOCK, advanced, free_block, in_use, tabulate
 
 HAMMER = Layout("hammer", "mass", "stiffness", "exponent", "damping", "load", "error", "substeps")
-"""Mass (kg), stiffness (N/m^exponent), exponent, damping mu (s/m), a constant load on it (N), the relative error that is
-asked of the displacement, and sub-steps a frame, where 0 leaves them to the error."""
+"""Mass (kg), stiffness (N/m^exponent), exponent, damping mu (s/m), a constant load on it (N), the relative error that
+is asked of the displacement, and sub-steps a frame, where 0 leaves them to the error."""
 
 MOST_SUBSTEPS = 4096
 """Of a frame, in real time as offline: beyond them contact is no longer resolved, though it still makes no energy."""
