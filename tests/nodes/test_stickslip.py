@@ -125,7 +125,7 @@ def test_a_place_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))
     table = stickslip.slip_table({"damping": 30, "noise": 40, "start": 100, "error": "0.01"})
-    assert table[0] == table.size - 1
+    assert table.size > 1000
 
 
 @pytest.mark.parametrize("corner", range(8))

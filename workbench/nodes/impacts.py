@@ -1,15 +1,12 @@
 """Things that are struck: modal objects, and hammers that hit them."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout
-from underfoot.models.modal import contact_motion, hammer, phasors, struck_bank
-from underfoot.models.signals.random import stream_key, uniform
+from underfoot.models.modal import contact_motion, drawn_modes, hammer, phasors, struck_bank
 from underfoot.parameters import Count, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
 
@@ -72,7 +69,7 @@ class Impact:
     state = contact_motion.STATE
     coefficients = Layout("impact_coefficients", hammer=hammer.HAMMER, struck=contact_motion.OBJECT)
 
-    def sizes(values):
+    def sizes(values, rate):
         return phasors.sizes(len(values["modes"]))
 
     @prepared_columns
@@ -116,7 +113,7 @@ class ModalBank:
 
     state, coefficients = struck_bank.STATE, struck_bank.COEFFICIENTS
 
-    def sizes(values):
+    def sizes(values, rate):
         return phasors.sizes(len(values["modes"]))
 
     @prepared_columns
@@ -157,17 +154,16 @@ class DrawnBank:
     state = struck_bank.STATE
     coefficients = Layout("drawn_bank_coefficients", drawn=(3, "modes"), bank=struck_bank.COEFFICIENTS)
 
-    def sizes(values):
+    def sizes(values, rate):
         return {"modes": values["modes"], **phasors.sizes(values["modes"])}
 
     @prepared
     def draws(values, rate):
-        key = stream_key("modes", values["draw"])
-        return sorted(uniform(key, mode) for mode in range(values["modes"]))
+        return drawn_modes.draws(values["modes"], values["draw"])
 
     def design(draws, low, high, alpha, rolloff, quality, damping, rate, coefficients):
         drawn = coefficients.drawn
-        draw_modes(draws, low, high, alpha, rolloff, quality, damping, drawn)
+        drawn_modes.place(draws, low, high, alpha, rolloff, quality, damping, drawn)
         struck_bank.design(drawn, 1.0, 1.0, rate, FLOOR, coefficients.bank)
 
     def run(strike, level, frame, coefficients, state, out):
@@ -177,39 +173,3 @@ class DrawnBank:
 
     def tail(state):
         return struck_bank.tail(state)
-
-
-@kernel
-def draw_modes(
-    draws: Floats,
-    low_hz: float,
-    high_hz: float,
-    alpha: float,
-    rolloff: float,
-    quality: float,
-    damping: float,
-    modes: NDArray[np.float64],
-) -> None:
-    """Fill `modes` [3, m], rows of frequency (Hz), decay (1/s) and amplitude, from `draws` [m], uniform in (0, 1).
-
-    Frequencies have the density p(f) ~ f^alpha and rise with the draws; decays are pi low / quality (f / low)^damping;
-    amplitudes are proportional to f^-rolloff, and their squares sum to 1.
-
-    >>> modes = np.zeros((3, 2))
-    >>> draw_modes(np.array([0.25, 0.75]), 100.0, 500.0, 0.0, 0.0, 10.0, 1.0, modes)
-    >>> modes[0].round(9)
-    array([200., 400.])
-    """
-    width = max(math.log(high_hz / low_hz), 0.0)
-    power = alpha + 1.0
-    span = math.expm1(power * width)
-    squares = 0.0
-    for m in range(draws.size):
-        # Near alpha = -1 the law is that of the logarithm, to which the general one tends.
-        above = draws[m] * width if abs(power) < 1e-9 else math.log1p(draws[m] * span) / power
-        modes[0, m] = low_hz * math.exp(above)
-        modes[1, m] = math.pi * low_hz / quality * math.exp(damping * above)
-        modes[2, m] = math.exp(-rolloff * above)
-        squares += modes[2, m] ** 2
-    for m in range(draws.size):
-        modes[2, m] /= math.sqrt(squares)

@@ -86,7 +86,7 @@ class FibreGrid:
 
     state, coefficients = grid.STATE, grid.COEFFICIENTS
 
-    def sizes(values):
+    def sizes(values, rate):
         return {"cells": values["columns"] * values["rows"]}
 
     def design(controls, rate, coefficients):

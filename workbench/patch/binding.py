@@ -23,7 +23,7 @@ from numba import carray, njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadValue, require
 from underfoot.kernels import callback
 from underfoot.layouts import LINE, Layout
 from underfoot.models.signals.events import events_at
@@ -76,25 +76,25 @@ class Binding:
         self.controls = Layout("controls", *names.controls)
         self.state: Layout | None = getattr(cls, "state", None)
         self.coefficients: Layout | None = getattr(cls, "coefficients", None)
-        self._sizes: Callable[[Values], Mapping[str, int]] = getattr(cls, "sizes", lambda values: {})
+        self.sizes: Callable[[Values, float], Mapping[str, int]] = getattr(cls, "sizes", _no_sizes)
         layouts = [layout for layout in (self.state, self.coefficients) if layout is not None]
         self.symbols = tuple(dict.fromkeys(symbol for layout in layouts for symbol in layout.symbols))
         self._check()
 
     # --- the memory of a row ---
 
-    def state_size(self, values: Values) -> int:
+    def state_size(self, values: Values, rate: float) -> int:
         """Float64 values of a row's state."""
-        return self.state.size(self._sizes(values)) if self.state else 0
+        return self.state.size(self.sizes(values, rate)) if self.state else 0
 
-    def coefficients_size(self, values: Values) -> int:
+    def coefficients_size(self, values: Values, rate: float) -> int:
         """Float64 values of a row's coefficients, with what says whether they were designed."""
-        return self._head + (self.coefficients.size(self._sizes(values)) if self.coefficients else 0)
+        return self._head + (self.coefficients.size(self.sizes(values, rate)) if self.coefficients else 0)
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
         """What the kernels of an instance read: its sizes, and its prepared tables."""
         tables = [one.table(values, rate) for one in self.prepared.values()]
-        sizes = self._sizes(values) if self.symbols else {}
+        sizes = self.sizes(values, rate)
         head = [float(sizes[symbol]) for symbol in self.symbols]
         at = _whole(len(head) + sum(1 + table.ndim for table in tables))
         parts = []
@@ -131,6 +131,11 @@ class Binding:
         return [name for name in self.names.controls if name in taken or "controls" in taken]
 
     def _check(self) -> None:
+        own = [*self.names.signals_in, *self.names.signals_out, *self.names.events_in, *self.names.events_out]
+        for name in [*own, *self.names.controls]:
+            is_own = name not in ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
+            allowed = "one that no function is given something else by"
+            require(is_own, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
         for name, function in self.functions.items():
             known = self._expressions(name)
             for taken in _taken(function):
@@ -208,6 +213,10 @@ class Binding:
 
 
 _inlined = njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def _no_sizes(values: Values, rate: float) -> Mapping[str, int]:
+    return {}
 
 
 def _taken(function: Callable[..., Any]) -> list[str]:

@@ -196,8 +196,8 @@ class Builder:
     def _add_memory(self, k: int, part: Part) -> None:
         binding, node = part.type.binding, self.nodes[k]
         node["run"], node["tail"] = binding.run.address, binding.tail.address if binding.tail else 0
-        node["state_size"] = _whole_lines(binding.state_size(part.values))
-        node["coefficients_size"] = _whole_lines(binding.coefficients_size(part.values))
+        node["state_size"] = _whole_lines(binding.state_size(part.values, self.rate))
+        node["coefficients_size"] = _whole_lines(binding.coefficients_size(part.values, self.rate))
         node["data_at"] = sum(one.size for one in self.data)
         self.data.append(part.type.data(part.values, self.rate))
 

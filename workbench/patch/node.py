@@ -24,9 +24,9 @@ The functions are compiled, each for one row, which is one tile. They are given 
 - `tail` gives a bound of what can still come out when nothing comes in: 0 for a row that may sleep, infinity for one
   that may not. Without it a node leaves nothing behind.
 
-`state` and `coefficients` are layouts; their sizes come from `sizes(values)`. A row that falls asleep has its state set
-to zero, and keeps its coefficients. What `run` writes may depend on the frames only, never on how they are cut into
-stretches.
+`state` and `coefficients` are layouts; their sizes come from `sizes(values, rate)`. A row that falls asleep has its
+state set to zero, and keeps its coefficients. What `run` writes may depend on the frames only, never on how they are
+cut into stretches.
 """
 
 import inspect
@@ -148,10 +148,10 @@ Registry = Mapping[str, NodeType]
 def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     """Turn a class into a `NodeType`; the module says what the class may hold.
 
-    Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values)`, what
-    their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the output
-    exactly zero; `is_sink`, when its output is what a tile plays. `BadValue` for a function that names what is not
-    there.
+    Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
+    what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
+    output exactly zero; `is_sink`, when its output is what a tile plays. `BadValue` for a function that names what is
+    not there.
     """
 
     def declare(cls: Any) -> NodeType:
