@@ -46,14 +46,14 @@ def _kept(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 
 @intrinsic
-def widest(context):
+def widest(context: Any) -> Any:
     """Let the loops of the kernel that calls this use the processor's widest vectors.
 
     The compiler prefers half of them where there are 512 bits. Long loops over modes gain a quarter to a third from all
     (measured at 64 and 200 modes); short loops, of which everything else is made, lose.
     """
 
-    def code(context, builder, signature, args):
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # past llvmlite's list of known names
         return context.get_dummy_value()
 

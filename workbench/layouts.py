@@ -61,16 +61,16 @@ class Layout:
     def __init__(self, name: str, *numbers: str, **parts: "Size | tuple[Size, ...] | Layout") -> None:
         self.name = name
         made = [Part(number) for number in numbers]
-        for part, what in parts.items():
+        for label, what in parts.items():
             if isinstance(what, Layout):
-                made.append(Part(part, layout=what))
+                made.append(Part(label, layout=what))
             else:
-                made.append(Part(part, what if isinstance(what, tuple) else (what,)))
+                made.append(Part(label, what if isinstance(what, tuple) else (what,)))
         self.parts = {part.name: part for part in made}
         symbols: list[str] = []
         for part in made:
             symbols += part.layout.symbols if part.layout else [size for size in part.shape if isinstance(size, str)]
-        self.symbols = tuple(dict.fromkeys(symbols))
+        self.symbols: tuple[str, ...] = tuple(dict.fromkeys(symbols))
         """The sizes that each memory has for itself, in order."""
         for symbol in self.symbols:
             require(symbol not in self.parts, "size", symbol, f"a name that no part of {name} has")
@@ -121,12 +121,12 @@ class Layout:
         kind = self.type
 
         @intrinsic
-        def memory_at(context, values, sizes):  # type: ignore[no-untyped-def]
-            def code(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        def memory_at(context: Any, values: Any, sizes: Any) -> Any:
+            def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
                 made = cgutils.create_struct_proxy(kind)(context, builder)
-                is_array = isinstance(signature.args[0], types.Array)
-                array = context.make_array(signature.args[0])(context, builder, arguments[0]) if is_array else None
-                made.pointer = array.data if is_array else arguments[0]
+                made.pointer = arguments[0]
+                if isinstance(signature.args[0], types.Array):
+                    made.pointer = context.make_array(signature.args[0])(context, builder, arguments[0]).data
                 for k, name in enumerate(kind.layout.symbols):
                     setattr(made, name, builder.extract_value(arguments[1], k))
                 return made._getvalue()
@@ -183,7 +183,7 @@ class Memory:
 
 
 @overload(len)
-def _length(memory):  # type: ignore[no-untyped-def]
+def _length(memory: Any) -> Any:
     if isinstance(memory, MemoryType) and "count" in memory.layout.parts:
         return lambda memory: int(memory.count)
     return None

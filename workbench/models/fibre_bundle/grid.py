@@ -297,7 +297,9 @@ def _break(
 
 
 @kernel
-def _move(s: Memory, coefficients: Memory, columns: int, rows: int, before: float, after: float, within: int) -> tuple[float, bool]:
+def _move(
+    s: Memory, coefficients: Memory, columns: int, rows: int, before: float, after: float, within: int
+) -> tuple[float, bool]:
     """Move all cells over one frame, number `within` of its span, while the load goes from `before` to `after`.
 
     Gives the mean strain, and whether a cell has passed its threshold.
