@@ -185,9 +185,10 @@ class Memory:
 
 @overload(len)
 def _length(memory: Any) -> Any:
-    if isinstance(memory, MemoryType) and "count" in memory.layout.parts:
-        return lambda memory: int(memory.count)
-    return None
+    def count(memory: Any) -> int:
+        return int(memory.count)
+
+    return count if isinstance(memory, MemoryType) and "count" in memory.layout.parts else None
 
 
 class MemoryType(types.Type):
