@@ -33,6 +33,7 @@ LEVELS = (
         "kernels",
         "kernel_cache",
         "models",
+        "options",
     },
     {"parameters"},
     {"floor", "patch"},
