@@ -34,15 +34,7 @@ _INSET_M = 0.02
 _STEADY_S = 0.5
 _FORCE_BAND = 0.2
 """A force within this share of what was asked for is near enough."""
-_FORCE_STEADY, _PLACE_STEADY_M = 0.05, 0.006
-"""Standard deviations up to which a press is steady: of the force, as a share of the load, and of the place."""
-_WRONG_PLACE_M = 0.08
-"""A press that is measured further than this from where it was asked for is at another place."""
-_UNSTEADY_S = 20.0
-"""A press that is not steady after so long is given up."""
-_EMPTY_S, _RELEASED_S = 0.15, 0.3
-_PRESSED = 0.3
-"""From this share of the load on, the tile is pressed."""
+_RELEASED_S = 0.3
 
 Values = NDArray[np.float64]
 
@@ -232,6 +224,7 @@ class CentroidProcedure(PagedProcedure):
 
     def _press(self, at: tuple[float, float], load: float, first: bool, readings: Readings) -> Live | None:
         from underfoot.calibration.science.centroid_fit import centroid
+        from underfoot.calibration.science.press_checks import PRESSED, is_steady, require_place
 
         if first:
             begun = self._begun(self._at, readings, load)
@@ -250,48 +243,27 @@ class CentroidProcedure(PagedProcedure):
         total = measured if latest.force_n is None else latest.force_n
         force = float(np.median(total))
         shown = [("force", force, "N")]
-        if force < _PRESSED * load or seen is None:
-            self._check_signal(load, latest, measured)
+        if force < PRESSED * load or seen is None:
+            self._check(load, latest, measured)
             return Live(f"Press with {load:.0f} N.", 0.5 * max(force, 0.0) / load, tuple(shown))
         place = centroid(forces, self._sensors_m)
         x, y = np.median(place, axis=0)
         shown += [("x", 1e3 * float(x), "mm"), ("y", 1e3 * float(y), "mm")]
         if abs(force - load) > _FORCE_BAND * load:
             return Live("Press harder." if force < load else "Press less hard.", 0.6, tuple(shown))
-        self._check_signal(load, latest, measured)
-        steady = self._is_steady(float(np.std(total)) / load, float(np.std(place, axis=0).max()), readings)
-        if not steady:
+        self._check(load, latest, measured)
+        if not is_steady(float(np.std(total)) / load, float(np.std(place, axis=0).max()), np.ptp(readings.time_s)):
             return Live("Hold still.", 0.8, tuple(shown))
-        off = float(np.hypot(x - at[0], y - at[1]))
-        if off > _WRONG_PLACE_M:
-            raise BadMeasurement(
-                f"the press is measured {1e3 * off:.0f} mm from where it was asked for: another place, or sensors "
-                "swapped?"
-            )
+        require_place((x, y), at)
         return None
 
-    def _is_steady(self, force_share: float, place_m: float, readings: Readings) -> bool:
-        """Whether these standard deviations are small; `BadMeasurement` where they have not been for long."""
-        if force_share <= _FORCE_STEADY and place_m <= _PLACE_STEADY_M:
-            return True
-        if np.ptp(readings.time_s) > _UNSTEADY_S:
-            raise BadMeasurement(
-                f"the press is unsteady: its force varies by {100 * force_share:.0f} %, its place by "
-                f"{1e3 * place_m:.0f} mm (standard deviations); hold still"
-            )
-        return False
-
-    def _check_signal(self, load: float, readings: Readings, measured: Values) -> None:
+    def _check(self, load: float, readings: Readings, measured: Values) -> None:
         """Refuse a tile that gives no signal under a load that the reference measures, and readings that clip."""
-        if readings.force_n is not None and float(np.median(readings.force_n)) > 0.8 * load:
-            share = float(np.median(measured)) / float(np.median(readings.force_n))
-            if share < 0.02:
-                raise BadMeasurement(f"no signal: the sensors add up to {np.median(measured):.3g} N under {load:.0f} N")
+        from underfoot.calibration.science.press_checks import require_signal, require_unclipped
+
+        require_signal(load, readings.force_n, measured)
         if self._profile is not None and self._profile.is_calibrated:
-            railed = np.flatnonzero((readings.values[:, :4] >= 65535.0).mean(axis=0) > 0.5)
-            railed = railed[np.abs(self._tare_counts()[railed] - 65535.0) > 400.0]
-            if railed.size:
-                raise BadMeasurement(f"sensor {railed[0] + 1} clips: its reading stays at 65535; press less hard there")
+            require_unclipped(readings.values[:, :4], self._tare_counts())
 
     # --- what was taken ---
 
@@ -300,11 +272,13 @@ class CentroidProcedure(PagedProcedure):
 
         Times (n,), in order, and values (n, 12), as `feed` keeps them.
         """
+        from underfoot.calibration.science.press_checks import EMPTY_S
+
         times, values, group = [], [], None
         for k in sorted(self._taken):
             step, readings = self._steps[k], self._taken[k]
             if step.page.key == "release":
-                seen = readings.last(_EMPTY_S) or readings
+                seen = readings.last(EMPTY_S) or readings
                 times.append(float(seen.time_s.mean()))
                 values.append(np.median(seen.values, axis=0))
             elif isinstance(step, PlaceStep) and step.group != group and place in (None, step.group):
@@ -320,10 +294,16 @@ class CentroidProcedure(PagedProcedure):
 
         A sensor still creeps after the load before. What it shows on an empty tile is the baseline of the press.
         """
+        from underfoot.calibration.science.press_checks import EMPTY_S, press_begun
+
         if at - 1 in self._taken:
             before = self._taken[at - 1]
-            readings = (before.last(_EMPTY_S) or before).followed_by(readings)
-        return press_begun(readings, load)
+            readings = (before.last(EMPTY_S) or before).followed_by(readings)
+        total = readings.force_n
+        if total is None:
+            total = readings.values[:, _STATIC].sum(axis=1)
+            total = total - total.min()
+        return press_begun(readings, total, load)
 
     def _presses(self, newtons: slice, rising: bool | None) -> tuple[Presses, Values]:
         """The presses taken so far, with mean readings of the steady stretch, and corner forces (n, 4) less baseline.
@@ -389,26 +369,6 @@ def _setup_asks(tile: "Tile") -> tuple[Parameter, ...]:
         ask("loads_n", Numbers(DEFAULT_LOADS_N, 1.0, 5000.0, most=10, unit="N", doc="Loads, rising.")),
         ask("falling", Choice("no", options=("no", "yes"), doc="Press with falling loads, too, to show hysteresis.")),
     )
-
-
-def press_begun(readings: Readings, load_n: float) -> tuple[float, Values, Readings] | None:
-    """When the tile was last empty before a press with `load_n`, its values (m,) then, and the readings of the press.
-
-    None where the readings do not begin with an empty tile. Values are those of `CentroidProcedure.feed`, (n, 12).
-    """
-    total = readings.force_n
-    if total is None:
-        total = readings.values[:, _STATIC].sum(axis=1)
-        total = total - total.min()
-    light = np.flatnonzero(total < _PRESSED * load_n)
-    if not light.size:
-        return None
-    empty = light[total[light] <= total[light].min() + 0.03 * load_n]
-    if readings.time_s[empty[-1]] - readings.time_s[empty[0]] < 0.9 * _EMPTY_S:
-        return None
-    late = empty[readings.time_s[empty] >= readings.time_s[empty[-1]] - _EMPTY_S]
-    when = float(readings.time_s[late].mean())
-    return when, np.median(readings.values[late], axis=0), readings.since(int(light[-1]))
 
 
 def places(tile: "Tile", count: int, seed: int | None = None) -> Values:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, Setup
-from underfoot.calibration.files.measurements import Pairs, read_pairs
+from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
 from underfoot.calibration.paged import PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Live, Page, ask
 from underfoot.calibration.result import Result
@@ -38,8 +38,6 @@ _COVERED = 0.8
 """A loading must pass through this share of so many equal steps of force."""
 _HOLD_SHARE, _HOLD_BAND = 0.6, 0.12
 """A load is held at this share of full scale, within this share of itself."""
-_RAILS = (0.0, 65535.0)
-"""The ends of the converter."""
 
 Values = NDArray[np.float64]
 
@@ -229,15 +227,17 @@ class FsrProcedure(PagedProcedure):
         seen = readings.last(_TARE_S)
         if seen is None:
             return Live("Stand clear.", np.ptp(readings.time_s) / _TARE_S)
-        if np.ptp(_smoothed(seen.values[:, j])) > 0.02 * _RAILS[1]:
+        if np.ptp(_smoothed(seen.values[:, j])) > 0.02 * LARGEST_READING:
             return Live("The reading changes; stand clear.", 0.5, (("reading", float(seen.values[-1, j]), ""),))
         if seen.force_n is not None and abs(float(np.median(seen.force_n))) > 0.01 * self._full_n:
             return Live("The load cell is loaded; take it off.", 0.5, (("force", float(seen.force_n[-1]), "N"),))
         return None
 
     def _rise(self, j: int, readings: Readings) -> Live | None:
+        from underfoot.calibration.science.load_checks import require_response
+
         force = self._load_cell(readings)
-        self._check_loading(j, readings, force)
+        require_response(j, self._rest_readings(), readings.values, force, self._full_n)
         top, full = float(force.max()), self._full_n
         covered = _covered(force, full)
         shown = (
@@ -271,72 +271,30 @@ class FsrProcedure(PagedProcedure):
         return Live(hint, kept / hold_s, shown)
 
     def _weigh(self, j: int, readings: Readings) -> Live | None:
+        from underfoot.calibration.science.load_checks import require_weight
+
         shown = (("reading", float(readings.values[-1, j]), ""),)
         seen = readings.last(2.0 * _STEADY_S)
         if seen is None:
             ready = float(np.ptp(readings.time_s)) / (2.0 * _STEADY_S)
             return Live("Wait until the reading is steady.", ready, shown)
         values = _smoothed(seen.values[:, j])
-        rest = self._rest_reading(j)
-        change = abs(float(np.median(values)) - rest)
+        rest, reading = self._rest_readings(), float(np.median(values))
+        change = abs(reading - float(rest[j]))
         if np.ptp(values) > 0.03 * change + 40.0:
             if np.ptp(readings.time_s) > _UNSTEADY_S:
                 raise BadMeasurement(
                     f"the load is not steady: the reading changes by {np.ptp(values):.0f} counts; let go of the weight"
                 )
             return Live("The reading changes; wait until it is steady.", 0.5, shown)
-        given = float(self._answers[self._at]["weight_n"])
-        self._check_weight(j, given, float(np.median(values)), rest, seen)
+        given, others = float(self._answers[self._at]["weight_n"]), np.median(seen.values, axis=0)
+        require_weight(j, given, reading, others, rest, self._full_n, self._apparent_load_n(j, change))
         return None
 
     def _load_cell(self, readings: Readings) -> Values:
         if readings.force_n is None:
             raise BadMeasurement("there is no load cell among the readings; choose known weights as the reference")
         return readings.force_n
-
-    # --- what cannot be right ---
-
-    def _check_loading(self, j: int, readings: Readings, force: Values) -> None:
-        """Refuse a silent sensor, one that clips, another that responds, and a silent load cell."""
-        rest = np.array([self._rest_reading(k) for k in range(4)])
-        loaded = force >= 0.3 * self._full_n
-        change = np.abs(readings.values - rest)
-        if np.count_nonzero(loaded) >= 20:
-            typical = np.median(change[loaded], axis=0)
-            strongest = int(np.argmax(typical))
-            if strongest != j and typical[strongest] > 400.0 and typical[strongest] > 2.0 * typical[j]:
-                raise BadMeasurement(f"sensor {strongest + 1} responds when sensor {j + 1} is pressed; {_SWAPPED}")
-            if typical[j] < 20.0:
-                raise BadMeasurement(
-                    f"sensor {j + 1} gives no signal: it stays at {np.median(readings.values[loaded, j]):.0f} under "
-                    f"{np.median(force[loaded]):.0f} N"
-                )
-        elif float(np.ptp(readings.values[:, j])) > 6000.0 and float(force.max()) < 0.01 * self._full_n:
-            raise BadMeasurement(f"the load cell gives no force while sensor {j + 1} is pressed")
-        pressed = readings.values[:, j]
-        railed = np.isin(pressed, _RAILS) & (change[:, j] > 400.0)
-        if np.count_nonzero(railed) >= 20:
-            raise BadMeasurement(
-                f"sensor {j + 1} clips: it stays at {pressed[railed][0]:.0f} above {force[railed].min():.0f} N; "
-                "choose a smaller full scale, or another divider"
-            )
-
-    def _check_weight(self, j: int, given_n: float, reading: float, rest: float, seen: Readings) -> None:
-        """Refuse a weight that cannot be what was typed, by what this sensor and the others have shown so far."""
-        change = abs(reading - rest)
-        if reading in _RAILS and change > 400.0:
-            raise BadMeasurement(f"sensor {j + 1} clips at {given_n:g} N: its reading stays at {reading:.0f}")
-        others = np.abs(np.median(seen.values, axis=0) - [self._rest_reading(k) for k in range(4)])
-        strongest = int(np.argmax(others))
-        if given_n > 0.0 and strongest != j and others[strongest] > 400.0 and others[strongest] > 2.0 * others[j]:
-            raise BadMeasurement(f"sensor {strongest + 1} responds when sensor {j + 1} is loaded; {_SWAPPED}")
-        if given_n >= 0.3 * self._full_n and change < 20.0:
-            raise BadMeasurement(f"sensor {j + 1} gives no signal: it stays at {reading:.0f} under {given_n:g} N")
-        apparent = self._apparent_load_n(j, change)
-        if given_n > 0.0 and apparent is not None and not 0.35 <= given_n / apparent <= 2.8:
-            raise BadMeasurement(
-                f"{given_n:g} N was typed, but sensor {j + 1} reads as under about {apparent:.0f} N; check the weight"
-            )
 
     def _apparent_load_n(self, j: int, change: float) -> float | None:
         """The load that a change of reading looks like: by the sensor's own weights so far, else by another's."""
@@ -357,7 +315,7 @@ class FsrProcedure(PagedProcedure):
 
     def _weights(self, j: int) -> list[tuple[float, float]]:
         """Change of reading and newtons of the weights that a sensor has carried."""
-        rest = self._rest_reading(j)
+        rest = float(self._rest_readings()[j])
         carried = [
             (abs(_steady_reading(readings, j) - rest), float(answers["weight_n"]))
             for _, readings, answers in self._taken_on(j)
@@ -365,10 +323,10 @@ class FsrProcedure(PagedProcedure):
         ]
         return [(change, weight_n) for change, weight_n in carried if change > 0.0]
 
-    def _rest_reading(self, k: int) -> float:
-        """The reading of sensor `k` at the latest tare; NaN before the first."""
+    def _rest_readings(self) -> Values:
+        """The readings (4,) at the latest tare; NaN before the first."""
         tares = [readings for step, readings, _ in self.taken() if step.page.key.endswith("-tare")]
-        return float(np.median(tares[-1].values[:, k])) if tares else float("nan")
+        return np.median(tares[-1].values, axis=0) if tares else np.full(4, np.nan)
 
     def _pairs(self, first: "Linearisation | None" = None) -> Pairs:
         """All that was taken, a line a sample.
@@ -408,7 +366,6 @@ class FsrProcedure(PagedProcedure):
 
 
 _TARE = "Take everything off the tile and stand clear."
-_SWAPPED = "are their wires swapped?"
 
 
 def _setup_asks() -> tuple[Parameter, ...]:
