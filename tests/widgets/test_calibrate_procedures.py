@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.engine.target import Target
@@ -90,6 +91,12 @@ class Hands:
 @pytest.fixture
 def hands(qtbot, workspace):
     return Hands(qtbot, workspace)
+
+
+def test_the_choice_shows_what_is_declared(workspace):
+    assert list(workspace.choice.cards) == list(CALIBRATIONS)
+    for kind, declared in CALIBRATIONS.items():
+        assert workspace.choice.cards[kind].accessibleName().startswith(f"{declared.name}:")
 
 
 def test_forces_by_clicks(hands):
