@@ -81,15 +81,15 @@ def _on_target(calibration: "Calibration", rig: "PressingRig | ShakingRig", opti
 
 
 def _measured(calibration: "Calibration", rig: "PressingRig | ShakingRig", floor: "Floor", setup: "Setup") -> "Result":
-    """Run a procedure on a rig. On hardware a person is told what to do, and presses again what was not right."""
+    """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused."""
     from underfoot.calibration.declaration import SHAKING
     from underfoot.calibration.procedure import run
 
     by_hand, shakes = not rig.is_simulated, calibration.rig == SHAKING
 
     def show(page: "Page") -> None:
-        told = f". {page.instruction}" if by_hand or shakes else ""
-        print(f"underfoot: {page.title}{told}", file=sys.stderr, flush=True)
+        instruction = f". {page.instruction}" if by_hand or shakes else ""
+        print(f"underfoot: {page.title}{instruction}", file=sys.stderr, flush=True)
         if by_hand and shakes and page.sound is None and sys.stdin.isatty():
             click.pause("underfoot: press any key", err=True)
 

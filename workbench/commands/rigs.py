@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 class PressingRig:
     """Options of a rig whose tile is pressed: by the simulator, or by a person on hardware."""
 
-    target: str = option("Measure there: simulator[:PARAMETERS.json] (which presses), serial:PORT, udp:HOST:PORT.", "")
+    target: str = option(
+        "Measure on this target: simulator[:PARAMETERS.json] (which presses), serial:PORT, udp:HOST:PORT.", ""
+    )
     cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120.", "")
 
     @property
@@ -63,7 +65,7 @@ class ShakingRig:
 
     target: str = option(f"Measure on this target instead: {_SHAKERS}.", "")
     output_device: str = option("Sound card of --target sound; the default one without.", "", "--output")
-    input_device: str = option("Its input; the default one without.", "", "--input")
+    input_device: str = option("Sound card of the accelerometer; the default one without.", "", "--input")
     input_channel: int = option("Channel of the accelerometer, from 0.", 0)
 
     @property

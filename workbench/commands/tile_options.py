@@ -1,4 +1,4 @@
-"""What every command that calibrates a tile is told: which tile, and where the result goes."""
+"""The options of every command that calibrates a tile: which tile, and where the result goes."""
 
 import json
 import sys
@@ -23,8 +23,8 @@ class TileOptions:
     floor: Path | None = option("Floor JSON that has the tile and its sensors; the default floor without.", None)
     tile: str = option("Which tile; by default the only one of the file, or the floor's first.", "")
     serial: str = option("The tile's serial number, kept in its profile.", "")
-    seed: int = option("Of the simulated tile and hand.", 1)
-    profile: Path | None = option("Profile JSON to read and to write; what it holds besides stays.", None)
+    seed: int = option("Seed of the simulated tile and hand.", 1)
+    profile: Path | None = option("Profile JSON to read and to write; its other parts stay.", None)
     report: Path | None = option("Folder for a page with pictures, figures and raw data.", None)
     as_json: bool = option("Print all figures as JSON.", False, "--json")
 

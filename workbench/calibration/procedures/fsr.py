@@ -58,7 +58,9 @@ class FsrCalibration(Calibration):
     file_options = ("pairs",)
 
     pairs: Path | None = option("CSV of readings beside a reference: time_s,tile,sensor,reading,force_n.", None)
-    divider_ohm: float | None = option("Resistor in series with a sensor; R = Rs/F + R0 is tried then, too.", None)
+    divider_ohm: float | None = option(
+        "Resistor in series with a sensor; the law R = Rs/F + R0 is tried then, too.", None
+    )
     divider_falling: bool = option("The reading falls with force.", False)
 
     def check(self, target: str) -> None:

@@ -12,21 +12,22 @@ _UNITS = {
 """Units as the names of figures have them, behind what they are of."""
 _WORDS = {
     "bound_percent": "least_error_of_any_static_curve",
-    "memory_error_percent": "error_with_hysteresis_and_creep_compensated",
+    "memory_error_percent": "error,_hysteresis_compensated",
     "creep_percent_decade": "creep_a_decade_of_time",
     "spread_percent": "spread_of_the_sensors",
+    "worst_error_percent": "largest_error",
     "mean_before_mm": "mean_error,_uncorrected",
-    "p95_before_mm": "p95_of_the_error,_uncorrected",
+    "p95_before_mm": "p95,_uncorrected",
     "worst_before_mm": "largest_error,_uncorrected",
     "mean_after_mm": "mean_error",
     "p95_after_mm": "p95_of_the_error",
     "worst_after_mm": "largest_error",
-    "mean_over_time_mm": "mean_error,_hysteresis_and_creep_compensated",
-    "p95_over_time_mm": "p95_of_the_error,_hysteresis_and_creep_compensated",
-    "worst_over_time_mm": "largest_error,_hysteresis_and_creep_compensated",
-    "mean_bound_mm": "mean_error_of_the_best_static_curves",
-    "p95_bound_mm": "p95_of_the_error_of_the_best_static_curves",
-    "worst_bound_mm": "largest_error_of_the_best_static_curves",
+    "mean_over_time_mm": "mean_error,_hysteresis_compensated",
+    "p95_over_time_mm": "p95,_hysteresis_compensated",
+    "worst_over_time_mm": "largest_error,_hysteresis_compensated",
+    "mean_bound_mm": "mean_error,_best_static_curves",
+    "p95_bound_mm": "p95,_best_static_curves",
+    "worst_bound_mm": "largest_error,_best_static_curves",
     "mean_after_mm_falling": "mean_error_on_falling_loads",
     "shear_mm": "error_by_shear_while_walking",
     "acceleration_per_unit": "acceleration_at_full_scale",
@@ -53,14 +54,14 @@ def label_of(name: str) -> str:
     >>> label_of("full_scale_n"), label_of("error_percent_2"), label_of("Force")
     ('Full scale', 'Error of sensor 2', 'Force')
     >>> label_of("mean_after_mm_at_150_n"), label_of("p95_before_mm"), label_of("snr_db")
-    ('Mean error at 150 N', '95th percentile of the error, uncorrected', 'SNR')
+    ('Mean error at 150 N', '95th percentile, uncorrected', 'SNR')
     """
     plain = re.sub(r"^mean_after_mm_(?=at_\d|\d|over_\d)", "mean_error_", _WORDS.get(name, name))
     plain = re.sub(r"_(\d+)_(n|hz)(?=_|$)", lambda m: f"_{m[1]} {_UNITS[m[2]]}", plain)
     plain = re.sub(r"^error_percent_(\d)$", r"error of sensor \1", plain)
     plain = re.sub(r"^distortion_(\d)_percent$", r"distortion, harmonic \1", plain)
     plain = re.sub(rf"_({'|'.join(_UNITS)})(?=_|$)", "", plain)
-    plain = re.sub(r"\bp(\d\d)(?=_|$)", r"\1th percentile", plain).replace("_", " ").strip()
+    plain = re.sub(r"\bp(\d\d)(?=[_,]|$)", r"\1th percentile", plain).replace("_", " ").strip()
     plain = re.sub(r"\b(snr|thd|fsr)\b", lambda m: m[1].upper(), plain)
     return plain[:1].upper() + plain[1:]
 

@@ -15,6 +15,7 @@ from underfoot.models.tile.fsr_hysteresis import Learned
 Values = NDArray[np.float64]
 
 _RATE_HZ = 100.0
+"""A rate that is enough for hysteresis and creep."""
 _ROUNDS, _FOLDS = 4, 3
 _MOST_CREEP = 0.15
 _LEAST_PERCENT = 0.3
@@ -82,6 +83,7 @@ class _Decimated:
 
 
 def _decimated(pairs: SensorPairs) -> _Decimated:
+    """The pairs averaged down to `_RATE_HZ`, or a little above."""
     period = float(np.median(np.diff(pairs.time_s)))
     count = max(1, int(round(1.0 / (max(period, 1e-6) * _RATE_HZ))))
     ends = pairs.x.size // count * count
@@ -100,6 +102,8 @@ def _decimated(pairs: SensorPairs) -> _Decimated:
 
 
 def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
+    """The creep, a share of the force a decade, that leaves the least squares: a scan, then golden sections."""
+
     def left(creep: float) -> float:
         return _fit_in_turns(slow, slow.weight, kind, full, creep)[2]
 
@@ -113,6 +117,7 @@ def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
 
 
 def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) -> float:
+    """RMS error on held-out loadings, % of full scale; infinite for models that have fitted noise."""
     estimate, counts = np.empty(slow.x.size), slow.weight.copy()
     for one in np.unique(slow.fold):
         out = slow.fold == one
@@ -142,6 +147,7 @@ def _fit_in_turns(slow: _Decimated, weight: Values, kind: str, full: float, cree
 
 
 def _compensated(slow: _Decimated, law: Law, found: Learned, full: float) -> Values:
+    """Newtons (n,) by curve and hysteresis model."""
     apparent = np.minimum(law.force(slow.x), 2.0 * full)
     state = np.zeros(fsr_hysteresis.state_size())
     newtons = fsr_hysteresis.recall(

@@ -1,4 +1,4 @@
-"""Exponential sweeps (Farina, AES 2000): what is played, and what can be told from its samples."""
+"""Exponential sweeps (Farina, AES 2000): what is played, and what its samples show."""
 
 import math
 
