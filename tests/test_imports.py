@@ -34,6 +34,7 @@ LEVELS = (
         "kernel_cache",
         "layouts",
         "models",
+        "options",
     },
     {"parameters"},
     {"floor", "patch"},

@@ -8,9 +8,8 @@ import soundfile
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
-from underfoot.calibration.procedures.procedure import Refused
 from underfoot.calibration.science.sweep import exponential, train
-from underfoot.errors import BadFile, BadValue, DeviceError
+from underfoot.errors import BadFile, BadMeasurement, BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -107,12 +106,12 @@ def write(path, samples, rate=RATE):
         (lambda f: [*f["both"], "--sensitivity", "0"], BadValue, "--sensitivity"),
         (lambda f: [*f["both"], "--order", "9"], BadValue, "--order is 9"),
         (lambda f: [*f["both"], "--channel", "5"], BadFile, "--channel is 5"),
-        (lambda f: [*f["both"], "--channel", "0"], Refused, "no signal|do not fit"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["silent"]], Refused, "no signal"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["clipped"]], Refused, "clipped"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["slow"]], Refused, "44100 Hz"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["short"]], Refused, "does not hold the whole"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["twice"]], Refused, "say --channel"),
+        (lambda f: [*f["both"], "--channel", "0"], BadMeasurement, "no signal|do not fit"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["silent"]], BadMeasurement, "no signal"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["clipped"]], BadMeasurement, "clipped"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["slow"]], BadMeasurement, "44100 Hz"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["short"]], BadMeasurement, "does not hold the whole"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["twice"]], BadMeasurement, "say --channel"),
         (lambda f: ["--sweep", f["narrow"], "--recorded", f["narrow_heard"]], BadFile, "sweep over all of them"),
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["text"]], BadFile, "cannot be read"),
         (lambda f: ["--sweep", "nowhere.wav", "--recorded", f["silent"]], BadFile, "nowhere.wav"),

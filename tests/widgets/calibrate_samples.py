@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from underfoot.calibration.procedures.procedure import Live, Page, Press, Readings, Refused, Result, Sound, ask
+from underfoot.calibration.procedure import Live, Page, ask
+from underfoot.calibration.result import Result
+from underfoot.calibration.rig import PressRequest, Readings, Sound
 from underfoot.drawing import Drawing, series
-from underfoot.errors import BadValue
+from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Response
 from underfoot.parameters import Choice, Number, Text
@@ -44,10 +46,10 @@ class Weighing:
                 )
                 return Page(key, "Set up", "Say what the scale is.", asks=asks, share=share)
             case "tare":
-                return Page(key, "Nothing on it", "Stand clear.", press=Press((0.0, 0.0), 0.0), share=share)
+                return Page(key, "Nothing on it", "Stand clear.", press=PressRequest((0.0, 0.0), 0.0), share=share)
             case "weigh":
                 asks = () if self._given else (ask("weight_n", Number(100.0, 0.0, 900.0, unit="N", doc="Known.")),)
-                press = Press(MIDDLE, 100.0, 0.5)
+                press = PressRequest(MIDDLE, 100.0, 0.5)
                 places = ((0.0, 0.0), MIDDLE)
                 return Page(key, "Weigh", "Put the weight on.", asks, press, None, places, True, share)
             case "note":
@@ -93,7 +95,7 @@ class Weighing:
         page = self.page
         checked = {one.name: one.check(values.get(one.name, one.default)) for one in page.asks}
         if checked.get("weight_n") == 0.0:
-            raise Refused("0 N was typed; a weight weighs something")
+            raise BadMeasurement("0 N was typed; a weight weighs something")
         self.answers |= checked
         if page.press is not None:
             self._given = True
@@ -104,7 +106,7 @@ class Weighing:
         self._taken += readings.values.sum(axis=1).tolist()
         if PAGES[self._at] == "weigh" and self._taken and max(self._taken) > 2.0 * self.answers["weight_n"]:
             self._taken, self._given = [], False
-            raise Refused(f"{self.answers['weight_n']:g} N was typed, but the scale says more")
+            raise BadMeasurement(f"{self.answers['weight_n']:g} N was typed, but the scale says more")
         if len(self._taken) >= HELD:
             self._go(self._at + 1)
 
@@ -132,14 +134,14 @@ class Scale:
 
     def __init__(self, by_hand=False):
         self._by_hand, self.hand_n = by_hand, 0.0
-        self._asked = Press((0.0, 0.0), 0.0)
+        self._asked = PressRequest((0.0, 0.0), 0.0)
         self._samples = 0
         self.reads, self.closed = 0, False
         self.loads = []
         self.silenced = threading.Event()
 
     def press(self, press):
-        self._asked = press or Press((0.0, 0.0), 0.0)
+        self._asked = press or PressRequest((0.0, 0.0), 0.0)
 
     def read(self):
         self.reads += 1

@@ -17,12 +17,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.calibration.procedures.procedure import Page, Refused, Sound
+from underfoot.calibration.procedure import Page
+from underfoot.calibration.rig import Sound
 from underfoot.engine.target import Target
-from underfoot.errors import DeviceError
+from underfoot.errors import BadMeasurement, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
-from underfoot.widgets.calibrate.measuring import Pace, WatchedBench
+from underfoot.widgets.calibrate.measuring import Pace, WatchedRig
 from underfoot.widgets.calibrate.page_view import PageView
 from underfoot.widgets.calibrate.wizard import going_words
 
@@ -214,7 +215,7 @@ def test_what_cannot_be_typed_is_not_given(desk):
     assert desk.page == "setup"
 
 
-def test_a_bench_that_cannot_be_had_is_said_and_only_cancel_is_left(desk):
+def test_a_rig_that_cannot_be_had_is_said_and_only_cancel_is_left(desk):
     def fails(target, tile, profile, reference):
         raise DeviceError("the port is not there")
 
@@ -290,13 +291,13 @@ def test_a_panic_stops_the_sound_and_the_page_stays(qtbot, tmp_path):
 
 
 def test_a_sound_that_is_to_begin_after_a_panic_does_not():
-    bench = Scale()
-    watched = WatchedBench(bench)
+    scale = Scale()
+    watched = WatchedRig(scale)
     sound = Sound(np.ones(4), 48_000, "none")
     watched.silence()
-    with pytest.raises(Refused, match="was stopped"):
+    with pytest.raises(BadMeasurement, match="was stopped"):
         watched.play(sound)
-    assert bench.loads == []
+    assert scale.loads == []
     watched.allow()
     assert watched.play(sound).tolist() == [0.5] * 4
 

@@ -10,7 +10,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QLabel, QLineEdit, QMessageBox, QPushButton
 from windows import LONG_MS, dialog_of, hiss, quiet_window
 
-from underfoot.calibration.procedures.procedure import Result
+from underfoot.calibration.result import Result
 from underfoot.engine.session import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response

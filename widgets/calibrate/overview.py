@@ -3,12 +3,13 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
+from underfoot.calibration.results.labels import label_of, unit_of
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.parameters import Parameter
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.drawing_view import DrawingColumn
-from underfoot.widgets.calibrate.figures import FigureTable, name_in_words, unit_in
+from underfoot.widgets.calibrate.figures import FigureTable
 from underfoot.widgets.calibrate.known import drawings_of
 from underfoot.widgets.calibrate.page_view import FORM_PX
 from underfoot.widgets.calibrate.tile_picture import TilePicture
@@ -120,7 +121,7 @@ class Overview(QWidget):
         self.picture.set_tile(tile)
         now, then = _figures(part), _figures(earlier)
         units = {"error": (part or earlier).error_unit} if (part or earlier) is not None else {}  # type: ignore[union-attr]
-        quantities = [(name, now.get(name, float("nan")), units.get(name, unit_in(name))) for name in {**now, **then}]
+        quantities = [(name, now.get(name, float("nan")), units.get(name, unit_of(name))) for name in {**now, **then}]
         self.table.show_figures(
             quantities,
             "in use" if part is None else part.made,
@@ -140,5 +141,5 @@ def _figures(part: Part | None) -> dict[str, float]:
     """The error that counts, and the other figures; one that is called the same is the same."""
     if part is None:
         return {}
-    others = {name: value for name, value in part.figures.items() if name_in_words(name) != name_in_words("error")}
+    others = {name: value for name, value in part.figures.items() if label_of(name) != label_of("error")}
     return {"error": part.error, **others}

@@ -7,11 +7,12 @@ from typing import Any
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.calibration.procedures.procedure import Live, Page
+from underfoot.calibration.procedure import Live, Page
+from underfoot.calibration.results.labels import label_of
 from underfoot.floor.layout import Tile
 from underfoot.parameters import Numbers
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.figures import FigureRow, name_in_words
+from underfoot.widgets.calibrate.figures import FigureRow
 from underfoot.widgets.calibrate.tile_picture import TilePicture, where_in_words
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
@@ -80,7 +81,7 @@ class PageView(QWidget):
             self._make_fields(page)
         self._page, self._complaint = page, ""
         self.title.setText(page.title)
-        self.do.setText(pretty_text(page.do))
+        self.do.setText(pretty_text(page.instruction))
         is_where = not page.asks or page.press is not None
         self.picture.show_load(page.key.removesuffix("-place") if page.sound is None else page.sound.load)
         self.picture.show_press(page.press, page.places_m)
@@ -178,10 +179,10 @@ def _labelled(editor: ParameterEditor) -> ParameterEditor:
     name, parameter = editor.parameter.name, editor.parameter
     if parameter.label == name.replace("_", " ").capitalize():
         unit = f", {pretty_unit(parameter.unit)}" if isinstance(parameter, Numbers) and parameter.unit else ""
-        editor.label.setText(f"{name_in_words(name)}{unit}")
+        editor.label.setText(f"{label_of(name)}{unit}")
     return editor
 
 
 def _looks(page: Page) -> tuple[object, ...]:
     """What of a page is seen."""
-    return page.key, page.title, page.do, page.asks, page.press, page.places_m
+    return page.key, page.title, page.instruction, page.asks, page.press, page.places_m

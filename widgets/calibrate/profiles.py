@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.calibration.procedures.procedure import Result
+from underfoot.calibration.result import Result
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile

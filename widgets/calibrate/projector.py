@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QScreen
 from PySide6.QtWidgets import QWidget
 
-from underfoot.calibration.procedures.procedure import Page
+from underfoot.calibration.procedure import Page
 from underfoot.floor.layout import Tile
 from underfoot.widgets import quantities, theme
 from underfoot.widgets.calibrate.tile_picture import place_number

@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.calibration.procedures.procedure import Result
+from underfoot.calibration.result import Result
 from underfoot.floor.profile import Part
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import FigureTable

@@ -16,7 +16,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.calibration.procedures.procedure import Page, Result
+from underfoot.calibration.procedure import Page
+from underfoot.calibration.result import Result
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.widgets import theme

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
 
-from underfoot.calibration.procedures.procedure import Result
+from underfoot.calibration.result import Result
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part, Profile

@@ -1,13 +1,14 @@
-"""The wizards without a screen: from first to last page, refusals on the spot, the way back, and cancelling."""
+"""Procedures on presses without a window: from first to last page, refusals on the spot, the way back, cancelling."""
 
 import numpy as np
 import pytest
 
+from underfoot.calibration.procedure import run, step
 from underfoot.calibration.procedures.centroid import CentroidProcedure, places
 from underfoot.calibration.procedures.fsr import FsrProcedure
-from underfoot.calibration.procedures.procedure import Press, Readings, Refused, run, step
-from underfoot.calibration.procedures.simulated_bench import SimulatedBench
-from underfoot.errors import BadValue
+from underfoot.calibration.rig import PressRequest, Readings
+from underfoot.calibration.rigs.simulated_hand import SimulatedHand
+from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -50,20 +51,20 @@ class Hand:
         pass
 
 
-def walked(procedure, bench, values=None, until="result"):
+def walked(procedure, rig, values=None, until="result"):
     """Step to the page whose key begins so."""
     while not procedure.page.key.startswith(until):
-        step(procedure, bench, values)
+        step(procedure, rig, values)
     return procedure.page
 
 
 # --- on the simulator, with no hands ---
 
 
-def test_both_wizards_run_on_the_simulator_from_first_to_last_page():
-    bench = SimulatedBench(SimulatedTile(TILE, seed=5), seed=5, rate_hz=250.0)
+def test_both_procedures_run_on_the_simulator_from_first_to_last_page():
+    hand = SimulatedHand(SimulatedTile(TILE, seed=5), seed=5, rate_hz=250.0)
     seen = []
-    result = run(FsrProcedure(TILE), bench, QUICK, lambda page: seen.append(page))
+    result = run(FsrProcedure(TILE), hand, QUICK, lambda page: seen.append(page))
     assert (seen[0].key, seen[-1].press.sensor) == ("setup", 3)
     assert [page.share for page in seen] == sorted(page.share for page in seen)
     figures = result.figures
@@ -73,7 +74,7 @@ def test_both_wizards_run_on_the_simulator_from_first_to_last_page():
     assert result.good
     profile = result.apply(Profile(tile="t1"))
     result = run(
-        CentroidProcedure(TILE, profile), bench, {"form": "quick", "loads_n": (100.0, 200.0, 400.0), "falling": "yes"}
+        CentroidProcedure(TILE, profile), hand, {"form": "quick", "loads_n": (100.0, 200.0, 400.0), "falling": "yes"}
     )
     assert result.figures["mean_over_time_mm"] < 5.0
     assert result.figures["mean_after_mm"] < 8.0
@@ -86,17 +87,17 @@ def test_both_wizards_run_on_the_simulator_from_first_to_last_page():
     assert done.centroid.over_time is not None
 
 
-def test_the_bench_presses_where_and_what_it_is_asked():
+def test_the_simulated_hand_presses_where_and_what_it_is_asked():
     tile = SimulatedTile(TILE, seed=2)
-    bench = SimulatedBench(tile, seed=2)
+    hand = SimulatedHand(tile, seed=2)
     procedure = CentroidProcedure(TILE, None)
     procedure.answer({"form": "quick"})
     for page_place in procedure.page.places_m[:3]:
-        bench.press(Press(page_place, 300.0))
-        readings = [bench.read() for _ in range(60)][-1]
+        hand.press(PressRequest(page_place, 300.0))
+        readings = [hand.read() for _ in range(60)][-1]
         assert readings.force_n == pytest.approx(np.full(100, 300.0), rel=0.05)
-        bench.press(Press(page_place, 0.0))
-        assert np.abs([bench.read() for _ in range(30)][-1].force_n).max() < 1.0
+        hand.press(PressRequest(page_place, 0.0))
+        assert np.abs([hand.read() for _ in range(30)][-1].force_n).max() < 1.0
 
 
 # --- a person's hands ---
@@ -118,12 +119,12 @@ def test_the_load_cell_makes_the_same_curve():
 
 def test_weights_out_of_order_are_refused():
     procedure = FsrProcedure(TILE)
-    with pytest.raises(Refused, match="weights out of order: 20 N after 50 N"):
+    with pytest.raises(BadMeasurement, match="weights out of order: 20 N after 50 N"):
         procedure.answer({"reference": "known weights", "weights_n": (10.0, 50.0, 20.0)})
     assert procedure.page.key == "setup"
     values = {"reference": "known weights", "weights_n": (20.0, 50.0, 100.0)}
     walked(procedure, Hand(force=False), values, "sensor1-weight2")
-    with pytest.raises(Refused, match="out of order: 15 N after 20 N on the way up"):
+    with pytest.raises(BadMeasurement, match="out of order: 15 N after 20 N on the way up"):
         procedure.answer({"weight_n": 15.0})
     assert procedure.page.asks
 
@@ -133,7 +134,7 @@ def test_40_n_typed_as_400_is_refused_and_can_be_mended():
     values = {"reference": "known weights", "weights_n": (10.0, 20.0, 30.0, 40.0, 500.0)}
     walked(procedure, hand, values, "sensor1-weight4")
     procedure.answer({"weight_n": 400.0})
-    with pytest.raises(Refused, match=r"400 N was typed, but sensor 1 reads as under about 4\d N"):
+    with pytest.raises(BadMeasurement, match=r"400 N was typed, but sensor 1 reads as under about 4\d N"):
         walked(procedure, hand, values, "sensor1-weight5")
     assert procedure.page.key == "sensor1-weight4"
     procedure.answer({"weight_n": 40.0})
@@ -151,28 +152,28 @@ def test_a_silent_sensor_is_refused_and_can_be_skipped():
         return counts
 
     hand = Hand(dead)
-    with pytest.raises(Refused, match="sensor 2 gives no signal: it stays at 730 under"):
+    with pytest.raises(BadMeasurement, match="sensor 2 gives no signal: it stays at 730 under"):
         run(procedure, hand, QUICK)
     assert procedure.page.key == "sensor2-rise1"
     procedure.skip()
     assert procedure.page.key == "sensor3-tare"
     result = run(procedure, hand, QUICK)
     assert not result.good
-    assert "sensor 2: there are no pairs" in result.verdict
+    assert "sensor 2: it has no pairs" in result.verdict
     assert np.isnan(result.apply(Profile(tile="t1")).force(np.full(4, 3000.0))).tolist() == [False, True, False, False]
 
 
 @pytest.mark.parametrize(
     ("hand", "said"),
     [
-        (Hand(lambda corners: 2000.0 + 20.0 * corners[:, [1, 0, 2, 3]]), "sensor 2 answers where sensor 1 is pressed"),
-        (Hand(lambda corners: np.minimum(2000.0 + 300.0 * corners, 65535.0)), "sensor 1 clips: it stands at 65535"),
+        (Hand(lambda corners: 2000.0 + 20.0 * corners[:, [1, 0, 2, 3]]), "sensor 2 responds when sensor 1 is pressed"),
+        (Hand(lambda corners: np.minimum(2000.0 + 300.0 * corners, 65535.0)), "sensor 1 clips: it stays at 65535"),
         (Hand(force=False), "there is no load cell among the readings"),
     ],
 )
 def test_what_cannot_be_right_is_refused_on_the_spot(hand, said):
     procedure = FsrProcedure(TILE)
-    with pytest.raises(Refused, match=said):
+    with pytest.raises(BadMeasurement, match=said):
         run(procedure, hand, QUICK)
     assert procedure.page.key == "sensor1-rise1"
     assert procedure.result is None
@@ -184,7 +185,7 @@ def test_a_load_cell_that_is_silent_is_refused():
             readings = super().read()
             return Readings(readings.time_s, readings.values, np.zeros(readings.time_s.size))
 
-    with pytest.raises(Refused, match="the load cell gives no force while sensor 1 is pressed"):
+    with pytest.raises(BadMeasurement, match="the load cell gives no force while sensor 1 is pressed"):
         run(FsrProcedure(TILE), Silent(), QUICK)
 
 
@@ -193,7 +194,7 @@ def test_nobody_who_presses_is_given_up():
         def press(self, press):
             super().press(press if press.force_n == 0.0 else type(press)(press.at_m, 1.0, press.hold_s, press.sensor))
 
-    with pytest.raises(Refused, match="nothing came of 120 s; Press harder"):
+    with pytest.raises(BadMeasurement, match=r"not complete after 120 s\. Press harder"):
         run(FsrProcedure(TILE), Absent(), QUICK)
 
 
@@ -215,7 +216,7 @@ def test_back_forgets_what_was_taken_and_cancel_changes_nothing():
     assert profile == Profile(tile="t1")  # a result changes nothing until it is applied
     with pytest.raises(BadValue, match="takes a press, not an answer"):
         procedure.answer({})
-    with pytest.raises(BadValue, match="listens to no sound"):
+    with pytest.raises(BadValue, match="takes no recording"):
         procedure.hear(np.zeros(3))
 
 
@@ -264,24 +265,24 @@ def test_one_s_own_places_are_pressed():
     procedure = CentroidProcedure(TILE)
     run(procedure, newtons(), {"pattern": "own", "places_m": own, "loads_n": (100.0, 300.0)})
     assert {tuple(place) for place in procedure.accuracy.at_m} == set(own)
-    with pytest.raises(BadValue, match="at least 6 places"):
+    with pytest.raises(BadValue, match="at least 6 places of your own"):
         CentroidProcedure(TILE).answer({"pattern": "own", "places_m": own[:3]})
-    with pytest.raises(Refused, match="loads out of order"):
+    with pytest.raises(BadMeasurement, match="loads out of order"):
         CentroidProcedure(TILE).answer({"loads_n": (300.0, 100.0)})
 
 
 def test_a_press_at_another_place_and_an_unsteady_one_are_refused():
     swapped = Hand(lambda corners: corners[:, [2, 3, 0, 1]])
-    with pytest.raises(Refused, match="mm from where it was asked for"):
+    with pytest.raises(BadMeasurement, match="mm from where it was asked for"):
         run(CentroidProcedure(TILE), swapped, {"form": "quick"})
     draws = np.random.default_rng(0)
     shaking = newtons(load=lambda press, force: force * (1.0 + 0.15 * draws.standard_normal(force.size)), force=False)
-    with pytest.raises(Refused, match="the press is unsteady"):
+    with pytest.raises(BadMeasurement, match="the press is unsteady: its force varies by"):
         run(CentroidProcedure(TILE), shaking, {"form": "quick", "loads_n": (100.0,)})
 
 
 def test_a_tile_that_is_silent_under_load_is_refused():
-    with pytest.raises(Refused, match="no signal: the sensors add up to 0 N"):
+    with pytest.raises(BadMeasurement, match="no signal: the sensors add up to 0 N"):
         run(CentroidProcedure(TILE), Hand(lambda corners: 0.0 * corners), {"form": "quick"})
 
 

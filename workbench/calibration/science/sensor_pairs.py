@@ -1,4 +1,4 @@
-"""One sensor's pairs made ready: sorted, zeroed at rest, cut into loadings, every force weighed alike."""
+"""The pairs of one sensor made ready to fit: in order of time, zeroed at rest, cut into loadings, and weighted."""
 
 from dataclasses import dataclass
 
@@ -7,28 +7,32 @@ from numpy.typing import NDArray
 
 Values = NDArray[np.float64]
 
-RISING, FALLING, STILL, UNKNOWN = 0, 1, 2, 3
-"""Which way the load went at a sample."""
-_BINS = 48
+RISING, FALLING, HELD, UNKNOWN = 0, 1, 2, 3
+"""Whether the load rose, fell or was held at a sample."""
+BINS = 48
+"""Equal bins of force, from 0 to full scale."""
 _SMOOTH_S = 0.05
-STILL_S, _STILL_SHARE = 0.5, 0.05
-"""A load that stays within this share of full scale for this long rests; a hand does not hold it better."""
-_STILL_WEIGHT = 0.3
+HELD_S, _HELD_SHARE = 0.5, 0.05
+"""A load that stays within this share of full scale for this long is held; a hand does not hold it better."""
+_HELD_WEIGHT = 0.3
+"""What a sample of a held load counts: a recording dwells on it, and it creeps."""
 _FOLDS = 6
 _UNLOADED = 0.005
 _RANGE = 50.0
-"""A reading that moves by fewer of its smallest steps than this cannot tell forces apart."""
-_STANDS = 0.05
-"""A reading that rises with force by less than this part of its usual slope stands still."""
+"""A reading that changes by fewer of its smallest steps than this cannot tell forces apart."""
+_SATURATED_SLOPE = 0.05
+"""A reading whose slope over force is less than this part of its usual slope is saturated."""
 
 
 @dataclass(frozen=True)
-class Recording:
-    """One sensor's pairs, all (n,), in order of time.
+class SensorPairs:
+    """The pairs of one sensor, all (n,), in order of time.
 
-    `x` is the reading's distance from `rest`, positive when pressed (`sign` -1 where readings fall). `usable` leaves
-    out what stands at the end of the converter; `weight` makes all forces count alike, whether a recording dwelt on
-    them or not; `fold` says which loading a sample belongs to; `timed` whether times can be trusted.
+    `x` is the reading's distance from `rest`, positive when pressed (`sign` -1 where readings fall). `direction` is
+    RISING, FALLING, HELD or UNKNOWN. `usable` leaves out saturated samples; `weight` makes all forces count alike,
+    however long the load stayed at them; `fold` is the cross-validation fold that a sample's loading is in. `timed`
+    says whether times can be trusted, `cycles` is the number of loadings, `rested` whether the empty tile was read, and
+    `saturates_n` the force from which on the reading is saturated, infinite where it is not.
     """
 
     time_s: Values
@@ -51,9 +55,9 @@ class Recording:
         return self.rest + self.sign * x
 
 
-def prepared(time_s: Values, reading: Values, force_n: Values, full_scale_n: float) -> Recording | str:
-    """A sensor's pairs made ready, or why they cannot be used. `full_scale_n` is that of the set."""
-    trouble = _useless(reading, force_n, full_scale_n)
+def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: float) -> SensorPairs | str:
+    """A sensor's pairs made ready, or why they cannot be used. `full_scale_n` is that of all sensors together."""
+    trouble = _insufficient(reading, force_n, full_scale_n)
     if trouble:
         return trouble
     order = np.argsort(time_s, kind="stable")
@@ -65,24 +69,24 @@ def prepared(time_s: Values, reading: Values, force_n: Values, full_scale_n: flo
     rested = bool(np.count_nonzero(unloaded))
     rest = _rest(reading, force_n, unloaded, full_scale_n) if rested else _extrapolated_rest(reading, force_n, sign)
     x = sign * (reading - rest)
-    trouble = _insensitive(x, force_n, rest, unloaded, full_scale_n)
+    trouble = _unresponsive(x, force_n, rest, unloaded, full_scale_n)
     if trouble:
         return trouble
     smooth = smoothed(force_n, time_s) if timed else force_n
-    direction = directions(smooth, time_s, full_scale_n) if timed else _order(force_n)
+    direction = directions(smooth, time_s, full_scale_n) if timed else _weight_directions(force_n)
     usable, saturates_n = _unsaturated(x, reading, force_n, direction, full_scale_n)
     if saturates_n < 0.3 * full_scale_n:
-        return f"its reading is saturated from {saturates_n:.3g} N on, of {full_scale_n:.4g} N"
-    fold, cycles = _loadings(smooth, own_full, timed)
-    return Recording(
+        return f"its reading is saturated above {saturates_n:.3g} N, of {full_scale_n:.4g} N"
+    fold, cycles = _folds(smooth, own_full, timed)
+    return SensorPairs(
         time_s, x, force_n, _weights(force_n, direction, own_full), direction, fold, usable,
         sign, rest, full_scale_n, timed, cycles, rested, saturates_n,
     )  # fmt: skip
 
 
-def level(force_n: Values, full_scale_n: float) -> NDArray[np.intp]:
-    """Which of the equal steps of force a sample belongs to."""
-    return np.clip((force_n / full_scale_n * _BINS).astype(np.intp), 0, _BINS - 1)
+def force_bin(force_n: Values, full_scale_n: float) -> NDArray[np.intp]:
+    """Which of the `BINS` of force each sample falls into."""
+    return np.clip((force_n / full_scale_n * BINS).astype(np.intp), 0, BINS - 1)
 
 
 def is_timed(time_s: Values) -> bool:
@@ -95,33 +99,34 @@ def direction_of(reading: Values, force_n: Values) -> float:
     return -1.0 if rank_correlation(reading, force_n) < 0.0 else 1.0
 
 
-def _useless(reading: Values, force_n: Values, full_scale_n: float) -> str:
+def _insufficient(reading: Values, force_n: Values, full_scale_n: float) -> str:
+    """Why these pairs are too few, or too much alike; "" where they are not."""
     if reading.size == 0:
-        return "there are no pairs of it"
+        return "it has no pairs"
     distinct = np.unique(np.stack([reading, force_n]), axis=1).shape[1]
     if distinct < 4:
-        return f"there are only {distinct} different pairs of it; 4 or more are needed"
+        return f"it has only {distinct} different pairs; at least 4 are needed"
     if np.unique(force_n).size < 3:
-        return "it was pressed with one force only; rest and 2 or more are needed"
+        return "it was loaded with one force only; the empty tile and at least 2 forces are needed"
     if np.ptp(force_n) < 0.1 * full_scale_n:
-        return f"it was pressed over {np.ptp(force_n):.3g} N only, of {full_scale_n:.4g} N"
+        return f"its forces span only {np.ptp(force_n):.3g} N of {full_scale_n:.4g} N"
     return ""
 
 
-def _insensitive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_], full_scale_n: float) -> str:
-    """Whether the reading follows the force at all."""
-    moved = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
+def _unresponsive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_], full_scale_n: float) -> str:
+    """Why the reading does not follow the force; "" where it does."""
+    change = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
     # Before the first load: what is left of loads afterwards is no noise.
     quiet = x[unloaded & _before_loads(force_n, full_scale_n)]
     noise = float(np.std(quiet)) if quiet.size > 10 else 0.0
     step = _finest(x)
     follows = rank_correlation(x, force_n) >= 0.5
-    if moved <= max(8.0 * noise, 20.0 * step) and (follows or np.ptp(np.quantile(x, (0.01, 0.99))) < 200.0 * step):
-        return f"it is dead: its reading stays within {max(moved, 0.0):.3g} counts of {rest:.5g} under load"
+    if change <= max(8.0 * noise, 20.0 * step) and (follows or np.ptp(np.quantile(x, (0.01, 0.99))) < 200.0 * step):
+        return f"it is dead: its reading stays within {max(change, 0.0):.3g} counts of {rest:.5g} under load"
     if not follows:
-        return "its reading does not follow the force: loose, weights out of order, or another sensor was pressed"
-    if moved < _RANGE * step:
-        return f"its range is too small: its reading moves by {moved:.3g}, {moved / step:.0f} of its smallest steps"
+        return "its reading does not follow the force: loose, weights out of order, or another sensor was loaded"
+    if change < _RANGE * step:
+        return f"its range is too small: its reading changes by {change:.3g}, {change / step:.0f} of its smallest steps"
     return ""
 
 
@@ -137,7 +142,7 @@ def _before_loads(force_n: Values, full_scale_n: float) -> NDArray[np.bool_]:
 
 
 def rank_correlation(a: Values, b: Values) -> float:
-    """Spearman's; 0 where one does not vary."""
+    """Spearman's rank correlation of two series (n,); 0 where one does not vary."""
     from scipy.stats import rankdata
 
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -145,7 +150,7 @@ def rank_correlation(a: Values, b: Values) -> float:
 
 
 def _rest(reading: Values, force_n: Values, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
-    """The unloaded reading before the first load: afterwards a sensor still remembers what it carried."""
+    """The unloaded reading before the first load: afterwards hysteresis and creep still show."""
     before = unloaded & _before_loads(force_n, full_scale_n)
     return float(np.median(reading[before if np.count_nonzero(before) >= 5 else unloaded]))
 
@@ -165,10 +170,10 @@ def _extrapolated_rest(reading: Values, force_n: Values, sign: float) -> float:
 def _unsaturated(
     x: Values, reading: Values, force_n: Values, direction: NDArray[np.intp], full_scale_n: float
 ) -> tuple[NDArray[np.bool_], float]:
-    """Samples below the reading's ceiling, and the least force that reached it (infinite where none did).
+    """Samples that are not saturated, and the least force that saturates the reading (infinite where none does).
 
-    A ceiling is the converter's end, or a level at which the reading stands while the load goes on rising: on the way
-    down a sensor with hysteresis stands still, too.
+    A reading saturates at the end of the converter's range, or where it stays while the load goes on rising. Falling
+    loads do not count: there hysteresis holds the reading, too.
     """
     top = float(x.max())
     noise = float(np.std(np.diff(x[x > 0.98 * top]))) if np.count_nonzero(x > 0.98 * top) > 20 else 0.0
@@ -179,19 +184,19 @@ def _unsaturated(
         if forces.size < 3 or np.ptp(forces) <= least * full_scale_n:
             continue
         from_n = float(np.quantile(forces, 0.02))
-        if there is at_end or _stands(x, force_n, (force_n >= from_n) & (direction != FALLING)):
+        if there is at_end or _is_flat(x, force_n, (force_n >= from_n) & (direction != FALLING)):
             return ~at_top, from_n
     return np.ones(x.size, dtype=bool), np.inf
 
 
-def _stands(x: Values, force_n: Values, above: NDArray[np.bool_]) -> bool:
-    """Whether readings of samples `above` a force have stopped to rise with it; noise alone reaches the top, too."""
+def _is_flat(x: Values, force_n: Values, above: NDArray[np.bool_]) -> bool:
+    """Whether the reading no longer rises with force over the samples `above` one; noise alone reaches the top, too."""
     rise = float(np.polyfit(force_n[above], x[above], 1)[0])
-    return rise < _STANDS * float(x.max()) / float(force_n.max())
+    return rise < _SATURATED_SLOPE * float(x.max()) / float(force_n.max())
 
 
 def smoothed(force_n: Values, time_s: Values) -> Values:
-    """A running mean over 50 ms."""
+    """A running mean of forces (n,) over 50 ms."""
     steps = np.diff(time_s)
     count = max(1, int(round(_SMOOTH_S / float(np.median(steps[steps > 0.0])))))
     padded = np.concatenate([np.full(count, force_n[0]), force_n, np.full(count, force_n[-1])])
@@ -199,20 +204,20 @@ def smoothed(force_n: Values, time_s: Values) -> Values:
 
 
 def directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[np.intp]:
-    """Which way the load goes at each sample of a recording."""
+    """RISING, FALLING or HELD at each sample (n,), from smoothed forces and their times."""
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
     steps = np.diff(time_s)
-    count = max(3, int(round(STILL_S / float(np.median(steps[steps > 0.0])))))
+    count = max(3, int(round(HELD_S / float(np.median(steps[steps > 0.0])))))
     extent = maximum_filter1d(smooth, count) - minimum_filter1d(smooth, count)
-    # Times that repeat give slopes that mean nothing; the middle of its neighbours does.
+    # Repeated times give slopes without meaning; the median of the neighbours has one.
     speed = median_filter(np.gradient(smooth, time_s + 1e-9 * np.arange(time_s.size)), size=5)
-    still = extent < _STILL_SHARE * full_scale_n
-    return np.where(still, STILL, np.where(speed > 0.0, RISING, FALLING)).astype(np.intp)
+    held = extent < _HELD_SHARE * full_scale_n
+    return np.where(held, HELD, np.where(speed > 0.0, RISING, FALLING)).astype(np.intp)
 
 
-def _order(force_n: Values) -> NDArray[np.intp]:
-    """Weights put on one after the other: rising or falling from the one before; UNKNOWN where they jump about."""
+def _weight_directions(force_n: Values) -> NDArray[np.intp]:
+    """Weights put on one by one: RISING or FALLING from the one before; UNKNOWN where they are in random order."""
     steps = np.diff(force_n, prepend=force_n[0])
     steps = steps[np.maximum.accumulate(np.where(steps != 0.0, np.arange(steps.size), 0))]
     turns = np.count_nonzero(np.diff(np.sign(steps)))
@@ -221,8 +226,11 @@ def _order(force_n: Values) -> NDArray[np.intp]:
     return np.where(steps >= 0.0, RISING, FALLING).astype(np.intp)
 
 
-def _loadings(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.intp], int]:
-    """A fold for each sample: whole loadings where there are three, else stretches, else every so many-th force."""
+def _folds(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.intp], int]:
+    """Cross-validation folds, and how many loadings there are.
+
+    A fold holds whole loadings where there are three or more, else stretches of time, else every n-th force.
+    """
     high, low = smooth > 0.5 * own_full, smooth < 0.2 * own_full
     state = np.where(high, 1, np.where(low, -1, 0))
     known = np.maximum.accumulate(np.where(state != 0, np.arange(state.size), 0))
@@ -246,6 +254,6 @@ def _loadings(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.
 
 
 def _weights(force_n: Values, direction: NDArray[np.intp], own_full: float) -> Values:
-    cell = level(force_n, own_full) + _BINS * direction
-    count = np.bincount(cell, minlength=4 * _BINS)[cell]
-    return np.asarray(np.where(direction == STILL, _STILL_WEIGHT, 1.0) / count)
+    cell = force_bin(force_n, own_full) + BINS * direction
+    count = np.bincount(cell, minlength=4 * BINS)[cell]
+    return np.asarray(np.where(direction == HELD, _HELD_WEIGHT, 1.0) / count)

@@ -1,4 +1,4 @@
-"""Measurements in files: pairs of reading and force, and presses at known places.
+"""Tables of measurements: pairs of reading and force, and presses at known places.
 
 FSR pairs: `time_s,tile,sensor,reading,force_n`; presses: `tile,x_m,y_m,force_n,r1,r2,r3,r4`, in the tile's frame,
 readings in the sensors' own units. Columns may stand in any order, parted by commas, semicolons or tabs; others are
@@ -23,7 +23,7 @@ _PRESSES = ("tile", "x_m", "y_m", "force_n", "r1", "r2", "r3", "r4")
 
 @dataclass(frozen=True)
 class Pairs:
-    """Readings of one tile's sensors beside a reference: all (n,), in the order of the file; `sensor` 0 to 3."""
+    """Pairs of a sensor's reading and the reference force: all (n,), in the order of the file; `sensor` 0 to 3."""
 
     tile: str
     time_s: NDArray[np.float64]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.tables import PRESS_HEADER, read_pairs, read_presses, write_table
+from underfoot.calibration.files.measurements import PRESS_HEADER, read_pairs, read_presses, write_table
 from underfoot.errors import BadFile
 
 PAIRS = "time_s,tile,sensor,reading,force_n\n"

@@ -1,4 +1,4 @@
-"""A tile of hardware on the bench: its readings as they come, a person who presses, and a load cell beside it."""
+"""A rig of hardware: a tile that sends its readings, a person who presses it, and a load cell beside it."""
 
 import threading
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.procedures.procedure import Press, Readings, Sound
+from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
 from underfoot.devices.device import Port
 from underfoot.devices.framing.parser import LIFE
 from underfoot.devices.framing.wire_format import MICROSECONDS, READINGS, TILE
@@ -16,12 +16,12 @@ from underfoot.errors import BadValue, DeviceError, require
 
 _MOST_S = 30.0
 """Readings that nobody takes for this long are dropped, the oldest first."""
-_SILENT_READS = 2000
-_MEAN_READS = 50
+_KEPT_ARRIVALS = 50
+"""Arrivals of the load cell's frames that are kept for the times of the tile's readings."""
 
 
 @dataclass(frozen=True)
-class Cell:
+class LoadCell:
     """A load cell that sends frames as a tile does: on `port`, or on the tile's own line where that is None.
 
     It is channel `sensor` (0 to 3) of tile number `tile`; newtons are `newtons_per_count` times what is above `zero`.
@@ -39,29 +39,30 @@ class Cell:
         require(self.newtons_per_count != 0.0, "newtons_per_count", self.newtons_per_count, "not 0")
 
 
-def cell_of(text: str) -> Cell:
+def load_cell_of(text: str) -> LoadCell:
     """A load cell on the tile's own line, `TILE.SENSOR:NEWTONS_A_COUNT:ZERO`, the sensor from 1.
 
-    >>> cell_of("9.1:0.05:120")
-    Cell(tile=9, sensor=0, newtons_per_count=0.05, zero=120.0, port=None)
+    >>> load_cell_of("9.1:0.05:120")
+    LoadCell(tile=9, sensor=0, newtons_per_count=0.05, zero=120.0, port=None)
     """
     place, _, scale = text.partition(":")
     tile, _, sensor = place.partition(".")
     newtons, _, zero = scale.partition(":")
     try:
-        return Cell(int(tile), int(sensor) - 1, float(newtons), float(zero or "0"))
+        return LoadCell(int(tile), int(sensor) - 1, float(newtons), float(zero or "0"))
     except ValueError:
         raise BadValue(f"cell is {text!r}; allowed: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120") from None
 
 
-class LinkBench:
-    """Reads tile number `tile` from `port`, and a load cell where there is one. Whoever reads the page presses.
+class DeviceRig:
+    """Reads tile number `tile` from `port`, and a load cell where there is one; a person presses.
 
-    `read` never waits; where the line has gone away readings stop, and go on when it is back. Close it when done.
+    `read` never waits; where the line has gone away readings stop, and go on when it is back. After `silent_reads`
+    calls without a reading, which is ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
     """
 
-    def __init__(self, port: Port, tile: int, cell: Cell | None = None) -> None:
-        self._tile, self._cell = tile, cell
+    def __init__(self, port: Port, tile: int, cell: LoadCell | None = None, silent_reads: int = 2000) -> None:
+        self._tile, self._cell, self._silent_reads = tile, cell, silent_reads
         self._lock = threading.Lock()
         self._frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         self._forces: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
@@ -74,8 +75,8 @@ class LinkBench:
         for link in self._links:
             link.start()
 
-    def press(self, press: Press | None) -> None:
-        """The person reads the page."""
+    def press(self, press: PressRequest | None) -> None:
+        """Nothing: a person reads the page."""
 
     def read(self) -> Readings:
         """What came in since the last call; `DeviceError` when nothing has come for ten seconds."""
@@ -84,9 +85,9 @@ class LinkBench:
             cell = list(self._forces)
         if not frames:
             self._empty_reads += 1
-            if self._empty_reads > _SILENT_READS:
+            if self._empty_reads > self._silent_reads:
                 raise DeviceError(f"nothing comes of tile {self._tile}: {self.news() or 'is it plugged in?'}")
-            return Readings(np.empty(0), np.empty((0, 4)))
+            return NO_READINGS
         self._empty_reads = 0
         time_s = np.concatenate([times for _, times, _ in frames])
         values = np.concatenate([readings for _, _, readings in frames])
@@ -101,12 +102,12 @@ class LinkBench:
         return Readings(time_s, values, np.interp(time_s, cell_s, cell_n))
 
     def news(self) -> str:
-        """What there is to say of the lines, latest last."""
+        """The latest events of the lines, in a sentence each."""
         return "; ".join(line for link in self._links for line in list(link.news)[-2:])
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """A tile's line carries no sound."""
-        raise BadValue("this bench plays no sound; the response is measured through a sound card")
+        raise BadValue("a tile's line carries no sound; the response is measured through a sound card")
 
     def close(self) -> None:
         """Let the lines go."""
@@ -114,7 +115,7 @@ class LinkBench:
             link.close()
 
     def _hear(self, port: Port) -> Callable[[NDArray[np.int64], float], None]:
-        """What takes the frames of one line, in its thread."""
+        """The function that takes the frames of one line, in the line's thread."""
         is_tiles = self._cell is None or self._cell.port is None or port is not self._cell.port
 
         def hear(frames: NDArray[np.int64], now: float) -> None:
@@ -129,7 +130,7 @@ class LinkBench:
                         counts = cells[:, READINGS + self._cell.sensor].astype(np.float64)
                         newtons = self._cell.newtons_per_count * (counts - self._cell.zero)
                         self._forces.append((self._times(1, cells, now), newtons))
-                        del self._forces[:-_MEAN_READS]
+                        del self._forces[:-_KEPT_ARRIVALS]
                 while self._frames and self._frames[-1][0] - self._frames[0][0] > _MOST_S:
                     del self._frames[0]
 

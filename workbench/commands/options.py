@@ -1,0 +1,32 @@
+"""Options that a dataclass declares (`underfoot.options`), as click takes them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeVar
+
+import click
+
+from underfoot.commands.files import FILE
+from underfoot.options import options_of
+
+Options = TypeVar("Options")
+
+
+def click_options(owner: type) -> list[click.Parameter]:
+    """The parameters of a click command for the options that a dataclass declares."""
+    return [
+        click.Option(
+            [one.flag, one.name],
+            type=FILE if one.type is Path else one.type,
+            is_flag=one.type is bool,
+            default=one.default,
+            show_default=one.type is int and one.default is not None,
+            help=one.doc,
+        )
+        for one in options_of(owner)
+    ]
+
+
+def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:
+    """The dataclass with the values that were given for its options, out of those of all options of a command."""
+    return owner(**{one.name: given[one.name] for one in options_of(owner)})
