@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from underfoot.models.stick_slip.distribution import SlipLaw
+from underfoot.models.stick_slip.distribution import BlockOnBelt, SlipDistribution
 from underfoot.models.stick_slip.quantile_table import LONGEST
 from underfoot.nodes import REGISTRY, stickslip
 from underfoot.patch.patch import Patch
@@ -40,16 +40,16 @@ def play(patch, force, tiles=("t1",)):
     return np.concatenate(signal), np.concatenate(events), program
 
 
-def test_slips_follow_the_law_of_its_parameters():
+def test_slips_follow_the_distribution_of_its_parameters():
     w0 = 2.0 * np.pi * 400.0
     parameters = {"frequency": 400.0, "damping": 40, "noise": 50, "start": 200}
     _, events, _ = play(node(**parameters), np.full(40 * RATE, 700.0))
-    law = SlipLaw.solve(1.0, 0.4, 0.5, 1.0, 2.0, 0.0, LONGEST, 1e-4)
+    slip = SlipDistribution.solve(BlockOnBelt(1.0, 0.4, 0.5, 1.0, 2.0, 0.0), LONGEST, 1e-4)
     durations = np.sort(events[:, 2]) * w0
     risen = (np.arange(durations.size) + 0.5) / durations.size
     assert durations.size > 5_000
     most = 1e-3 + 1.95 / np.sqrt(durations.size)  # the asked error, and Kolmogorov's bound at 0.1 %
-    assert np.abs(np.interp(durations, law.duration.at, law.duration.cdf) - risen).max() < most
+    assert np.abs(np.interp(durations, slip.duration.points, slip.duration.cdf) - risen).max() < most
 
 
 def test_it_is_silent_and_asleep_unless_pressed_and_loud_as_it_is_pressed():
@@ -129,7 +129,7 @@ def test_a_place_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("corner", range(8))
-def test_every_corner_of_the_law_has_a_table(corner):
+def test_every_corner_of_the_parameters_has_a_table(corner):
     ranges = ((5, 300), (2, 200), (0, 500))
     damping, noise, start = (pair[corner >> k & 1] for k, pair in enumerate(ranges))
     table = stickslip.slip_table({"damping": damping, "noise": noise, "start": start, "error": "0.01"})

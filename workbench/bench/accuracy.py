@@ -353,16 +353,16 @@ def slips(quick: bool) -> Iterable[Task]:
 
 
 def frictions(quick: bool) -> Iterable[Task]:
-    slip = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # thesis, figure 8.6
-    reference = distribution.first_passage(*slip, error=1e-6)
+    block, t_end = distribution.BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0  # thesis, figure 8.6
+    reference = distribution.first_passage(block, t_end, error=1e-6)
 
     def error(result, _):
         at, cdf = result
-        return float(np.abs(cdf - np.interp(at, reference.t, reference.cdf)).max())
+        return float(np.abs(cdf - np.interp(at, reference.points, reference.cdf)).max())
 
     def law(asked):
-        found = distribution.first_passage(*slip, error=asked)
-        return found.t, found.cdf
+        found = distribution.first_passage(block, t_end, error=asked)
+        return found.points, found.cdf
 
     def counted(durations):
         at = np.linspace(0.0, 20.0, 2001)[:-1]
@@ -370,7 +370,7 @@ def frictions(quick: bool) -> Iterable[Task]:
 
     def euler(step):
         durations = np.empty(20_000 if quick else 200_000)
-        naive.slips_by_euler_maruyama(*slip, step, np.random.default_rng(1), durations)
+        naive.slips_by_euler_maruyama(block, t_end, step, np.random.default_rng(1), durations)
         return counted(durations)
 
     yield Task(
@@ -386,7 +386,7 @@ def frictions(quick: bool) -> Iterable[Task]:
                 "friction.paths",
                 "paths",
                 (1e3, 1e4, 1e5) if quick else (1e3, 1e4, 1e5, 1e6),
-                lambda n: counted(distribution.paths(*slip, count=int(n), seed=1).duration),
+                lambda n: counted(distribution.paths(block, t_end, count=int(n), seed=1).duration),
             ),
             Method("Euler-Maruyama", "step, s", (0.1, 0.03, 0.01) if quick else (0.1, 0.03, 0.01, 0.002), euler, True),
         ],

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.kernels import kernel
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
 
 Modes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """Frequencies (Hz), decays (1/s), modal masses (kg) and shapes, one number a mode."""
@@ -148,8 +149,11 @@ def strain_rate_by_euler(force, h, w0, damping, mass, out):
 
 
 @kernel
-def slips_by_euler_maruyama(w0, zeta, noise, belt, x0, v0, t_end, h, generator, durations):
+def slips_by_euler_maruyama(
+    block: BlockOnBelt, t_end: float, h: float, generator: np.random.Generator, durations: NDArray[np.float64]
+) -> None:
     """Durations of slips, paths drawn by Euler and Maruyama's method in steps of `h` seconds; t_end where one lasts."""
+    w0, zeta, noise, belt, x0, v0 = block
     kick = math.sqrt(2.0 * noise * h)
     for k in range(durations.size):
         x, v, t = x0, v0, 0.0

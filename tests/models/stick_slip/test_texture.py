@@ -1,4 +1,4 @@
-"""The texture: its cycles are those of the law, its signal moves the block by its events, and no split shows."""
+"""The texture: its cycles have the distribution, its signal moves the block by its events, and no split shows."""
 
 from itertools import pairwise
 
@@ -7,7 +7,7 @@ import pytest
 
 from underfoot.models.signals.random import stream_key
 from underfoot.models.stick_slip import texture
-from underfoot.models.stick_slip.distribution import SlipLaw
+from underfoot.models.stick_slip.distribution import BlockOnBelt, SlipDistribution
 from underfoot.models.stick_slip.quantile_table import slip_table
 
 RATE = 48_000.0
@@ -106,10 +106,10 @@ def test_the_signal_takes_the_block_back_by_each_slip_and_leaves_it_at_the_belt_
 
 def test_a_cycle_is_a_slip_and_the_stick_after_it():
     zeta, noise, x0, v0 = VALUES
-    law = SlipLaw.solve(1.0, zeta, noise, 1.0, x0, v0, 100.0, error=1e-4)
+    slip = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, v0), 100.0, error=1e-4)
     _, events, _ = play(tuned(w0=600.0), np.ones(2_000_000))
     cycles = np.diff(events[:, 0]) / RATE * 600.0
-    mean = np.trapezoid(law.duration.t * law.duration.density, law.duration.t)
-    stick = np.trapezoid(np.maximum(law.distance.at, 0.0) * law.distance.density, law.distance.at)
+    mean = np.trapezoid(slip.duration.points * slip.duration.density, slip.duration.points)
+    stick = np.trapezoid(np.maximum(slip.distance.points, 0.0) * slip.distance.density, slip.distance.points)
     assert cycles.mean() == pytest.approx(mean + stick, rel=0.03)
     assert events[:, 2].mean() * 600.0 == pytest.approx(mean, rel=0.05)
