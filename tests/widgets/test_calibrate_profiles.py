@@ -33,7 +33,7 @@ def test_an_earlier_part_is_compared_and_restored(desk):
     place = choice.history.visualItemRect(choice.history.item(0)).center()
     desk.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
     assert [overview.table.item(1, column).text() for column in range(3)] == ["Level", "20 dB", "10 dB"]
-    desk.wait(lambda: overview.drawings.views and len(overview.drawings.views[0].plot.drawing.series) == 2)
+    desk.wait(lambda: overview.drawings.plots and len(overview.drawings.plots[0].drawing.series) == 2)
     desk.click(choice.restore)
     desk.wait(lambda: desk.written)
     assert Profile.load(desk.file()).response.made == "2026-01-01"

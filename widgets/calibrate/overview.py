@@ -1,6 +1,7 @@
 """Before a calibration: what it is for, what the profile knows of it now and knew earlier, and the way to begin."""
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.floor.layout import Tile
@@ -8,7 +9,7 @@ from underfoot.floor.profile import Part
 from underfoot.parameters import Parameter
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.drawing_view import DrawingColumn
+from underfoot.widgets.calibrate.drawing_column import DrawingColumn
 from underfoot.widgets.calibrate.figures import FigureTable, name_in_words, unit_in
 from underfoot.widgets.calibrate.known import drawings_of
 from underfoot.widgets.calibrate.page_view import FORM_PX
@@ -129,7 +130,7 @@ class Overview(QWidget):
         )
         self.drawings.show_drawings(drawings_of(tile, part, earlier), "What is measured will be drawn here.")
 
-    def keyPressEvent(self, event) -> None:
+    def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             (self.begin_alone if self.begin_alone.hasFocus() else self.begin).click()
         else:

@@ -1,5 +1,6 @@
 """The wizard: presents any procedure page by page, with what was taken so far beside it."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -21,7 +22,7 @@ from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.drawing_view import DrawingColumn
+from underfoot.widgets.calibrate.drawing_column import DrawingColumn
 from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, sounds
 from underfoot.widgets.calibrate.result_view import ResultView
@@ -66,7 +67,7 @@ class Wizard(QWidget):
         self.page.set_tile(tile)
         self.page.show_page(Page("", "One moment", "The tile is made ready."))
         self._body.setCurrentWidget(self.page)
-        self._drawings.show_drawings((), "What is taken will be drawn here.")
+        self.drawings.show_drawings((), "What is taken will be drawn here.")
         self._progress.setValue(0)
         self._share.setText("")
         self._refuse("")
@@ -110,13 +111,13 @@ class Wizard(QWidget):
             self.result.show_result(new.result, self._before)
             self._body.setCurrentWidget(self.result)
             if turned:
-                self._drawings.show_drawings(new.result.drawings or new.drawings, "Nothing is drawn of this.")
+                self.drawings.show_drawings(new.result.drawings or new.drawings, "Nothing is drawn of this.")
         else:
             self.page.show_page(new.page)
             self.page.show_live(new.live)
             self._body.setCurrentWidget(self.page)
             if old is None or old.drawings is not new.drawings:
-                self._drawings.show_drawings(new.drawings, "What is taken will be drawn here.")
+                self.drawings.show_drawings(new.drawings, "What is taken will be drawn here.")
         self._progress.setValue(round(1000 * new.page.share))
         self._share.setText(f"{100 * new.page.share:.0f} % done")
         self._refuse(new.refused)
@@ -239,7 +240,7 @@ class Wizard(QWidget):
     def _order_stops(self) -> None:
         """Let Tab go through the page, the drawings and the buttons: fields made just now are last until then."""
         buttons = self._buttons.findChildren(QPushButton)
-        drawings = [self._drawings] if self._drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
+        drawings = [self.drawings] if self.drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
         for one, next_one in pairwise([*self.page.stops(), *drawings, *buttons]):
             QWidget.setTabOrder(one, next_one)
 
@@ -318,11 +319,11 @@ class Wizard(QWidget):
         column.addWidget(self.refusal)
         column.addWidget(self._busy)
         column.addWidget(self._busy_words)
-        self._drawings = DrawingColumn()
+        self.drawings = DrawingColumn()
         across = QHBoxLayout()
         across.setSpacing(0)
         across.addWidget(left, 1)
-        across.addWidget(self._drawings, 1)
+        across.addWidget(self.drawings, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -375,7 +376,7 @@ def going_words(page: Page, by_hand: bool, waits: bool) -> str:
     return "Continue"
 
 
-def _button(text: str, tip: str, do) -> QPushButton:
+def _button(text: str, tip: str, do: Callable[[], None] | None) -> QPushButton:
     button = QPushButton(text)
     button.setToolTip(tip)
     button.setAccessibleDescription(tip)
