@@ -77,7 +77,7 @@ def test_by_keys_from_first_to_last_page(desk):
 def test_it_runs_by_itself_with_no_hands_every_page_seen(desk):
     seen = []
     desk.wizard.shown.connect(lambda snapshot: seen.append(snapshot.page.key))
-    desk.workspace._pace = Pace(0.05, 20.0)
+    desk.workspace.pace = Pace(0.05, 20.0)
     desk.click(desk.workspace.overview.begin_alone)
     desk.wait(lambda: desk.page == "result")
     assert tuple(dict.fromkeys(seen)) == PAGES
@@ -86,7 +86,7 @@ def test_it_runs_by_itself_with_no_hands_every_page_seen(desk):
 
 
 def test_a_run_by_itself_is_paused_and_goes_on(desk):
-    desk.workspace._pace = Pace(0.4, 20.0)
+    desk.workspace.pace = Pace(0.4, 20.0)
     desk.click(desk.workspace.overview.begin_alone)
     desk.wait(lambda: desk.page == "tare")
     desk.click(desk.wizard.running)
@@ -214,12 +214,8 @@ def test_what_cannot_be_typed_is_not_given(desk):
     assert desk.page == "setup"
 
 
-def test_a_bench_that_cannot_be_had_is_said_and_only_cancel_is_left(desk):
-    def fails(target, tile, profile, reference):
-        raise DeviceError("the port is not there")
-
-    kind = desk.workspace._kind
-    object.__setattr__(kind, "make", fails)
+def test_a_bench_that_cannot_be_had_is_said_and_only_cancel_is_left(qtbot, tmp_path):
+    desk = Desk(qtbot, tmp_path, failure=DeviceError("the port is not there"))
     desk.click(desk.workspace.overview.begin)
     desk.wait(lambda: desk.wizard.refusal.text() == "the port is not there")
     assert [b for b in desk.wizard.findChildren(QAbstractButton) if b.isVisible() and b.isEnabled()] == [
@@ -256,8 +252,8 @@ def test_nothing_waits_for_what_is_computed_and_it_can_be_left(qtbot, tmp_path):
         desk.begin()
         desk.go("bell")
         desk.click(desk.wizard.going)
-        desk.wait(lambda: desk.wizard._busy.isVisible())
-        assert "Playing" in desk.wizard._busy_words.text()
+        desk.wait(lambda: desk.wizard.busy.isVisible())
+        assert "Playing" in desk.wizard.busy_words.text()
         desk.click(desk.wizard.leaving)
         assert desk.workspace.overview.isVisible()
         assert not desk.workspace.overview.begin.isEnabled()

@@ -79,7 +79,7 @@ def test_every_control_of_a_node_can_be_reached_and_reset(workspace):
 
 def test_tiles_are_chosen_by_buttons(workspace):
     workspace.canvas.patch_scene.select(["shaker"])
-    buttons = workspace.inspector.editors["tiles"]._buttons
+    buttons = workspace.inspector.editors["tiles"].buttons
     assert list(buttons) == ["all", "t1", "t2", "t3", "t4"]
     buttons["t3"].click()
     buttons["t1"].click()

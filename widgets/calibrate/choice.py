@@ -41,9 +41,9 @@ class ChoicePanel(QWidget):
         self.map.setFixedHeight(22 * theme.GRID)
         self.map.setToolTip("Click a tile, or go to it with the arrows")
         self._tile = theme.label("", "muted")
-        self._flags = theme.label("", "force")
-        self._flags.setWordWrap(True)
-        self._flags.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self.flags = theme.label("", "force")
+        self.flags.setWordWrap(True)
+        self.flags.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.cards: dict[str, Card] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()
@@ -66,7 +66,7 @@ class ChoicePanel(QWidget):
             self._group.addButton(card)
             self.cards[key] = card
             layout.addWidget(card)
-        layout.addWidget(self._flags)
+        layout.addWidget(self.flags)
         layout.addWidget(theme.label("EARLIER ONES", "heading"))
         layout.addWidget(self._none)
         layout.addWidget(self.history, 1)
@@ -91,8 +91,8 @@ class ChoicePanel(QWidget):
             card.show_part(profile.part(key))
         self.cards[kind].setChecked(True)
         shown = flags if profile.made else ()
-        self._flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in shown))
-        self._flags.setVisible(bool(shown))
+        self.flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in shown))
+        self.flags.setVisible(bool(shown))
         self._places = [i for i, earlier in enumerate(profile.earlier) if earlier.kind == kind][::-1]
         with QSignalBlocker(self.history):
             self.history.clear()

@@ -94,10 +94,10 @@ class Overview(QWidget):
         if parameter is not None and self.editor is None:
             self.editor = editor_for(parameter)
             self.editor.setMaximumWidth(FORM_PX)
-            self.editor.valueChanged.connect(self.reference_given)
+            self.editor.value_changed.connect(self.reference_given)
             self.reference.addWidget(self.editor)
         if self.editor is not None:
-            self.editor.setValue(value)
+            self.editor.set_value(value)
         self.reference_help.setText("" if parameter is None else parameter.doc)
         self.reference_help.setVisible(parameter is not None)
 

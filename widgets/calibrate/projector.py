@@ -38,7 +38,7 @@ class FloorProjection(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.BlankCursor)
-        self._tile, self._page, self._ready = tile, Page("", "", ""), 0.0
+        self._tile, self.page, self._ready = tile, Page("", "", ""), 0.0
         self.scale, self.at_m = min(max(scale, LEAST), MOST), at_m
 
     def show_on(self, screen: QScreen) -> None:
@@ -50,7 +50,7 @@ class FloorProjection(QWidget):
 
     def show_page(self, page: Page, ready: float) -> None:
         """Mark the page's press, of which `ready` has come."""
-        self._page, self._ready = page, ready
+        self.page, self._ready = page, ready
         self.update()
 
     @property
@@ -121,14 +121,14 @@ class FloorProjection(QWidget):
         self._paint_words(painter)
 
     def _paint_places(self, painter: QPainter) -> None:
-        now = place_number(self._page.places_m, self._page.press)
-        for number, at_m in enumerate(self._page.places_m):
+        now = place_number(self.page.places_m, self.page.press)
+        for number, at_m in enumerate(self.page.places_m):
             taken = now is not None and number < now
             painter.setPen(QPen(QColor(theme.mixed(theme.CONTACT, "#000000", 0.5) if taken else _DIM), 1.5))
             painter.drawEllipse(self.place(at_m), 3, 3)
 
     def _paint_press(self, painter: QPainter) -> None:
-        press = self._page.press
+        press = self.page.press
         if press is None or press.force_n <= 0.0:
             return
         here, radius = self.place(press.at_m), max(0.012 * self.px_per_m, 16.0)

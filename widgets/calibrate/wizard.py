@@ -71,7 +71,7 @@ class Wizard(QWidget):
         self._progress.setValue(0)
         self._share.setText("")
         self._refuse("")
-        self._busy.hide()
+        self.busy.hide()
         measurement.changed.connect(self._take)
         measurement.failed.connect(self._fail)
         self._show_buttons()
@@ -145,19 +145,19 @@ class Wizard(QWidget):
         busy_s = 0.0 if measurement is None else measurement.busy_s
         sound = None if snapshot is None else snapshot.page.sound
         if busy_s < BUSY_S:
-            self._busy.hide()
-            self._busy_words.setText("")
+            self.busy.hide()
+            self.busy_words.setText("")
             return
         if sound is not None and not snapshot.waits:  # type: ignore[union-attr]
             length_s = len(sound.signal) / sound.rate_hz
-            self._busy.setRange(0, 1000)
-            self._busy.setValue(round(1000 * min(busy_s / length_s, 1.0)))
+            self.busy.setRange(0, 1000)
+            self.busy.setValue(round(1000 * min(busy_s / length_s, 1.0)))
             does = "Playing" if sounds(snapshot.page) else "Listening"  # type: ignore[union-attr]
-            self._busy_words.setText(f"{does}  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
+            self.busy_words.setText(f"{does}  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
         else:
-            self._busy.setRange(0, 0)
-            self._busy_words.setText(f"Computing…  {busy_s:.0f} s")
-        self._busy.show()
+            self.busy.setRange(0, 0)
+            self.busy_words.setText(f"Computing…  {busy_s:.0f} s")
+        self.busy.show()
 
     # --- hands ---
 
@@ -297,14 +297,14 @@ class Wizard(QWidget):
         self.refusal = theme.label("", "alarm")
         self.refusal.setWordWrap(True)
         self.refusal.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self._busy = QProgressBar()
-        self._busy.setTextVisible(False)
-        self._busy.setFixedHeight(theme.GRID // 2)
-        self._busy.setAccessibleName("Computing or playing")
-        keep = self._busy.sizePolicy()
+        self.busy = QProgressBar()
+        self.busy.setTextVisible(False)
+        self.busy.setFixedHeight(theme.GRID // 2)
+        self.busy.setAccessibleName("Computing or playing")
+        keep = self.busy.sizePolicy()
         keep.setRetainSizeWhenHidden(True)
-        self._busy.setSizePolicy(keep)
-        self._busy_words = theme.label(" ", "small")
+        self.busy.setSizePolicy(keep)
+        self.busy_words = theme.label(" ", "small")
         head = QHBoxLayout()
         head.addWidget(self._heading, 1)
         head.addWidget(self._share)
@@ -317,8 +317,8 @@ class Wizard(QWidget):
         column.addSpacing(theme.GRID)
         column.addWidget(self._body, 1)
         column.addWidget(self.refusal)
-        column.addWidget(self._busy)
-        column.addWidget(self._busy_words)
+        column.addWidget(self.busy)
+        column.addWidget(self.busy_words)
         self.drawings = DrawingColumn()
         across = QHBoxLayout()
         across.setSpacing(0)
