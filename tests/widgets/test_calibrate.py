@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.calibration.procedures.procedure import Page, Refused, Sound
+from underfoot.calibration.procedures.procedure import Page, Press, Refused, Sound
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import default_floor
@@ -147,6 +147,13 @@ def test_a_page_of_silence_listens_and_does_not_play(qtbot):
         view.show_page(page)
         assert view.where.text() == f"{words} with nothing on the tile"
         assert going_words(page, by_hand=False, waits=True) == ("Play" if signal.any() else "Listen")
+
+
+def test_an_empty_tile_is_read_and_a_press_is_waited_for():
+    empty, loaded = (Page("a", "b", "c", press=Press((0.0, 0.0), force_n)) for force_n in (0.0, 100.0))
+    states = ((True, True), (False, True), (False, False))
+    words = [going_words(page, by_hand, waits) for page in (empty, loaded) for by_hand, waits in states]
+    assert words == ["Reading…", "Read", "Reading…", "Waiting for the press", "Press", "Pressing…"]
 
 
 def test_before_a_first_calibration_the_tile_is_pictured(desk):

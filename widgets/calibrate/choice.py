@@ -24,7 +24,7 @@ WIDTH_PX = 34 * theme.GRID
 
 
 class ChoicePanel(QWidget):
-    """Shows a floor and one tile's profile; tells what was chosen."""
+    """Shows a floor and one tile's profile; signals what was chosen."""
 
     tile_chosen = Signal(str)
     kind_chosen = Signal(str)
@@ -39,7 +39,7 @@ class ChoicePanel(QWidget):
         self.setFixedWidth(WIDTH_PX)
         self.map = FloorMap()
         self.map.setFixedHeight(22 * theme.GRID)
-        self.map.setToolTip("Click a tile, or go to it with the arrows")
+        self.map.setToolTip("Click a tile, or choose one with the arrow keys")
         self._tile = theme.label("", "muted")
         self.flags = theme.label("", "force")
         self.flags.setWordWrap(True)
@@ -48,9 +48,9 @@ class ChoicePanel(QWidget):
         self._group = QButtonGroup(self)
         self.history = QListWidget()
         self.history.setAccessibleName("Earlier calibrations")
-        self.history.setToolTip("Choose one to compare it with the one in use")
+        self.history.setToolTip("Select one to compare it with the one in use")
         self.restore = QPushButton("Use this one again")
-        self.restore.setToolTip("Put the chosen earlier calibration back into the profile; the present one is kept")
+        self.restore.setToolTip("Use the selected calibration from now on; the one in use is kept as an earlier one")
         self._none = theme.label("None yet", "small")
         self._places: list[int] = []
         layout = QVBoxLayout(self)
@@ -67,7 +67,7 @@ class ChoicePanel(QWidget):
             self.cards[key] = card
             layout.addWidget(card)
         layout.addWidget(self.flags)
-        layout.addWidget(theme.label("EARLIER ONES", "heading"))
+        layout.addWidget(theme.label("EARLIER CALIBRATIONS", "heading"))
         layout.addWidget(self._none)
         layout.addWidget(self.history, 1)
         layout.addWidget(self.restore)

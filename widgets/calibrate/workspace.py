@@ -93,7 +93,7 @@ class CalibrateWorkspace(QWidget):
         self.choice.show_profile(profile, self._kind.key, profile.flags(self.tile.id, date.today()))
         self.overview.show_kind(self._kind.title, self._kind.about)
         self.overview.show_part(self.tile, self._part())
-        busy = "The last measurement is coming to its end…" if self.is_measuring else ""
+        busy = "The last measurement is still ending…" if self.is_measuring else ""
         self.overview.show_way(why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target))
         reference = self._settings.references.get(self._kind.key, "")
         self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
@@ -127,14 +127,14 @@ class CalibrateWorkspace(QWidget):
     # --- a measurement ---
 
     def begin(self, alone: bool) -> None:
-        """Begin the chosen calibration of the chosen tile; `alone` lets the simulator run it from first to last."""
+        """Begin the chosen calibration of the chosen tile; `alone`: the simulator runs it from first to last page."""
         if self._target is None or self.is_measuring or why_not(self._target):
             return
         self._alone = alone
         if by_hand(self._target):
             self._is_waiting = True
             self.held.emit(True)
-            self.overview.show_way("The tile is taken from the session…", False)
+            self.overview.show_way("Waiting until the session releases the tile…", False)
             self.release_wanted.emit()
         else:
             self._measure()
@@ -226,7 +226,7 @@ class CalibrateWorkspace(QWidget):
         def write() -> str:
             from underfoot.calibration.files.report import write_report
 
-            return f"The report is {write_report(result, folder, result.apply(profile))}"
+            return f"The report is in {write_report(result, folder, result.apply(profile))}"
 
         self._settings.folder = str(folder)
         self.profiles.do(write)

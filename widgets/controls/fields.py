@@ -182,8 +182,8 @@ def in_words(parameter: Parameter, value: Any) -> str:
     if isinstance(parameter, Number | Count):
         return quantity(value, parameter.unit, 4)
     if isinstance(value, str):
-        return value or "nothing"
-    return f"{len(value)} of them"
+        return value or "an empty text"
+    return "the default"
 
 
 def help_text(parameter: Parameter) -> str:

@@ -59,7 +59,7 @@ class NumberEditor(ParameterEditor):
         self.driver.setVisible(bool(by))
         self.back.setVisible(not by and self._value != self.parameter.default)
         self.driver.set_full_text(f"driven by {by}", "  ×")
-        self.driver.setToolTip(f"Driven by {by}. Click to take the wire away.")
+        self.driver.setToolTip(f"Driven by {by}. Click to disconnect the wire.")
         self.driver.setStyleSheet(f"color: {colour}; text-align: right;")
 
     def _show(self, digits: int = 4) -> None:
