@@ -8,7 +8,7 @@ import pytest
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, Series, series
 from underfoot.drawing.layout import AXIS_PX, Margins, content_of, frame_of
 from underfoot.drawing.look import COLOURS
-from underfoot.drawing.shapes import Dots, HeatImage, Polyline, Segments, Text, Veil
+from underfoot.drawing.shapes import Backdrop, Dots, HeatImage, Polyline, Segments, Text
 
 LIVE = Drawing(
     "force",
@@ -105,7 +105,7 @@ def test_a_heat_map_lies_under_lines_and_series_and_a_note_over_all():
     drawing = replace(LIVE, heat=heat, lines=lines, note="nothing")
     frame = framed(drawing, margins=Margins())
     shapes = list(content_of(drawing, frame, measure))
-    assert [type(shape) for shape in shapes] == [HeatImage, Segments, Segments, Polyline, Veil, Text, Text]
+    assert [type(shape) for shape in shapes] == [HeatImage, Segments, Segments, Polyline, Backdrop, Text, Text]
     assert shapes[0].box == frame.area
     level, upright = shapes[1].ends[0], shapes[2].ends[0]
     assert level[:, 0].tolist() == [frame.area.left, frame.area.right]

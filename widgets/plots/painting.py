@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QImage, QLinearGradient, QPainter, QPen, QPolygonF
 
-from underfoot.drawing.look import DASH_PX, DOT_PX, VEIL_OPACITY, heat_colours, heat_table
-from underfoot.drawing.shapes import Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text, Veil
+from underfoot.drawing.look import BACKDROP_OPACITY, DASH_PX, DOT_PX, heat_colours, heat_table
+from underfoot.drawing.shapes import Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
 from underfoot.widgets import theme
 
 _HEAT_STOPS = 17
@@ -33,9 +33,9 @@ def paint(painter: QPainter, shape: Shape) -> None:
             painter.drawPolygon(polygon(shape.points))
         case HeatImage():
             _paint_heat(painter, shape)
-        case Veil():
+        case Backdrop():
             ground = QColor(theme.GROUND)
-            ground.setAlphaF(VEIL_OPACITY)
+            ground.setAlphaF(BACKDROP_OPACITY)
             painter.fillRect(rectangle(shape.box), ground)
         case Text():
             _paint_text(painter, shape)

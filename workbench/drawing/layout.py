@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, Range, Series
 from underfoot.drawing.axes import Axis, around, exactly, span, unit_of
 from underfoot.drawing.look import COLOURS, GRID, LINE, MUTED, SMALL_PX, TEXT, TITLE_PX
-from underfoot.drawing.shapes import Box, HeatImage, Segments, Shape, Text, Veil, key_of, shapes_of
+from underfoot.drawing.shapes import Backdrop, Box, HeatImage, Segments, Shape, Text, key_of, shapes_of
 from underfoot.quantities import pretty_text, pretty_unit
 
 Measure = Callable[[str, int, bool], float]
@@ -92,7 +92,7 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         if line.name:
             at = float(y.place(line.at)) if line.axis == "y" else area.top
             wide = measure(line.name, SMALL_PX, False) + 8.0
-            yield Veil(Box(area.right - wide, at + 2.0, area.right, at + 2.0 + _LINE_PX))
+            yield Backdrop(Box(area.right - wide, at + 2.0, area.right, at + 2.0 + _LINE_PX))
             yield Text(line.name, area.right - 4.0, at + 14.0, MUTED, "end")
     if drawing.note:
         middle = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0 + 4.0)

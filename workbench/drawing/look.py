@@ -41,7 +41,7 @@ SMALL_PX, TITLE_PX = 11, 15
 """Sizes of the font: of everything in a plot, and of its title."""
 DOT_PX = 4.0
 DASH_PX = (6.0, 4.0)
-VEIL_OPACITY = 0.6
+BACKDROP_OPACITY = 0.6
 
 
 @cache

@@ -79,8 +79,8 @@ class HeatImage:
 
 
 @dataclass(frozen=True)
-class Veil:
-    """A box of the ground's colour through which little is seen: a caption stands on it."""
+class Backdrop:
+    """A box behind a caption, in the ground's colour, through which what lies below is seen faintly."""
 
     box: Box
 
@@ -98,7 +98,7 @@ class Text:
     bold: bool = False
 
 
-Shape = Polyline | Segments | Dots | HeatArea | HeatImage | Veil | Text
+Shape = Polyline | Segments | Dots | HeatArea | HeatImage | Backdrop | Text
 
 
 def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:

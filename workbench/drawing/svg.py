@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.layout import content_of, frame_of, is_cut_off
-from underfoot.drawing.look import DASH_PX, DOT_PX, GROUND, VEIL_OPACITY, heat_colours, heat_table
-from underfoot.drawing.shapes import Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text, Veil
+from underfoot.drawing.look import BACKDROP_OPACITY, DASH_PX, DOT_PX, GROUND, heat_colours, heat_table
+from underfoot.drawing.shapes import Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
 
 WIDTH, HEIGHT = 640, 400
 _EM_SHARE = 0.56
@@ -101,11 +101,11 @@ def _(shape: HeatImage) -> Iterator[str]:
 
 
 @_elements.register
-def _(shape: Veil) -> Iterator[str]:
+def _(shape: Backdrop) -> Iterator[str]:
     box = shape.box
     yield (
         f'<rect x="{box.left:.1f}" y="{box.top:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
-        f'fill="{GROUND}" fill-opacity="{VEIL_OPACITY}"/>'
+        f'fill="{GROUND}" fill-opacity="{BACKDROP_OPACITY}"/>'
     )
 
 
