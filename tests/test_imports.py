@@ -35,6 +35,7 @@ LEVELS = (
         "layouts",
         "models",
         "options",
+        "quantities",
     },
     {"parameters"},
     {"floor", "patch"},
@@ -44,7 +45,7 @@ LEVELS = (
     {"widgets"},
     {"__main__"},
 )
-QT = ("PySide6", "shiboken6", "pyqtgraph", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
+QT = ("PySide6", "shiboken6", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
 NOT_IN_THE_ENGINE = (*QT, "scipy", "soundfile", "h5py", "click", "pytest", "matplotlib")
 WITHOUT_A_SCREEN = [module for module in SOURCES if not module.startswith("underfoot.widgets")]
 

@@ -17,12 +17,12 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.models.signals.rhythm import STEPS
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
 from underfoot.patch.patch import Patch
+from underfoot.quantities import parse_quantity, quantity
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
 from underfoot.widgets.design.rhythm_editor import RhythmBar, RhythmEditor, placed
 from underfoot.widgets.design.undo import Document
-from underfoot.widgets.quantities import parse_quantity, quantity
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 
@@ -45,12 +45,12 @@ def test_a_control_shows_a_value_without_saying_that_it_changed(qtbot, parameter
     editor = editor_for(parameter)
     qtbot.addWidget(editor)
     assert editor.value() == parameter.check(parameter.default)
-    with qtbot.assertNotEmitted(editor.valueChanged):
-        editor.setValue(value)
+    with qtbot.assertNotEmitted(editor.value_changed):
+        editor.set_value(value)
     assert editor.value() == parameter.check(value)
     with pytest.raises(BadValue):
-        editor.setValue(object())
-    with qtbot.waitSignal(editor.valueChanged) as changed:
+        editor.set_value(object())
+    with qtbot.waitSignal(editor.value_changed) as changed:
         editor.reset()
     assert changed.args == [parameter.check(parameter.default)]
 
@@ -71,7 +71,7 @@ def test_a_slider_reaches_both_ends_and_stays_in_range(qtbot, parameter):
     editor = editor_for(parameter)
     qtbot.addWidget(editor)
     seen = []
-    editor.valueChanged.connect(seen.append)
+    editor.value_changed.connect(seen.append)
     for step in range(0, 1001, 50):
         editor.slider.setValue(step)
     assert seen[0] == parameter.low
@@ -93,8 +93,8 @@ def test_a_list_of_numbers_is_typed(qtbot):
 def test_rows_are_added_changed_and_taken_away(qtbot):
     editor = editor_for(Rows(((1.0, 2.0),), (("x", 0.0, 10.0), ("y", 0.0, 5.0)), most=2))
     qtbot.addWidget(editor)
-    editor._add()
-    editor._add()
+    editor.adding.click()
+    editor.adding.click()
     assert editor.value() == ((1.0, 2.0), (1.0, 2.0))
     editor.table.setItem(1, 0, QTableWidgetItem("7"))
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
@@ -102,7 +102,7 @@ def test_rows_are_added_changed_and_taken_away(qtbot):
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
     assert editor.table.item(1, 0).text() == "7"
     editor.table.setCurrentCell(0, 0)
-    editor._remove()
+    editor.removing.click()
     assert editor.value() == ((7.0, 2.0),)
 
 
@@ -110,9 +110,9 @@ def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     editor = editor_for(FilePath(""))
     qtbot.addWidget(editor)
     editor.set_folder(tmp_path)
-    editor._chosen(str(tmp_path / "sounds" / "rain.wav"))
+    editor.choose(str(tmp_path / "sounds" / "rain.wav"))
     assert editor.value() == str(Path("sounds") / "rain.wav")
-    editor._chosen("/elsewhere/rain.wav")
+    editor.choose("/elsewhere/rain.wav")
     assert editor.value() == "/elsewhere/rain.wav"
 
 

@@ -18,10 +18,9 @@ from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.records.tables import step_table
 from underfoot.widgets.monitor.floor_map import FloorMap
 from underfoot.widgets.monitor.force_plot import ForcePlot
-from underfoot.widgets.monitor.spectrogram import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
+from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
 from underfoot.widgets.monitor.step_table import COLUMNS, StepTable
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
-from underfoot.widgets.plots import History, thinned
 from underfoot.widgets.session import bridge
 from underfoot.widgets.session.bridge import Feet
 
@@ -32,35 +31,6 @@ SPIKE = Step(2, "t2", "unknown", 0.8, 604.0, 1074.0, 465.0, 942.0, 413.8, 159.0,
 
 
 # --- curves and pictures ---
-
-
-@given(st.lists(st.integers(1, 7), min_size=1, max_size=12))
-def test_a_history_keeps_the_latest_rows_whatever_they_come_in(lengths):
-    history, everything = History(5), np.zeros(0)
-    for length in lengths:
-        rows = np.arange(len(everything), len(everything) + length, dtype=float)
-        history.append(rows)
-        everything = np.concatenate([everything, rows])
-        assert history.latest().tolist() == everything[-5:].tolist()
-
-
-@given(st.integers(0, 1000))
-def test_a_thinned_curve_keeps_least_and_largest_of_every_step(seed):
-    y = np.random.default_rng(seed).normal(size=(400, 2))
-    x, thin = thinned(np.arange(400.0), y, 20.0)
-    assert len(x) == 40
-    assert (np.diff(x) > 0).all()
-    for step in range(20):
-        piece, kept = y[20 * step : 20 * step + 20], thin[2 * step : 2 * step + 2]
-        np.testing.assert_array_equal(np.sort(kept, axis=0), [piece.min(axis=0), piece.max(axis=0)])
-
-
-@pytest.mark.parametrize("step", [1.0, 20.0])
-def test_a_curve_is_broken_at_a_gap(step):
-    times = np.concatenate([np.arange(100.0), np.arange(300.0, 400.0)])
-    x, y = thinned(times, np.ones((200, 1)), step)
-    assert np.isnan(x).sum() == np.isnan(y).sum() == 1
-    assert x[int(np.flatnonzero(np.isnan(x))[0]) + 1] >= 300.0
 
 
 def _sine(hz, seconds=1.0, size=1.0):
@@ -105,12 +75,12 @@ def test_missing_samples_are_dark_and_later_ones_stand_in_their_place():
 def test_the_force_axis_grows_at_once_and_shrinks_late(qtbot):
     plot = ForcePlot()
     qtbot.addWidget(plot)
-    plot.set_span(5.0, [(-5.0, "−5 s"), (0.0, "0 s")])
+    plot.set_span(5.0)
 
     def top_after(force_n, now_s):
         times = np.linspace(now_s - 1.0, now_s, 200)
         plot.show_forces(times, np.full((200, 4), force_n / 4, np.float32), now_s, np.zeros(0))
-        return plot.box.viewRange()[1][1]
+        return plot.ranges[3]
 
     assert top_after(700.0, 10.0) == 1000.0
     assert top_after(1500.0, 11.0) == 2000.0
@@ -311,6 +281,11 @@ def _walk(monitor, csv, noise=0.05):
     return steps, feet
 
 
+def shown_sum(monitor):
+    """The curve of the sum of the corners, which lies above theirs."""
+    return monitor.force.drawing.series[-1]
+
+
 @pytest.fixture
 def walk():
     csv = DATA / "two-plates/walk.csv"
@@ -326,9 +301,8 @@ def test_recorded_steps_fill_curves_picture_and_table(monitor, walk, qtbot):
     contact = [step.contact_ms for step in monitor.table.steps.steps]
     assert contact == pytest.approx([580, 579], abs=2)
     assert monitor._steps.text() == "2"
-    _, y = monitor.force._sum.getData()
-    assert np.nanmax(y) == pytest.approx(799, abs=5)
-    assert monitor.force.box.viewRange()[1][1] == 1000.0
+    assert np.nanmax(shown_sum(monitor).y) == pytest.approx(799, abs=5)
+    assert monitor.force.ranges[3] == 1000.0
     assert monitor._spectrum.levels().max() > 100
     assert monitor._figures[0].text().endswith(" N")
     assert monitor.exporting.isEnabled()
@@ -375,23 +349,22 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, walk, qtbot):
     assert monitor.is_paused
     monitor.resume()
     _walk(monitor, walk)
-    x, _ = monitor.force._sum.getData()
+    x = shown_sum(monitor).x
     monitor.pause()
     times = monitor._times.latest()[-1] + np.arange(1, 200) / 1000.0
     still = bridge.Forces(times, np.zeros((199, 2, 4)), np.zeros(2), np.zeros(2, bool), (), ())
     monitor.take_forces(still)
     monitor.draw()
-    assert np.array_equal(monitor.force._sum.getData()[0], x, equal_nan=True)
+    assert np.array_equal(shown_sum(monitor).x, x, equal_nan=True)
     monitor.resume()
     monitor.draw()
-    assert not np.array_equal(monitor.force._sum.getData()[0], x, equal_nan=True)
+    assert not np.array_equal(shown_sum(monitor).x, x, equal_nan=True)
 
 
 def test_what_is_not_on_the_screen_is_not_drawn(monitor, walk):
     monitor.hide()
     _walk(monitor, walk)
-    x, _ = monitor.force._sum.getData()
-    assert x is None or len(x) == 0
+    assert not shown_sum(monitor).x.size
     assert monitor._steps.text() != "none yet"
 
 
@@ -411,10 +384,10 @@ def test_hands_become_commands(monitor, qtbot):
 
 
 def test_the_span_of_time_is_chosen(monitor, qtbot):
-    assert monitor.force.box.viewRange()[0] == [-5.0, 0.0]
+    assert monitor.force.ranges[:2] == (-5.0, 0.0)
     ten = monitor._spans[10.0]
     qtbot.mouseClick(ten, Qt.MouseButton.LeftButton)
-    assert monitor.force.box.viewRange()[0] == monitor.spectrogram.box.viewRange()[0] == [-10.0, 0.0]
+    assert monitor.force.ranges[:2] == monitor.spectrogram.ranges[:2] == (-10.0, 0.0)
     assert ten.isChecked()
     assert not monitor._spans[5.0].isChecked()
 

@@ -11,12 +11,12 @@ from underfoot.calibration.procedure import Live, Page
 from underfoot.calibration.results.labels import label_of
 from underfoot.floor.layout import Tile
 from underfoot.parameters import Numbers
+from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import FigureRow
 from underfoot.widgets.calibrate.tile_picture import TilePicture, where_in_words
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
-from underfoot.widgets.quantities import pretty_text, pretty_unit, quantity
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
@@ -151,7 +151,7 @@ class PageView(QWidget):
         before = self._given.get(page.key, {})
         for editor in self.editors:
             if editor.parameter.name in before:
-                editor.setValue(before[editor.parameter.name])
+                editor.set_value(before[editor.parameter.name])
             self._fields.addWidget(editor)
             editor.show()  # at once, for the focus goes there next
             for field in editor.findChildren(Field):

@@ -7,10 +7,11 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from underfoot import quantities
 from underfoot.calibration.rig import PressRequest
 from underfoot.floor.layout import Tile, default_floor
-from underfoot.widgets import quantities, theme
-from underfoot.widgets.quantities import quantity
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
 
 Places = Sequence[tuple[float, float]]
 
@@ -22,7 +23,7 @@ _NEAR_M = 1e-6
 
 
 class TilePicture(QWidget):
-    """Shows where; it takes no hand."""
+    """Shows where to press, or what stands on the tile while a sound is played."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -20,17 +20,19 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from underfoot.drawing.look import heat_table
 from underfoot.engine.messages import Command, Press, Tare, Walk
 from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.monitor.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
-from underfoot.widgets.monitor.spectrogram import SHOWN_DB, RunningSpectrum, SpectrogramPlot
+from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
+from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
 from underfoot.widgets.monitor.step_table import StepTable, WholeRows
-from underfoot.widgets.plots import History, Line
-from underfoot.widgets.quantities import number
+from underfoot.widgets.plots.history import History
 from underfoot.widgets.session.bridge import Forces
 
 LONGEST_S = 10.0
@@ -73,7 +75,6 @@ class MonitorWorkspace(QWidget):
         self._ticks = 0
         self._paused_s = math.nan
         self._hover_s = math.nan
-        self._hover_lines: list[Line] = [plot.add_line(theme.FAINT) for plot in (self.force, self.spectrogram)]
         self._build()
         self.map.chosen.connect(self._choose)
         self.map.touched.connect(lambda: self.following.setChecked(False))
@@ -90,10 +91,10 @@ class MonitorWorkspace(QWidget):
         """Begin anew with this floor; `rate_hz` are session frames a second."""
         count = len(floor.tiles)
         self._floor, self._rate_hz = floor, rate_hz
-        self._times = History(int(LONGEST_S * _FORCE_HZ))
-        self._forces = History(int(LONGEST_S * _FORCE_HZ), count, 4, dtype=np.float32)
+        self._times = History(np.float64, int(LONGEST_S * _FORCE_HZ))
+        self._forces = History(np.float32, int(LONGEST_S * _FORCE_HZ), count, 4)
         self._spectrum = RunningSpectrum(rate_hz, LONGEST_S)
-        self._vibration = History(int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count, dtype=np.float32)
+        self._vibration = History(np.float32, int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count)
         self._vibration_end = self._spectrum_end = 0
         self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
         self._now_frame = 0.0
@@ -114,10 +115,8 @@ class MonitorWorkspace(QWidget):
     def set_span(self, seconds: float) -> None:
         """Show so many seconds before now."""
         self._span_s = seconds
-        step = 1.0 if seconds <= 5.0 else 2.0
-        ticks = [(-step * i, f"{number(-step * i)} s") for i in range(int(seconds / step) + 1)]
-        self.force.set_span(seconds, ticks)
-        self.spectrogram.set_span(seconds, ticks)
+        self.force.set_span(seconds)
+        self.spectrogram.set_span(seconds)
         for span_s, button in self._spans.items():
             button.setChecked(span_s == seconds)
 
@@ -242,8 +241,8 @@ class MonitorWorkspace(QWidget):
 
     def _hover(self, at_s: float) -> None:
         self._hover_s = at_s
-        for line in self._hover_lines:
-            line.place_x(at_s)
+        for plot in (self.force, self.spectrogram):
+            plot.point_at(at_s)
         self._show_figures()
 
     def _export(self) -> None:
@@ -391,7 +390,7 @@ class _LevelKey(QWidget):
         bar = QLabel()
         stops = ", ".join(
             f"stop:{i / 8} rgb({r}, {g}, {b})"
-            for i, (r, g, b, _) in enumerate(theme.heat_table()[np.linspace(0, 255, 9).astype(int)])
+            for i, (r, g, b, _) in enumerate(heat_table()[np.linspace(0, 255, 9).astype(int)])
         )
         bar.setStyleSheet(f"background: qlineargradient(x1:0, y1:0, x2:1, y2:0, {stops})")
         bar.setFixedSize(8 * theme.GRID, theme.GRID)

@@ -10,7 +10,8 @@ from underfoot import __version__
 from underfoot.calibration.files.measurements import write_table
 from underfoot.calibration.result import Result
 from underfoot.calibration.results.labels import label_of
-from underfoot.drawing import page, svg
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 from underfoot.files import write_file
 from underfoot.floor.profile import Profile
