@@ -32,6 +32,7 @@ LEVELS = (
         "files",
         "kernels",
         "kernel_cache",
+        "memory",
         "models",
     },
     {"parameters"},

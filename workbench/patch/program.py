@@ -8,6 +8,7 @@ import numpy as np
 
 from underfoot.clock import RAMP, RATE_HZ
 from underfoot.errors import BadValue, require
+from underfoot.memory import aligned_zeros
 from underfoot.models.signals.random import stream_key
 from underfoot.parameters import Number, Parameter, Tiles
 from underfoot.patch import driver, tables
@@ -265,7 +266,7 @@ class Program:
         stride = self.block + -self.block % 8 + 8
         steps = np.array([stride if r else 0 for r in lane_rows], np.int64)
         starts = np.concatenate([[0], np.cumsum([stride * max(r, 1) for r in lane_rows])])
-        lanes = _aligned(int(starts[-1]))
+        lanes = aligned_zeros(int(starts[-1]))
         sinks = [
             lane_of[f"{id}.{type.outputs[0].name}"]
             for id, type in zip(self.node_ids, self._types, strict=True)
@@ -306,8 +307,8 @@ class Program:
             signal_ramp=np.array([(v, v) for v in signal_values], np.float64).reshape(-1, 2),
             signal_start=np.full(len(signal_lanes), -RAMP, np.int64),
             signal_moving=np.full(len(signal_lanes), 2, np.uint8),
-            state=_aligned(state),
-            tuning=_aligned(tuning),
+            state=aligned_zeros(state),
+            tuning=aligned_zeros(tuning),
             data=np.concatenate([*data_parts, np.zeros(8)]),
             sinks=np.array(sinks, np.int64),
             output=np.zeros((rows, self.block)),
@@ -415,10 +416,3 @@ def _number(parameter: Parameter, value: Any) -> float:
 def _whole(size: int) -> int:
     """A size rounded up to whole cache lines, so that every row begins on one."""
     return size + -size % 8
-
-
-def _aligned(size: int) -> np.ndarray:
-    """Zeros that begin on a cache line."""
-    memory = np.zeros(size + 8)
-    skip = (-memory.ctypes.data % 64) // 8
-    return memory[skip : skip + size]

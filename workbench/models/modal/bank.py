@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import number, numbers
 from underfoot.errors import require
+from underfoot.memory import aligned_zeros
 from underfoot.models.modal import driven_bank, struck_bank
 
 _FLOOR = 1e-15
@@ -70,10 +71,4 @@ def checked_modes(**lists: ArrayLike) -> list[NDArray[np.float64]]:
 
 def _memory(form, modes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """A state at rest and a tuning, aligned to the widest vector loads."""
-    return _aligned(form.state_size(modes)), _aligned(form.tuning_size(modes))
-
-
-def _aligned(size: int) -> NDArray[np.float64]:
-    memory = np.zeros(size + 8)
-    start = -memory.ctypes.data % 64 // 8
-    return memory[start : start + size]
+    return aligned_zeros(form.state_size(modes)), aligned_zeros(form.tuning_size(modes))
