@@ -86,7 +86,8 @@ def _pressed(target: Target, tile: Tile, cell: str) -> Bench:
 
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     """The tile as the simulated floor of `target` has it; an ideal floor's is of the usual kind."""
-    from underfoot.floor.simulated_tile import SimulatedTile, TileParameters
+    from underfoot.floor.simulated_tile import SimulatedTile
+    from underfoot.floor.tile_parameters import TileParameters
 
     return SimulatedTile(tile, TileParameters.load(target.simulation) if target.simulation else None)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor, Tile
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import deflection_at_resonance_m
 
@@ -132,7 +132,7 @@ class Measured:
 
     def response_db(self, load: str) -> NDArray[np.float64]:
         """Acceleration at the accelerometer's place, dB re 1 m/s^2 a full-scale unit."""
-        body = self.parameters.assembly(self.tile, load).poles(self._heard_at_m).transfer(self.frequencies_hz)
+        body = self.parameters.assembly(self.tile, load).poles(self._accelerometer_m).transfer(self.frequencies_hz)
         return _db(self.parameters.shaker.transfer(self.frequencies_hz) * body)
 
     def places_db(self) -> dict[str, NDArray[np.float64]]:
@@ -169,7 +169,7 @@ class Measured:
     def bend_hz(self, is_peak: bool) -> float:
         """The deepest dip from 3 f0 on, or the highest peak, of the body at the accelerometer; NaN without one."""
         grid = np.linspace(3.0 * self.suspension.resonance_hz(), 3000.0, 5401)
-        body = self.parameters.assembly(self.tile).poles(self._heard_at_m)
+        body = self.parameters.assembly(self.tile).poles(self._accelerometer_m)
         level = _db(body.transfer(grid)) * (1.0 if is_peak else -1.0)
         tops = np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1
         return float(grid[tops[np.argmax(level[tops])]]) if tops.size else math.nan
@@ -189,8 +189,8 @@ class Measured:
         return int(np.argmin(np.abs(self.resonances_hz[:3] - self.suspension.resonance_hz())))
 
     @property
-    def _heard_at_m(self) -> tuple[float, float]:
-        return self.parameters.heard_at_m(self.tile)
+    def _accelerometer_m(self) -> tuple[float, float]:
+        return self.parameters.accelerometer_m(self.tile)
 
 
 def _sag_mm(load: str) -> Any:

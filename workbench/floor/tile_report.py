@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, page, series, svg
 from underfoot.files import make_folder, write_file
-from underfoot.floor.simulated_tile import LOADS
 from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
+from underfoot.floor.tile_parameters import LOADS
 from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import deflection_at_resonance_m
 

@@ -49,7 +49,7 @@ class CentroidProcedure(Wizard):
 
     def __init__(self, tile: Tile, profile: Profile | None = None, seed: int = 1) -> None:
         self._tile, self._profile, self._seed = tile, profile, seed
-        self._memory = np.zeros((4, 0)) if profile is None else profile.memory()
+        self._memory = Profile.rested()
         self._places: Values = np.empty((0, 2))
         self.accuracy: Accuracy | None = None
         half = max(tile.size_m) / 2.0
@@ -132,7 +132,7 @@ class CentroidProcedure(Wizard):
                 over_time = assessed_forces(presses, nearer, self._tile)
                 if over_time.at_m.shape == found.at_m.shape:
                     found = replace(found, over_time=over_time)
-                    truest = over_time.correction.weighed(nearer)
+                    truest = over_time.correction.linearised(nearer)
                     bound = assessed_forces(presses, in_hindsight(forces, truest), self._tile)
                     if bound.mean_mm <= found.mean_mm:  # else few presses have shown no bound
                         found = replace(found, bound=bound)
@@ -142,7 +142,7 @@ class CentroidProcedure(Wizard):
         falling, fallen = self._presses(_STATIC, rising=False)
         if not falling.force_n.size:
             return result_of(found, presses)
-        place = found.correction.place(fallen, np.array(self._tile.sensors_m), 0.0)
+        place = found.correction.position(fallen, np.array(self._tile.sensors_m), 0.0)
         return result_of(found, presses, float(1e3 * np.hypot(*(place - falling.at_m).T).mean()))
 
     def _rest(self, readings: Readings) -> Live | None:
@@ -277,7 +277,7 @@ class CentroidProcedure(Wizard):
     def _remembers(self) -> bool:
         """Whether the profile takes out what sensors remember."""
         part = None if self._profile is None else self._profile.fsr
-        return part is not None and any(curve.memory is not None for curve in part.sensors)
+        return part is not None and any(curve.compensation is not None for curve in part.sensors)
 
     def _presses(self, way: slice, rising: bool | None) -> tuple[Presses, Values]:
         """The presses taken so far, with mean readings of the stretch that was steady, and tared corner forces."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from underfoot.calibration.files.tables import Presses
 from underfoot.errors import BadValue, require
-from underfoot.floor.curves import Correction, bent
+from underfoot.floor.centroid_correction import CentroidCorrection, nonlinear_terms
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Centroid, Profile
 from underfoot.models.tile.fsr_curves import rising
@@ -87,7 +87,7 @@ class Accuracy:
     after_m: Values
     form: str
     tried: tuple[tuple[str, float], ...]
-    correction: Correction
+    correction: CentroidCorrection
     left_out: tuple[str, ...]
     over_time: "Accuracy | None" = None
     """The same presses, with hysteresis and creep taken out of their forces."""
@@ -233,7 +233,7 @@ def assessed_forces(presses: Presses, forces: Values, tile: Tile) -> Accuracy:
         for one in np.unique(fold):
             out = fold == one
             part = corrected(forces[~out], at_m[~out], sensors, way, order, bends_n)
-            held[name][out] = part.place(forces[out], sensors, 0.0)
+            held[name][out] = part.position(forces[out], sensors, 0.0)
         tried.append((name, 1e3 * float(np.sqrt(((held[name] - at_m) ** 2).sum(axis=1).mean()))))
     least = min(error for _, error in tried)
     spread = 1e3 * float(np.sqrt(((at_m - at_m.mean(axis=0)) ** 2).sum(axis=1).mean()))
@@ -275,7 +275,7 @@ def centroid(forces_n: Values, sensors_m: Values) -> Values:
 
 def corrected(
     forces_n: Values, at_m: Values, sensors_m: Values, way: str, order: int, bends_n: tuple[float, ...] = ()
-) -> Correction:
+) -> CentroidCorrection:
     """The correction of one form, by least squares: "gains" whose mean is 1, "bends" besides, or neither (""); then a
     displacement.
 
@@ -293,15 +293,15 @@ def corrected(
     elif way == "bends":
         gains, bends = _bends(forces_n, at_m, sensors_m, bends_n)
     one, two, three, four = (float(gain) for gain in gains)
-    sensed = Correction(
+    sensed = CentroidCorrection(
         gains=(one, two, three, four),
-        bends_n=bends_n if bends.size else (),
-        bends=tuple(tuple(float(bend) for bend in row) for row in bends),
+        nonlinearity_scales_n=bends_n if bends.size else (),
+        nonlinearity=tuple(tuple(float(bend) for bend in row) for row in bends),
     )
     powers = _POWERS[order]
     if not powers:
         return sensed
-    seemed = centroid(sensed.weighed(forces_n), sensors_m)
+    seemed = centroid(sensed.linearised(forces_n), sensors_m)
     rows = np.linalg.lstsq(_terms(seemed, powers), at_m - seemed, rcond=1e-9)[0]
     return replace(
         sensed,
@@ -379,7 +379,7 @@ def _bends(forces_n: Values, at_m: Values, sensors_m: Values, bends_n: tuple[flo
     The plane keeps misplaced sensors from being taken for bent ones.
     """
     total = forces_n.sum(axis=1)
-    learned = np.concatenate([forces_n[:, :, None], bent(forces_n, bends_n)], axis=2)
+    learned = np.concatenate([forces_n[:, :, None], nonlinear_terms(forces_n, bends_n)], axis=2)
     arms = (sensors_m - at_m[:, None, :]) / total[:, None, None]
     n, each = len(at_m), learned.shape[2]
     plane = _terms(at_m, _POWERS[1])

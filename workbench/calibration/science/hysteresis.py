@@ -5,10 +5,10 @@ from numpy.typing import NDArray
 
 from underfoot.calibration.science.pairs import FALLING, RISING, Recording
 from underfoot.calibration.science.sensor_figures import rms_percent
-from underfoot.floor.curves import Memory
+from underfoot.floor.curves import Compensation
 from underfoot.models.tile import fsr_curves, fsr_hysteresis
-from underfoot.models.tile.fsr_curves import Law
-from underfoot.models.tile.fsr_hysteresis import Learned
+from underfoot.models.tile.fsr_curves import FittedCurve
+from underfoot.models.tile.fsr_hysteresis import HysteresisModel
 
 Values = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ _MOST_GAIN = 6.0
 """Weights that would make more than this of a change of force are noise that was learned."""
 
 
-def learned(recording: Recording, static_percent: float) -> Memory | None:
+def learned(recording: Recording, static_percent: float) -> Compensation | None:
     """The memory that helps most on held-out loadings, or None where the recording shows none worth having."""
     ways = recording.direction
     both = bool(np.any(ways == RISING) and np.any(ways == FALLING))
@@ -43,7 +43,7 @@ def learned(recording: Recording, static_percent: float) -> Memory | None:
         return None
     law, found, _ = _alternated(slow, slow.weight, best, full, creep)
     readings, forces, slopes = knots(recording, law)
-    return Memory(
+    return Compensation(
         readings=readings,
         forces_n=forces,
         slopes=slopes,
@@ -55,7 +55,7 @@ def learned(recording: Recording, static_percent: float) -> Memory | None:
     )
 
 
-def knots(recording: Recording, law: Law) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+def knots(recording: Recording, law: FittedCurve) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """A law's knots over readings that rise: readings, newtons, slopes."""
     order = slice(None) if recording.sign > 0.0 else slice(None, None, -1)
     return (
@@ -115,7 +115,9 @@ def _held_out_percent(slow: _Slow, kind: str, full: float, creep: float) -> floa
     return rms_percent(estimate - slow.force_n, counts, full) if counts.any() else np.inf
 
 
-def _alternated(slow: _Slow, weight: Values, kind: str, full: float, creep: float) -> tuple[Law, Learned, float]:
+def _alternated(
+    slow: _Slow, weight: Values, kind: str, full: float, creep: float
+) -> tuple[FittedCurve, HysteresisModel, float]:
     """Curve and memory in turns, each fitted to what the other leaves, and the squares that both leave.
 
     A place comes of ratios of forces, so light loads count for more here than their newtons.
@@ -127,15 +129,12 @@ def _alternated(slow: _Slow, weight: Values, kind: str, full: float, creep: floa
     for _ in range(_ROUNDS):
         law = fsr_curves.spline(slow.x[::thin], wanted[::thin], counts[::thin], _PIECES) or law
         apparent = np.minimum(law.force(slow.x), 2.0 * full)
-        found, left = fsr_hysteresis.learn(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
+        found, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
         wanted = apparent + slow.force_n - _recalled(slow, law, found, full)
     return law, found, left
 
 
-def _recalled(slow: _Slow, law: Law, found: Learned, full: float) -> Values:
+def _recalled(slow: _Slow, law: FittedCurve, found: HysteresisModel, full: float) -> Values:
     apparent = np.minimum(law.force(slow.x), 2.0 * full)
-    state = np.zeros(fsr_hysteresis.state_size())
-    newtons = fsr_hysteresis.recall(
-        apparent, slow.time_s, found.creep, found.relative, found.widths, found.weights, state
-    )
+    newtons = fsr_hysteresis.compensate(apparent, slow.time_s, found, np.zeros(1, fsr_hysteresis.STATE)[0])
     return np.clip(newtons, -0.1 * full, 1.25 * full)

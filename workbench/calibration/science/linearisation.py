@@ -22,10 +22,10 @@ from underfoot.errors import BadValue
 from underfoot.floor.curves import ABOVE, BELOW, Curve
 from underfoot.floor.profile import Fsr
 from underfoot.models.tile import fsr_curves
-from underfoot.models.tile.fsr_curves import Law
+from underfoot.models.tile.fsr_curves import FittedCurve
 
 Values = NDArray[np.float64]
-Fit = Callable[[Values, Values, Values], Law | None]
+Fit = Callable[[Values, Values, Values], FittedCurve | None]
 
 ALLOWED_PERCENT = 5.0
 """What the thesis reaches after calibration, of full scale (section 4.3.2)."""
@@ -230,15 +230,15 @@ def _fitted(recording: Recording, divider: Divider | None, memories: bool) -> Se
         return SensorFit(Curve(uncalibrated="its pairs allow no rising curve"))
     readings, forces, slopes = knots(recording, law)
     curve = Curve(
-        law=law.name,
+        family=law.family,
         parameters={name: float(f"{value:.8g}") for name, value in law.parameters.items()},
-        rest=recording.rest,
+        unloaded_reading=recording.rest,
         full_scale_n=full,
         error_percent=float(f"{dict(tried)[chosen]:.4g}"),
         readings=readings,
         forces_n=forces,
         slopes=slopes,
-        memory=learned(recording, dict(tried)[chosen]) if memories else None,
+        compensation=learned(recording, dict(tried)[chosen]) if memories else None,
     )
     figures = measured(recording, curve, seen, held[chosen])
     return SensorFit(curve, recording, figures, tuple(tried), seen, held[chosen])

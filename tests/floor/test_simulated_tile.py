@@ -1,4 +1,4 @@
-"""The honest tile: its draws, its split, its sensors, and its plate against what it says of itself."""
+"""The simulated tile: its draws, its split, its sensors, and its plate against its own transfer function."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,9 @@ from scipy.signal import csd, welch
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import Tile, default_floor
-from underfoot.floor.simulated_sensors import FloorSensors
-from underfoot.floor.simulated_tile import LOADS, Accelerometer, Plant, SimulatedTile, Split, TileParameters
+from underfoot.floor.simulated_sensors import SimulatedSensors
+from underfoot.floor.simulated_tile import Plant, SimulatedTile
+from underfoot.floor.tile_parameters import LOADS, Accelerometer, Split, TileParameters
 from underfoot.models import gait
 from underfoot.models.tile.assembly import Foot
 from underfoot.models.tile.fsr import Fsr
@@ -99,7 +100,7 @@ def test_a_plate_pressed_beyond_its_sensors_is_held_down_by_both_corners_there()
 def test_the_floor_in_real_time_reads_what_the_tile_alone_reads():
     tile, floor = SimulatedTile(TILE, seed=9), default_floor(1, 1)
     split = np.ascontiguousarray(gait.corner_forces(500.0, *PLACES.T, TILE.sensors_m)[:, None, :])
-    sensors = FloorSensors(floor, TileParameters(), 9, 1000.0, len(PLACES))
+    sensors = SimulatedSensors(floor, TileParameters(), 9, 1000.0, len(PLACES))
     sensors.read(split, 0, len(PLACES))
     np.testing.assert_array_equal(sensors.counts[:, 0], tile.sense(tile.corner_forces(PLACES, 500.0)))
 
@@ -120,7 +121,7 @@ def test_no_load_reads_the_tiles_own_weight():
     assert tile.preload_n == pytest.approx(2.7 * 9.81 / 4.0, rel=0.01)
 
 
-def test_readings_do_not_depend_on_cuts_and_settling_forgets():
+def test_readings_do_not_depend_on_cuts_and_settling_ends_hysteresis_and_creep():
     forces = SimulatedTile(TILE).corner_forces(PLACES, 400.0)
     whole, parts = SimulatedTile(TILE), SimulatedTile(TILE)
     expected = whole.sense(forces)
