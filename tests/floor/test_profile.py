@@ -11,7 +11,7 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.floor.centroid_correction import CentroidCorrection, nearest_within
 from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import Centroid, Fsr, Profile, Response, opened, profiles_of
+from underfoot.floor.profile import Centroid, Fsr, Profile, Response, load_for_tile, profiles_of
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 TODAY = date(2024, 6, 1)
@@ -218,11 +218,11 @@ def test_a_folder_has_a_profile_for_some_tiles(tmp_path):
 
 def test_a_part_never_goes_into_another_tile_s_file(tmp_path):
     whole().save(tmp_path / "t1.json")
-    assert opened(tmp_path / "t1.json", "t1", "A7").serial == "A7"
+    assert load_for_tile(tmp_path / "t1.json", "t1", "A7").serial == "A7"
     with pytest.raises(BadFile, match="profile of tile t1; allowed: t2"):
-        opened(tmp_path / "t1.json", "t2")
+        load_for_tile(tmp_path / "t1.json", "t2")
     with pytest.raises(BadFile, match="serial A7; allowed: B8"):
-        opened(tmp_path / "t1.json", "t1", "B8")
+        load_for_tile(tmp_path / "t1.json", "t1", "B8")
 
 
 # --- its history and its flags ---

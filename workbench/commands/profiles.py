@@ -71,9 +71,9 @@ def simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | Non
 
 def own_profile(path: Path | None, tile: str, serial: str) -> "Profile":
     """The profile that is to be updated, or an empty one; one of another tile is refused before the work."""
-    from underfoot.floor.profile import Profile, opened
+    from underfoot.floor.profile import Profile, load_for_tile
 
-    return Profile(tile=tile, serial=serial) if path is None or not path.exists() else opened(path, tile, serial)
+    return Profile(tile=tile, serial=serial) if path is None or not path.exists() else load_for_tile(path, tile, serial)
 
 
 def conclude(result: "Result", known: "Profile", path: Path | None, report: Path | None, as_json: bool) -> None:

@@ -1,4 +1,4 @@
-"""Contacts: what stands on the floor, followed sample by sample under ids that last.
+"""Contacts: where somebody stands on the floor, followed sample by sample under ids that last.
 
 Corner forces come in as they are read, with whatever tare the sensors have. A tile in contact has one centroid
 (thesis 5.3, with the signs of the errata): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines.
@@ -107,7 +107,7 @@ class OngoingContact:
 
 @dataclass(frozen=True)
 class TrackedContacts:
-    """What a chunk of forces brought to light: rows, and contacts that are over, in the order in which they ended."""
+    """What a chunk of forces added: rows, and contacts that are over, in the order in which they ended."""
 
     rows: ContactRows
     finished: tuple[Contact, ...]

@@ -19,6 +19,7 @@ from underfoot.files import read_file, write_file
 from underfoot.floor.centroid_correction import CentroidCorrection
 from underfoot.floor.curves import Curve, require_numbers
 from underfoot.floor.layout import Floor
+from underfoot.models.filtering import cascade
 from underfoot.models.tile.fsr_hysteresis import STATE
 from underfoot.parameters import IDENTIFIER
 
@@ -106,7 +107,7 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
             require_numbers("equaliser", section, 1e9)
         level = self.acceleration_per_unit
         require(0.0 < level < 1e6, "acceleration_per_unit", level, "above 0, below 1e6 m/s^2")
-        stable = all(s[3] == 1.0 and abs(s[5]) < 1.0 and abs(s[4]) < 1.0 + s[5] for s in self.equaliser)
+        stable = all(cascade.is_stable(section) for section in self.equaliser)
         require(stable, "equaliser", self.equaliser, "stable second-order sections with a0 = 1")
 
 
@@ -329,7 +330,7 @@ def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
     return {tile: Profile.load(path) for tile, path in paths.items() if path.exists()}
 
 
-def opened(path: str | Path, tile: str, serial: str = "") -> Profile:
+def load_for_tile(path: str | Path, tile: str, serial: str = "") -> Profile:
     """The profile in a file that a part of `tile` is to go into.
 
     `BadFile` where the file is not a profile, or is one of another tile or serial number: a part of one tile never goes
