@@ -13,7 +13,7 @@ from underfoot.floor.live_readings import (
     Whole,
     conversion_tables,
     correct_all,
-    forget,
+    reset_sensors,
     uncalibrated,
 )
 from underfoot.floor.profile import Profile
@@ -91,4 +91,4 @@ def _look_up(rows, readings, lives, known, tables, out):
             out[i, j] = tables.curves[tables.curve[k, j], readings[i, j]]
         if known[k] != lives[i]:
             known[k] = lives[i]
-            forget(tables, k)
+            reset_sensors(tables, k)

@@ -31,10 +31,11 @@ from underfoot.floor import tracking
 from underfoot.floor.layout import Floor
 
 GAP_S = 0.040
-"""No sample for longer than this is a gap: force at audio rate has been ramped to 0 by then (CONTRACTS)."""
+"""More time than this without a sample is a gap: force at audio rate has been ramped to 0 by then (CONTRACTS)."""
 
 OPENING_S, STEADY_N = 0.050, 5.0
-"""What a tile begins with is decided from this much; a tare keeps within this (or five sigma) for half of it."""
+"""The baseline a tile begins with is decided from so much time; a tare stays within so much (or five sigma) for half
+of it."""
 
 CURVE_S = 10.0
 """How much of a contact's curve is kept. No step is longer; a person may stand for hours."""

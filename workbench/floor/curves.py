@@ -46,7 +46,7 @@ class Compensation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Newtons over readings: a cubic between knots, each with its slope; readings rise, forces never turn back.
+    """Newtons over readings: a cubic between knots with slopes. Readings rise; forces rise, or fall, throughout.
 
     `family` names what was fitted and `parameters` are its constants; the knots hold it as it is used.
     `unloaded_reading` is that of the empty tile, `full_scale_n` the highest force it was measured at. `error_percent`

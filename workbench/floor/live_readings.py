@@ -175,8 +175,8 @@ def correct_floor(tables: ConversionTables, first: int, count: int, period_s: fl
 
 
 @kernel
-def forget(tables: ConversionTables, k: int) -> None:
-    """Let the sensors of a tile have rested: nothing is left of the loads before."""
+def reset_sensors(tables: ConversionTables, k: int) -> None:
+    """Make the sensors of a tile as they are when they have rested: no hysteresis or creep of loads before."""
     for j in range(4):
         fsr_hysteresis.reset(tables.states[k, j])
 

@@ -41,10 +41,10 @@ def median(ascending: Floats, n: int) -> float:
 
 
 @kernel
-def spread(ascending: Floats, n: int) -> float:
+def median_deviation(ascending: Floats, n: int) -> float:
     """The median absolute deviation of the first n: the nearer half is a stretch of the row, found from its middle.
 
-    >>> spread(np.array([1.0, 2.0, 4.0, 9.0, 10.0]), 5)
+    >>> median_deviation(np.array([1.0, 2.0, 4.0, 9.0, 10.0]), 5)
     3.0
     """
     middle = median(ascending, n)

@@ -12,20 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.running_median import exchange, insert, median, spread
+from underfoot.floor.running_median import exchange, insert, median, median_deviation
 from underfoot.kernels import kernel
 
 Floats = NDArray[np.float64]
 
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
-"""On at `max(ON_N, ON_SIGMAS` times the noise`)`, off at `OFF_SHARE` of that (SCIENCE 14)."""
+"""A contact begins at the larger of `ON_N` and `ON_SIGMAS` times the noise, and ends below `OFF_SHARE` of that."""
 
 GUARD_S, WINDOW_S, RENEW_S, RECENT_S, MINIMUM_S = 0.2, 2.0, 0.5, 0.1, 0.1
 """A baseline leaves out the last `GUARD_S` and is of `WINDOW_S` before that, of `MINIMUM_S` at least; after a contact
-it waits for `RENEW_S` of quiet; begun anew it is of the last `RECENT_S`."""
+it waits for `RENEW_S` of quiet; a tare by hand is of the last `RECENT_S`."""
 
 BLIP_S = 0.05
-"""A contact shorter than this is no end of quiet: noise that has been thought too small must not keep itself so."""
+"""A contact shorter than this does not end a quiet stretch: it may be noise that is larger than estimated so far."""
 
 TARE_N, SETTLED_S, SETTLED_N, SETTLED_SIGMAS, NEGATIVE_S = 100.0, 0.5, 10.0, 8.0, 0.1
 """No tare exceeds `TARE_N`. A load within `SETTLED_N` or `SETTLED_SIGMAS` times the noise for `SETTLED_S` is steady;
@@ -360,7 +360,7 @@ def _update_baseline(
             tile.base_n[sensor] = median(window[sensor], n)
         # Few samples may show less noise than there is.
         unsure = 1.0 + 2.0 / math.sqrt(n) if n < window.shape[1] else 1.0
-        tile.noise_n = unsure * 1.4826 * spread(window[4], n)
+        tile.noise_n = unsure * 1.4826 * median_deviation(window[4], n)
         tile.untared = False
 
 
