@@ -55,7 +55,7 @@ class Intake:
     def __init__(self, source: ForceSource, rate: float) -> None:
         self.source = source
         self.tracker = ContactTracker(source.floor, source.rate_hz)
-        self._memory = self.tracker.memory
+        self._memory = tuple(self.tracker.memory)  # Numba makes new strings for each named tuple that it is given
         self._missing = Missing(self.tracker, MOST)
         tiles = len(source.floor.tiles)
         self._seconds = np.zeros(MOST)
@@ -130,10 +130,11 @@ def _fill_in(time_s, force_n, count, tiles, stream, last, since, absent):
 def _follow(
     begin, count, seconds, stamps, arrivals, forces, absent, memory, queue, lines, period,
 ):  # fmt: skip
+    tracked = tracking.TrackerMemory(*memory)
     for i in range(begin, count):
-        tracking.follow(seconds[i : i + 1], forces[i : i + 1], memory)
+        tracking.follow(seconds[i : i + 1], forces[i : i + 1], tracked)
         for k in range(len(lines)):
-            tile, plate, line = memory.tiles[k], memory.plates[k], lines[k]
+            tile, plate, line = tracked.tiles[k], tracked.plates[k], lines[k]
             if absent[i, k]:
                 continue
             start = max(line[_LAST], stamps[i] - period, arrivals[i] - period)

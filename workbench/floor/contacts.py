@@ -161,7 +161,8 @@ class ContactTracker:
             rows=np.zeros(SLAB * count, tracking.ROW),
             events=np.zeros(4 * SLAB * count, tracking.EVENT),
         )
-        """What `tracking.follow` takes beside the samples: for callers that may allocate nothing."""
+        """What `tracking.follow` takes beside the samples. Callers that may allocate nothing give a kernel of theirs
+        `tuple(memory)`, which makes a `TrackerMemory` of it: for a named tuple Numba makes new strings at each call."""
         self._held = self.memory.rows[:0]
         self._pending: list[np.void] = []
         self._foot_of = np.zeros(256, np.int64)

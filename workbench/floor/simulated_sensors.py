@@ -1,7 +1,7 @@
 """The non-ideal sensors of a whole simulated floor, in real time: from the forces on its tiles to what is read."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ class SimulatedSensors:
         self._tables = conversion_tables(floor, profiles or {}, parameters.sensors.corner_n(np.arange(COUNTS)))
         self._is_corrected = bool(self._tables.corrected.any())
         preloads_n = np.array([one.preload_n for one in self.tiles])
-        self._arrays = _Arrays(
+        arrays = _Arrays(
             states=np.zeros((len(floor.tiles), 4), fsr.STATE),
             coefficients=np.array([one.coefficients(rate_hz) for one in self.tiles]),
             keys=np.array([one.noise_keys for one in self.tiles]),
@@ -55,9 +55,11 @@ class SimulatedSensors:
             curves=self._tables.curves,
             zeros_n=np.where(self._tables.curve == NOMINAL, preloads_n[:, None], 0.0),
         )
-        self._already_split = self._arrays._replace(splits=np.array([np.eye(4)] * len(floor.tiles)))
         for k, preload_n in enumerate(preloads_n):
-            fsr.settle(self._arrays.states[k], self._arrays.coefficients[k], preload_n)
+            fsr.settle(arrays.states[k], arrays.coefficients[k], preload_n)
+        # For a named tuple Numba makes new strings at each call.
+        self._arrays = tuple(arrays)
+        self._already_split = tuple(arrays._replace(splits=np.array([np.eye(4)] * len(floor.tiles))))
         self._period_s = 1.0 / rate_hz
         self.read(np.zeros((0, len(floor.tiles), 4)), 0, 0)  # loads the kernels
 
@@ -87,7 +89,8 @@ class _Arrays(NamedTuple):
 
 
 @kernel
-def _read(a: _Arrays, forces_n: Floats, counts: Floats, first: int, count: int) -> None:
+def _read(arrays: tuple[Any, ...], forces_n: Floats, counts: Floats, first: int, count: int) -> None:
+    a = _Arrays(*arrays)
     for k in range(len(a.splits)):
         for i in range(count):
             # Loads stand where the counts will: what is sensed may be written over it.

@@ -175,7 +175,8 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                     happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
                 else:
                     _update_baseline(tile, ring[k], window[k], stream, now_s, on_n, take)
-        happened = _decide(memory, now_s, happened)
+        if _is_undecided(tiles):
+            happened = _decide(memory, now_s, happened)
         written = _write_rows(tiles, stream, now_s, rows, written)
         stream.taken += 1 if take else 0
         stream.count += 1
@@ -409,22 +410,28 @@ def _renew(tile: np.record, ring: Floats, window: Floats, stream: np.record, tak
 
 
 @kernel
+def _is_undecided(tiles: NDArray[np.void]) -> bool:
+    """Whether it is still open of any contact which foot it is."""
+    for k in range(len(tiles)):
+        if tiles[k].on and tiles[k].foot == 0:
+            return True
+    return False
+
+
+@kernel
 def _decide(memory: TrackerMemory, now_s: float, happened: int) -> int:
     """Settle the contacts that can be settled: who shares a foot with whom."""
     tiles = memory.tiles
-    waiting = False
     for k in range(len(tiles)):
         if tiles[k].on and tiles[k].foot == 0:
-            waiting = True
             _choose_partner(memory, k)
-    if waiting:
-        for k in range(len(tiles)):
-            tile = tiles[k]
-            if tile.on and tile.foot == 0:
-                ripe = tile.load_n >= DECIDED_N or now_s - tile.onset_s >= ONSETS_S or tile.partner == -2
-                if ripe:
-                    tile.partner = max(tile.partner, -1)
-                    happened = _settle(memory, k, happened)
+    for k in range(len(tiles)):
+        tile = tiles[k]
+        if tile.on and tile.foot == 0:
+            ripe = tile.load_n >= DECIDED_N or now_s - tile.onset_s >= ONSETS_S or tile.partner == -2
+            if ripe:
+                tile.partner = max(tile.partner, -1)
+                happened = _settle(memory, k, happened)
     return happened
 
 
