@@ -256,11 +256,11 @@ def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot,
     assert underfoot("monitor", "rec").status == 0
 
 
-def test_a_simulator_with_honest_sensors_is_monitored(underfoot, folder):
+def test_a_simulator_with_non_ideal_sensors_is_monitored(underfoot, folder):
     source = f"simulator:{library.simulations()['child-walking']}"
     said = underfoot("monitor", source, "--record", "rec", "--seconds", "2")
     assert said.status == 0
-    assert "uncalibrated: t1, t2, t3, t4 (the nominal law of the sensors is assumed)" in said.error
+    assert "uncalibrated: t1, t2, t3, t4 (the nominal curve of the sensors is assumed)" in said.error
     assert len(said.out.splitlines()) > 1
 
 

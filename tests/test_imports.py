@@ -33,6 +33,7 @@ LEVELS = (
         "kernels",
         "kernel_cache",
         "layouts",
+        "memory",
         "models",
         "options",
         "quantities",

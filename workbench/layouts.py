@@ -22,12 +22,10 @@ from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
 from underfoot.errors import require
+from underfoot.memory import aligned_zeros, whole_lines
 
 Size = int | str
 """How long a dimension is: a number, or the symbol of one that each memory has for itself."""
-
-LINE = 8
-"""Values of a cache line: every array begins on one."""
 
 _WORD = ir.IntType(64)
 
@@ -92,20 +90,17 @@ class Layout:
         at: Any = 0
         for part in self.parts.values():
             if not part.is_number:
-                at = _whole_lines(at)
+                at = whole_lines(at)
             yield at
             length: Any = part.layout.size(sizes) if part.layout else 1
             for size in part.shape:
                 length = length * (sizes[size] if isinstance(size, str) else size)
             at = at + length
-        yield at if all(part.is_number for part in self.parts.values()) else _whole_lines(at)
+        yield at if all(part.is_number for part in self.parts.values()) else whole_lines(at)
 
     def zeros(self, **sizes: int) -> "Memory":
         """A memory of zeros that begins on a cache line."""
-        size = self.size(sizes)
-        space = np.zeros(size + LINE)
-        skip = -space.ctypes.data % (8 * LINE) // 8
-        return Memory(self, space[skip : skip + size], sizes)
+        return Memory(self, aligned_zeros(self.size(sizes)), sizes)
 
     @cached_property
     def type(self) -> "MemoryType":
@@ -140,10 +135,6 @@ class Layout:
 def _layout_of(name: str, parts: tuple[Part, ...]) -> Layout:
     numbers = [part.name for part in parts if part.is_number]
     return Layout(name, *numbers, **{part.name: part.layout or part.shape for part in parts if not part.is_number})
-
-
-def _whole_lines(length: Any) -> Any:
-    return (length + (LINE - 1)) & -LINE
 
 
 class Memory:

@@ -19,7 +19,7 @@ from underfoot.engine.target import link_of, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.contacts import ContactRows, ContactTracker
 from underfoot.floor.footsteps import Step, StepCounter
-from underfoot.floor.forces import Forces, floor_beside, read_forces
+from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -45,7 +45,7 @@ class FileStream:
     failure = ""
     """What went wrong although all went on; said at the end."""
 
-    def __init__(self, forces: Forces, floor: Floor, seconds: float | None) -> None:
+    def __init__(self, forces: ForceSeries, floor: Floor, seconds: float | None) -> None:
         self.floor = floor
         end = len(forces.time_s)
         if seconds is not None:
@@ -208,12 +208,12 @@ def open_stream(
     return FileStream(forces, layout, seconds)
 
 
-def _recorded(path: Path) -> tuple[Forces, Floor]:
+def _recorded(path: Path) -> tuple[ForceSeries, Floor]:
     with Recording(path) as recording:
         floor = Floor.loads(recording.about["floor"], str(path))
         rows, rate = recording.forces(), float(recording.about["rate"])
         force_rate = float(recording.about["force_rate"])
-    return Forces(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
+    return ForceSeries(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
 
 
 def line(step: Step) -> str:

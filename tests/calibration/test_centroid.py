@@ -79,7 +79,7 @@ def test_misplaced_sensors_and_a_warped_plate_are_corrected_on_places_left_out(e
     assert after.mean() < 0.2 * before.mean()
     assert after.max() < 5.0
     fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, noise_n=0.1, seed=0, **errors)
-    place = found.correction.place(fresh, SENSORS, 0.0)
+    place = found.correction.position(fresh, SENSORS, 0.0)
     assert 1e3 * np.hypot(*(place - fresh_at).T).mean() < 1.5 * after.mean() + 0.2
 
 
@@ -87,9 +87,9 @@ def test_nothing_is_extrapolated():
     found = assess(presses(moved_m=0.012, inset_m=0.07, noise_n=0.2), TILE)
     assert found.correction.powers
     corners = np.eye(4) * 300.0
-    moved = found.correction.place(corners, SENSORS, 0.0) - centroid(corners * found.correction.gains, SENSORS)
+    moved = found.correction.position(corners, SENSORS, 0.0) - centroid(corners * found.correction.gains, SENSORS)
     inside = np.array(found.correction.area_m)
-    sums = [found.correction.place(f, SENSORS, 0.0) for f in np.full((1, 4), 100.0)]
+    sums = [found.correction.position(f, SENSORS, 0.0) for f in np.full((1, 4), 100.0)]
     assert np.isfinite(sums).all()
     at_edge = moved_at(found.correction, inside)
     assert np.hypot(*moved.T).max() <= np.hypot(*at_edge.T).max() + 1e-9
@@ -121,7 +121,12 @@ def test_errors_are_told_by_load_edge_and_shear():
 def test_readings_go_through_the_profile_s_curves():
     table = presses()
     curve = Curve(
-        law="power", rest=500.0, full_scale_n=500.0, readings=(500, 50500), forces_n=(0, 500), slopes=(0.01, 0.01)
+        family="power",
+        unloaded_reading=500.0,
+        full_scale_n=500.0,
+        readings=(500, 50500),
+        forces_n=(0, 500),
+        slopes=(0.01, 0.01),
     )
     profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
     counts = Presses("t1", table.at_m, table.force_n, 500.0 + 100.0 * table.readings)
@@ -180,7 +185,9 @@ def test_gains_are_the_same_from_any_units():
 
 def felt_by():
     """A profile of sensors that read 60 counts a newton."""
-    curve = Curve(law="power", full_scale_n=1000.0, readings=(0, 60_000), forces_n=(0, 1000), slopes=(1 / 60, 1 / 60))
+    curve = Curve(
+        family="power", full_scale_n=1000.0, readings=(0, 60_000), forces_n=(0, 1000), slopes=(1 / 60, 1 / 60)
+    )
     return Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
 
 
@@ -229,7 +236,7 @@ def test_a_corner_says_nothing_of_the_rest_and_the_middle_only_of_the_sensors():
     for chosen, form in ((table.at_m.min(axis=1) > 0.02, "none"), (np.abs(table.at_m).max(axis=1) < 0.05, "gains")):
         found = assess(Presses("t1", table.at_m[chosen], table.force_n[chosen], table.readings[chosen]), TILE)
         assert found.form == form
-        after = np.hypot(*(found.correction.place(fresh, SENSORS, 0.0) - fresh_at).T)
+        after = np.hypot(*(found.correction.position(fresh, SENSORS, 0.0) - fresh_at).T)
         assert after.mean() <= before.mean()
         assert after.max() <= 1.05 * before.max()
 

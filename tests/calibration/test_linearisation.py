@@ -53,7 +53,7 @@ def test_every_law_is_found_to_half_a_percent_on_loadings_not_seen(law):
 def test_the_law_that_made_the_readings_is_chosen_where_it_is_simple():
     for law, name in (("logarithm", "exponential"), ("divider that falls", "rational"), ("power", "power")):
         found = fitted(law)
-        assert [sensor.curve.law for sensor in found.sensors] == [name] * 4
+        assert [sensor.curve.family for sensor in found.sensors] == [name] * 4
 
 
 def test_a_known_divider_gives_the_resistance_law_its_constants():
@@ -66,7 +66,7 @@ def test_a_known_divider_gives_the_resistance_law_its_constants():
     found = linearise(pairs(rows), VoltageDivider(2000.0))
     assert dict(found.sensors[0].tried)["resistor"] < 1e-3
     curve = found.sensors[0].curve
-    assert curve.law == "resistor"
+    assert curve.family == "resistor"
     assert curve.parameters == pytest.approx({"rs_ohm_n": 1e5, "r0_ohm": 300.0}, rel=1e-3)
     assert "resistor" not in dict(linearise(pairs(rows)).sensors[0].tried)
 
@@ -103,7 +103,7 @@ def test_rest_is_nought_and_nothing_is_wild_beyond_the_pairs():
     for law in made_sensors.LAWS:
         found = fitted(law)
         profile = profile_of(found)
-        rest = [sensor.curve.rest for sensor in found.sensors]
+        rest = [sensor.curve.unloaded_reading for sensor in found.sensors]
         assert profile.force(rest) == pytest.approx(np.zeros(4), abs=1e-6)
         everything = profile.force(np.repeat(np.arange(0.0, 65536.0, 50.0)[:, None], 4, axis=1))
         assert np.all(everything >= -0.1 * found.full_scale_n - 1e-9)

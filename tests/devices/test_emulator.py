@@ -12,7 +12,7 @@ from underfoot.devices.replay import Replay
 from underfoot.devices.resampled import Resampled
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.errors import BadValue
-from underfoot.floor.forces import Forces
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 
 RATE = 48_000.0
@@ -136,7 +136,7 @@ def test_tiles_send_what_they_feel_by_one_drifting_clock():
 def test_another_rate_lies_on_straight_lines_and_leaves_gaps_open(rate_hz):
     time_s = np.r_[np.arange(100), np.arange(150, 300)] / 240.0
     force_n = np.random.default_rng(2).normal(0.0, 100.0, (250, 4, 4))
-    source = Replay(Forces(time_s, force_n, 240.0), default_floor(), RATE)
+    source = Replay(ForceSeries(time_s, force_n, 240.0), default_floor(), RATE)
     resampled = Resampled(source, rate_hz, RATE)
     stamps, forces = [], []
     for end in range(1000, 70_000, 1000):

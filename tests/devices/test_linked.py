@@ -185,7 +185,9 @@ def test_hundreds_of_blocks_leave_nothing_behind(until):
 
 
 def calibrated(tile, uncalibrated=""):
-    line = Curve(law="linear", readings=(100.0, 1100.0), forces_n=(0.0, 500.0), slopes=(0.5, 0.5), full_scale_n=500.0)
+    line = Curve(
+        family="linear", readings=(100.0, 1100.0), forces_n=(0.0, 500.0), slopes=(0.5, 0.5), full_scale_n=500.0
+    )
     last = Curve(uncalibrated=uncalibrated) if uncalibrated else line
     return Profile(tile=tile, fsr=Fsr(made="2026-01-01", sensors=(line, line, line, last)))
 

@@ -10,7 +10,8 @@ from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Fsr as FsrPart
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulated_tile import SimulatedTile, Split, TileParameters
+from underfoot.floor.simulated_tile import SimulatedTile
+from underfoot.floor.tile_parameters import Split, TileParameters
 from underfoot.models.gait import Walker
 from underfoot.models.tile.fsr import FULL_COUNTS, Fsr
 
@@ -53,7 +54,7 @@ def test_every_tile_is_the_simulated_tile_of_its_id():
 def test_uncalibrated_it_errs_as_parts_do_and_says_so():
     source = SimulatedFloor(FLOOR, simulation=HONEST)
     found, ideal = pulled(source, 10 * 48_000), pulled(SimulatedFloor(FLOOR), 10 * 48_000)
-    assert source.lines == ("uncalibrated: t1, t2, t3, t4 (the nominal law of the sensors is assumed)",)
+    assert source.lines == ("uncalibrated: t1, t2, t3, t4 (the nominal curve of the sensors is assumed)",)
     loaded = ideal > 100.0
     off = np.abs(found[loaded] / ideal[loaded] - 1.0)
     assert 0.03 < np.median(off) < 0.4
@@ -62,7 +63,7 @@ def test_uncalibrated_it_errs_as_parts_do_and_says_so():
 
 def test_a_profile_turns_counts_into_newtons():
     curve = Curve(
-        law="monotone", readings=(0.0, FULL_COUNTS), forces_n=(0.0, 1000.0), slopes=(1000.0 / FULL_COUNTS,) * 2,
+        family="monotone", readings=(0.0, FULL_COUNTS), forces_n=(0.0, 1000.0), slopes=(1000.0 / FULL_COUNTS,) * 2,
         full_scale_n=1000.0,
     )  # fmt: skip
     profile = Profile(tile="t2", fsr=FsrPart(made="2024-05-01", sensors=(curve,) * 4))

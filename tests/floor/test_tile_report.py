@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import Floor, Tile, default_floor
-from underfoot.floor.simulated_tile import TileParameters
 from underfoot.floor.tile_design import designs
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.floor.tile_report import text, write
 from underfoot.models.tile.plate import Plate
 from underfoot.patch import library

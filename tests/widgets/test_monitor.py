@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QGuiApplication
 
 from underfoot.engine.messages import Press, Tare, Walk
-from underfoot.floor.contacts import Present
+from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor, Tile, default_floor
@@ -171,7 +171,7 @@ def test_a_loaded_tile_is_amber_and_a_foot_is_green(floor_map, turned):
 
     empty = colour(turned.tiles[2], 0.0, 0.0)
     floor_map.set_loads(np.array([0.0, 0.0, 800.0]), np.array([False, True, False]))
-    floor_map.set_contacts([Present(1, 0.0, 0.5, 800.0, (2,))], 1.0)
+    floor_map.set_contacts([OngoingContact(1, 0.0, 0.5, 800.0, (2,))], 1.0)
     loaded, foot = colour(turned.tiles[2], 0.0, -0.12), colour(turned.tiles[2], 0.0, 0.0)
     assert loaded.red() > empty.red() + 40
     assert foot.green() > foot.red()

@@ -10,7 +10,7 @@ from windows import LONG_MS, dialog_of, hiss, quiet_window
 from underfoot.devices.emulation.emulator import Emulator, PtyWay
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.layout import default_floor
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.widgets.dialogs.transport_dialog import LineDialog
 from underfoot.widgets.session.player import remembered_target
 from underfoot.widgets.session.settings import Settings

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap, QPolygonF, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from underfoot.floor.contacts import ContactRows, Present
+from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
@@ -66,7 +66,7 @@ class FloorMap(QWidget):
         self._load_n = np.zeros(count)
         self._untared = np.zeros(count, bool)
         self._peak = np.zeros(count)
-        self._contacts: Sequence[Present] = ()
+        self._contacts: Sequence[OngoingContact] = ()
         self._trails: dict[int, deque[tuple[float, float, float]]] = {}
         self._now_s = 0.0
         self._pressing = ""
@@ -97,7 +97,7 @@ class FloorMap(QWidget):
         """Largest sample of each tile's vibration lately, of full scale."""
         self._peak = np.asarray(peak)
 
-    def set_contacts(self, contacts: Sequence[Present], now_s: float) -> None:
+    def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
         """The contacts at `now_s`."""
         self._contacts, self._now_s = contacts, now_s
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from underfoot.engine.messages import Compiling, Costs, Fault, Lost, Notice, Preview, Started
-from underfoot.floor.contacts import ContactRows, ContactTracker, Present
+from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step, StepCounter
 from underfoot.floor.layout import Floor, default_floor
 
@@ -34,7 +34,7 @@ class Forces:
     force_n: NDArray[np.float64]
     load_n: NDArray[np.float64]
     untared: NDArray[np.bool_]
-    contacts: tuple[Present, ...]
+    contacts: tuple[OngoingContact, ...]
     ways: tuple[ContactRows, ...]
 
 
@@ -181,7 +181,7 @@ class Feet:
         times = np.concatenate([time_s for time_s, _, _ in done])
         force_n = np.concatenate([force_n for _, force_n, _ in done]) - tracker.baseline_n
         ways = tuple(rows for _, _, rows in done if len(rows))
-        return Forces(times, force_n, tracker.loads_n, tracker.untared, tracker.present(), ways), steps
+        return Forces(times, force_n, tracker.loads_n, tracker.untared, tracker.ongoing(), ways), steps
 
     def tare(self) -> None:
         if self._tracker is not None:

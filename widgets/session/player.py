@@ -17,7 +17,7 @@ from underfoot.errors import UnderfootError
 from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.calibrate.profiles import folder_of

@@ -12,6 +12,7 @@ from numba import carray, types
 from numpy.typing import NDArray
 
 from underfoot.kernels import callback, kernel
+from underfoot.memory import aligned_zeros
 from underfoot.models.modal import driven_bank, struck_bank
 from underfoot.models.modal import hammer as impact_row
 
@@ -21,32 +22,29 @@ _FLOATS, _COUNT = types.CPointer(types.float64), types.int64
 Floats = NDArray[np.float64]
 
 
-def memory(size: int) -> Floats:
-    """Zeros on a cache line.
-
-    >>> memory(3), memory(3).ctypes.data % 64
-    (array([0., 0., 0.]), 0)
-    """
-    space = np.zeros(size + 8)
-    start = -space.ctypes.data % 64 // 8
-    return space[start : start + size]
-
-
 def strike(s: Floats, t: Floats, events: Floats, blocks: int) -> Callable[[], None]:
     """What lets a modal bank ring that is struck by `events`, from session frame 0 on."""
-    arguments = *_sized(s), *_sized(t), *_sized(events), *_sized(memory(BLOCK)), blocks
+    arguments = *_sized(s), *_sized(t), *_sized(events), *_sized(aligned_zeros(BLOCK)), blocks
     return lambda: _strike.ctypes(*arguments)
 
 
 def drive(s: Floats, t: Floats, excitation: Floats, blocks: int) -> Callable[[], None]:
     """What lets a modal bank ring that is driven in every frame, by the same block again and again."""
-    arguments = *_sized(s), *_sized(t), *_sized(excitation), *_sized(memory(BLOCK)), blocks
+    arguments = *_sized(s), *_sized(t), *_sized(excitation), *_sized(aligned_zeros(BLOCK)), blocks
     return lambda: _drive.ctypes(*arguments)
 
 
 def hit(s: Floats, t: Floats, hammer: Floats, events: Floats, first: int, blocks: int) -> Callable[[], None]:
     """What lets an object ring that is hit by a hammer at `events`, from block `first` on."""
-    arguments = *_sized(s), *_sized(t), *_sized(hammer), *_sized(events), *_sized(memory(2 * BLOCK)), first, blocks
+    arguments = (
+        *_sized(s),
+        *_sized(t),
+        *_sized(hammer),
+        *_sized(events),
+        *_sized(aligned_zeros(2 * BLOCK)),
+        first,
+        blocks,
+    )
     return lambda: _hit.ctypes(*arguments)
 
 

@@ -137,14 +137,14 @@ def _sensors(parameters: Path | None, floor: "Floor", seed: int, rate_hz: float)
     """How newtons become counts: as the emulator does it by itself, or as simulated sensors do."""
     import numpy as np
 
-    from underfoot.floor.simulated_sensors import FloorSensors
-    from underfoot.floor.simulated_tile import TileParameters
+    from underfoot.floor.simulated_sensors import SimulatedSensors
+    from underfoot.floor.tile_parameters import TileParameters
 
     if parameters is None:
         return {}
     made_of = TileParameters() if str(parameters) == "default" else TileParameters.load(parameters)
     most = 1 << 15
-    sensing = FloorSensors(floor, made_of, seed, rate_hz, most)
+    sensing = SimulatedSensors(floor, made_of, seed, rate_hz, most)
     first = 0
 
     def readings(force_n: np.ndarray) -> np.ndarray:

@@ -98,7 +98,8 @@ RIGS: dict[str, type[PressingRig] | type[ShakingRig]] = {PRESSING: PressingRig, 
 def _simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":
     """The tile of the target "simulator" or "simulator:PARAMETERS.json"; None for another target."""
     from underfoot.engine.target import simulation_of
-    from underfoot.floor.simulated_tile import SimulatedTile, TileParameters
+    from underfoot.floor.simulated_tile import SimulatedTile
+    from underfoot.floor.tile_parameters import TileParameters
 
     path = simulation_of(target)
     if path is None:

@@ -43,11 +43,11 @@ class TileOptions:
 
     def known(self, tile: str) -> "Profile":
         """The profile of a tile that is to be updated, or an empty one; `BadFile` for that of another tile."""
-        from underfoot.floor.profile import Profile, opened
+        from underfoot.floor.profile import Profile, load_for_tile
 
         if self.profile is None or not self.profile.exists():
             return Profile(tile=tile, serial=self.serial)
-        return opened(self.profile, tile, self.serial)
+        return load_for_tile(self.profile, tile, self.serial)
 
     def conclude(self, result: "Result", known: "Profile") -> None:
         """Put a result into what is known: write the report, then the profile, whole or not at all, then print."""

@@ -7,7 +7,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.floor.layout import Floor
-from underfoot.floor.live_readings import COUNTS, Floats, Whole, correct_all, tables_of, uncalibrated
+from underfoot.floor.live_readings import (
+    COUNTS,
+    Floats,
+    Whole,
+    conversion_tables,
+    correct_all,
+    reset_sensors,
+    uncalibrated,
+)
 from underfoot.floor.profile import Profile
 from underfoot.kernels import kernel
 
@@ -38,7 +46,7 @@ def nominal_readings(force_n: ArrayLike) -> NDArray[np.int64]:
 class Conversion:
     """Newtons of what the tiles of `floor` send; `profiles` by tile id, as `profiles_of` gives them.
 
-    With what sensors remember taken out and centroids in their place, where a profile knows how (`floor.reading`).
+    With hysteresis and creep compensated and centroids corrected, where a profile has that (`floor.live_readings`).
     `lines` say which tiles are not calibrated, and what their profiles have against themselves today.
 
     >>> from underfoot.floor.layout import default_floor
@@ -56,8 +64,8 @@ class Conversion:
             if profile is not None and profile.is_calibrated:
                 lines += profile.flags(tile.id, today or date.today())
         self.lines = tuple(lines)
-        self._tables = tables_of(floor, profiles, nominal_force(np.arange(COUNTS)))
-        self._learned = bool(self._tables.learned.any())
+        self._tables = conversion_tables(floor, profiles, nominal_force(np.arange(COUNTS)))
+        self._is_corrected = bool(self._tables.corrected.any())
         self._lives = np.zeros(len(floor.tiles), np.int64)
         nothing = np.zeros(0, np.int64)
         self.newtons(nothing, np.zeros((0, 4), np.int64), np.zeros(0), nothing)  # loads the kernel
@@ -68,19 +76,19 @@ class Conversion:
         `time_s` is the tile's own clock; a tile with another number in `lives` was switched on again, and has rested.
         """
         out = np.empty((len(rows), 4))
-        p, rows = self._tables, np.ascontiguousarray(rows)
-        _look_up(rows, np.ascontiguousarray(readings), np.ascontiguousarray(lives), self._lives, p, out)
-        if self._learned:
-            correct_all(p, rows, time_s, out)
+        tables, rows = self._tables, np.ascontiguousarray(rows)
+        _look_up(rows, np.ascontiguousarray(readings), np.ascontiguousarray(lives), self._lives, tables, out)
+        if self._is_corrected:
+            correct_all(tables, rows, time_s, out)
         return out
 
 
 @kernel
-def _look_up(rows, readings, lives, known, p, out):
+def _look_up(rows, readings, lives, known, tables, out):
     for i in range(len(rows)):
         k = rows[i]
         for j in range(4):
-            out[i, j] = p.curves[p.curve[k, j], readings[i, j]]
+            out[i, j] = tables.curves[tables.curve[k, j], readings[i, j]]
         if known[k] != lives[i]:
             known[k] = lives[i]
-            p.memory[k] = 0.0
+            reset_sensors(tables, k)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from underfoot.devices.device import MOST, room
-from underfoot.floor.forces import Forces
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 
@@ -11,7 +11,7 @@ from underfoot.kernels import kernel
 class Replay:
     """Samples of a force table, the first of them at session frame `start`. Over and over if `repeats`."""
 
-    def __init__(self, forces: Forces, floor: Floor, rate: float, start: int = 0, repeats: bool = False) -> None:
+    def __init__(self, forces: ForceSeries, floor: Floor, rate: float, start: int = 0, repeats: bool = False) -> None:
         self.floor, self.rate_hz = floor, forces.rate_hz
         self.stamps, self.arrivals, self.forces = room(floor)
         self._frames = (forces.time_s - forces.time_s[0]) * rate + start

@@ -14,11 +14,11 @@ class Resampled:
     it allocates.
 
     >>> from underfoot.devices.replay import Replay
-    >>> from underfoot.floor.forces import Forces
+    >>> from underfoot.floor.forces import ForceSeries
     >>> from underfoot.floor.layout import default_floor
     >>> floor = default_floor(1, 1)
     >>> forces = np.arange(5.0)[:, None, None] * np.ones((1, 1, 4))
-    >>> slow = Replay(Forces(np.arange(5) * 0.01, forces, 100.0), floor, 48_000.0)
+    >>> slow = Replay(ForceSeries(np.arange(5) * 0.01, forces, 100.0), floor, 48_000.0)
     >>> fast = Resampled(slow, 200.0, 48_000.0)
     >>> fast.forces[: fast.pull(2000), 0, 0]
     array([0. , 0.5, 1. , 1.5, 2. , 2.5, 3. , 3.5, 4. ])

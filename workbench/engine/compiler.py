@@ -18,7 +18,7 @@ from underfoot.engine.messages import Compiling, Play, Preview, Strike
 from underfoot.engine.process import load_kernels
 from underfoot.engine.target import LINKS, Target, source_of
 from underfoot.errors import UnderfootError
-from underfoot.floor.forces import Forces
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.models import gait
 from underfoot.nodes import REGISTRY
@@ -130,7 +130,7 @@ def look(
     along = walker.foot_length_m * (gait.roll((time_s - step.start_s) / step.duration_s) - 0.5)
     force = step.force_n(time_s)
     corners = gait.corner_forces(force, along, np.zeros_like(along), floor.tiles[0].sensors_m)
-    source = Replay(Forces(time_s, corners[:, None, :], _FORCE_HZ), floor, rate)
+    source = Replay(ForceSeries(time_s, corners[:, None, :], _FORCE_HZ), floor, rate)
     loop = Loop(
         patch, REGISTRY, source, rate=rate, block=_BLOCK, scopes=scopes, folder=Path(folder) if folder else None
     )

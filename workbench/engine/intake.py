@@ -37,8 +37,8 @@ class Missing:
     """
 
     def __init__(self, tracker: ContactTracker, most: int) -> None:
-        _, _, tiles, self._clock, *_ = tracker.memory
-        self._tiles = tiles
+        self._tiles, self._stream = tracker.memory.tiles, tracker.memory.stream
+        tiles = self._tiles
         self._last = np.zeros((len(tiles), 4))
         self._since = np.full(len(tiles), -np.inf)
         self.absent = np.zeros((most, len(tiles)), np.bool_)
@@ -46,7 +46,7 @@ class Missing:
 
     def fill(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64], count: int) -> None:
         """Fill in the first `count` samples of `force_n` (n, tiles, 4). Allocates nothing."""
-        _fill_in(time_s, force_n, count, self._tiles, self._clock, self._last, self._since, self.absent)
+        _fill_in(time_s, force_n, count, self._tiles, self._stream, self._last, self._since, self.absent)
 
 
 class Intake:
@@ -55,7 +55,7 @@ class Intake:
     def __init__(self, source: ForceSource, rate: float) -> None:
         self.source = source
         self.tracker = ContactTracker(source.floor, source.rate_hz)
-        self._memory = self.tracker.memory
+        self._memory = tuple(self.tracker.memory)  # Numba makes new strings for each named tuple that it is given
         self._missing = Missing(self.tracker, MOST)
         tiles = len(source.floor.tiles)
         self._seconds = np.zeros(MOST)
@@ -85,7 +85,7 @@ class Intake:
         source = self.source
         _follow(
             begin, count, self._seconds, source.stamps, source.arrivals, source.forces, self._missing.absent,
-            *self._memory, self._queue, self._rows, self._period,
+            self._memory, self._queue, self._rows, self._period,
         )  # fmt: skip
 
     def fill(self, force_n: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, frame: int, n: int) -> None:
@@ -105,7 +105,7 @@ def _nobody(count: int) -> None:
 
 
 @kernel
-def _fill_in(time_s, force_n, count, tiles, clock, last, since, absent):
+def _fill_in(time_s, force_n, count, tiles, stream, last, since, absent):
     for i in range(count):
         for k in range(len(tiles)):
             total = 0.0
@@ -113,7 +113,7 @@ def _fill_in(time_s, force_n, count, tiles, clock, last, since, absent):
                 total += force_n[i, k, sensor]
             absent[i, k] = not np.isfinite(total)
             if not absent[i, k]:
-                if since[k] == -np.inf and clock[0].count > 0:
+                if since[k] == -np.inf and stream[0].count > 0:
                     tiles[k].untared = total >= tracking.TARE_N
                     for sensor in range(4):
                         tiles[k].base_n[sensor] = 0.0 if tiles[k].untared else force_n[i, k, sensor]
@@ -128,13 +128,13 @@ def _fill_in(time_s, force_n, count, tiles, clock, last, since, absent):
 
 @kernel
 def _follow(
-    begin, count, seconds, stamps, arrivals, forces, absent, plates, gaps_m, tiles, clock, ring, window, rows, events,
-    queue, lines, period,
+    begin, count, seconds, stamps, arrivals, forces, absent, memory, queue, lines, period,
 ):  # fmt: skip
+    tracked = tracking.TrackerMemory(*memory)
     for i in range(begin, count):
-        tracking.follow(seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events)
-        for k in range(len(tiles)):
-            tile, plate, line = tiles[k], plates[k], lines[k]
+        tracking.follow(seconds[i : i + 1], forces[i : i + 1], tracked)
+        for k in range(len(lines)):
+            tile, plate, line = tracked.tiles[k], tracked.plates[k], lines[k]
             if absent[i, k]:
                 continue
             start = max(line[_LAST], stamps[i] - period, arrivals[i] - period)

@@ -1,7 +1,5 @@
 """The same program offline: as fast as it goes, to a file."""
 
-import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ from underfoot.devices.device import ForceSource
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Command, Correct, Play
 from underfoot.errors import BadFile, BadValue, require
+from underfoot.files import replaced, written
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -85,16 +84,10 @@ def write_wav(path: str | Path, samples: np.ndarray, rate: float) -> None:
     """Write float32 [frame, channel] as a float WAV, beside `path` and moved into place: same samples, same bytes."""
     import soundfile
 
-    path = Path(path)
-    beside = ""
-    try:
-        handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".wav", dir=path.parent)
-        os.close(handle)
-        with soundfile.SoundFile(beside, "w", round(rate), samples.shape[1], subtype="FLOAT", format="WAV") as file:
-            soundfile._snd.sf_command(file._file, _PEAK_CHUNK, soundfile._ffi.NULL, 0)
-            file.write(samples)
-        Path(beside).chmod(0o644)
-        Path(beside).replace(path)
-    except (OSError, soundfile.LibsndfileError) as error:
-        Path(beside).unlink(missing_ok=True) if beside else None
-        raise BadFile(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    with replaced(path) as part, written(path):
+        try:
+            with soundfile.SoundFile(part, "w", round(rate), samples.shape[1], subtype="FLOAT", format="WAV") as file:
+                soundfile._snd.sf_command(file._file, _PEAK_CHUNK, soundfile._ffi.NULL, 0)
+                file.write(samples)
+        except soundfile.LibsndfileError as error:
+            raise BadFile(f"{path} cannot be written: {error}") from None

@@ -11,7 +11,7 @@ from underfoot.errors import DeviceError
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, profiles_of
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.tile_parameters import TileParameters
 
 LINKS = ("serial", "udp")
 """Kinds of target whose force comes over a line."""

@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadValue, require
 from underfoot.kernels import callback
-from underfoot.layouts import LINE, Layout
+from underfoot.layouts import Layout
+from underfoot.memory import LINE, whole_lines
 from underfoot.models.signals.events import events_at
 
 Values = Mapping[str, Any]
@@ -98,7 +99,7 @@ class Binding:
         tables = [one.table(values, rate) for one in self.prepared.values()]
         sizes = self.sizes(values, rate)
         head = [float(sizes[symbol]) for symbol in self.symbols]
-        at = _whole(len(head) + sum(1 + table.ndim for table in tables))
+        at = whole_lines(len(head) + sum(1 + table.ndim for table in tables))
         parts = []
         for table in tables:
             head += [at, *table.shape]
@@ -128,7 +129,7 @@ class Binding:
 
     @property
     def _head(self) -> int:
-        return _whole(1 + len(self._watched)) if "design" in self.functions else 0
+        return whole_lines(1 + len(self._watched)) if "design" in self.functions else 0
 
     @property
     def _watched(self) -> list[str]:
@@ -227,10 +228,6 @@ def _no_sizes(values: Values, rate: float) -> Mapping[str, int]:
 
 def _taken(function: Callable[..., Any]) -> list[str]:
     return list(inspect.signature(function).parameters)
-
-
-def _whole(size: int) -> int:
-    return size + -size % LINE
 
 
 @intrinsic

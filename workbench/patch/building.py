@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import RAMP
-from underfoot.layouts import LINE
+from underfoot.memory import LINE, aligned_zeros, whole_lines
 from underfoot.models.signals.events import EVENTS
 from underfoot.models.signals.random import stream_key
 from underfoot.parameters import Number, Parameter, Tiles
@@ -196,8 +196,8 @@ class Builder:
     def _add_memory(self, k: int, part: Part) -> None:
         binding, node = part.type.binding, self.nodes[k]
         node["run"], node["tail"] = binding.run.address, binding.tail.address if binding.tail else 0
-        node["state_size"] = _whole_lines(binding.state_size(part.values, self.rate))
-        node["coefficients_size"] = _whole_lines(binding.coefficients_size(part.values, self.rate))
+        node["state_size"] = whole_lines(binding.state_size(part.values, self.rate))
+        node["coefficients_size"] = whole_lines(binding.coefficients_size(part.values, self.rate))
         node["data_at"] = sum(one.size for one in self.data)
         self.data.append(part.type.data(part.values, self.rate))
 
@@ -241,8 +241,8 @@ class Builder:
             signal_ramp=np.array([(v, v) for v in self.signal_values], np.float64).reshape(-1, 2),
             signal_start=np.full(len(self.signal_buffers), -RAMP, np.int64),
             signal_moving=np.full(len(self.signal_buffers), 2, np.uint8),
-            state=_aligned(int(nodes["state_size"].sum()) * rows),
-            coefficients=_aligned(int(nodes["coefficients_size"].sum()) * rows),
+            state=aligned_zeros(int(nodes["state_size"].sum()) * rows),
+            coefficients=aligned_zeros(int(nodes["coefficients_size"].sum()) * rows),
             data=_aligned_copy([*self.data, np.zeros(LINE)]),
             sinks=np.array([self.buffers.of[_first(part)] for part in self.parts if part.type.is_sink], np.int64),
             output=np.zeros((rows, self.block)),
@@ -258,14 +258,14 @@ class Builder:
     @property
     def _stride(self) -> int:
         """From a row of a buffer to the next."""
-        return _whole_lines(self.block) + LINE
+        return whole_lines(self.block) + LINE
 
     def _places(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Where each buffer begins, and the memory of all."""
         starts = np.concatenate([[0], np.cumsum([self._stride * max(r, 1) for r in self.buffers.rows])]).astype(
             np.int64
         )
-        return starts, _aligned(int(starts[-1]))
+        return starts, aligned_zeros(int(starts[-1]))
 
     def _hosts_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
         """What the engine fills: float64 [tile, frame] by name."""
@@ -307,26 +307,14 @@ def _first(part: Part) -> str:
     return f"{part.id}.{part.type.outputs[0].name}"
 
 
-def _whole_lines(size: int) -> int:
-    """A size rounded up to whole cache lines, so that every row begins on one."""
-    return size + -size % LINE
-
-
-def _aligned(size: int) -> NDArray[np.float64]:
-    """Zeros that begin on a cache line."""
-    memory = np.zeros(size + LINE)
-    skip = (-memory.ctypes.data % (8 * LINE)) // 8
-    return memory[skip : skip + size]
-
-
 def _aligned_copy(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    found = _aligned(sum(part.size for part in parts))
+    found = aligned_zeros(sum(part.size for part in parts))
     found[:] = np.concatenate(parts)
     return found
 
 
 def _empty_lists(count: int, room: int, capacity: int) -> NDArray[np.float64]:
     """So many lists of events without any, each in `room` values."""
-    found = _aligned(count * room).reshape(count, room)
+    found = aligned_zeros(count * room).reshape(count, room)
     found[:, list(EVENTS.parts).index("capacity")] = capacity
     return found

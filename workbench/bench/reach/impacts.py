@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from underfoot.bench import naive, rows
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import Timed, timed
+from underfoot.memory import aligned_zeros
 from underfoot.models.modal import contact_motion, impact
 from underfoot.models.modal import hammer as impact_row
 
@@ -81,7 +82,7 @@ def _costs() -> Iterator[Reach]:
 
 def _second_of(count: int, stiffness: float, exponent: float, error: float, blows: int) -> Timed:
     """The time of a second with so many blows, 0.1 s apart; with none, of ringing from one before."""
-    s, t = rows.memory(contact_motion.state_size(count)), rows.memory(contact_motion.tuning_size(count))
+    s, t = aligned_zeros(contact_motion.state_size(count)), aligned_zeros(contact_motion.tuning_size(count))
     impact_row.tune(t, *drawn_modes(count), float(RATE), 0.0)
     hammer = np.array([MASS_KG, stiffness, exponent, DAMPING_S_M, 0.0, error, 0.0])
     throws = np.array([(k * RATE // 10, VELOCITY_M_S, 0.0) for k in range(1 + blows)])

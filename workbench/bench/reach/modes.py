@@ -7,6 +7,7 @@ import numpy as np
 from underfoot.bench import accuracy, rows
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import Timed, timed
+from underfoot.memory import aligned_zeros
 from underfoot.models.modal import driven_bank, struck_bank
 
 RATE = 48_000
@@ -30,7 +31,7 @@ def reaches(quick: bool) -> Iterable[Reach]:
 
 def _bank(form, modes, floor: float):
     """A state at rest and a tuning."""
-    s, t = rows.memory(form.state_size(modes[0].size)), rows.memory(form.tuning_size(modes[0].size))
+    s, t = aligned_zeros(form.state_size(modes[0].size)), aligned_zeros(form.tuning_size(modes[0].size))
     form.tune(t, *modes, float(RATE), floor)
     return s, t
 

@@ -105,7 +105,7 @@ class CentroidProcedure(PagedProcedure):
 
     def __init__(self, tile: "Tile", profile: "Profile | None" = None, seed: int = 1) -> None:
         self._tile, self._profile, self._seed = tile, profile, seed
-        self._hysteresis_state = np.zeros((4, 0)) if profile is None else profile.memory()
+        self._hysteresis_state = Profile.rested()
         self._sensors_m = np.array(tile.sensors_m)
         self.accuracy: CentroidAccuracy | None = None
         instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
@@ -158,7 +158,7 @@ class CentroidProcedure(PagedProcedure):
         falling, falling_n = self._presses(_STATIC, rising=False)
         if not falling.force_n.size:
             return result_of(found, presses)
-        place = found.correction.place(falling_n, self._sensors_m, 0.0)
+        place = found.correction.position(falling_n, self._sensors_m, 0.0)
         return result_of(found, presses, float(1e3 * np.hypot(*(place - falling.at_m).T).mean()))
 
     def feed(self, readings: Readings) -> None:
@@ -339,7 +339,7 @@ class CentroidProcedure(PagedProcedure):
         if over_time.at_m.shape != found.at_m.shape:
             return found
         found = replace(found, over_time=over_time)
-        truest = over_time.correction.weighed(compensated)
+        truest = over_time.correction.linearised(compensated)
         bound = assess_forces(presses, best_static_forces(forces, truest), self._tile)
         # Too few presses show no bound.
         return replace(found, bound=bound) if bound.mean_mm <= found.mean_mm else found
@@ -347,7 +347,7 @@ class CentroidProcedure(PagedProcedure):
     def _has_hysteresis(self) -> bool:
         """Whether the profile has a hysteresis model for a sensor."""
         part = None if self._profile is None else self._profile.fsr
-        return part is not None and any(curve.memory is not None for curve in part.sensors)
+        return part is not None and any(curve.compensation is not None for curve in part.sensors)
 
     def _tare_counts(self) -> Values:
         """Readings (4,) of the latest tare."""

@@ -139,7 +139,7 @@ def _curve(j: int, sensor: SensorFit) -> Drawing:
         mine = mine[:: max(1, mine.size // _DOTS)]
         if mine.size:
             shown.append(series(name, pairs.reading(pairs.x[mine]), pairs.force_n[mine], "dots", colour))
-    shown.append(series(curve.law, x, curve.force(x), "line", "vibration"))
+    shown.append(series(curve.family, x, curve.force(x), "line", "vibration"))
     return Drawing(f"Sensor {j + 1}: curve", "reading, counts", "force, N", tuple(shown))
 
 

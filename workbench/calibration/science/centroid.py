@@ -21,7 +21,7 @@ from underfoot.calibration.science.centroid_fit import (
 )
 from underfoot.calibration.science.press_plausibility import plausible_presses, require_alive, require_order
 from underfoot.errors import BadValue, require
-from underfoot.floor.curves import Correction
+from underfoot.floor.centroid_correction import CentroidCorrection
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Profile
 from underfoot.models.tile.fsr_curves import rising
@@ -62,7 +62,7 @@ class CentroidAccuracy:
     after_m: Values
     form: str
     tried: tuple[tuple[str, float], ...]
-    correction: Correction
+    correction: CentroidCorrection
     left_out: tuple[str, ...]
     over_time: "CentroidAccuracy | None" = None
     """The same presses, with hysteresis and creep compensated in their forces."""
@@ -174,7 +174,7 @@ def _held_out(
     for one in np.unique(fold):
         out = fold == one
         correction = fit_correction(forces[~out], at_m[~out], sensors_m, *form)
-        found[out] = correction.place(forces[out], sensors_m, 0.0)
+        found[out] = correction.position(forces[out], sensors_m, 0.0)
     return found
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from underfoot.floor.curves import Correction, bent
+from underfoot.floor.centroid_correction import CentroidCorrection, nonlinear_terms
 
 Values = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def centroid(forces_n: Values, sensors_m: Values) -> Values:
 
 def fit_correction(
     forces_n: Values, at_m: Values, sensors_m: Values, sensed: str, order: int, bends_n: tuple[float, ...] = ()
-) -> Correction:
+) -> CentroidCorrection:
     """The correction of one form (`FORMS`), by least squares, from corner forces (n, 4) of loads at places (n, 2).
 
     `sensed` is "gains", whose mean is 1, "bends" for gains and bends at `bends_n`, or "" for neither; `order` says
@@ -74,15 +74,15 @@ def fit_correction(
     elif sensed == "bends":
         gains, bends = _fit_bends(forces_n, at_m, sensors_m, bends_n)
     one, two, three, four = (float(gain) for gain in gains)
-    weighted = Correction(
+    weighted = CentroidCorrection(
         gains=(one, two, three, four),
-        bends_n=bends_n if bends.size else (),
-        bends=tuple(tuple(float(bend) for bend in row) for row in bends),
+        nonlinearity_scales_n=bends_n if bends.size else (),
+        nonlinearity=tuple(tuple(float(bend) for bend in row) for row in bends),
     )
     powers = _POWERS[order]
     if not powers:
         return weighted
-    seemed = centroid(weighted.weighed(forces_n), sensors_m)
+    seemed = centroid(weighted.linearised(forces_n), sensors_m)
     rows = np.linalg.lstsq(_terms(seemed, powers), at_m - seemed, rcond=1e-9)[0]
     return replace(
         weighted,
@@ -132,7 +132,7 @@ def _fit_bends(forces_n: Values, at_m: Values, sensors_m: Values, bends_n: tuple
     The displacement keeps misplaced sensors from being taken for bent ones.
     """
     total = forces_n.sum(axis=1)
-    learned = np.concatenate([forces_n[:, :, None], bent(forces_n, bends_n)], axis=2)
+    learned = np.concatenate([forces_n[:, :, None], nonlinear_terms(forces_n, bends_n)], axis=2)
     arms = (sensors_m - at_m[:, None, :]) / total[:, None, None]
     n, each = len(at_m), learned.shape[2]
     plane = _terms(at_m, _POWERS[1])

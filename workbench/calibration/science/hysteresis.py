@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from underfoot.calibration.science.sensor_characteristics import rms_percent
 from underfoot.calibration.science.sensor_pairs import FALLING, RISING, SensorPairs
-from underfoot.floor.curves import Memory
+from underfoot.floor.curves import Compensation
 from underfoot.models.tile import fsr_curves, fsr_hysteresis
-from underfoot.models.tile.fsr_curves import Law
-from underfoot.models.tile.fsr_hysteresis import Learned
+from underfoot.models.tile.fsr_curves import FittedCurve
+from underfoot.models.tile.fsr_hysteresis import HysteresisModel
 
 Values = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _MOST_WEIGHT = 6.0
 """Weights that would amplify a change of force by more than this have fitted noise."""
 
 
-def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Memory | None:
+def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | None:
     """The model with the least error on held-out loadings; None where it is not better than the static curve.
 
     `static_percent` is the static curve's error on held-out loadings, % of full scale.
@@ -49,7 +49,7 @@ def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Memory | None:
         return None
     law, found, _ = _fit_in_turns(slow, slow.weight, best, full, creep)
     readings, forces, slopes = curve_knots(pairs, law)
-    return Memory(
+    return Compensation(
         readings=readings,
         forces_n=forces,
         slopes=slopes,
@@ -61,7 +61,7 @@ def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Memory | None:
     )
 
 
-def curve_knots(pairs: SensorPairs, law: Law) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+def curve_knots(pairs: SensorPairs, law: FittedCurve) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """The knots of a law over rising readings: readings, newtons, slopes."""
     order = slice(None) if pairs.sign > 0.0 else slice(None, None, -1)
     return (
@@ -129,7 +129,9 @@ def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) ->
     return rms_percent(estimate - slow.force_n, counts, full) if counts.any() else np.inf
 
 
-def _fit_in_turns(slow: _Decimated, weight: Values, kind: str, full: float, creep: float) -> tuple[Law, Learned, float]:
+def _fit_in_turns(
+    slow: _Decimated, weight: Values, kind: str, full: float, creep: float
+) -> tuple[FittedCurve, HysteresisModel, float]:
     """Curve and hysteresis model, fitted in turns, each to what the other leaves, and the squares that both leave.
 
     A contact centroid depends on ratios of forces, so light loads count for more here than their newtons.
@@ -141,16 +143,13 @@ def _fit_in_turns(slow: _Decimated, weight: Values, kind: str, full: float, cree
     for _ in range(_ROUNDS):
         law = fsr_curves.spline(slow.x[::thin], wanted[::thin], counts[::thin], _PIECES) or law
         apparent = np.minimum(law.force(slow.x), 2.0 * full)
-        found, left = fsr_hysteresis.learn(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
+        found, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
         wanted = apparent + slow.force_n - _compensated(slow, law, found, full)
     return law, found, left
 
 
-def _compensated(slow: _Decimated, law: Law, found: Learned, full: float) -> Values:
+def _compensated(slow: _Decimated, law: FittedCurve, found: HysteresisModel, full: float) -> Values:
     """Newtons (n,) by curve and hysteresis model."""
     apparent = np.minimum(law.force(slow.x), 2.0 * full)
-    state = np.zeros(fsr_hysteresis.state_size())
-    newtons = fsr_hysteresis.recall(
-        apparent, slow.time_s, found.creep, found.relative, found.widths, found.weights, state
-    )
+    newtons = fsr_hysteresis.compensate(apparent, slow.time_s, found, np.zeros(1, fsr_hysteresis.STATE)[0])
     return np.clip(newtons, -0.1 * full, 1.25 * full)

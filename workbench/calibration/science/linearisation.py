@@ -20,10 +20,10 @@ from underfoot.calibration.science.sensor_pairs import SensorPairs, prepare
 from underfoot.errors import BadValue
 from underfoot.floor.curves import ABOVE, BELOW, Curve
 from underfoot.models.tile import fsr_curves
-from underfoot.models.tile.fsr_curves import Law
+from underfoot.models.tile.fsr_curves import FittedCurve
 
 Values = NDArray[np.float64]
-Fit = Callable[[Values, Values, Values], Law | None]
+Fit = Callable[[Values, Values, Values], FittedCurve | None]
 
 ALLOWED_PERCENT = 5.0
 """RMS error that is allowed, % of full scale: what the thesis reaches after calibration (section 4.3.2)."""
@@ -170,15 +170,15 @@ def _fit(pairs: SensorPairs, divider: VoltageDivider | None, hysteresis: bool) -
         return SensorFit(Curve(uncalibrated="no rising curve fits its pairs"))
     readings, forces, slopes = curve_knots(pairs, law)
     curve = Curve(
-        law=law.name,
+        family=law.family,
         parameters={name: float(f"{value:.8g}") for name, value in law.parameters.items()},
-        rest=pairs.rest,
+        unloaded_reading=pairs.rest,
         full_scale_n=full,
         error_percent=float(f"{dict(tried)[chosen]:.4g}"),
         readings=readings,
         forces_n=forces,
         slopes=slopes,
-        memory=fit_hysteresis(pairs, dict(tried)[chosen]) if hysteresis else None,
+        compensation=fit_hysteresis(pairs, dict(tried)[chosen]) if hysteresis else None,
     )
     characteristics = characterise(pairs, curve, seen, held[chosen])
     return SensorFit(curve, pairs, characteristics, tuple(tried), seen, held[chosen])

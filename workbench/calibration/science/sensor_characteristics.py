@@ -74,7 +74,7 @@ def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estim
     return SensorCharacteristics(
         error_percent=curve.error_percent,
         bound_percent=rms_percent(best, w[order], full),
-        memory_error_percent=curve.memory.error_percent if curve.memory else np.nan,
+        memory_error_percent=curve.compensation.error_percent if curve.compensation else np.nan,
         mean_error_percent=100.0 * float((w * errors).sum() / w.sum()) / full,
         worst_error_percent=100.0 * float(errors.max()) / full,
         hysteresis_percent=_hysteresis_percent(pairs, apparent),
@@ -97,7 +97,7 @@ def spread_percent(curves: Sequence[Curve]) -> float:
     for curve in curves:
         x = np.linspace(curve.readings[0], curve.readings[-1], 2001)
         at = x[int(np.argmin(np.abs(curve.force(x) - 0.5 * curve.full_scale_n)))]
-        changes.append(abs(float(at) - curve.rest))
+        changes.append(abs(float(at) - curve.unloaded_reading))
     return 100.0 * (max(changes) - min(changes)) / (2.0 * float(np.mean(changes)))
 
 

@@ -5,6 +5,7 @@ states. `rest` bounds what a cascade can still put out, from the largest output 
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -58,11 +59,20 @@ def checked(sections: ArrayLike) -> NDArray[np.float64]:
     given = given.reshape(-1, 6)
     require(len(given) <= MOST_SECTIONS, "sections", len(given), f"at most {MOST_SECTIONS}")
     for section in given:
-        _, _, _, a0, a1, a2 = section
-        # Both poles lie within the unit circle where (a1, a2) lies within this triangle.
-        good = bool(np.isfinite(section).all()) and a0 == 1.0 and abs(a2) < 1.0 and abs(a1) < 1.0 + a2
+        good = bool(np.isfinite(section).all()) and is_stable(section)
         require(good, "sections", section.tolist(), "stable ones, finite, with a0 = 1")
     return given
+
+
+def is_stable(section: Sequence[float] | NDArray[np.float64]) -> bool:
+    """Whether a section (b0, b1, b2, a0, a1, a2) has a0 = 1 and both poles within the unit circle.
+
+    >>> is_stable((1.0, 0.0, 0.0, 1.0, -1.0, 0.5)), is_stable((1.0, 0.0, 0.0, 1.0, -2.1, 1.1))
+    (True, False)
+    """
+    _, _, _, a0, a1, a2 = section
+    # Both poles lie within the unit circle where (a1, a2) lies within this triangle.
+    return bool(a0 == 1.0 and abs(a2) < 1.0 and abs(a1) < 1.0 + a2)
 
 
 def at_rate(sections: ArrayLike, rate_hz: float, new_rate_hz: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Force sensing resistors, held against their data sheet's figures and a plain transcription of the law."""
+"""Force sensing resistors, compared with their data sheet's figures and a plain transcription of the static model."""
 
 import math
 
@@ -18,18 +18,17 @@ def changed(part, **values):
 
 
 def read(part, corner_n, rate=RATE, cuts=(), key=1, settled_n=0.0):
-    s, t = np.zeros(fsr.state_size()), np.zeros(fsr.tuning_size())
-    fsr.tune(t, part, rate)
-    fsr.settle(s, t, settled_n)
-    corner_n = np.asarray(corner_n, dtype=float)
+    states, coefficients, keys = np.zeros(1, fsr.STATE), fsr.coefficients([part], rate), np.array([key], np.uint64)
+    fsr.settle(states, coefficients, settled_n)
+    corner_n = np.asarray(corner_n, dtype=float)[:, None]
     counts = np.empty_like(corner_n)
     for a, b in zip((0, *cuts), (*cuts, len(corner_n)), strict=True):
-        fsr.sense(s, t, corner_n[a:b], counts[a:b], np.uint64(key), a, b - a)
-    return counts
+        fsr.sense(states, coefficients, keys, corner_n[a:b], counts[a:b], a, b - a)
+    return counts[:, 0]
 
 
 def force_of(part, counts):
-    """The law of `fsr.py`'s first lines, solved for force by bisection: newtons on the corner."""
+    """The static model of `fsr.py`'s first lines, solved for force by bisection: newtons on the corner."""
     low, high = np.zeros_like(counts), np.full_like(counts, 1e4)
     for _ in range(100):
         middle = 0.5 * (low + high)
@@ -41,7 +40,7 @@ def force_of(part, counts):
     return low
 
 
-def test_the_reading_is_the_laws_rounded():
+def test_the_reading_is_that_of_the_static_model_rounded():
     forces = np.linspace(0.0, 1200.0, 50)
     counts = read(QUIET, forces)
     assert (counts == np.rint(counts)).all()

@@ -1,18 +1,16 @@
-"""The honest tile: its draws, its split, its sensors, and its plate against what it says of itself."""
+"""The simulated tile: its draws, its split, its sensors, and its plate against its own transfer function."""
 
 import numpy as np
 import pytest
 from scipy.signal import csd, welch
 
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadValue
 from underfoot.floor.layout import Tile, default_floor
-from underfoot.floor.simulated_sensors import FloorSensors
-from underfoot.floor.simulated_tile import LOADS, Accelerometer, Plant, SimulatedTile, Split, TileParameters
+from underfoot.floor.simulated_sensors import SimulatedSensors
+from underfoot.floor.simulated_tile import Plant, SimulatedTile
+from underfoot.floor.tile_parameters import LOADS, Accelerometer, Split, TileParameters
 from underfoot.models import gait
-from underfoot.models.tile.assembly import Foot
 from underfoot.models.tile.fsr import Fsr
-from underfoot.models.tile.shaker import Shaker
-from underfoot.patch import library
 
 TILE = default_floor(1, 1).tiles[0]
 PLACES = np.stack(np.meshgrid(np.linspace(-0.13, 0.13, 9), np.linspace(-0.13, 0.13, 9)), axis=-1).reshape(-1, 2)
@@ -99,7 +97,7 @@ def test_a_plate_pressed_beyond_its_sensors_is_held_down_by_both_corners_there()
 def test_the_floor_in_real_time_reads_what_the_tile_alone_reads():
     tile, floor = SimulatedTile(TILE, seed=9), default_floor(1, 1)
     split = np.ascontiguousarray(gait.corner_forces(500.0, *PLACES.T, TILE.sensors_m)[:, None, :])
-    sensors = FloorSensors(floor, TileParameters(), 9, 1000.0, len(PLACES))
+    sensors = SimulatedSensors(floor, TileParameters(), 9, 1000.0, len(PLACES))
     sensors.read(split, 0, len(PLACES))
     np.testing.assert_array_equal(sensors.counts[:, 0], tile.sense(tile.corner_forces(PLACES, 500.0)))
 
@@ -120,7 +118,7 @@ def test_no_load_reads_the_tiles_own_weight():
     assert tile.preload_n == pytest.approx(2.7 * 9.81 / 4.0, rel=0.01)
 
 
-def test_readings_do_not_depend_on_cuts_and_settling_forgets():
+def test_readings_do_not_depend_on_cuts_and_settling_ends_hysteresis_and_creep():
     forces = SimulatedTile(TILE).corner_forces(PLACES, 400.0)
     whole, parts = SimulatedTile(TILE), SimulatedTile(TILE)
     expected = whole.sense(forces)
@@ -222,51 +220,6 @@ def test_acceleration_can_be_had_at_any_place_in_real_time():
 def test_sensors_that_are_no_upright_rectangle_are_refused(sensors):
     with pytest.raises(BadValue, match="sensors_m is"):
         SimulatedTile(Tile("a", (0.3, 0.3), (0.0, 0.0), sensors_m=sensors))
-
-
-def test_parameters_come_back_from_their_file(tmp_path):
-    made = TileParameters(
-        title="x", sensors=Fsr(creep=0.01), shaker=Shaker(bias=0.1), foot=Foot(mass_kg=2.0), path_m=((0, 0), (1, 0))
-    )
-    made.save(tmp_path / "a.json")
-    assert TileParameters.load(tmp_path / "a.json") == made
-
-
-@pytest.mark.parametrize("path", library.simulations().values(), ids=library.simulations())
-def test_presets_can_be_built(path):
-    parameters = TileParameters.load(path)
-    assert parameters.title
-    assert np.isfinite(SimulatedTile(TILE, parameters).respond(np.ones(10), 48_000.0)).all()
-    assert path.read_bytes() == parameters.dumps() + b"\n"
-
-
-def test_a_recording_is_looked_for_beside_the_file(tmp_path):
-    TileParameters(recording="walk.csv").save(tmp_path / "a.json")
-    assert TileParameters.load(tmp_path / "a.json").recording == str(tmp_path / "walk.csv")
-
-
-HEAD = '{"format": "underfoot-simulation", "version": 1, '
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("{", "is not JSON"),
-        ('{"format": "underfoot-floor", "version": 1}', r"\$.format is 'underfoot-floor'; allowed: 'underfoot-sim"),
-        ('{"format": "underfoot-simulation", "version": 2}', r"\$.version is 2; allowed: 1 \(a newer"),
-        (HEAD + '"sensors": {"spread": -1}}', r"\$.sensors.spread is -1.0; allowed: 0 to 0.9"),
-        (HEAD + '"plate": {"stiffness": "soft"}}', r"\$.plate.stiffness"),
-        (HEAD + '"plate": {"colour": 1}}', "unknown field `colour`"),
-        (HEAD + '"walker": {"weight_n": 5}}', r"\$.walker.weight_n is 5.0; allowed: 50 to 3000"),
-        (HEAD + '"suspension": {"mass_kg": 1}}', r"suspension.mass_kg is 1.0; allowed: more than"),
-        (HEAD + '"shakers_m": []}', r"shakers_m is \(\)"),
-    ],
-)
-def test_files_that_cannot_be_are_refused_in_one_line(text, message):
-    with pytest.raises(BadFile, match=message) as caught:
-        TileParameters.loads(text, "a.json")
-    assert str(caught.value).startswith("a.json")
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -4,34 +4,36 @@ import numpy as np
 import pytest
 
 from underfoot.devices.conversion import Conversion, nominal_force
-from underfoot.floor.curves import Correction, Curve, Memory
+from underfoot.floor.centroid_correction import CentroidCorrection
+from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Centroid, Fsr, Profile
-from underfoot.floor.simulated_sensors import FloorSensors
-from underfoot.floor.simulated_tile import SimulatedTile, TileParameters
+from underfoot.floor.simulated_sensors import SimulatedSensors
+from underfoot.floor.simulated_tile import SimulatedTile
+from underfoot.floor.tile_parameters import TileParameters
 
 FLOOR = default_floor(1, 2)
 SENSORS = np.array(FLOOR.tiles[0].sensors_m)
 LINE = {"readings": (1_000.0, 41_000.0), "forces_n": (0.0, 400.0), "slopes": (0.01, 0.01)}
-MEMORY = Memory(
+COMPENSATION = Compensation(
     **{**LINE, "forces_n": (0.0, 420.0), "slopes": (0.0105, 0.0105)},
     creep=0.02,
     relative=True,
     widths=(0.05, 0.12),
     weights=(0.9, 0.05, 0.06),
 )
-BENT = Correction(
+NONLINEAR = CentroidCorrection(
     gains=(1.05, 0.95, 1.02, 0.98),
-    bends_n=(5.0, 40.0),
-    bends=((0.1, 0.05, 0.01), (0.0, -0.02, 0.03), (0.2, 0.0, 0.02), (-0.1, 0.04, 0.0)),
+    nonlinearity_scales_n=(5.0, 40.0),
+    nonlinearity=((0.1, 0.05, 0.01), (0.0, -0.02, 0.03), (0.2, 0.0, 0.02), (-0.1, 0.04, 0.0)),
     powers=((0, 0), (1, 0), (0, 1), (2, 1)),
     displacement_m=((0.003, -0.002), (0.004, 0.001), (-0.002, 0.005), (0.001, 0.001)),
     area_m=((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)),
 )
 
 
-def profile(memory=None, correction=None, over_time=None):
-    curve = Curve(law="line", rest=1_000.0, full_scale_n=400.0, memory=memory, **LINE)
+def profile(compensation=None, correction=None, over_time=None):
+    curve = Curve(family="line", unloaded_reading=1_000.0, full_scale_n=400.0, compensation=compensation, **LINE)
     part = None
     if correction is not None:
         part = Centroid(
@@ -56,12 +58,14 @@ def place_of(forces_n):
     return forces_n @ SENSORS / forces_n.sum(axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("memory", [None, MEMORY])
-@pytest.mark.parametrize(("correction", "over_time"), [(None, None), (BENT, None), (Correction(), BENT)])
-def test_live_newtons_are_those_of_the_profile_with_the_place_put_right(memory, correction, over_time):
-    known = profile(memory, correction, over_time)
+@pytest.mark.parametrize("compensation", [None, COMPENSATION])
+@pytest.mark.parametrize(
+    ("correction", "over_time"), [(None, None), (NONLINEAR, None), (CentroidCorrection(), NONLINEAR)]
+)
+def test_live_newtons_are_those_of_the_profile_with_the_place_put_right(compensation, correction, over_time):
+    known = profile(compensation, correction, over_time)
     readings, time_s = walked()
-    scripted = known.force(readings) if memory is None else known.force_over_time(readings, time_s)
+    scripted = known.force(readings) if compensation is None else known.force_over_time(readings, time_s)
     live = Conversion(FLOOR, {"t1": known}).newtons(
         np.zeros(len(readings), np.int64), readings, time_s, np.zeros(len(readings), np.int64)
     )
@@ -69,7 +73,7 @@ def test_live_newtons_are_those_of_the_profile_with_the_place_put_right(memory, 
     if correction is None:
         np.testing.assert_allclose(live, scripted, atol=1e-9)
         return
-    expected = known.position(scripted, over_time=memory is not None)
+    expected = known.position(scripted, over_time=compensation is not None)
     loaded = np.isfinite(expected[:, 0])
     np.testing.assert_allclose(place_of(live[loaded]), expected[loaded], atol=1e-9)
     np.testing.assert_allclose(live[~loaded], scripted[~loaded], atol=1e-9)
@@ -78,7 +82,7 @@ def test_live_newtons_are_those_of_the_profile_with_the_place_put_right(memory, 
 
 def test_any_split_gives_the_same_newtons_and_other_tiles_do_not_matter():
     readings, time_s = walked()
-    known, rows = {"t1": profile(MEMORY, Correction(), BENT)}, np.arange(2_000) % 2
+    known, rows = {"t1": profile(COMPENSATION, CentroidCorrection(), NONLINEAR)}, np.arange(2_000) % 2
     lives = np.zeros(2_000, np.int64)
     whole = Conversion(FLOOR, known).newtons(rows, readings, time_s, lives)
     parts = Conversion(FLOOR, known)
@@ -95,17 +99,17 @@ def test_any_split_gives_the_same_newtons_and_other_tiles_do_not_matter():
 def test_a_tile_that_was_switched_on_again_has_rested():
     readings, time_s = walked(500)
     rows, lives = np.zeros(500, np.int64), np.zeros(500, np.int64)
-    conversion = Conversion(FLOOR, {"t1": profile(MEMORY)})
+    conversion = Conversion(FLOOR, {"t1": profile(COMPENSATION)})
     first = conversion.newtons(rows, readings, time_s, lives)
     assert not np.array_equal(
         conversion.newtons(rows, readings, time_s, lives), first
-    )  # it remembers, and time ran back
+    )  # it has hysteresis and creep, and time ran back
     np.testing.assert_array_equal(conversion.newtons(rows, readings, time_s, lives + 1), first)
 
 
-def test_honest_sensors_are_read_as_a_script_would():
-    known = profile(MEMORY, Correction(), BENT)
-    sensors = FloorSensors(FLOOR, TileParameters(), 1, 1_000.0, 64, {"t1": known})
+def test_simulated_sensors_are_read_as_a_script_would():
+    known = profile(COMPENSATION, CentroidCorrection(), NONLINEAR)
+    sensors = SimulatedSensors(FLOOR, TileParameters(), 1, 1_000.0, 64, {"t1": known})
     forces = np.zeros((64, 2, 4))
     forces[:, 0] = SimulatedTile(FLOOR.tiles[0], seed=1).corner_forces((0.03, -0.02), 300.0)
     sensors.read(forces, 0, 64, is_split=True)
