@@ -105,7 +105,7 @@ class CentroidProcedure(PagedProcedure):
 
     def __init__(self, tile: "Tile", profile: "Profile | None" = None, seed: int = 1) -> None:
         self._tile, self._profile, self._seed = tile, profile, seed
-        self._hysteresis_state = Profile.rested()
+        self._hysteresis_state = None if profile is None else profile.rested()
         self._sensors_m = np.array(tile.sensors_m)
         self.accuracy: CentroidAccuracy | None = None
         instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
