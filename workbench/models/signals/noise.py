@@ -144,7 +144,7 @@ def bursts(key: np.uint64, frame: int, coefficients: Memory, out: Floats) -> Non
     An impulse's burst has draws of its own. If the mean interval moves, impulses in its future are those of `impulses`
     with the new mean; a burst that is sounding may end early.
     """
-    mean, burst, gain = coefficients.interval, np.int64(coefficients.burst), coefficients.gain
+    mean, burst, gain = coefficients.interval, int(coefficients.burst), coefficients.gain
     end = frame + out.size
     burst_key = np.uint64(key) ^ _BURSTS
     for i in range(out.size):
@@ -155,7 +155,7 @@ def bursts(key: np.uint64, frame: int, coefficients: Memory, out: Floats) -> Non
             after += mean * exponential(key, event)
             if after >= CELL:
                 break
-            onset = np.int64(math.floor(cell * CELL + after))
+            onset = int(math.floor(cell * CELL + after))
             for at in range(max(onset, frame), min(onset + burst, end)):
                 out[at - frame] += gain * _white_sample(burst_key, event * _LONGEST_BURST + at - onset)
 
