@@ -8,7 +8,6 @@ known when the memory is made. To compiled code a memory is an address and these
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -18,21 +17,17 @@ from numba.core import cgutils
 from numba.core.datamodel import models
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.extending import NativeValue, intrinsic, overload, register_model, unbox
+from numba.extending import NativeValue, intrinsic, overload, register_model, typeof_impl, unbox
 from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
 from underfoot.errors import require
-from underfoot.kernel_cache import digest
 
 Size = int | str
 """How long a dimension is: a number, or the symbol of one that each memory has for itself."""
 
 LINE = 8
 """Values of a cache line: every array begins on one."""
-
-_OWN = ("address", "layout", "sizes", "values")
-"""What a memory has besides its parts."""
 
 _WORD = ir.IntType(64)
 
@@ -66,15 +61,14 @@ class Layout:
     def __init__(self, name: str, *numbers: str, **parts: "Size | tuple[Size, ...] | Layout") -> None:
         self.name = name
         made = [Part(number) for number in numbers]
-        for key, what in parts.items():
+        for label, what in parts.items():
             if isinstance(what, Layout):
-                made.append(Part(key, layout=what))
+                made.append(Part(label, layout=what))
             else:
-                made.append(Part(key, what if isinstance(what, tuple) else (what,)))
+                made.append(Part(label, what if isinstance(what, tuple) else (what,)))
         self.parts = {part.name: part for part in made}
         symbols: list[str] = []
         for part in made:
-            require(part.name not in _OWN, "name of a part", part.name, f"one that is not of {', '.join(_OWN)}")
             symbols += part.layout.symbols if part.layout else [size for size in part.shape if isinstance(size, str)]
         self.symbols: tuple[str, ...] = tuple(dict.fromkeys(symbols))
         """The sizes that each memory has for itself, in order."""
@@ -155,9 +149,7 @@ class Memory:
     """A memory of a layout in Python: its numbers and arrays are attributes, `values` is all of it, float64."""
 
     def __init__(self, layout: Layout, values: NDArray[np.float64], sizes: Mapping[str, int]) -> None:
-        own = {name: int(sizes[name]) for name in layout.symbols}
-        vars(self).update(layout=layout, values=values, sizes=own, address=values.ctypes.data)
-        vars(self).update(_numba_type_=layout.type)  # where Numba looks for the type of an argument
+        vars(self).update(layout=layout, values=values, sizes={name: int(sizes[name]) for name in layout.symbols})
 
     def __getattr__(self, name: str) -> Any:
         fields = vars(self)
@@ -192,10 +184,9 @@ class Memory:
 
 @overload(len)
 def _length(memory: Any) -> Any:
-    def count(memory: Any) -> int:
-        return int(memory.count)
-
-    return count if isinstance(memory, MemoryType) and "count" in memory.layout.parts else None
+    if isinstance(memory, MemoryType) and "count" in memory.layout.parts:
+        return lambda memory: int(memory.count)
+    return None
 
 
 class MemoryType(types.Type):
@@ -213,12 +204,20 @@ class _MemoryModel(models.StructModel):
         super().__init__(manager, kind, [("pointer", types.CPointer(types.float64)), *sizes])
 
 
+@typeof_impl.register(Memory)
+def _typeof(memory: Memory, context: Any) -> MemoryType:
+    return memory.layout.type
+
+
 @unbox(MemoryType)
 def _unbox(kind: MemoryType, memory: Any, context: Any) -> NativeValue:
     made = cgutils.create_struct_proxy(kind)(context.context, context.builder)
-    address = context.pyapi.object_getattr_string(memory, "address")
-    made.pointer = context.builder.inttoptr(context.pyapi.long_as_longlong(address), made.pointer.type)
-    context.pyapi.decref(address)
+    values = context.pyapi.object_getattr_string(memory, "values")
+    array = types.Array(types.float64, 1, "C")
+    made.pointer = context.context.make_array(array)(
+        context.context, context.builder, context.unbox(array, values).value
+    ).data
+    context.pyapi.decref(values)
     for name in kind.layout.symbols:
         size = context.pyapi.object_getattr_string(memory, name)
         setattr(made, name, context.pyapi.long_as_longlong(size))
@@ -312,17 +311,3 @@ def _set(context: Any, builder: Any, signature: Any, arguments: Any, name: str) 
     part, pointer, _ = _located(context, builder, signature.args[0], arguments[0], name)
     assert part.is_number, name
     builder.store(context.cast(builder, arguments[1], signature.args[1], types.float64), pointer)
-
-
-def _functions(named: Mapping[str, Any]) -> Iterator[FunctionType]:
-    """Every function of this file, those of its classes too."""
-    for value in named.values():
-        if getattr(value, "__module__", "") == __name__:
-            if isinstance(value, FunctionType):
-                yield value
-            elif isinstance(value, type):
-                yield from _functions(vars(value))
-
-
-LOWERING = "".join(digest(function)[:8] for function in _functions(dict(globals())))
-"""What identifies how memories are compiled: part of every kernel's digest, which does not see what Numba calls."""

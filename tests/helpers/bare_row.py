@@ -92,7 +92,7 @@ class BareRow:
 
     def signal(self, name, n, signals):
         if name in signals:
-            return signals[name]
+            return np.array(signals[name], np.float64)
         parameter = self.type.parameters.get(name)
         return np.full(n, self.values[name] if isinstance(parameter, Number) else 0.0)
 
@@ -121,7 +121,7 @@ class PlainRow:
         """As `BareRow.run`; gives the outputs and the events, by name."""
         names = self.binding.names
         known = self.known | {"frame": frame, "end": frame + n}
-        known |= {name: self.bare.signal(name, n, signals or {}).copy() for name in names.signals_in}
+        known |= {name: self.bare.signal(name, n, signals or {}) for name in names.signals_in}
         known |= {name: np.full(n, np.nan) for name in names.signals_out}
         known |= {name: event_list(*(events or {}).get(name, ()), room=n) for name in names.events_in}
         known |= {name: event_list(room=n) for name in names.events_out}

@@ -26,6 +26,7 @@ class Noise:
     out = Output("m/s^2")
     state, coefficients = noise.BAND_STATE, noise.BAND_COEFFICIENTS
     muted_by = ("amplitude",)
+    tail = math.inf
 
     def design(low, high, rate, coefficients):
         noise.design_band(low, high, rate, coefficients)
@@ -34,9 +35,6 @@ class Noise:
         noise.run_band(key, frame, coefficients, state, out)
         for i in range(out.size):
             out[i] *= amplitude[i]
-
-    def tail():
-        return math.inf
 
 
 @node("texture", "Sources", "Texture")
@@ -56,6 +54,7 @@ class Texture:
     out = Output("m/s^2")
     state, coefficients = noise.TEXTURE_STATE, noise.TEXTURE_COEFFICIENTS
     muted_by = ("amplitude",)
+    tail = math.inf
 
     def design(interval, burst, centre, width, rate, coefficients):
         noise.design_texture(interval, burst, centre, width, rate, coefficients)
@@ -64,9 +63,6 @@ class Texture:
         noise.run_texture(key, frame, coefficients, state, out)
         for i in range(out.size):
             out[i] *= amplitude[i]
-
-    def tail():
-        return math.inf
 
 
 @node("wav-player", "Sources", "WAV player")

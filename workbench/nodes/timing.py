@@ -52,15 +52,13 @@ class Poisson:
     strength = Number(1.0, 0.0, 10.0, wire="audio", doc="strength of an event")
     out = Output(kind="event")
     muted_by = ("strength",)
+    tail = math.inf
 
     def run(interval, strength, key, rate, frame, end, out):
         first = len(out)
         noise.impulses(key, interval, rate, frame, end, out)
         for k in range(first, len(out)):
             out.strength[k] *= strength[int(out.time[k]) - frame]
-
-    def tail():
-        return math.inf
 
 
 @node("rhythm", "Timing")

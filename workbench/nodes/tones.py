@@ -22,6 +22,7 @@ class Tone:
     out = Output("m/s^2")
     state = waveshaping.STATE
     muted_by = ("amplitude",)
+    tail = math.inf
 
     @prepared
     def weights(values, rate):
@@ -32,9 +33,6 @@ class Tone:
         waveshaping.run(frequency, weights, rate, state, out)
         for i in range(out.size):
             out[i] *= amplitude[i]
-
-    def tail():
-        return math.inf
 
 
 @node("roughness", "Tones")

@@ -12,6 +12,7 @@ over arrays of the stretch's frames, numbers and memories, and calls `design` wh
 """
 
 import inspect
+import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -72,7 +73,8 @@ class Binding:
 
     def __init__(self, cls: type, names: Names, prepared: Mapping[str, Prepared]) -> None:
         self.cls, self.names, self.prepared = cls, names, prepared
-        self.functions = {name: found for name in ("design", "run", "tail") if (found := getattr(cls, name, None))}
+        functions = {name: getattr(cls, name, None) for name in ("design", "run", "tail")}
+        self.functions = {name: function for name, function in functions.items() if callable(function)}
         self.controls = Layout("controls", *names.controls)
         self.state: Layout | None = getattr(cls, "state", None)
         self.coefficients: Layout | None = getattr(cls, "coefficients", None)
@@ -115,9 +117,13 @@ class Binding:
     @cached_property
     def tail(self) -> Any:
         """The kernel that bounds what a row can still put out; None for a node that leaves nothing behind."""
-        if "tail" not in self.functions:
+        constant = getattr(self.cls, "tail", 0.0)
+        if constant == 0.0:
             return None
-        lines = [*self._memories("tail"), f"    return tail({self._arguments('tail')})"]
+        if "tail" in self.functions:
+            lines = [*self._memories("tail"), f"    return tail({self._arguments('tail')})"]
+        else:
+            lines = [f"    return {constant!r}"]
         return self._compiled("tail", "(c, s, t, d)", lines, _TAIL)
 
     @property
@@ -200,7 +206,7 @@ class Binding:
         """An adapter as if it stood in the node's file."""
         own = f"{self.cls.__name__}_{name}"
         source = "\n".join([f"def {own}{arguments}:", *lines])
-        names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at}
+        names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at, "inf": math.inf}
         names["controls_at"] = self.controls.at
         names |= {function: _inlined(body) for function, body in self.functions.items()}
         for layout, key in ((self.state, "state_at"), (self.coefficients, "coefficients_at")):
@@ -228,10 +234,10 @@ def _whole(size: int) -> int:
 
 
 @intrinsic
-def shifted(context, pointer, places):  # type: ignore[no-untyped-def]
+def shifted(context: Any, pointer: Any, places: Any) -> Any:
     """The pointer to what lies so many float64 values behind another."""
 
-    def code(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.gep(arguments[0], [arguments[1]])
 
     return _P(_P, types.int64), code

@@ -12,12 +12,14 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from underfoot.clock import RAMP, SPAN
 from underfoot.kernels import kernel
+from underfoot.layouts import Memory
 from underfoot.models.signals.events import append, events_at
 from underfoot.patch.calls import call_run, call_tail, cycles
-from underfoot.patch.tables import ANY, GUARDED, tables_at
+from underfoot.patch.tables import ANY, GUARDED, Tables, tables_at
 
 _inner = njit(nogil=True, error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
@@ -31,7 +33,7 @@ _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
 
 
 @kernel
-def run_block(where, frame, n):
+def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     """Run `n` frames of the program whose tables are at `addresses`, the first of them session frame `frame`."""
     p = tables_at(where)
     _fill_signal_controls(p, frame, n)
@@ -60,14 +62,14 @@ def run_block(where, frame, n):
 
 
 @kernel
-def tail(where, k):
+def tail(where: NDArray[np.int64], k: int) -> float:
     """What a node puts out in its first row with no input, by its own word: 0 for most."""
     p = tables_at(where)
     return _tail(p, k, 0) if p.nodes[k].tail != 0 and p.output.shape[0] > 0 else 0.0
 
 
 @_inner
-def _fill_signal_controls(p, frame, n):
+def _fill_signal_controls(p: Tables, frame: int, n: int) -> None:
     """Parameters that are signals: filled once when steady, frame by frame while they move."""
     for j in range(p.signal_controls.size):
         state = p.signal_moving[j]
@@ -85,7 +87,7 @@ def _fill_signal_controls(p, frame, n):
 
 
 @kernel
-def on_ramp(begin, end, frames):
+def on_ramp(begin: float, end: float, frames: int) -> float:
     """A control `frames` after it was sent from `begin` to `end`."""
     if frames >= RAMP:
         return end
@@ -95,7 +97,7 @@ def on_ramp(begin, end, frames):
 
 
 @_inner
-def _left_alone(p, row, n):
+def _left_alone(p: Tables, row: int, n: int) -> int:
     """The end of the rows from `row` on that are idle, and to which the engine brings only zeros in this block."""
     while row < p.output.shape[0] and p.idle[row] != 0 and p.silent[row] != 0:
         for buffer in p.hosts:
@@ -107,7 +109,7 @@ def _left_alone(p, row, n):
 
 
 @_inner
-def _skip(p, row, end, n):
+def _skip(p: Tables, row: int, end: int, n: int) -> None:
     """There is nothing to be done for these rows."""
     for j in range(p.scopes.size):
         for one in range(row, end):
@@ -118,7 +120,7 @@ def _skip(p, row, end, n):
 
 
 @_inner
-def _nonzero(p, at, end):
+def _nonzero(p: Tables, at: int, end: int) -> bool:
     """Whether anything from place `at` of the buffers on, to `end`, is not zero."""
     some = np.int64(0)
     for i in range(np.uint64(at), np.uint64(end)):  # unsigned: no test for a negative index, which would keep it scalar
@@ -127,7 +129,7 @@ def _nonzero(p, at, end):
 
 
 @_inner
-def _forget_events(p):
+def _forget_events(p: Tables) -> None:
     """No events in this block, as the last row has none."""
     for k in range(p.nodes.shape[0]):
         for j in range(p.nodes[k].event_outputs):
@@ -135,7 +137,7 @@ def _forget_events(p):
 
 
 @_inner
-def _scan(p, buffer, row, first, intervals, n):
+def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) -> None:
     """Find out in which intervals a buffer that the engine filled is not zero."""
     at = p.buffer_at[buffer] + row * p.row_stride[buffer]
     f = 0
@@ -146,7 +148,7 @@ def _scan(p, buffer, row, first, intervals, n):
 
 
 @_inner
-def _run_node(p, k, row, frame, n, first, intervals):
+def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, intervals: int) -> bool:
     """Run a row of a node for the block; true if it was awake for any of it."""
     _begin_block(p, k, row, intervals)
     by_span = p.nodes[k].is_driven != 0 or p.moving[k] != 0
@@ -187,7 +189,7 @@ def _run_node(p, k, row, frame, n, first, intervals):
 
 
 @_inner
-def _begin_block(p, k, row, intervals):
+def _begin_block(p: Tables, k: int, row: int, intervals: int) -> None:
     """No event taken or made yet; of its outputs only what the interval held before this block."""
     outputs_at = p.nodes[k].outputs_at
     for j in range(p.nodes[k].event_inputs):
@@ -201,7 +203,9 @@ def _begin_block(p, k, row, intervals):
 
 
 @_inner
-def _run_awake(p, k, row, frame, f, interval, block):
+def _run_awake(
+    p: Tables, k: int, row: int, frame: int, f: int, interval: int, block: tuple[bool, int, int]
+) -> tuple[int, int]:
     """Run an awake row from frame `f` to the end of an interval, in stretches; the frame and interval it came to."""
     by_span, first, n = block
     end_of_interval = min(first + interval * SLEEP_INTERVAL, n)
@@ -222,7 +226,7 @@ def _run_awake(p, k, row, frame, f, interval, block):
 
 
 @_inner
-def _may_wake(p, k, row, intervals):
+def _may_wake(p: Tables, k: int, row: int, intervals: int) -> bool:
     """Whether anything in this block could wake a sleeping row."""
     watched_at, watched = p.nodes[k].watched_at, p.nodes[k].watched
     for interval in range(intervals):
@@ -239,7 +243,7 @@ def _may_wake(p, k, row, intervals):
 
 
 @_inner
-def _read_controls(p, k, row, frame, f):
+def _read_controls(p: Tables, k: int, row: int, frame: int, f: int) -> None:
     """Controls of one row as they stand at frame `f` of the block, which begins a span."""
     memory = p.nodes[k].control_memory + row * p.nodes[k].controls
     for j in range(p.nodes[k].controls):
@@ -254,7 +258,7 @@ def _read_controls(p, k, row, frame, f):
 
 
 @_inner
-def _wake(p, k, row, frame, f, g, interval):
+def _wake(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int) -> int:
     """The first frame in [f, g) at which a sleeping row has something to do, or g."""
     watched_at, watched = p.nodes[k].watched_at, p.nodes[k].watched
     wake = g
@@ -288,7 +292,7 @@ def _wake(p, k, row, frame, f, g, interval):
 
 
 @_inner
-def _silence(p, k, f, g, n):
+def _silence(p: Tables, k: int, f: int, g: int, n: int) -> None:
     """Exact zeros in the outputs from frame f to g."""
     if f == g:
         return
@@ -306,7 +310,7 @@ def _silence(p, k, f, g, n):
 
 
 @_inner
-def _far(p, k, g, interval, first, n):
+def _far(p: Tables, k: int, g: int, interval: int, first: int, n: int) -> int:
     """How far a stretch may go on: over the end of each interval at which its row could not fall asleep anyway."""
     while g < n:
         nonzero = 0
@@ -320,7 +324,7 @@ def _far(p, k, g, interval, first, n):
 
 
 @_inner
-def _stretch(p, k, row, frame, f, g, interval, first):
+def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int, first: int) -> None:
     """Call a node's kernel for frames f to g of the block, and look at what it wrote."""
     x = p.pointers.ctypes.data
     at = 0
@@ -362,7 +366,7 @@ def _stretch(p, k, row, frame, f, g, interval, first):
 
 
 @_inner
-def _look(p, buffer, f, g, interval):
+def _look(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
     """Mark the interval as nonzero if a frame is not zero; true if one is not finite."""
     at = p.buffer_at[buffer]
     some = np.int64(0)
@@ -373,11 +377,11 @@ def _look(p, buffer, f, g, interval):
         largest = max(largest, magnitude)
     if some != 0:
         p.nonzero[buffer, interval] = 1
-    return largest >= _EXPONENT
+    return bool(largest >= _EXPONENT)
 
 
 @_inner
-def _contain(p, k, row, frame, f, g):
+def _contain(p: Tables, k: int, row: int, frame: int, f: int, g: int) -> None:
     """A kernel made something that is not finite: its outputs and state to zero, and its name to the engine."""
     first = g
     for buffer in range(p.nodes[k].outputs_at, p.nodes[k].outputs_at + p.nodes[k].outputs):
@@ -397,7 +401,7 @@ def _contain(p, k, row, frame, f, g):
 
 
 @_inner
-def _stage(p, entry, j, row, frame, g):
+def _stage(p: Tables, entry: int, j: int, row: int, frame: int, g: int) -> int:
     """The address of a list of the events on one input before frame g of the block that were not taken yet."""
     source = p.event_inputs[entry]
     events = _events(p, source + row * p.event_stride[source])
@@ -414,13 +418,13 @@ def _stage(p, entry, j, row, frame, g):
 
 
 @_inner
-def _events(p, index):
+def _events(p: Tables, index: int) -> Memory:
     """One list of the events of this block."""
     return events_at(p.events[index], (p.output.shape[1],))
 
 
 @_inner
-def _may_sleep(p, k, row, now, interval):
+def _may_sleep(p: Tables, k: int, row: int, now: int, interval: int) -> bool:
     """Whether a row's inputs were zero for the interval that ends at session frame `now`, and nothing remains in it."""
     zero = 0
     for j in range(p.nodes[k].watched_at, p.nodes[k].watched_at + p.nodes[k].watched):
@@ -438,7 +442,7 @@ def _may_sleep(p, k, row, now, interval):
 
 
 @_inner
-def _tail(p, k, row):
+def _tail(p: Tables, k: int, row: int) -> float:
     c = p.control.ctypes.data + 8 * (p.nodes[k].control_memory + row * p.nodes[k].controls)
     s = p.state.ctypes.data + 8 * (p.nodes[k].state_at + row * p.nodes[k].state_size)
     t = p.coefficients.ctypes.data + 8 * (p.nodes[k].coefficients_at + row * p.nodes[k].coefficients_size)
@@ -446,7 +450,7 @@ def _tail(p, k, row):
 
 
 @_inner
-def _play(p, row, n):
+def _play(p: Tables, row: int, n: int) -> None:
     """The sum of the sinks to the output, and copies of the buffers that somebody looks at."""
     some = 0
     for buffer in p.sinks:
@@ -467,7 +471,7 @@ def _play(p, row, n):
 
 
 @_inner
-def _finish_ramps(p, frame, n):
+def _finish_ramps(p: Tables, frame: int, n: int) -> None:
     """Give all rows the controls as they stand at the last span edge of the block, and end what has arrived."""
     last = frame + n - 1 - (frame + n - 1) % SPAN
     if last < frame:

@@ -22,7 +22,7 @@ The functions are compiled, each for one row, which is one tile. They are given 
   It must write every frame of its outputs.
 - `design` computes the coefficients. It is called before the first `run`, and when a number that it names has moved.
 - `tail` gives a bound of what can still come out when nothing comes in: 0 for a row that may sleep, infinity for one
-  that may not. Without it a node leaves nothing behind.
+  that may not. It may be a number for all rows; without it a node leaves nothing behind.
 
 `state` and `coefficients` are layouts; their sizes come from `sizes(values, rate)`. A row that falls asleep has its
 state set to zero, and keeps its coefficients. What `run` writes may depend on the frames only, never on how they are
@@ -71,12 +71,12 @@ class Output:
     doc: str = ""
 
 
-def prepared(make: Callable[[Values, float], Any]) -> Prepared:
+def prepared(make: Callable[..., Any]) -> Prepared:
     """A table of one dimension that is made of the node's values, and of the rate, when a program is built."""
     return Prepared(make, 1)
 
 
-def prepared_columns(make: Callable[[Values, float], Any]) -> Prepared:
+def prepared_columns(make: Callable[..., Any]) -> Prepared:
     """A table of two dimensions, [column, row], that is made of the node's values, and of the rate."""
     return Prepared(make, 2)
 

@@ -231,6 +231,7 @@ def run_traced(
 ) -> None:
     """`run`, which besides fills a trace."""
     c, s = coefficients.bundle, state
+    columns, rows = int(coefficients.columns), int(coefficients.rows)
     for cell in range(s.cells):
         s.breaking[cell] = threshold_strain(c, s.next_hazard[cell]) if s.worn > 0.0 else math.inf
         _set_step(s, coefficients, cell)
@@ -244,7 +245,7 @@ def run_traced(
         if load > 0.0 and not s.load > 0.0:
             _print(s, coefficients, contact.x_m[i], contact.y_m[i])
             s.share[:] = s.next_share
-        strain[i], passed = _move(s, coefficients, s.load, load, now % SPAN)
+        strain[i], passed = _move(s, coefficients, columns, rows, s.load, load, now % SPAN)
         s.load = load
         if passed:
             energy, place = _break(key, now, coefficients, s, trace.failures, i)
@@ -296,13 +297,15 @@ def _break(
 
 
 @kernel
-def _move(s: Memory, coefficients: Memory, before: float, after: float, within: int) -> tuple[float, bool]:
+def _move(
+    s: Memory, coefficients: Memory, columns: int, rows: int, before: float, after: float, within: int
+) -> tuple[float, bool]:
     """Move all cells over one frame, number `within` of its span, while the load goes from `before` to `after`.
 
     Gives the mean strain, and whether a cell has passed its threshold.
     """
     x, w, former = s.strain, s.speed, s.former
-    _pull(x, coefficients, s.kick)
+    _pull(x, coefficients.coupling, columns, rows, s.kick)
     start, end = within / SPAN, (within + 1.0) / SPAN
     before *= coefficients.bundle.gain
     after *= coefficients.bundle.gain
@@ -323,9 +326,8 @@ def _move(s: Memory, coefficients: Memory, before: float, after: float, within: 
 
 
 @kernel
-def _pull(x: Floats, coefficients: Memory, kick: Floats) -> None:
+def _pull(x: Floats, coupling: float, columns: int, rows: int, kick: Floats) -> None:
     """What each cell's speed gets from its neighbours between two frames."""
-    columns, rows = int(coefficients.columns), int(coefficients.rows)
     for row in range(rows):
         for cell in range(row * columns, (row + 1) * columns):
             pull = 0.0
@@ -337,7 +339,7 @@ def _pull(x: Floats, coefficients: Memory, kick: Floats) -> None:
                 pull += x[cell - columns] - x[cell]
             if row < rows - 1:
                 pull += x[cell + columns] - x[cell]
-            kick[cell] = coefficients.coupling * pull
+            kick[cell] = coupling * pull
 
 
 @kernel
