@@ -124,9 +124,10 @@ class Layout:
         def memory_at(context: Any, values: Any, sizes: Any) -> Any:
             def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
                 made = cgutils.create_struct_proxy(kind)(context, builder)
-                made.pointer = arguments[0]
                 if isinstance(signature.args[0], types.Array):
                     made.pointer = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+                else:
+                    made.pointer = arguments[0]
                 for k, name in enumerate(kind.layout.symbols):
                     setattr(made, name, builder.extract_value(arguments[1], k))
                 return made._getvalue()
@@ -184,9 +185,10 @@ class Memory:
 
 @overload(len)
 def _length(memory: Any) -> Any:
-    if isinstance(memory, MemoryType) and "count" in memory.layout.parts:
-        return lambda memory: int(memory.count)
-    return None
+    def count(memory: Any) -> int:
+        return int(memory.count)
+
+    return count if isinstance(memory, MemoryType) and "count" in memory.layout.parts else None
 
 
 class MemoryType(types.Type):
