@@ -162,7 +162,7 @@ def test_any_split_gives_the_same_bits(model):
         np.testing.assert_array_equal(parted, strain)
         np.testing.assert_array_equal(found, events)
         assert (left.worn, left.load) == (state.worn, state.load)
-        for name in ("strain", "speed", "failed", "next_hazard", "share", "next_share"):  # the others serve a call only
+        for name in ("strain", "speed", "failed", "next_hazard", "share", "next_share", "breaking"):
             np.testing.assert_array_equal(getattr(left, name), getattr(state, name))
 
 
@@ -198,7 +198,9 @@ def test_an_unloaded_grid_comes_to_rest_within_its_bound(data):
         "coupling": data.draw(st.sampled_from([0.0, 0.3, 10.0, 1e4])),
     }
     coefficients, state = designed(renewal_s=1e-9, **changes), at_rest()
-    state.strain[:], state.speed[:] = np.reshape(data.draw(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12)), (2, 6))
+    state.strain[:], state.speed[:] = np.reshape(
+        data.draw(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12)), (2, 6)
+    )
     bound = fracture_grid.tail(state, coefficients)
     still = np.zeros(4800)
     strain, events, _ = played(coefficients, still, still, still, state=state)

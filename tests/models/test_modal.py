@@ -34,7 +34,10 @@ class Struck:
 
     def __init__(self, modes, floor=1e-15, rate=RATE):
         sizes = phasors.sizes(len(modes[0]))
-        self.coefficients, self.state = struck_bank.COEFFICIENTS.zeros(**sizes), struck_bank.STATE.zeros(row=sizes["row"])
+        self.coefficients, self.state = (
+            struck_bank.COEFFICIENTS.zeros(**sizes),
+            struck_bank.STATE.zeros(row=sizes["row"]),
+        )
         self.design(modes, floor, rate)
 
     def design(self, modes, floor=1e-15, rate=RATE):
