@@ -8,6 +8,7 @@ from scipy import stats
 
 from underfoot.bench import accuracy, naive
 from underfoot.bench.accuracy import Method, Task
+from underfoot.models.modal.impact import Hammer, ModalObject
 
 
 def test_every_point_has_its_own_error_and_time():
@@ -35,8 +36,8 @@ def test_models_are_as_exact_as_their_oracles_say(make):
 
 
 def test_a_lossless_blow_on_a_free_mass_leaves_it_with_twice_the_common_speed():
-    modes = tuple(np.array([value]) for value in (1e-6, 0.0, 0.06, 1.0))
-    moved = naive.struck_object((0.02, 1.0, 1e6, 1.5, 0.0), modes, np.array([0.0, 0.01, 0.02]), "DOP853", 1e-10)
+    mass, by = ModalObject([1e-6], [0.0], [0.06], [1.0]), Hammer(0.02, 1.0, 1e6)
+    moved = naive.struck_object(by, mass, np.array([0.0, 0.01, 0.02]), "DOP853", 1e-10)
     assert (moved[2] - moved[1]) / 0.01 == pytest.approx(2.0 * 0.02 / 0.08, rel=1e-6)
 
 

@@ -317,10 +317,10 @@ def test_one_seed_gives_one_result_and_another_a_different_one():
     ],
 )
 def test_a_value_outside_its_range_is_named(changes):
+    given = {"stress": [0.0, 1.0], "rate": RATE, "fibres": 10, **changes}
+    stress, rate = given.pop("stress"), given.pop("rate")
     with pytest.raises(BadValue, match=next(iter(changes))):
-        given = {"stress": [0.0, 1.0], "rate": RATE, **changes}
-        values = {name: value for name, value in given.items() if name not in ("stress", "rate")}
-        FibreBundle(**{"fibres": 10, **values}).response(given["stress"], given["rate"])
+        FibreBundle(**given).response(stress, rate)
 
 
 def test_an_empty_load_gives_an_empty_result():

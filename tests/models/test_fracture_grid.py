@@ -248,5 +248,6 @@ def test_a_value_outside_its_range_is_named(changes):
     given = {"force": [0.0, 1.0], "x_m": [0.0, 0.0], "y_m": [0.0, 0.0], "fibres": 10, "model": "exact", **changes}
     grid = {name: value for name, value in changes.items() if name in (*GRID, "pressure")}
     with pytest.raises(BadValue, match=next(iter(changes))):
-        bundle = FibreBundle(given["fibres"], model=given["model"])
-        FibreGrid(bundle, **grid).response(given["force"], given["x_m"], given["y_m"], RATE)
+        FibreGrid(FibreBundle(given["fibres"], model=given["model"]), **grid).response(
+            given["force"], given["x_m"], given["y_m"], RATE
+        )

@@ -274,7 +274,7 @@ def test_every_finite_force_is_answered_by_finite_values(data):
     ],
 )
 def test_a_value_outside_its_range_is_named(changes):
+    given = {"force_n": [0.0, 1.0], "rate_hz": RATE, **changes}
+    force_n, rate_hz = given.pop("force_n"), given.pop("rate_hz")
     with pytest.raises(BadValue, match=next(iter(changes))):
-        given = {"force_n": [0.0, 1.0], "rate_hz": RATE, **changes}
-        ground = {name: value for name, value in changes.items() if name not in ("force_n", "rate_hz")}
-        Ground(**ground).response(given["force_n"], given["rate_hz"])
+        Ground(**given).response(force_n, rate_hz)

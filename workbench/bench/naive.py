@@ -10,27 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.kernels import kernel
-
-Modes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""Frequencies (Hz), decays (1/s), modal masses (kg) and shapes, one number a mode."""
+from underfoot.models.modal.impact import Hammer, ModalObject
 
 
 def struck_object(
-    hammer: tuple[float, float, float, float, float],
-    modes: Modes,
+    by: Hammer,
+    target: ModalObject,
     times_s: NDArray[np.float64],
     method: Literal["RK45", "DOP853"],
     tolerance: float,
     longest_step_s: float = math.inf,
 ) -> NDArray[np.float64]:
-    """Displacement (m) of a struck object at `times_s`, by SciPy's solve_ivp.
-
-    `hammer`: mass (kg), velocity (m/s), stiffness (N/m^a), exponent a, damping mu (s/m).
-    """
+    """Displacement (m) of a struck object at `times_s`, by SciPy's solve_ivp; there is no load on the hammer."""
     from scipy.integrate import solve_ivp
 
-    mass, velocity, stiffness, exponent, damping = hammer
-    frequencies, decays, masses, shapes = modes
+    mass, velocity, stiffness, exponent, damping = (
+        *(by.mass_kg, by.velocity_m_s, by.stiffness),
+        *(by.exponent, by.damping_s_m),
+    )
+    frequencies, decays, masses, shapes = (np.asarray(values, np.float64) for values in target)
     n = frequencies.size
     squares = (2.0 * math.pi * frequencies) ** 2 + decays**2
 

@@ -151,7 +151,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         seen[:, :, at : at + n] = program.tables.scope[:, :, :n]
         if not np.isfinite(program.output[:, :n]).all():
             return "the output is not finite"
-        safety.apply(program.output, program.tables.still, at, 0, n)
+        safety.apply(program.output, program.tables.silent, at, 0, n)
         if not (np.abs(safety.out[:n]) <= Limits().peak).all():
             return f"{np.abs(safety.out[:n]).max()} of full scale reaches a shaker"
         fault = program.fault()
@@ -186,7 +186,7 @@ def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: i
         if not (np.abs(loop.out) <= Limits().peak).all():  # false where it is not a number
             return f"{np.abs(loop.out).max()} of full scale reaches a shaker at frame {loop.frame}"
         fault = loop.program.fault()
-        if fault and np.abs(loop.program.tables.lanes).max(initial=0.0) < _FARTHEST:
+        if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _FARTHEST:
             return f"{fault[0]} makes a value that is not finite at frame {fault[2]}, tile {fault[1]}"
     return ""
 
