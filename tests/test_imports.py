@@ -32,6 +32,7 @@ LEVELS = (
         "files",
         "kernels",
         "kernel_cache",
+        "layouts",
         "models",
     },
     {"parameters"},

@@ -11,7 +11,15 @@ from underfoot.layouts import LINE, Layout
 
 PAIR = Layout("pair", re=("row",), im=("row",))
 OBJECT = Layout(
-    "object", "mass", "load", grid=(2, "row"), block=3, poles=PAIR, line=("length",), spare=PAIR, last=Layout("one", "x")
+    "object",
+    "mass",
+    "load",
+    grid=(2, "row"),
+    block=3,
+    poles=PAIR,
+    line=("length",),
+    spare=PAIR,
+    last=Layout("one", "x"),
 )
 SIZES = {"row": 5, "length": 9}
 object_at = OBJECT.at
@@ -154,5 +162,5 @@ def test_what_is_not_there_is_named():
         memory.block = 1.0
     with pytest.raises(KeyError, match="length"):
         OBJECT.zeros(row=3)
-    with pytest.raises(BadValue, match="^size is "):
+    with pytest.raises(BadValue, match=r"^size is "):
         Layout("twice", "row", at=("row",))

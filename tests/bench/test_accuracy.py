@@ -8,6 +8,7 @@ from scipy import stats
 
 from underfoot.bench import accuracy, naive
 from underfoot.bench.accuracy import Method, Task
+from underfoot.models.elasto_plastic import Ground
 from underfoot.models.modal.impact import Hammer, ModalObject
 
 
@@ -60,7 +61,7 @@ def test_bundles_break_at_their_thresholds(method):
 
 def test_ground_slips_where_its_threshold_is_reached():
     force, moved = np.linspace(0.0, 300.0, 100_000), np.empty(100_000)
-    naive.slip_by_euler(force, 1e-5, 0.5, 400.0, 4e5, 4e5, 100.0, 5e-3, moved)
+    naive.slip_by_euler(force, 1e-5, Ground().parameters(), 5e-3, moved)
     first = int(np.argmax(moved > 100.0 / 4e5))
     assert force[first] == pytest.approx(200.0, rel=1e-2)  # both springs carry half
     assert moved[-1] > force[-1] / 8e5

@@ -193,7 +193,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
     strikes[::4800] = 1.0
     counts = (10, 64, 200)
 
-    def after_strikes(count):
+    def after_strikes(count: float) -> Any:
         return sum(
             a * _poles_to(f, b, last - at).imag
             for f, b, a in zip(*modes(count), strict=True)
@@ -201,7 +201,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
             if at < last[0]
         )
 
-    def after_a_step(count):
+    def after_a_step(count: float) -> Any:
         return sum(
             a * ((1.0 - _poles_to(f, b, last + 1)) / (1.0 - _poles_to(f, b, np.array([1])))).imag
             for f, b, a in zip(*modes(count), strict=True)
@@ -235,7 +235,7 @@ def tones(quick: bool) -> Iterable[Task]:
     at = np.arange(frames)
     counts = (1, 3, 10, 30) if quick else (1, 3, 10, 30, 60)
 
-    def amplitudes(count):
+    def amplitudes(count: float) -> NDArray[np.float64]:
         return 1.0 / np.arange(1.0, count + 1.0)
 
     turns = 50 * at[:, None] * np.arange(1, counts[-1] + 1) % RATE / RATE
@@ -307,10 +307,10 @@ def _slips_solved(times: NDArray[np.float64]) -> NDArray[np.float64]:
     out = np.zeros(times.size)
     while begin < times[-1]:
 
-        def motion(t, y, place=place):
+        def motion(t: float, y: NDArray[np.float64], place: float = place) -> list[float]:
             return [y[1], (_slip_force(t) - 400.0 * y[1] - 4e5 * y[0] - plastic * (y[0] - place)) / 0.5]
 
-        def reaches(t, y, place=place):
+        def reaches(t: float, y: NDArray[np.float64], place: float = place) -> Any:
             return plastic * (y[0] - place) - 100.0
 
         reaches.terminal, reaches.direction = True, 1.0  # type: ignore[attr-defined]
@@ -334,10 +334,10 @@ def slips(quick: bool) -> Iterable[Task]:
         moved = Ground(least_j=5e-3, most_j=5e-3).response(_slip_force(frames), rate).displacement_m
         return moved[:: int(rate) // 1000]
 
-    def euler(rate):
+    def euler(rate: float) -> NDArray[np.float64]:
         frames = np.arange(int(0.2 * rate)) / rate
         moved = np.empty(frames.size)
-        naive.slip_by_euler(_slip_force(frames), 1.0 / rate, 0.5, 400.0, 4e5, 4e5, 100.0, 5e-3, moved)
+        naive.slip_by_euler(_slip_force(frames), 1.0 / rate, Ground().parameters(), 5e-3, moved)
         return moved[:: int(rate) // 1000]
 
     rates = (12e3, 48e3, 192e3, 1536e3)
@@ -397,17 +397,17 @@ def frictions(quick: bool) -> Iterable[Task]:
 def noises(quick: bool) -> Iterable[Task]:
     lengths = (0.1, 1.0, 10.0) if quick else (0.1, 1.0, 10.0, 100.0)
 
-    def band(seconds):
-        rms = []
+    def band(seconds: float) -> list[float]:
+        rms: list[float] = []
         coefficients = noise.BAND_COEFFICIENTS.zeros()
         noise.design_band(noise.LOW_HZ, noise.HIGH_HZ, float(RATE), coefficients)
         for seed in range(8):
             y = np.empty(round(seconds * RATE))
             noise.run_band(stream_key(seed, "bench"), 0, coefficients, noise.BAND_STATE.zeros(), y)
-            rms.append(y.std())
+            rms.append(float(y.std()))
         return rms
 
-    def filtered(seconds):
+    def filtered(seconds: float) -> list[float]:
         from scipy.signal import butter, sosfilt
 
         sections = butter(2, (noise.LOW_HZ, noise.HIGH_HZ), "bandpass", fs=RATE, output="sos")
@@ -435,10 +435,10 @@ def strain_rates(quick: bool) -> Iterable[Task]:
     w0, mass = 2.0 * math.pi * envelopes.STRAIN_HZ, envelopes.STRAIN_MASS_KG
     times = np.arange(600) / 1000.0
 
-    def force(t):
+    def force(t: NDArray[np.float64] | float) -> Any:
         return 700.0 * np.sin(np.pi * t / 0.6) ** 2
 
-    def motion(t, y):
+    def motion(t: float, y: NDArray[np.float64]) -> list[float]:
         return [y[1], force(t) / mass - 2.0 * w0 * y[1] - w0 * w0 * y[0]]
 
     truth = solve_ivp(motion, (0.0, 0.6), [0.0, 0.0], "DOP853", times, rtol=1e-12, atol=1e-15).y[1]
@@ -450,7 +450,7 @@ def strain_rates(quick: bool) -> Iterable[Task]:
         envelopes.run_strain_rate(push, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
         return out[:: int(rate) // 1000]
 
-    def euler(rate):
+    def euler(rate: float) -> NDArray[np.float64]:
         push = force(np.arange(int(0.6 * rate)) / rate)
         out = np.empty(push.size)
         naive.strain_rate_by_euler(push, 1.0 / rate, w0, envelopes.STRAIN_DAMPING, mass, out)

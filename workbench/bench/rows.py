@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from underfoot.kernels import Floats, callback, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.modal import contact_motion, driven_bank, hammer, phasors, struck_bank
+from underfoot.models.modal.impact import ModalObject
 from underfoot.models.signals.events import EVENTS, append, event_list
 
 BLOCK = 960
@@ -68,12 +69,12 @@ def driven(modes: ArrayLike, rate: float, floor: float, excitation: Floats) -> M
     return row
 
 
-def hit(modes: ArrayLike, rate: float, events: Sequence[Sequence[float]], **of_hammer: float) -> Memory:
+def hit(modes: ArrayLike | ModalObject, rate: float, events: Sequence[Sequence[float]], **of_hammer: float) -> Memory:
     """An object at rest that is hit at `events`: (time, velocity), by a hammer with the numbers of `hammer.HAMMER`.
 
     `modes` [4, m] are rows of frequency (Hz), decay (1/s), modal mass (kg) and shape.
     """
-    values = np.array(modes, np.float64)
+    values = np.array(tuple(modes) if isinstance(modes, ModalObject) else modes, np.float64)
     row = HIT.zeros(**phasors.sizes(values.shape[1]), room=max(len(events), 1))
     hammer.design(values, 1.0, 1.0, float(rate), 0.0, row.object)
     row.events.values[:] = event_list(*events, room=row.room).values

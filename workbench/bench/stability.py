@@ -280,19 +280,20 @@ def _lawless(
         type = registry[node.type]
         values = type.values(node.parameters)
 
-        def at_inputs(found: dict[str, NDArray[np.float64]], node=node, type=type) -> dict[str, NDArray[np.float64]]:
-            ends = {name: sources.get(f"{node.id}.{name}") for name in type.input_ports}
-            return {name: found[end] for name, end in ends.items() if end in found}
-
-        def at_outputs(found: dict[str, NDArray[np.float64]], node=node, type=type) -> dict[str, NDArray[np.float64]]:
-            return {name: found[end] for name in type.output_ports if (end := f"{node.id}.{name}") in found}
-
         steady = {name: value for name, value in values.items() if f"{node.id}.{name}" not in sources}
-        seen = laws.Seen(rate, steady, at_inputs(signals), at_outputs(signals), at_inputs(events), at_outputs(events))
+        ins = {name: sources.get(f"{node.id}.{name}", "") for name in type.input_ports}
+        outs = {name: f"{node.id}.{name}" for name in type.output_ports}
+        ports = (_named(ins, signals), _named(outs, signals), _named(ins, events), _named(outs, events))
+        seen = laws.Seen(rate, steady, *ports)
         what = laws.broken(node.type, seen)
         if what:
             return f"{node.id} {what}"
     return ""
+
+
+def _named(ends: dict[str, str], found: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """What was found at the ends of wires, by the names of the ports there."""
+    return {name: found[end] for name, end in ends.items() if end in found}
 
 
 def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int, ...]) -> bool:

@@ -1,12 +1,12 @@
 """Figures 7.5 to 7.8 and 7.15: bundles of fibres under ramps, their fluctuations, and one played in real time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench.figures.figure import Compared, Figure, density, slope
-from underfoot.drawing import Drawing, series
+from underfoot.drawing import Drawing, Series, series
 from underfoot.models import gait
 from underfoot.models.fibre_bundle.bundle import FibreBundle, Fracture
 from underfoot.models.modal import bank
@@ -223,7 +223,7 @@ def _critical(model: str, count: int) -> float:
     return high
 
 
-def _levels(heard: NDArray[np.float64], edges: Sequence[float]):
+def _levels(heard: NDArray[np.float64], edges: Sequence[float]) -> Iterator[Series]:
     """Levels in bands, each in windows of 10 ms, over the loudest."""
     frames = RATE // 100
     parts = heard[: heard.size // frames * frames].reshape(-1, frames) * np.hanning(frames)
