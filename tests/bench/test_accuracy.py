@@ -8,6 +8,8 @@ from scipy import stats
 
 from underfoot.bench import accuracy, naive
 from underfoot.bench.accuracy import Method, Task
+from underfoot.models.elasto_plastic import Ground
+from underfoot.models.modal.impact import Hammer, ModalObject
 
 
 def test_every_point_has_its_own_error_and_time():
@@ -35,8 +37,8 @@ def test_models_are_as_exact_as_their_oracles_say(make):
 
 
 def test_a_lossless_blow_on_a_free_mass_leaves_it_with_twice_the_common_speed():
-    modes = tuple(np.array([value]) for value in (1e-6, 0.0, 0.06, 1.0))
-    moved = naive.struck_object((0.02, 1.0, 1e6, 1.5, 0.0), modes, np.array([0.0, 0.01, 0.02]), "DOP853", 1e-10)
+    mass, by = ModalObject([1e-6], [0.0], [0.06], [1.0]), Hammer(0.02, 1.0, 1e6)
+    moved = naive.struck_object(by, mass, np.array([0.0, 0.01, 0.02]), "DOP853", 1e-10)
     assert (moved[2] - moved[1]) / 0.01 == pytest.approx(2.0 * 0.02 / 0.08, rel=1e-6)
 
 
@@ -59,7 +61,7 @@ def test_bundles_break_at_their_thresholds(method):
 
 def test_ground_slips_where_its_threshold_is_reached():
     force, moved = np.linspace(0.0, 300.0, 100_000), np.empty(100_000)
-    naive.slip_by_euler(force, 1e-5, 0.5, 400.0, 4e5, 4e5, 100.0, 5e-3, moved)
+    naive.slip_by_euler(force, 1e-5, Ground().parameters(), 5e-3, moved)
     first = int(np.argmax(moved > 100.0 / 4e5))
     assert force[first] == pytest.approx(200.0, rel=1e-2)  # both springs carry half
     assert moved[-1] > force[-1] / 8e5

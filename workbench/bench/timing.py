@@ -5,8 +5,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from underfoot.kernels import modal_kernel, widest
+from underfoot.kernels import Floats, modal_kernel, widest
 
 FLOOR_NS = 0.030
 """Two fused multiply-adds on the processor whose times the reaches were set from: the least a mode can cost a frame."""
@@ -68,7 +69,7 @@ def least_s(run: Callable[[], object], budget_s: float = 0.2, most: int = 20) ->
 
 
 @modal_kernel
-def _fused(factors, terms, values, repeats):
+def _fused(factors: Floats, terms: Floats, values: NDArray[np.float64], repeats: int) -> None:
     # Four chains beside each other in each lane, so that none waits for its last result.
     widest()
     first, second, third, fourth = values[0], values[1], values[2], values[3]

@@ -170,7 +170,7 @@ def event_strength(c: Memory, energy: float) -> float:
 
 
 @kernel
-def _power(base, exponent):
+def _power(base: float, exponent: float) -> float:
     """`base ** exponent`; for small whole exponents by products, which take a tenth of the time."""
     whole = int(exponent)
     if whole != exponent or whole > 16:

@@ -82,7 +82,7 @@ def solve(
         if kind == _CLIPPED:
             moved = free_d - a * f0
             force = contact.stiffness * power(x + moved, exponent)
-            if moved <= 0.0 and f0 <= _mean(
+            if moved <= 0.0 and f0 <= mean_force(
                 x, x + moved, elastic, force, exponent
             ):  # no more than the contact gives back
                 return f0, 0.0, moved, force
@@ -112,13 +112,13 @@ def _newton(
     the mean of a force that reaches 0, or leaves it, within the step, and `_REFUSED` with nothing.
     """
     exponent, nu, a, b, c = contact.exponent, contact.nu, contact.a, contact.b, contact.c
-    tilt = 12.0 * nu * _mean(x, x + d, elastic, end, exponent) if curvature > 0.0 else 0.0
+    tilt = 12.0 * nu * mean_force(x, x + d, elastic, end, exponent) if curvature > 0.0 else 0.0
     scale = 1.0 - b * curvature + c * tilt
     if scale < 0.1:
         return 0.0, 0.0, 0.0, 0.0, _REFUSED
     for _ in range(100):
         y = x + d
-        e = _mean(x, y, elastic, end, exponent)
+        e = mean_force(x, y, elastic, end, exponent)
         if abs(d) > 1e-3 * max(abs(x), abs(y)):
             de = (end - e) / d
         else:
@@ -159,7 +159,7 @@ def _newton(
 
 
 @kernel
-def _mean(x: float, y: float, start: float, end: float, exponent: float) -> float:
+def mean_force(x: float, y: float, start: float, end: float, exponent: float) -> float:
     """The mean of the elastic force from x to y, of which it is `start` and `end`."""
     d = y - x
     if x > 0.0 and y > 0.0 and abs(d) <= 1e-3 * x:

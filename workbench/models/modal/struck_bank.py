@@ -107,6 +107,7 @@ def _drop(coefficients: Memory, state: Memory) -> None:
         state.active = in_use(last, re.size)
         if last == 0:
             state.block[:] = 0.0
+            state.phasors.values[:] = 0.0
     state.struck_lately = 0.0
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from underfoot.errors import BadValue
 from underfoot.kernels import kernel
 from underfoot.models.signals import waveshaping
-from underfoot.models.signals.waveshaping import STATE_SIZE, WORK_SHAPE, audible_harmonics, next_phase, tone
+from underfoot.models.signals.waveshaping import PHASE, STATE, audible_harmonics, next_phase, tone
 
 RATE = 48000.0
 TEN = np.array([0.3, -0.8, 0.5, 1.0, -0.2, 0.7, 0.1, -0.6, 0.4, 0.9])
@@ -29,13 +29,14 @@ def exact_turns(f0_hz, frames, rate):
     return [np.longdouble(float(Fraction(f0_hz) * int(i) / Fraction(rate) % 1)) for i in frames]
 
 
-def run_split(f0_hz, amplitudes, n, block, s=None):
-    s = np.zeros(STATE_SIZE) if s is None else s
-    y, work = np.empty(n), np.full(WORK_SHAPE, np.nan)
+def run_split(f0_hz, amplitudes, n, block, phase=0.0):
+    state, y = STATE.zeros(), np.empty(n)
+    state.values[:] = np.nan  # what is there to work with means nothing
+    state.phase.high, state.phase.low = phase, 0.0
     for first in range(0, n, block):
         count = min(block, n - first)
         f0 = f0_hz[first : first + count] if f0_hz.size > 1 else f0_hz
-        waveshaping.run(s, f0, amplitudes, RATE, work, y[first : first + count], count)
+        waveshaping.run(f0, amplitudes, RATE, state, y[first : first + count])
     return y
 
 
@@ -52,7 +53,7 @@ def test_accuracy_holds_beside_multiples_of_pi():
     for centre in (0.0, 0.25, 0.5, -0.25, -0.5):
         for offset in offsets:
             phase = RATE * (centre - np.copysign(offset, centre))
-            y = run_split(np.array([1.0]), TEN, 1, 1, np.array([phase, 0.0]))
+            y = run_split(np.array([1.0]), TEN, 1, 1, phase)
             assert abs(y[0] - sum_of_sines(np.longdouble(phase) / RATE, TEN)) < 1e-13
 
 
@@ -131,15 +132,15 @@ def test_harsh_pitches_stay_finite():
 def test_roughness_multiplies_by_its_sine(block):
     n = 4000
     x = np.random.default_rng(1).normal(size=n)
-    y, s = np.empty(n), np.zeros(STATE_SIZE)
+    y, phase = np.empty(n), PHASE.zeros()
     depth, frequency = np.array([0.7]), np.array([25.0])
     for first in range(0, n, block):
         part = slice(first, min(first + block, n))
-        waveshaping.roughen(s, x[part], depth, frequency, RATE, y[part], part.stop - part.start)
+        waveshaping.roughen(x[part], depth, frequency, RATE, phase, y[part])
     exact = x * (1 + 0.7 * np.sin(2 * np.pi * 25.0 * np.arange(n) / RATE))
     assert np.abs(y - exact).max() < 1e-13
     again = x.copy()
-    waveshaping.roughen(np.zeros(STATE_SIZE), again, depth, frequency, RATE, again, n)
+    waveshaping.roughen(again, depth, frequency, RATE, PHASE.zeros(), again)
     np.testing.assert_array_equal(y, again)
 
 

@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from underfoot.errors import BadValue
-from underfoot.models.modal import bank, driven_bank, struck_bank
+from underfoot.models.modal import bank, driven_bank, phasors, struck_bank
+from underfoot.models.signals.events import event_list
 
 RATE = 48_000.0
 
@@ -28,27 +29,54 @@ def some_modes(count, seed=0, lowest=20.0, highest=20_000.0, slowest=0.2, quicke
     return frequencies, np.sort(draw.uniform(slowest, quickest, count)), draw.normal(size=count)
 
 
-def row(form, modes, floor=1e-15, rate=RATE):
-    s, t = np.zeros(form.state_size(len(modes[0]))), np.zeros(form.tuning_size(len(modes[0])))
-    form.tune(t, *(np.asarray(values, dtype=float) for values in modes), rate, floor)
-    return s, t
+class Struck:
+    """A row of `struck_bank`."""
+
+    def __init__(self, modes, floor=1e-15, rate=RATE):
+        sizes = phasors.sizes(len(modes[0]))
+        self.coefficients, self.state = (
+            struck_bank.COEFFICIENTS.zeros(**sizes),
+            struck_bank.STATE.zeros(row=sizes["row"]),
+        )
+        self.design(modes, floor, rate)
+
+    def design(self, modes, floor=1e-15, rate=RATE):
+        struck_bank.design(np.array(modes, dtype=float), 1.0, 1.0, rate, floor, self.coefficients)
+
+    def ring(self, signal, first, out):
+        """Ring from frame `first` on, struck where `signal` is not 0."""
+        frames = np.flatnonzero(signal)
+        struck = event_list(*np.column_stack([first + frames + 0.5, signal[frames]]))
+        struck_bank.ring(struck, first, self.coefficients, self.state, out)
+
+    def tail(self):
+        return struck_bank.tail(self.state)
 
 
-def events_of(signal, first=0, last=None):
-    frames = np.flatnonzero(signal)
-    frames = frames[(frames >= first) & (frames < (signal.size if last is None else last))]
-    return np.column_stack([frames + 0.5, signal[frames], np.zeros(frames.size)]).ravel(), frames.size
+class Driven:
+    """A row of `driven_bank`."""
+
+    def __init__(self, modes, floor=1e-15, rate=RATE):
+        sizes = driven_bank.sizes(len(modes[0]))
+        self.coefficients, self.state = driven_bank.COEFFICIENTS.zeros(**sizes), driven_bank.STATE.zeros(**sizes)
+        self.design(modes, floor, rate)
+
+    def design(self, modes, floor=1e-15, rate=RATE):
+        driven_bank.design(np.array(modes, dtype=float), rate, floor, self.coefficients)
+
+    def ring(self, signal, first, out):
+        """Ring from frame `first` on, driven by `signal`."""
+        driven_bank.ring(signal.copy(), first, self.coefficients, self.state, out)
+
+    def tail(self):
+        return driven_bank.tail(self.state, self.coefficients)
 
 
-def ring(form, s, t, signal, cuts=()):
+def ring(row, signal, cuts=()):
     """Ring through `signal`, cut into calls at `cuts`."""
     out = np.empty(signal.size)
-    edges = [0, *cuts, signal.size]
-    for first, last in pairwise(edges):
-        if form is driven_bank:
-            form.ring(s, t, signal[first:last].copy(), out[first:last], first, last - first)
-        else:
-            form.ring(s, t, *events_of(signal, first, last), out[first:last], first, last - first)
+    for first, last in pairwise([0, *cuts, signal.size]):
+        row.ring(signal[first:last], first, out[first:last])
     return out
 
 
@@ -73,7 +101,7 @@ def test_ring_is_the_sum_of_scipys_resonators(count, strikes):
     )
 
 
-@pytest.mark.parametrize("form", [struck_bank, driven_bank])
+@pytest.mark.parametrize("form", [Struck, Driven])
 @pytest.mark.parametrize("rate", [8_000.0, 48_000.0, 192_000.0])
 def test_exact_after_ten_seconds(form, rate):
     modes = some_modes(30, lowest=rate / 9_600, highest=0.45 * rate, quickest=1.0)
@@ -82,98 +110,90 @@ def test_exact_after_ten_seconds(form, rate):
     signal[3] = 1.0
     last = np.arange(signal.size - 2_000, signal.size)
     expected = closed_form(*modes, last - 3, rate)
-    error = np.linalg.norm(ring(form, *row(form, modes, rate=rate), signal)[last] - expected)
+    error = np.linalg.norm(ring(form(modes, rate=rate), signal)[last] - expected)
     assert error < 1e-9 * np.linalg.norm(expected)
 
 
-@pytest.mark.parametrize("form", [struck_bank, driven_bank])
+@pytest.mark.parametrize("form", [Struck, Driven])
 @pytest.mark.parametrize("count", [1, 12, 37])
 def test_the_same_bytes_however_the_frames_are_split(form, count):
     modes = some_modes(count, quickest=2_000.0)
     signal = sparse_signal(6_000, 300)
     signal[2_000:3_500] = 0.0
-    whole = row(form, modes, 1e-4)
-    expected = ring(form, *whole, signal)
+    whole = form(modes, 1e-4)
+    expected = ring(whole, signal)
     draw = np.random.default_rng(1)
     for step in (1, 7, 64, 100, 1_024):
         cuts = range(step, signal.size, step)
-        parts = row(form, modes, 1e-4)
-        assert ring(form, *parts, signal, cuts).tobytes() == expected.tobytes()
-        assert form.rest(*parts) == form.rest(*whole)
+        parts = form(modes, 1e-4)
+        assert ring(parts, signal, cuts).tobytes() == expected.tobytes()
+        assert parts.tail() == whole.tail()
     cuts = np.unique(draw.integers(1, signal.size, 200))
-    assert ring(form, *row(form, modes, 1e-4), signal, cuts).tobytes() == expected.tobytes()
+    assert ring(form(modes, 1e-4), signal, cuts).tobytes() == expected.tobytes()
 
 
 def test_both_forms_agree():
     modes = some_modes(20)
     signal = sparse_signal(3_000, 40)
-    np.testing.assert_allclose(
-        ring(struck_bank, *row(struck_bank, modes), signal),
-        ring(driven_bank, *row(driven_bank, modes), signal),
-        atol=1e-11,
-    )
+    np.testing.assert_allclose(ring(Struck(modes), signal), ring(Driven(modes), signal), atol=1e-11)
 
 
-@pytest.mark.parametrize("form", [struck_bank, driven_bank])
+@pytest.mark.parametrize("form", [Struck, Driven])
 def test_what_has_died_away_is_exactly_zero(form):
     modes = some_modes(10, slowest=100.0, quickest=300.0)
-    s, t = row(form, modes, 1e-6)
+    row = form(modes, 1e-6)
     signal = np.zeros(20_000)
     signal[5] = 1.0
-    out = ring(form, s, t, signal)
+    out = ring(row, signal)
     expected = closed_form(*modes, np.arange(signal.size) - 5)
     assert np.abs(out - expected).max() < 10 * 1e-6
     assert not out[15_000:].any()
-    assert not s.any()
-    assert form.rest(s, t) == 0.0
+    assert not row.state.values.any()
+    assert row.tail() == 0.0
 
 
 def test_the_floor_lets_weak_excitation_build_a_mode_up():
     modes = ([1_000.0], [1.0], [1.0])
     signal = 1e-5 * np.sin(2 * np.pi * 1_000.0 * np.arange(9_600) / RATE)
-    for form in (struck_bank, driven_bank):
-        assert np.abs(ring(form, *row(form, modes, 1e-3), signal)).max() > 0.03
+    for form in (Struck, Driven):
+        assert np.abs(ring(form(modes, 1e-3), signal)).max() > 0.03
 
 
-@pytest.mark.parametrize("form", [struck_bank, driven_bank])
+@pytest.mark.parametrize("form", [Struck, Driven])
 @pytest.mark.parametrize("stop", [1, 63, 64, 200, 2_000])
-def test_rest_bounds_what_is_still_to_come(form, stop):
+def test_the_tail_bounds_what_is_still_to_come(form, stop):
     modes = some_modes(10, quickest=20.0)
     signal = sparse_signal(6_000, 500)
     signal[stop:] = 0.0
-    s, t = row(form, modes)
-    ring(form, s, t, signal[:stop])
-    bound = form.rest(s, t)
+    row = form(modes)
+    ring(row, signal[:stop])
+    bound = row.tail()
     out = np.empty(4_000)
-    if form is driven_bank:
-        form.ring(s, t, np.zeros(4_000), out, stop, 4_000)
-    else:
-        form.ring(s, t, np.zeros(0), 0, out, stop, 4_000)
+    row.ring(np.zeros(4_000), stop, out)
     assert np.abs(out).max() <= bound <= 30 * np.abs(signal[:stop]).sum()
 
 
-@pytest.mark.parametrize("form", [struck_bank, driven_bank])
-def test_a_new_tuning_goes_on_with_what_rings(form):
+@pytest.mark.parametrize("form", [Struck, Driven])
+def test_new_modes_go_on_with_what_rings(form):
     before, after = ([500.0], [0.0], [1.0]), ([700.0], [0.0], [1.0])
-    s, t = row(form, before)
+    row = form(before)
     signal = np.zeros(960)  # whole turns of 500 Hz from frame 0 on
     signal[0] = 1.0
-    ring(form, s, t, signal)
-    form.tune(t, *(np.array(values) for values in after), RATE, 1e-15)
+    ring(row, signal)
+    row.design(after)
     out = np.empty(960)
-    if form is driven_bank:
-        form.ring(s, t, np.zeros(960), out, 960, 960)
+    row.ring(np.zeros(960), 960, out)
+    if form is Driven:
         assert np.abs(out).max() == pytest.approx(1.0, rel=0.05)
     else:
-        form.ring(s, t, np.zeros(0), 0, out, 960, 960)
         np.testing.assert_allclose(out, closed_form(*after, np.arange(960)), atol=1e-9)
 
 
 def test_an_event_acts_from_the_frame_its_time_lies_in_and_a_late_one_at_once():
     modes = ([12_000.0], [0.0], [1.0])
     for time, first in ((7.999, 7), (8.0, 8), (-3.0, 0)):
-        out = np.empty(16)
-        struck_bank.ring(*row(struck_bank, modes), np.array([time, 2.0, 0.0]), 1, out, 0, 16)
+        row, out = Struck(modes), np.empty(16)
+        struck_bank.ring(event_list((time, 2.0)), 0, row.coefficients, row.state, out)
         np.testing.assert_allclose(out, 2 * closed_form(*modes, np.arange(16) - first), atol=1e-12)
 
 

@@ -5,8 +5,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from event_rows import rows_of
 
 from underfoot.errors import BadValue
+from underfoot.models.signals.events import event_list
 from underfoot.models.signals.rhythm import RHYTHMS, Note, Rhythm, play, rhythm
 
 RATE = 48000.0
@@ -17,12 +19,12 @@ def played(of, frames, block, start=0.0, frame=0, repeats=None, bar_frames=None)
     found = []
     for first in range(0, frames, block):
         count = min(block, frames - first)
-        events = np.zeros(3 * 100)
+        events = event_list(room=100)
         repeats_now = of.repeats if repeats is None else repeats
-        got = play(of.table(), bar_frames, repeats_now, start, frame + first, count, RATE, events)
-        onsets = np.floor(events[: 3 * got : 3])
+        play(of.table(), bar_frames, repeats_now, start, frame + first, frame + first + count, RATE, events)
+        found.append(rows_of(events))
+        onsets = np.floor(found[-1][:, 0])
         assert ((onsets >= frame + first) & (onsets < frame + first + count)).all()
-        found.append(events[: 3 * got].reshape(-1, 3))
     return np.concatenate(found)
 
 
@@ -64,13 +66,16 @@ def test_nothing_sounds_before_the_start_nor_after_the_last_bar():
 
 
 def test_a_full_list_leaves_the_rest_out():
-    events = np.zeros(6)
-    assert play(RHYTHMS[0].table(), 28800.0, 3, 0.0, 0, 100_000, RATE, events) == 2
+    events = event_list(room=2)
+    play(RHYTHMS[0].table(), 28800.0, 3, 0.0, 0, 100_000, RATE, events)
+    assert events.time.tolist() == [0.0, 7200.0]
+    assert len(events) == 2
 
 
 def test_a_tiny_bar_still_ends():
-    events = np.zeros(3000)
-    assert play(RHYTHMS[0].table(), 0.0, 0, 0.0, 0, 480, RATE, events) == 40
+    events = event_list(room=1000)
+    play(RHYTHMS[0].table(), 0.0, 0, 0.0, 0, 480, RATE, events)
+    assert len(events) == 40
 
 
 def test_the_eight_are_named_accented_and_within_the_thesis():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from underfoot.errors import BadValue
-from underfoot.models.fibre_bundle.bundle import critical_stress
+from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.fibre_bundle.local_load_sharing import draw_thresholds, ring
 
 
@@ -57,7 +57,7 @@ def test_global_sharing_is_critical_at_2766_with_a_deviation_of_32():
     strengths = [ring(draw_thresholds(2000, seed=seed), locality=0.0).strength for seed in range(100)]
     assert np.mean(strengths) == pytest.approx(2766.0, abs=4.0 * 32.0 / 10.0)
     assert np.std(strengths) == pytest.approx(32.0, rel=0.3)
-    assert np.mean(strengths) > critical_stress(2000)
+    assert np.mean(strengths) > FibreBundle(2000).critical_stress
 
 
 def test_two_fibres_have_the_strength_that_harlow_and_phoenix_give():

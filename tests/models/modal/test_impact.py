@@ -5,13 +5,17 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from event_rows import within
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import gamma
 
 from underfoot.errors import BadValue
-from underfoot.models.modal import contact_motion, contact_step, impact
+from underfoot.models.modal import contact_motion, contact_step, impact, phasors
 from underfoot.models.modal import hammer as impact_row
+from underfoot.models.modal.hammer import Response
+from underfoot.models.modal.impact import Hammer, ModalObject, strike
+from underfoot.models.signals.events import event_list
 
 RATE = 48_000.0
 SOFT, MEDIUM, HARD = (1e4, 1.5), (1e7, 1.5), (1e11, 1.8)
@@ -23,8 +27,7 @@ def some_modes(count, seed=3, highest=5_000.0, mass=0.1):
     return frequencies, draw.uniform(5, 80, count), mass * draw.uniform(0.3, 2, count), draw.uniform(0.3, 1, count)
 
 
-def wall(mass=1e9):
-    return [1e-3], [0.0], [mass], [1.0]
+WALL = ModalObject([1e-3], [0.0], [1e9], [1.0])
 
 
 def solved(mass, velocity, stiffness, exponent, damping, modes, times, load=0.0):
@@ -67,6 +70,9 @@ def against(run, truth):
     return np.linalg.norm(run - truth) / np.linalg.norm(truth)
 
 
+TEN_MODES = ModalObject(*some_modes(10))
+
+
 @pytest.fixture(scope="module")
 def truths():
     """Force, displacement and speed for the three hardnesses of SCIENCE 2, on ten modes, for 20 ms."""
@@ -81,7 +87,7 @@ def truths():
 @pytest.mark.parametrize(("stiffness", "exponent"), [SOFT, MEDIUM, HARD])
 @pytest.mark.parametrize("error", [1e-2, 1e-4, 1e-6, 1e-8])
 def test_the_asked_error_is_met(truths, stiffness, exponent, error):
-    hit = impact.blow(0.02, 1.0, stiffness, exponent, 0.3, *some_modes(10), 0.02, RATE, error)
+    hit = strike(Hammer(0.02, 1.0, stiffness, exponent, 0.3), TEN_MODES, 0.02, RATE, error)
     force, displacement, speed = truths[stiffness]
     assert against(hit.displacement_m, displacement) <= error
     assert against(hit.force_n, force) <= 10 * error
@@ -101,16 +107,16 @@ def test_few_substeps_reach_the_asked_force(truths, hardness, steps, reach):
 @pytest.mark.parametrize("error", [1e-3, 1e-6, 1e-9])
 def test_not_much_more_work_than_asked(hardness, error):
     truth = run(hardness, 256).displacement_m
-    steps = impact.blow(0.02, 1.0, *hardness, 0.3, *some_modes(10), 0.02, RATE, error).substeps
+    steps = strike(Hammer(0.02, 1.0, *hardness, 0.3), TEN_MODES, 0.02, RATE, error).substeps
     enough = next(n for n in range(1, 200) if against(run(hardness, n).displacement_m, truth) <= error)
     assert steps <= 3 * enough
 
 
-def run(hardness, steps, modes=None, hammer=(0.02, 1.0, 0.3)):
-    """A blow with a given number of sub-steps a frame, on ten modes for 20 ms."""
-    mass, velocity, damping = hammer
-    values = np.array([mass, *hardness, damping, 0.0, 1.0, steps])
-    return impact._run(values, velocity, modes or some_modes(10), 960, RATE)
+def run(hardness, substeps):
+    """A strike with a given number of sub-steps a frame, on ten modes for 20 ms."""
+    thrown = hammer(0.02, *hardness, 0.3, substeps=substeps)
+    (force, acceleration, displacement), *_ = throw(some_modes(10), [(0.0, 1.0, 0.0)], 960, thrown=thrown)
+    return impact.Impact(force, displacement, acceleration, substeps)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -119,12 +125,12 @@ def test_random_blows_meet_the_asked_error(seed):
     count = int(draw.integers(1, 6))
     rate = draw.uniform(8e3, 96e3)
     modes = some_modes(count, seed, 0.4 * rate, mass=10 ** draw.uniform(-1, 1))
-    hammer = 10 ** draw.uniform(-2.5, -0.5), 10 ** draw.uniform(-1, 1), 10 ** draw.uniform(4, 10)
-    hammer = *hammer, draw.uniform(1, 3), draw.choice([0.0, 0.1, 1.0])
+    thrown = 10 ** draw.uniform(-2.5, -0.5), 10 ** draw.uniform(-1, 1), 10 ** draw.uniform(4, 10)
+    thrown = *thrown, draw.uniform(1, 3), draw.choice([0.0, 0.1, 1.0])
     error = 10 ** draw.uniform(-7, -2)
     times = np.arange(201) / rate
-    hit = impact.blow(*hammer, *modes, 200 / rate, rate, error)
-    impulse, displacement, _ = solved(*hammer, modes, times)
+    hit = strike(Hammer(*thrown), ModalObject(*modes), 200 / rate, rate, error)
+    impulse, displacement, _ = solved(*thrown, modes, times)
     assert against(hit.displacement_m, displacement[:-1]) <= error
     assert against(hit.force_n, np.diff(impulse) * rate) <= 30 * error
 
@@ -133,7 +139,7 @@ def test_random_blows_meet_the_asked_error(seed):
 @pytest.mark.parametrize(("stiffness", "exponent", "mass"), [(1e4, 1.0, 0.5), (1e7, 1.5, 0.02), (1e11, 3.0, 0.1)])
 def test_restitution_at_a_rigid_wall(stiffness, exponent, mass, damping):
     velocity = 1.5
-    hit = impact.blow(mass, velocity, stiffness, exponent, damping, *wall(), 0.2, 8_000.0, 1e-9)
+    hit = strike(Hammer(mass, velocity, stiffness, exponent, damping), WALL, 0.2, 8_000.0, 1e-9)
     out = hit.force_n.sum() / 8_000.0 / mass - velocity
     lost = damping * velocity - math.log1p(damping * velocity)
     expected = brentq(lambda w: -damping * w - math.log1p(-damping * w) - lost, 0.0, (1 - 1e-15) / damping, xtol=1e-15)
@@ -143,7 +149,7 @@ def test_restitution_at_a_rigid_wall(stiffness, exponent, mass, damping):
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.5, 4.0])
 def test_contact_time_and_depth_without_losses(exponent):
     mass, velocity, stiffness, rate = 0.02, 1.0, 1e7, 1e6
-    hit = impact.blow(mass, velocity, stiffness, exponent, 0.0, *wall(), 0.08, rate, 1e-8)
+    hit = strike(Hammer(mass, velocity, stiffness, exponent), WALL, 0.08, rate, 1e-8)
     depth = ((exponent + 1) * mass * velocity**2 / (2 * stiffness)) ** (1 / (exponent + 1))
     power = 1 / (exponent + 1)
     lasts = 2 * depth / velocity * math.sqrt(math.pi) * gamma(1 + power) / gamma(0.5 + power)
@@ -153,23 +159,24 @@ def test_contact_time_and_depth_without_losses(exponent):
     assert deepest == pytest.approx(depth, rel=1e-5 + 2 / (lasts * rate) ** 2)
 
 
-def energy(s, t, modes):
+def energy(state, modes):
     """Energy (J) of hammer, contact and object, where a block or a contact lets it be read from the row."""
     frequencies, decays, masses, shapes = modes
-    first = contact_motion.Z if s[contact_motion.IN_CONTACT] else contact_motion.END
-    x, y = contact_motion.rows_of(s, t)[first : first + 2, : frequencies.size]
+    touching = state.in_contact != 0.0
+    phasor = state.z if touching else state.end
+    x, y = phasor.re[: frequencies.size], phasor.im[: frequencies.size]
     angular = 2 * np.pi * frequencies
     q, v = y / shapes, (angular * x - decays * y) / shapes
-    stiffness, exponent, way = s[contact_motion.STIFFNESS], s[contact_motion.EXPONENT], max(s[contact_motion.WAY], 0.0)
-    contact = stiffness * way ** (exponent + 1) / (exponent + 1) if s[contact_motion.IN_CONTACT] else 0.0
-    hammer = 0.5 * s[contact_motion.MASS] * s[contact_motion.SPEED] ** 2
-    return hammer + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum()
+    stiffness, exponent, depth = state.contact.stiffness, state.contact.exponent, max(state.penetration, 0.0)
+    contact = stiffness * depth ** (exponent + 1) / (exponent + 1) if touching else 0.0
+    moving = 0.5 * state.mass * state.speed**2
+    return moving + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum()
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_energy_is_never_gained_and_the_force_never_pulls(seed):
     draw = np.random.default_rng(seed)
-    force, acceleration, displacement = np.empty(32), np.empty(32), np.empty(32)
+    out = Response(*np.empty((3, 32)))
     for _ in range(40):
         count, rate = int(100 ** draw.uniform()), 10 ** draw.uniform(np.log10(8e3), np.log10(192e3))
         damping, lossless = 10 ** draw.uniform(-3, 1.5), draw.uniform() < 0.3
@@ -179,29 +186,24 @@ def test_energy_is_never_gained_and_the_force_never_pulls(seed):
             10 ** draw.uniform(-4, 2, count),
             draw.uniform(0.01, 1, count),
         )
-        hammer = np.array(
-            [
-                10 ** draw.uniform(-4, 1),
-                10 ** draw.uniform(3, 13),
-                draw.uniform(1, 4),
-                0.0 if lossless else damping,
-                0.0,
-                1e-3,
-                draw.choice([1, 2, 7]),
-            ]
+        thrown = hammer(
+            10 ** draw.uniform(-4, 1),
+            10 ** draw.uniform(3, 13),
+            draw.uniform(1, 4),
+            0.0 if lossless else damping,
+            error=1e-3,
+            substeps=draw.choice([1, 2, 7]),
         )
         velocity = 10 ** draw.uniform(-2, 1)
-        s, t = row(modes, rate)
-        first = last = 0.5 * hammer[0] * velocity**2
+        known, state = row(modes, rate)
+        first = last = 0.5 * thrown.mass * velocity**2
         for block in range(6):
-            thrown = int(block == 0)
-            impact_row.ring(
-                s, t, hammer, np.array([0.0, velocity, 0.0]), thrown, force, acceleration, displacement, 32 * block, 32
-            )
-            assert np.isfinite([force, acceleration, displacement]).all()
-            assert (force >= 0.0).all()
-            if s[contact_motion.IN_CONTACT] or block % 2:
-                now = energy(s, t, modes)
+            strikes = event_list((0.0, velocity)) if block == 0 else event_list()
+            impact_row.ring(strikes, thrown, 32 * block, known, state, out)
+            assert np.isfinite(out).all()
+            assert (out.force >= 0.0).all()
+            if state.in_contact or block % 2:
+                now = energy(state, modes)
                 assert now <= last + 1e-11 * first
                 last = now
         if lossless:
@@ -210,7 +212,8 @@ def test_energy_is_never_gained_and_the_force_never_pulls(seed):
 
 def test_a_standing_load_settles():
     modes = [80.0, 300.0], [30.0, 60.0], [0.5, 0.2], [1.0, 0.7]
-    hit = impact.blow(2.0, 0.3, 1e5, 1.5, 2.0, *modes, 4.0, 8_000.0, 1e-6, load_n=300.0)
+    pressed = Hammer(2.0, 0.3, 1e5, 1.5, 2.0, load_n=300.0)
+    hit = strike(pressed, ModalObject(*modes), 4.0, 8_000.0, 1e-6)
     frequencies, decays, masses, shapes = (np.array(values) for values in modes)
     sag = 300.0 * (shapes**2 / masses / ((2 * np.pi * frequencies) ** 2 + decays**2)).sum()
     np.testing.assert_allclose(hit.force_n[-800:], 300.0, rtol=1e-9)
@@ -222,7 +225,7 @@ def test_a_standing_load_settles():
 )
 def test_extremes_stay_bounded(stiffness, exponent, rate):
     for mass in (1e-4, 10.0):
-        hit = impact.blow(mass, 3.0, stiffness, exponent, 1.0, *some_modes(10), 0.01, rate, 1e-5)
+        hit = strike(Hammer(mass, 3.0, stiffness, exponent, 1.0), TEN_MODES, 0.01, rate, 1e-5)
         assert 1 <= hit.substeps <= impact_row.MOST_SUBSTEPS
         assert np.isfinite(hit.displacement_m).all()
         assert (hit.force_n >= 0.0).all()
@@ -230,17 +233,17 @@ def test_extremes_stay_bounded(stiffness, exponent, rate):
 
 
 def test_the_least_error_is_that_of_rounding(truths):
-    hit = impact.blow(0.02, 1.0, *MEDIUM, 0.3, *some_modes(10), 0.02, RATE, 1e-12)
+    hit = strike(Hammer(0.02, 1.0, *MEDIUM, 0.3), TEN_MODES, 0.02, RATE, 1e-12)
     assert against(hit.displacement_m, run(MEDIUM, 256).displacement_m) < 1e-11
     assert against(hit.displacement_m, truths[MEDIUM[0]][1]) < 1e-9
 
 
 def test_a_mode_above_half_the_rate_is_felt_but_not_heard():
     low, high = ([300.0], [20.0], [0.1], [1.0]), ([30_000.0], [20.0], [0.05], [1.0])
-    both = [a + b for a, b in zip(low, high, strict=True)]
-    alone = impact.blow(0.02, 1.0, *HARD, 0.3, *low, 0.005, RATE, 1e-6)
-    hit = impact.blow(0.02, 1.0, *HARD, 0.3, *both, 0.005, RATE, 1e-6)
-    fine = impact.blow(0.02, 1.0, *HARD, 0.3, *both, 0.005, 4 * RATE, 1e-6)
+    both, hard = ModalObject(*(a + b for a, b in zip(low, high, strict=True))), Hammer(0.02, 1.0, *HARD, 0.3)
+    alone = strike(hard, ModalObject(*low), 0.005, RATE, 1e-6)
+    hit = strike(hard, both, 0.005, RATE, 1e-6)
+    fine = strike(hard, both, 0.005, 4 * RATE, 1e-6)
     np.testing.assert_allclose(hit.force_n, fine.force_n.reshape(-1, 4).mean(1), atol=1e-4 * hit.force_n.max())
     assert against(alone.force_n, hit.force_n) > 0.01
     after = hit.displacement_m[100:] * np.exp(20.0 * np.arange(100, hit.displacement_m.size) / RATE)
@@ -252,28 +255,36 @@ def test_a_mode_above_half_the_rate_is_felt_but_not_heard():
 def test_a_free_mass_and_a_critically_damped_mode():
     for decay in (0.0, 200.0):
         modes = [0.0], [decay], [0.1], [1.0]
-        hit = impact.blow(0.02, 1.0, *MEDIUM, 0.0, *modes, 0.01, RATE, 1e-7)
+        hit = strike(Hammer(0.02, 1.0, *MEDIUM), ModalObject(*modes), 0.01, RATE, 1e-7)
         expected = solved(0.02, 1.0, *MEDIUM, 0.0, modes, np.arange(480) / RATE)[1]
         assert against(hit.displacement_m, expected) < 1e-6
 
 
 def row(modes, rate=RATE, floor=0.0):
-    count = len(modes[0])
-    s, t = np.zeros(contact_motion.state_size(count)), np.zeros(contact_motion.tuning_size(count))
-    impact_row.tune(t, *(np.asarray(values, dtype=float) for values in modes), rate, floor)
-    return s, t
+    """The object, and its row at rest."""
+    sizes = phasors.sizes(len(modes[0]))
+    known, state = contact_motion.OBJECT.zeros(**sizes), contact_motion.STATE.zeros(row=sizes["row"])
+    impact_row.design(np.array(modes, dtype=float), 1.0, 1.0, rate, floor, known)
+    return known, state
 
 
-def throw(modes, events, frames, cuts=(), hammer=(0.02, 1e7, 1.5, 0.3, 0.0, 1e-4, 0.0), floor=0.0, memory=None):
-    """Force, acceleration and displacement of a row in real time, in calls cut at `cuts`, and the row."""
-    s, t = memory or row(modes, floor=floor)
+def hammer(mass=0.02, stiffness=1e7, exponent=1.5, damping=0.3, *, load=0.0, error=1e-4, substeps=0):
+    made = impact_row.HAMMER.zeros()
+    made.mass, made.stiffness, made.exponent, made.damping = mass, stiffness, exponent, damping
+    made.load, made.error, made.substeps = load, error, substeps
+    return made
+
+
+def throw(modes, events, frames, cuts=(), thrown=None, floor=0.0):
+    """Force, acceleration and displacement of a row in real time, in calls cut at `cuts`; the object, and the row."""
+    known, state = row(modes, floor=floor)
     out = np.empty((3, frames))
-    edges = [0, *cuts, frames]
-    for first, last in pairwise(edges):
-        inside = [event for event in events if first <= math.floor(event[0]) < last]
-        flat = np.array(inside, dtype=float).ravel()
-        impact_row.ring(s, t, np.array(hammer), flat, len(inside), *out[:, first:last], first, last - first)
-    return out, s, t
+    for first, last in pairwise([0, *cuts, frames]):
+        strikes = event_list(*within(np.array(events), first, last))
+        impact_row.ring(
+            strikes, hammer() if thrown is None else thrown, first, known, state, Response(*out[:, first:last])
+        )
+    return out, known, state
 
 
 @pytest.mark.parametrize("hardness", [SOFT, MEDIUM, HARD])
@@ -281,26 +292,26 @@ def test_the_same_bytes_however_the_frames_are_split(hardness):
     draw = np.random.default_rng(0)
     frames = 1 + np.sort(draw.choice(3_000, 25, replace=False))
     events = [(n + draw.uniform(), draw.uniform(0.1, 2.0), 0.0) for n in frames]
-    modes, hammer = some_modes(12), (0.02, *hardness, 0.3, 0.0, 1e-4, 0.0)
-    expected, *memory = throw(modes, events, 5_000, hammer=hammer, floor=1e-3)
+    modes, thrown = some_modes(12), hammer(0.02, *hardness)
+    expected, known, state = throw(modes, events, 5_000, thrown=thrown, floor=1e-3)
     for step in (1, 7, 64, 1_024):
-        out, *parts = throw(modes, events, 5_000, range(step, 5_000, step), hammer, 1e-3)
+        out, _, left = throw(modes, events, 5_000, range(step, 5_000, step), thrown, 1e-3)
         assert out.tobytes() == expected.tobytes()
-        assert impact_row.rest(*parts) == impact_row.rest(*memory)
+        assert impact_row.tail(left, known) == impact_row.tail(state, known)
     cuts = np.unique(draw.integers(1, 5_000, 300))
-    assert throw(modes, events, 5_000, cuts, hammer, 1e-3)[0].tobytes() == expected.tobytes()
+    assert throw(modes, events, 5_000, cuts, thrown, 1e-3)[0].tobytes() == expected.tobytes()
 
 
 @pytest.mark.parametrize(("hardness", "part"), [(SOFT, 0.25), (MEDIUM, 0.7), (HARD, 0.001), (HARD, 0.999)])
 def test_contact_begins_at_the_events_time(hardness, part):
     times = (np.arange(400) + 1 - part) / RATE
     impulse, displacement, _ = solved(0.02, 1.0, *hardness, 0.3, some_modes(10), times)
-    hammer = 0.02, *hardness, 0.3, 0.0, 1e-7, 0.0
-    force, _, way = throw(some_modes(10), [(6 + part, 1.0, 0.0)], 407, hammer=hammer)[0]
+    thrown = hammer(0.02, *hardness, error=1e-7)
+    force, _, found = throw(some_modes(10), [(6 + part, 1.0, 0.0)], 407, thrown=thrown)[0]
     assert not force[:6].any()
-    assert not way[:7].any()
+    assert not found[:7].any()
     assert against(np.cumsum(force[6:-1]) / RATE, impulse) < 1e-6
-    assert against(way[7:], displacement) < 1e-6
+    assert against(found[7:], displacement) < 1e-6
 
 
 def test_a_second_throw_leaves_the_object_ringing():
@@ -316,24 +327,23 @@ def test_a_second_throw_leaves_the_object_ringing():
 
 
 def test_the_acceleration_alone_is_the_same():
-    s, t = row(some_modes(10))
-    force, acceleration = np.empty(1_000), np.empty(1_000)
-    hammer = np.array([0.02, 1e7, 1.5, 0.3, 0.0, 1e-4, 0.0])
-    impact_row.ring(s, t, hammer, np.array([3.3, 1.0, 0.0]), 1, force, acceleration, np.empty(0), 0, 1_000)
+    known, state = row(some_modes(10))
+    out = Response(np.empty(1_000), np.empty(1_000), np.empty(0))
+    impact_row.ring(event_list((3.3, 1.0)), hammer(), 0, known, state, out)
     expected = throw(some_modes(10), [(3.3, 1.0, 0.0)], 1_000)[0]
-    np.testing.assert_array_equal([force, acceleration], expected[:2])
+    np.testing.assert_array_equal(out[:2], expected[:2])
 
 
-def test_rest_bounds_the_acceleration_and_then_all_is_zero():
+def test_the_tail_bounds_the_acceleration_and_then_all_is_zero():
     modes = [100.0, 900.0, 7_000.0], [80.0, 90.0, 100.0], [0.1, 0.2, 0.3], [1.0, 0.5, 0.2]
-    out, s, t = throw(modes, [(3.3, 1.0, 0.0)], 500, floor=1e-6)
-    bound = impact_row.rest(s, t)
-    force, acceleration, displacement = np.empty((3, 30_000))
-    impact_row.ring(s, t, np.zeros(7), np.zeros(0), 0, force, acceleration, displacement, 500, 30_000)
-    assert np.abs(acceleration).max() <= bound < 20 * np.abs(out[1]).max()
-    assert not force.any()
-    assert not acceleration[-1_000:].any()
-    assert impact_row.rest(s, t) == 0.0
+    out, known, state = throw(modes, [(3.3, 1.0, 0.0)], 500, floor=1e-6)
+    bound = impact_row.tail(state, known)
+    later = Response(*np.empty((3, 30_000)))
+    impact_row.ring(event_list(), impact_row.HAMMER.zeros(), 500, known, state, later)
+    assert np.abs(later.acceleration).max() <= bound < 20 * np.abs(out[1]).max()
+    assert not later.force.any()
+    assert not later.acceleration[-1_000:].any()
+    assert impact_row.tail(state, known) == 0.0
 
 
 def test_the_force_is_elastic_at_its_mean_over_a_step():
@@ -343,24 +353,20 @@ def test_the_force_is_elastic_at_its_mean_over_a_step():
         for d in (1.001e-3 * x, 0.999e-3 * x, -0.999e-3 * x):
             start, end = contact_step.power(x, exponent), contact_step.power(x + d, exponent)
             exact = start * (1 + exponent * d / x / 2 + exponent * (exponent - 1) * (d / x) ** 2 / 6)
-            mean = contact_step._mean(x, x + d, start, end, exponent)
+            mean = contact_step.mean_force(x, x + d, start, end, exponent)
             assert mean == pytest.approx(exact, rel=3e-9)
 
 
-GOOD = {
-    "mass_kg": 0.02,
-    "velocity_m_s": 1.0,
-    "stiffness": 1e7,
-    "exponent": 1.5,
-    "damping_s_m": 0.3,
-    "frequencies_hz": [100.0, 200.0],
-    "decays_per_s": [1.0, 2.0],
-    "masses_kg": [1.0, 1.0],
-    "shapes": [1.0, 0.5],
-    "seconds": 0.01,
-    "rate": RATE,
-    "error": 1e-4,
-}
+HAMMER = {"mass_kg": 0.02, "velocity_m_s": 1.0, "stiffness": 1e7, "exponent": 1.5, "damping_s_m": 0.3}
+TARGET = {"frequencies_hz": [100.0, 200.0], "decays_per_s": [1.0, 2.0], "masses_kg": [1.0, 1.0], "shapes": [1.0, 0.5]}
+GOOD = {**HAMMER, **TARGET, "seconds": 0.01, "rate": RATE, "error": 1e-4}
+
+
+def struck(**changes):
+    """A strike of `GOOD` values but for `changes`."""
+    given = {**GOOD, **changes}
+    by, target = Hammer(**{name: given.pop(name) for name in HAMMER}), {name: given.pop(name) for name in TARGET}
+    return strike(by, ModalObject(**target), **given)
 
 
 @pytest.mark.parametrize(
@@ -388,10 +394,10 @@ GOOD = {
 )
 def test_bad_parameters_are_named(name, value):
     with pytest.raises(BadValue, match=f"^{name} is .*; allowed: ") as error:
-        impact.blow(**{**GOOD, name: value})
+        struck(**{name: value})
     assert "\n" not in str(error.value)
 
 
 def test_nothing_happens_in_no_time_or_without_speed():
-    assert impact.blow(**{**GOOD, "seconds": 0.0}).force_n.size == 0
-    assert not impact.blow(**{**GOOD, "velocity_m_s": 0.0}).force_n.any()
+    assert struck(seconds=0.0).force_n.size == 0
+    assert not struck(velocity_m_s=0.0).force_n.any()

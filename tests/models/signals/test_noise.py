@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from event_rows import rows_of
 from scipy import signal, stats
 
 from underfoot.models.signals import noise
+from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
@@ -17,37 +19,43 @@ START = 123_456_789
 def white(frames, key=KEY, start=START, block=None):
     y = np.empty(frames)
     for first, count in stretches(frames, block):
-        noise.white(key, start + first, y[first : first + count], count)
+        noise.white(key, start + first, y[first : first + count])
     return y
+
+
+def designed_band(low_hz=50.0, high_hz=700.0, rate=RATE):
+    coefficients = noise.BAND_COEFFICIENTS.zeros()
+    noise.design_band(low_hz, high_hz, rate, coefficients)
+    return coefficients
 
 
 def band(frames, low_hz=50.0, high_hz=700.0, rate=RATE, key=KEY, block=None):
-    s, t, y = np.zeros(noise.BAND_STATE), np.zeros(noise.BAND_TUNING), np.empty(frames)
-    noise.tune_band(t, low_hz, high_hz, rate)
+    coefficients, state, y = designed_band(low_hz, high_hz, rate), noise.BAND_STATE.zeros(), np.empty(frames)
     for first, count in stretches(frames, block):
-        noise.run_band(s, t, key, START + first, y[first : first + count], count)
+        noise.run_band(key, START + first, coefficients, state, y[first : first + count])
     return y
 
 
-def texture_tuning(mean_s=0.02, burst_s=0.001, centre_hz=300.0, width_hz=15.0, rate=RATE):
-    t = np.zeros(noise.TEXTURE_TUNING)
-    noise.tune_texture(t, mean_s, burst_s, centre_hz, width_hz, rate)
-    return t
+def designed_texture(mean_s=0.02, burst_s=0.001, centre_hz=300.0, width_hz=15.0, rate=RATE):
+    coefficients = noise.TEXTURE_COEFFICIENTS.zeros()
+    noise.design_texture(mean_s, burst_s, centre_hz, width_hz, rate, coefficients)
+    return coefficients
 
 
-def texture(frames, t, key=KEY, block=None):
-    s, y = np.zeros(noise.TEXTURE_STATE), np.empty(frames)
+def texture(frames, coefficients, key=KEY, block=None):
+    state, y = noise.TEXTURE_STATE.zeros(), np.empty(frames)
     for first, count in stretches(frames, block):
-        noise.run_texture(s, t, key, START + first, y[first : first + count], count)
+        noise.run_texture(key, START + first, coefficients, state, y[first : first + count])
     return y
 
 
 def impulses(frames, mean_s=0.02, key=KEY, start=START, block=None):
     found = []
     for first, count in stretches(frames, block):
-        events = np.empty(3 * count)
-        found.append(events[: 3 * noise.impulses(key, mean_s, RATE, start + first, count, events)].copy())
-    return np.concatenate(found).reshape(-1, 3)
+        events = event_list(room=count)
+        noise.impulses(key, mean_s, RATE, start + first, start + first + count, events)
+        found.append(rows_of(events))
+    return np.concatenate(found)
 
 
 def stretches(frames, block):
@@ -55,7 +63,7 @@ def stretches(frames, block):
     return [(first, min(block, frames - first)) for first in range(0, frames, block)]
 
 
-@pytest.mark.parametrize("make", [white, band, lambda n, block=None: texture(n, texture_tuning(), block=block)])
+@pytest.mark.parametrize("make", [white, band, lambda n, block=None: texture(n, designed_texture(), block=block)])
 def test_any_split_gives_the_same_bits(make):
     for block in SPLITS:
         np.testing.assert_array_equal(make(5000, block=block), make(5000))
@@ -89,9 +97,7 @@ def test_the_band_is_that_of_two_butterworth_filters_with_unit_rms():
 @pytest.mark.parametrize("rate", [8000.0, 48000.0, 192000.0])
 @pytest.mark.parametrize(("low_hz", "high_hz"), [(50.0, 700.0), (200.0, 250.0), (1000.0, 3900.0), (300.0, 306.0)])
 def test_band_limited_noise_has_unit_rms_at_any_rate(rate, low_hz, high_hz):
-    t = np.zeros(noise.BAND_TUNING)
-    noise.tune_band(t, low_hz, high_hz, rate)
-    assert t[-1] * root_power(low_hz, high_hz, rate) == pytest.approx(1.0, rel=1e-7)
+    assert designed_band(low_hz, high_hz, rate).gain * root_power(low_hz, high_hz, rate) == pytest.approx(1.0, rel=1e-7)
 
 
 def root_power(low_hz, high_hz, rate):
@@ -108,18 +114,18 @@ def test_edges_the_wrong_way_round_or_too_high_stay_finite():
 
 
 @pytest.mark.parametrize("low_hz", [20.0, 50.0, 400.0])
-def test_rest_bounds_what_the_band_still_puts_out(low_hz):
-    t = np.zeros(noise.BAND_TUNING)
-    noise.tune_band(t, low_hz, 700.0, RATE)
-    silent = t.copy()
-    silent[-1] = 0.0
+def test_the_tail_bounds_what_the_band_still_puts_out(low_hz):
+    coefficients, silent = designed_band(low_hz), designed_band(low_hz)
+    silent.gain = 0.0
     draw = np.random.default_rng(1)
     for _ in range(50):
-        s = draw.normal(size=noise.BAND_STATE) * 10.0 ** draw.uniform(-6, 0, noise.BAND_STATE)
-        bound, y = noise.rest_band(s, t), np.empty(24_000)
-        noise.run_band(s, silent, KEY, 0, y, y.size)
+        state = noise.BAND_STATE.zeros()
+        held = draw.normal(size=4) * 10.0 ** draw.uniform(-6, 0, 4)
+        state.high_pass.x1, state.high_pass.x2, state.low_pass.x1, state.low_pass.x2 = held
+        bound, y = noise.tail_band(state, coefficients), np.empty(24_000)
+        noise.run_band(KEY, 0, silent, state, y)
         assert np.abs(y).max() <= bound
-        assert noise.rest_band(s, t) < 1e-9
+        assert noise.tail_band(state, coefficients) < 1e-9
 
 
 def test_impulses_are_a_poisson_process():
@@ -152,9 +158,8 @@ def test_impulses_in_one_frame_add_up():
 
 
 def test_bursts_of_a_millisecond_begin_at_the_impulses():
-    t = texture_tuning()
     y = np.empty(480_000)
-    noise.bursts(t, KEY, START, y, y.size)
+    noise.bursts(KEY, START, designed_texture(), y)
     expected = np.zeros(y.size + 48, dtype=bool)
     for onset in np.floor(impulses(480_000 + 48, start=START - 48)[:, 0]).astype(int) - START:
         expected[max(onset, 0) : max(onset + 48, 0)] = True
@@ -162,16 +167,15 @@ def test_bursts_of_a_millisecond_begin_at_the_impulses():
 
 
 def test_the_texture_is_its_bursts_through_the_band_pass():
-    t = texture_tuning()
     y = np.empty(96_000)
-    noise.bursts(t, KEY, START, y, y.size)
+    noise.bursts(KEY, START, designed_texture(), y)
     exact = signal.lfilter(*signal.iirpeak(300.0, 300.0 / 15.0, fs=RATE), y)
-    assert np.abs(texture(96_000, t) - exact).max() < 1e-9
+    assert np.abs(texture(96_000, designed_texture()) - exact).max() < 1e-9
 
 
 @pytest.mark.parametrize(("mean_s", "width_hz", "rate"), [(0.02, 15.0, 48000.0), (0.005, 60.0, 8000.0)])
 def test_the_texture_has_unit_rms_in_its_band(mean_s, width_hz, rate):
-    y = texture(2_000_000, texture_tuning(mean_s=mean_s, width_hz=width_hz, rate=rate))
+    y = texture(2_000_000, designed_texture(mean_s=mean_s, width_hz=width_hz, rate=rate))
     assert y.std() == pytest.approx(1.0, rel=0.08)
     frequency, power = signal.welch(y, rate, nperseg=16384)
     assert frequency[power.argmax()] == pytest.approx(300.0, abs=width_hz / 2)
@@ -179,18 +183,16 @@ def test_the_texture_has_unit_rms_in_its_band(mean_s, width_hz, rate):
     assert power[near].sum() > 0.8 * power.sum()
 
 
-def test_the_texture_rests_after_its_last_burst():
-    t = texture_tuning()
-    s, y = np.zeros(noise.TEXTURE_STATE), np.empty(48_000)
-    noise.run_texture(s, t, KEY, START, y, y.size)
-    bound = noise.rest_texture(s, t)
-    t[-1] = 0.0
-    noise.run_texture(s, t, KEY, START + y.size, y, y.size)
+def test_the_texture_dies_away_after_its_last_burst():
+    coefficients, state, y = designed_texture(), noise.TEXTURE_STATE.zeros(), np.empty(48_000)
+    noise.run_texture(KEY, START, coefficients, state, y)
+    bound = noise.tail_texture(state, coefficients)
+    coefficients.gain = 0.0
+    noise.run_texture(KEY, START + y.size, coefficients, state, y)
     assert 0.0 < np.abs(y).max() <= bound
     assert np.abs(y).max() > 0.3 * bound
 
 
 @pytest.mark.parametrize("arguments", [(0.0, 0.0, 0.0, 0.0), (1e9, 1e9, 1e9, 1e9), (1e-9, 0.01, 300.0, 15.0)])
 def test_harsh_settings_stay_finite(arguments):
-    t = texture_tuning(*arguments)
-    assert np.isfinite(texture(2000, t)).all()
+    assert np.isfinite(texture(2000, designed_texture(*arguments))).all()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from event_rows import within
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
@@ -9,34 +10,33 @@ from scipy import signal
 from underfoot.errors import BadValue
 from underfoot.models.signals import envelopes
 from underfoot.models.signals.envelopes import attack_decay
+from underfoot.models.signals.events import event_list
 
 RATE = 48000.0
 SPLITS = (1, 7, 32, 64, 1024)
 
 
-def note_tuning(attack_s=0.01, decay_s=0.03, duration_s=0.1, amplitude=1.0):
-    t = np.zeros(envelopes.NOTE_TUNING)
-    envelopes.tune_note(t, attack_s, decay_s, duration_s, amplitude, RATE)
-    return t
+def note(attack_s=0.01, decay_s=0.03, duration_s=0.1, amplitude=1.0):
+    coefficients = envelopes.NOTE_COEFFICIENTS.zeros()
+    envelopes.design_note(attack_s, decay_s, duration_s, amplitude, RATE, coefficients)
+    return coefficients
 
 
-def notes(events, t, frames, block=None, s=None, start=0):
+def notes(events, coefficients, frames, block=None, state=None, start=0):
     """Run the note kernel in blocks, giving each block the events of its own frames."""
-    s = np.zeros(envelopes.NOTE_STATE) if s is None else s
+    state = envelopes.NOTE_STATE.zeros() if state is None else state
     y = np.empty(frames)
     events = np.asarray(events, dtype=np.float64).reshape(-1, 3)
     for first in range(0, frames, block or frames):
         count = min(block or frames, frames - first)
-        onsets = np.floor(events[:, 0])
-        mine = events[(onsets >= start + first) & (onsets < start + first + count)]
-        out = y[first : first + count]
-        envelopes.run_note(s, t, np.ascontiguousarray(mine).ravel(), len(mine), start + first, RATE, out, count)
+        mine = event_list(*within(events, start + first, start + first + count))
+        envelopes.run_note(mine, RATE, start + first, coefficients, state, y[first : first + count])
     return y
 
 
 @pytest.mark.parametrize("onset", [100.0, 100.25, 100.999])
 def test_a_note_is_the_closed_form_to_the_fraction_of_a_frame(onset):
-    y = notes([onset, 0.8, 0.2], note_tuning(amplitude=1.5), 20000)
+    y = notes([onset, 0.8, 0.2], note(amplitude=1.5), 20000)
     exact = attack_decay(np.arange(20000) / RATE, onset / RATE, 0.2, 1.2, 0.01, 0.03)
     assert np.abs(y - exact).max() < 1e-9
     assert np.flatnonzero(y)[0] == 101
@@ -49,28 +49,28 @@ def test_the_closed_form_has_its_times():
 
 
 def test_segments_that_do_not_fit_are_shortened_in_proportion():
-    y = notes([0.0, 1.0, 0.02], note_tuning(0.03, 0.01), 2000)
+    y = notes([0.0, 1.0, 0.02], note(0.03, 0.01), 2000)
     assert y.argmax() == round(0.015 * RATE)
     assert y[960:].max() == 0.0
     exact = attack_decay(np.arange(2000) / RATE, 0.0, 0.02, 1.0, 0.03, 0.01)
     assert np.abs(y - exact).max() < 1e-9
 
 
-def test_an_event_of_unknown_duration_takes_the_tuned_one():
-    t = note_tuning(duration_s=0.05)
-    np.testing.assert_array_equal(notes([3.0, 1.0, 0.0], t, 5000), notes([3.0, 1.0, 0.05], t, 5000))
+def test_an_event_of_unknown_duration_takes_the_designed_one():
+    short = note(duration_s=0.05)
+    np.testing.assert_array_equal(notes([3.0, 1.0, 0.0], short, 5000), notes([3.0, 1.0, 0.05], short, 5000))
 
 
 @pytest.mark.parametrize("block", SPLITS)
 def test_any_split_gives_the_same_bits(block):
     events = [10.5, 1.0, 0.1, 1000.25, 0.3, 0.0, 1003.0, 2.0, 0.01, 3000.0, 0.5, 0.02]
-    t, start = note_tuning(), 10**9
+    coefficients, start = note(), 10**9
     shifted = np.array(events)
     shifted[::3] += start
-    s_whole, s_split = np.zeros(envelopes.NOTE_STATE), np.zeros(envelopes.NOTE_STATE)
-    whole = notes(shifted, t, 8192, s=s_whole, start=start)
-    np.testing.assert_array_equal(notes(shifted, t, 8192, block, s_split, start), whole)
-    np.testing.assert_array_equal(s_split, s_whole)
+    at_once, in_blocks = envelopes.NOTE_STATE.zeros(), envelopes.NOTE_STATE.zeros()
+    whole = notes(shifted, coefficients, 8192, state=at_once, start=start)
+    np.testing.assert_array_equal(notes(shifted, coefficients, 8192, block, in_blocks, start), whole)
+    np.testing.assert_array_equal(in_blocks.values, at_once.values)
 
 
 @settings(max_examples=60, deadline=None)
@@ -79,25 +79,24 @@ def test_any_split_gives_the_same_bits(block):
     st.floats(0, 0.02),
     st.floats(0, 0.02),
 )
-def test_retriggering_never_clicks_and_rest_bounds_what_follows(raw, attack_s, decay_s):
+def test_retriggering_never_clicks_and_the_tail_bounds_what_follows(raw, attack_s, decay_s):
     events = [event for i, event in enumerate(sorted(raw)) if i == 0 or event[0] - sorted(raw)[i - 1][0] >= 1.0]
-    t = note_tuning(attack_s, decay_s, 0.02)
-    s = np.zeros(envelopes.NOTE_STATE)
-    y = notes(np.array(events).ravel(), t, 4096, s=s)
+    c, state = note(attack_s, decay_s, 0.02), envelopes.NOTE_STATE.zeros()
+    y = notes(np.array(events).ravel(), c, 4096, state=state)
     # The steepest raised cosine: pi/2 of its height in the shortest segment, itself no shorter than one frame.
     lengths = [max((d or 0.02) * RATE, 2.0) for _, _, d in events]
-    shortest = min(min(24.0, length * min(t[0], t[1]) / (t[0] + t[1])) for length in lengths)
+    shortest = min(min(24.0, length * min(c.attack, c.decay) / (c.attack + c.decay)) for length in lengths)
     assert np.abs(np.diff(y)).max() <= min(1.0, np.pi / 2 / shortest) * 2.0 + 1e-12
-    bound = envelopes.rest_note(s, t)
-    tail = notes([], t, 6000, s=s, start=4096)
+    bound = envelopes.tail_note(state)
+    tail = notes([], c, 6000, state=state, start=4096)
     assert np.abs(tail).max() <= bound + 1e-15
     assert tail[-1] == 0.0
-    assert not s.any()
-    assert envelopes.rest_note(s, t) == 0.0
+    assert not state.values.any()
+    assert envelopes.tail_note(state) == 0.0
 
 
 def test_a_louder_note_rises_from_the_present_value():
-    y = notes([0.0, 0.5, 0.1, 2400.0, 1.0, 0.1], note_tuning(0.01, 0.01), 4000)
+    y = notes([0.0, 0.5, 0.1, 2400.0, 1.0, 0.1], note(0.01, 0.01), 4000)
     assert y[2400] == 0.5
     assert (np.diff(y[2400:2880]) > 0).all()
     assert y[2880] == 1.0
@@ -112,27 +111,33 @@ def test_bad_values_are_named(arguments, name):
 @pytest.mark.parametrize("block", SPLITS)
 def test_the_constant_envelope_ramps_in_five_milliseconds_and_ends_at_zero(block):
     force = np.where((np.arange(3000) >= 100) & (np.arange(3000) < 2000), 300.0, 0.0)
-    t, s, y = np.zeros(envelopes.CONTACT_TUNING), np.zeros(envelopes.CONTACT_STATE), np.empty(3000)
-    envelopes.tune_contact(t, RATE)
+    coefficients, state = envelopes.CONTACT_COEFFICIENTS.zeros(), envelopes.CONTACT_STATE.zeros()
+    y = np.empty(3000)
+    envelopes.design_contact(RATE, coefficients)
     for first in range(0, 3000, block):
         part = slice(first, min(first + block, 3000))
-        envelopes.run_contact(s, t, force[part], y[part], part.stop - part.start)
+        envelopes.run_contact(force[part], coefficients, state, y[part])
         if part.stop <= 2000 < part.stop + block:
-            assert envelopes.rest_contact(s, t) == pytest.approx(1.0 - 1 / 240)
+            assert envelopes.tail_contact(state, coefficients) == pytest.approx(1.0 - 1 / 240)
     frames = np.arange(3000)
     exact = np.clip((frames - 99) / 240, 0, 1) * np.clip((2240 - 1 - frames) / 240, 0, 1)
     assert np.abs(y - exact).max() < 1e-12
     assert y[2240:].max() == 0.0
-    assert envelopes.rest_contact(s, t) == 0.0
+    assert envelopes.tail_contact(state, coefficients) == 0.0
 
 
-def strain_rate(force, choice=envelopes.SIGNED, mass_kg=1.0, damping=1.0, block=None, s=None):
-    t, y = np.zeros(envelopes.STRAIN_TUNING), np.empty(force.size)
-    s = np.zeros(envelopes.STRAIN_STATE) if s is None else s
-    envelopes.tune_strain_rate(t, 12.5, damping, mass_kg, RATE)
+def layer(mass_kg=1.0, damping=1.0):
+    coefficients = envelopes.STRAIN_COEFFICIENTS.zeros()
+    envelopes.design_strain_rate(12.5, damping, mass_kg, RATE, coefficients)
+    return coefficients
+
+
+def strain_rate(force, choice=envelopes.SIGNED, mass_kg=1.0, damping=1.0, block=None, state=None):
+    coefficients, y = layer(mass_kg, damping), np.empty(force.size)
+    state = envelopes.STRAIN_STATE.zeros() if state is None else state
     for first in range(0, force.size, block or force.size):
         part = slice(first, min(first + (block or force.size), force.size))
-        envelopes.run_strain_rate(s, t, force[part], choice, y[part], part.stop - part.start)
+        envelopes.run_strain_rate(force[part], choice, coefficients, state, y[part])
     return y
 
 
@@ -170,22 +175,21 @@ def test_absolute_and_positive_part_follow_the_signed_rate():
         np.testing.assert_array_equal(strain_rate(force, block=block), signed)
 
 
-def test_rest_bounds_the_strain_rate_after_a_step():
-    t, s = np.zeros(envelopes.STRAIN_TUNING), np.zeros(envelopes.STRAIN_STATE)
-    envelopes.tune_strain_rate(t, 12.5, 1.0, 1.0, RATE)
-    strain_rate(np.full(700, 750.0), s=s)
-    bound = envelopes.rest_strain_rate(s, t)
-    tail = strain_rate(np.zeros(48000), s=s)
+def test_the_tail_bounds_the_strain_rate_after_a_step():
+    state = envelopes.STRAIN_STATE.zeros()
+    strain_rate(np.full(700, 750.0), state=state)
+    bound = envelopes.tail_strain_rate(state, layer())
+    tail = strain_rate(np.zeros(48000), state=state)
     assert 0.05 * bound < np.abs(tail).max() <= bound
-    assert envelopes.rest_strain_rate(s, t) < 1e-12
+    assert envelopes.tail_strain_rate(state, layer()) < 1e-12
 
 
 def test_the_proportional_envelope_is_force_over_750():
     force = np.random.default_rng(2).uniform(-50, 1000, 1003)
     whole, split = np.empty(1003), np.empty(1003)
-    envelopes.proportional(force, envelopes.FULL_FORCE_N, whole, 1003)
+    envelopes.proportional(force, envelopes.FULL_FORCE_N, whole)
     np.testing.assert_allclose(whole, force / 750.0, rtol=1e-15)
     for first in range(0, 1003, 7):
         part = slice(first, min(first + 7, 1003))
-        envelopes.proportional(force[part], envelopes.FULL_FORCE_N, split[part], part.stop - part.start)
+        envelopes.proportional(force[part], envelopes.FULL_FORCE_N, split[part])
     np.testing.assert_array_equal(split, whole)

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from event_rows import rows_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -12,34 +13,47 @@ from scipy.linalg import expm
 from underfoot.errors import BadValue
 from underfoot.models.fibre_bundle import bundle
 from underfoot.models.fibre_bundle import grid as fracture_grid
-from underfoot.models.fibre_bundle.damage import MODELS, tune, tune_contact, tune_inverse
-from underfoot.models.fibre_bundle.grid import grid, tune_grid
+from underfoot.models.fibre_bundle.bundle import FibreBundle
+from underfoot.models.fibre_bundle.grid import Contact, FibreGrid
+from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
-NAMES = ("scale", "stiffness", "mass", "damping", "creep", "columns", "rows", "print_m", "coupling", "rubble")
-DEFAULTS = dict(zip(NAMES, (2.5, 1.0, 1e-5, 0.003, 0.0, 3, 2, 0.06, 1.0, 0.02), strict=True))
+BUNDLE = {"scale": 2.5, "stiffness": 1.0, "mass": 1e-5, "damping": 0.003, "creep": 0.0}
+GRID = {"columns": 3, "rows": 2, "width_m": 0.3, "depth_m": 0.2, "print_m": 0.06, "coupling": 1.0, "rubble": 0.02}
 
 
-def tuned(model="exact", rate=RATE, fibres=500, renewal_s=0.01, **changes):
-    scale, stiffness, mass, damping, creep, columns, rows, print_m, coupling, rubble = {**DEFAULTS, **changes}.values()
-    t = np.zeros(fracture_grid.tuning_size())
-    tune(t, rate, MODELS.index(model), 0, fibres, 4.0, scale, stiffness, mass, damping, creep)
-    tune_inverse(t, 20, 0.005, False)
-    tune_contact(t, rate, 1.0, renewal_s, 1.0, 0.5, True)
-    tune_grid(t, columns, rows, 0.3, 0.2, print_m, coupling, rubble)
-    return t
+def designed(model="exact", rate=RATE, fibres=500, renewal_s=0.01, **changes):
+    """Coefficients of a grid in real time: a cell that has wholly broken holds its strain."""
+    of_bundle = {name: changes.get(name, value) for name, value in BUNDLE.items()}
+    of_grid = {name: changes.get(name, value) for name, value in GRID.items()}
+    assert not set(changes) - {*BUNDLE, *GRID}
+    coefficients = fracture_grid.COEFFICIENTS.zeros()
+    bundle = FibreBundle(fibres, 4.0, **of_bundle, model=model, renewal_s=renewal_s)
+    FibreGrid(bundle, **of_grid).design(rate, coefficients)
+    unit = 0.5 * of_bundle["stiffness"] * of_bundle["scale"] ** 2
+    c = coefficients.bundle
+    c.loudness, c.softness, c.holds = unit**-0.5, 0.5, 1.0
+    return coefficients
 
 
-def played(t, force, x_m, y_m, cells=6, cuts=(), s=None, frame=0, key=None):
-    s = np.zeros(fracture_grid.state_size(cells)) if s is None else s
-    key = stream_key("grid") if key is None else key
+def at_rest(cells=6):
+    return fracture_grid.STATE.zeros(cells=cells)
+
+
+def played(coefficients, force, x_m, y_m, cells=6, cuts=(), state=None, frame=0):
+    state = at_rest(cells) if state is None else state
     strain, found = np.zeros(force.size), []
     for i, j in pairwise([0, *sorted(cuts), force.size]):
-        events = np.zeros(3 * (j - i))
-        count = fracture_grid.run(s, t, key, frame + i, force[i:j], x_m[i:j], y_m[i:j], strain[i:j], events)
-        found.append(events[: 3 * count].reshape(-1, 3))
-    return strain, np.concatenate(found), s
+        events, contact = event_list(room=j - i), Contact(force[i:j], x_m[i:j], y_m[i:j])
+        fracture_grid.run(contact, stream_key("grid"), frame + i, coefficients, state, strain[i:j], events)
+        found.append(rows_of(events))
+    return strain, np.concatenate(found), state
+
+
+def response(force, x_m, y_m, **grid):
+    """Of a grid of bundles of 500 at `RATE`."""
+    return FibreGrid(FibreBundle(500, mass=1e-5, damping=0.003), **grid).response(force, x_m, y_m, RATE)
 
 
 def footstep(peak=3500.0, frames=4000):
@@ -69,45 +83,46 @@ def test_unbroken_cells_move_as_the_coupled_system_does(rate):
     frames, coupling, mass, damping = int(0.02 * rate), 2.0, 1e-5, 0.003
     shares = print_shares(-0.1, 0.05)
     force = 2000.0 * np.arange(1, frames + 1) / frames
-    t = tuned(rate=rate, scale=1e6, coupling=coupling)
-    strain, _, s = played(t, force, np.full(frames, -0.1), np.full(frames, 0.05))
+    coefficients = designed(rate=rate, scale=1e6, coupling=coupling)
+    strain, _, state = played(coefficients, force, np.full(frames, -0.1), np.full(frames, 0.05))
     system = np.zeros((14, 14))  # strains, speeds, load, its slope
     system[:6, 6:12] = np.eye(6)
     system[6:12, :6] = -(np.eye(6) + coupling * laplacian(3, 2)) / mass
     system[6:12, 6:12] = -damping / mass * np.eye(6)
     system[6:12, 12] = shares / 500.0 / mass
     system[12, 13] = 2000.0 / 0.02
-    state = np.zeros(14)
-    state[13] = 1.0
-    exact = np.array([expm(system / rate * i) @ state for i in range(1, frames + 1)])
+    start = np.zeros(14)
+    start[13] = 1.0
+    exact = np.array([expm(system / rate * i) @ start for i in range(1, frames + 1)])
     error = np.linalg.norm(strain - exact[:, :6].mean(1)) / np.linalg.norm(exact[:, :6].mean(1))
     assert error < 2e-4 * (12000.0 / rate) ** 2
-    np.testing.assert_allclose(s[2:8], exact[-1, :6], rtol=1e-2 * (12000.0 / rate) ** 2)
+    np.testing.assert_allclose(state.strain, exact[-1, :6], rtol=1e-2 * (12000.0 / rate) ** 2)
 
 
 def test_a_standing_load_bends_the_grid_as_statics_say():
     frames = 48000
-    _, _, s = played(tuned(scale=1e6), np.full(frames, 900.0), np.full(frames, 0.03), np.full(frames, -0.02))
+    place = np.full(frames, 0.03), np.full(frames, -0.02)
+    _, _, state = played(designed(scale=1e6), np.full(frames, 900.0), *place)
     wanted = np.linalg.solve(np.eye(6) + laplacian(3, 2), 900.0 / 500.0 * print_shares(0.03, -0.02))
-    np.testing.assert_allclose(s[2:8], wanted, rtol=1e-5)
+    np.testing.assert_allclose(state.strain, wanted, rtol=1e-5)
 
 
 def test_one_cell_is_the_bundle():
     force, x_m, y_m = footstep(620.0)
-    t = tuned(columns=1, rows=1)
-    strain, events, _ = played(t, force, x_m, y_m, cells=1)
-    one, found = np.zeros(force.size), np.zeros(3 * force.size)
-    count = bundle.run(np.zeros(bundle.state_size()), t, stream_key("grid"), 0, force, one, found)
-    assert count > 20
+    coefficients = designed(columns=1, rows=1)
+    strain, events, _ = played(coefficients, force, x_m, y_m, cells=1)
+    one, found = np.zeros(force.size), event_list(room=force.size)
+    bundle.run(force, stream_key("grid"), 0, coefficients.bundle, bundle.STATE.zeros(), one, found)
+    assert len(found) > 20
     np.testing.assert_allclose(strain, one, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(events, found[: 3 * count].reshape(-1, 3), rtol=1e-9)
+    np.testing.assert_allclose(events, rows_of(found), rtol=1e-9)
 
 
 def test_failures_follow_the_foot():
     frames = 9600
     force = np.full(frames, 1400.0)
     x_m = np.where(np.arange(frames) < frames // 2, -0.1, 0.1)
-    result = grid(force, x_m, np.zeros(frames), RATE, 500, columns=3, rows=1, coupling=0.0, mass=1e-5, damping=0.003)
+    result = response(force, x_m, np.zeros(frames), columns=3, rows=1, coupling=0.0)
     first, second = result.failures[: frames // 2].sum(0), result.failures[frames // 2 :].sum(0)
     assert first[0] > 10 * max(first[2], 1)
     assert second[2] > 10 * max(second[0], 1)
@@ -117,9 +132,9 @@ def test_failures_follow_the_foot():
 def test_what_a_broken_cell_carried_goes_to_its_neighbours():
     frames = 4800
     held = 1200.0 * np.minimum(np.arange(frames) / 2400.0, 1.0)
-    press = {"columns": 5, "rows": 1, "print_m": 0.02, "mass": 1e-5, "damping": 0.003}
+    press = {"columns": 5, "rows": 1, "print_m": 0.02}
     alone, tied = (
-        grid(held, np.zeros(frames), np.zeros(frames), RATE, 500, coupling=coupling, **press).failures.sum(0)
+        response(held, np.zeros(frames), np.zeros(frames), coupling=coupling, **press).failures.sum(0)
         for coupling in (0.0, 0.3)
     )
     assert alone[2] == tied[2] == 500
@@ -130,44 +145,45 @@ def test_what_a_broken_cell_carried_goes_to_its_neighbours():
 
 def test_a_stiff_coupling_shares_the_load_among_all():
     force, x_m, y_m = footstep(2500.0)
-    _, _, s = played(tuned(coupling=500.0), force[:2000], x_m, y_m)
-    strain = s[2:8]
-    assert strain.min() > 0.98 * strain.max() > 0.5
+    _, _, state = played(designed(coupling=500.0), force[:2000], x_m, y_m)
+    assert state.strain.min() > 0.98 * state.strain.max() > 0.5
 
 
 @pytest.mark.parametrize("model", ["exact", "inverse"])
 def test_any_split_gives_the_same_bits(model):
-    t, step = tuned(model), footstep()
-    strain, events, s = played(t, *step, frame=10**7 + 5)
+    coefficients, step = designed(model), footstep()
+    strain, events, state = played(coefficients, *step, frame=10**7 + 5)
     assert len(events) > 30
     frames = np.floor(events[:, 0])
     assert (np.diff(frames) > 0).all()
     rng = np.random.default_rng(5)
     for cuts in (range(7, 5000, 7), range(64, 5000, 64), rng.integers(0, 5000, 300)):
-        parted, found, left = played(t, *step, cuts=cuts, frame=10**7 + 5)
+        parted, found, left = played(coefficients, *step, cuts=cuts, frame=10**7 + 5)
         np.testing.assert_array_equal(parted, strain)
         np.testing.assert_array_equal(found, events)
-        np.testing.assert_array_equal(left[:44], s[:44])
+        assert (left.worn, left.load) == (state.worn, state.load)
+        for name in ("strain", "speed", "failed", "next_hazard", "share", "next_share", "breaking"):
+            np.testing.assert_array_equal(getattr(left, name), getattr(state, name))
 
 
 def test_after_the_renewal_time_the_ground_is_fresh():
     force, x_m, y_m = footstep()
     rest = np.zeros(9000)
     twice = [np.concatenate((values, rest, values)) for values in (force, x_m, y_m)]
-    strain, events, s = played(tuned(), *twice)
-    slept, found, _ = played(tuned(), force, x_m, y_m, frame=14000)
+    strain, events, state = played(designed(), *twice)
+    slept, found, _ = played(designed(), force, x_m, y_m, frame=14000)
     np.testing.assert_allclose(strain[14000:], slept, atol=1e-9)
     again = events[events[:, 0] > 14000]
     np.testing.assert_allclose(again, found, rtol=1e-6)
     assert not np.isclose(events[0, 0] + 14000, again[0, 0], atol=1e-3)
-    assert fracture_grid.rest(s, tuned()) < math.inf
+    assert fracture_grid.tail(state, designed()) < math.inf
 
 
 def test_reloading_below_the_former_load_breaks_nothing():
     force, x_m, y_m = footstep()
     x_m[:], y_m[:] = 0.05, 0.0
     twice = [np.concatenate((values, factor * values)) for values, factor in ((force, 0.9), (x_m, 1), (y_m, 1))]
-    _, events, _ = played(tuned(renewal_s=1.0), *twice)
+    _, events, _ = played(designed(renewal_s=1.0), *twice)
     assert len(events) > 30
     assert (events[:, 0] < 5000).all()
 
@@ -181,14 +197,15 @@ def test_an_unloaded_grid_comes_to_rest_within_its_bound(data):
         "damping": data.draw(st.sampled_from([1e-4, 0.003, 1.0])),
         "coupling": data.draw(st.sampled_from([0.0, 0.3, 10.0, 1e4])),
     }
-    t = tuned(renewal_s=1e-9, **changes)
-    s = np.zeros(fracture_grid.state_size(6))
-    s[2:14] = data.draw(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12))
-    bound = fracture_grid.rest(s, t)
+    coefficients, state = designed(renewal_s=1e-9, **changes), at_rest()
+    state.strain[:], state.speed[:] = np.reshape(
+        data.draw(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12)), (2, 6)
+    )
+    bound = fracture_grid.tail(state, coefficients)
     still = np.zeros(4800)
-    strain, events, s = played(t, still, still, still, s=s)
+    strain, events, _ = played(coefficients, still, still, still, state=state)
     assert np.abs(strain).max() <= bound
-    assert fracture_grid.rest(s, t) <= 1.5 * bound
+    assert fracture_grid.tail(state, coefficients) <= 1.5 * bound
     assert len(events) == 0
 
 
@@ -205,7 +222,8 @@ def test_every_finite_input_is_answered_by_finite_values(data):
     }
     values = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=100, max_size=100)
     force, x_m, y_m = (np.array(data.draw(values)) for _ in range(3))
-    strain, events, _ = played(tuned(data.draw(st.sampled_from(["exact", "inverse"])), **changes), force, x_m, y_m)
+    coefficients = designed(data.draw(st.sampled_from(["exact", "inverse"])), **changes)
+    strain, events, _ = played(coefficients, force, x_m, y_m)
     assert np.isfinite(strain).all()
     assert np.isfinite(events).all()
 
@@ -227,6 +245,9 @@ def test_every_finite_input_is_answered_by_finite_values(data):
     ],
 )
 def test_a_value_outside_its_range_is_named(changes):
-    good = {"force": [0.0, 1.0], "x_m": [0.0, 0.0], "y_m": [0.0, 0.0], "rate": RATE, "fibres": 10}
+    given = {"force": [0.0, 1.0], "x_m": [0.0, 0.0], "y_m": [0.0, 0.0], "fibres": 10, "model": "exact", **changes}
+    grid = {name: value for name, value in changes.items() if name in (*GRID, "pressure")}
     with pytest.raises(BadValue, match=next(iter(changes))):
-        grid(**{**good, **changes})
+        FibreGrid(FibreBundle(given["fibres"], model=given["model"]), **grid).response(
+            given["force"], given["x_m"], given["y_m"], RATE
+        )
