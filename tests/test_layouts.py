@@ -7,7 +7,8 @@ import pytest
 from numba import njit
 
 from underfoot.errors import BadValue
-from underfoot.layouts import LINE, Layout
+from underfoot.layouts import Layout
+from underfoot.memory import LINE
 
 PAIR = Layout("pair", re=("row",), im=("row",))
 OBJECT = Layout(

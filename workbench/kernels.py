@@ -16,6 +16,7 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from underfoot.kernel_cache import KernelCache, options_text
+from underfoot.layouts import LOWERING
 
 Floats = NDArray[np.float64]
 """What kernels compute on: contiguous arrays of float64."""
@@ -34,14 +35,14 @@ def modal_kernel(function: Callable[..., Any]) -> Any:
 def callback(signature: Any, function: Callable[..., Any]) -> CFunc:
     """A kernel that is called by its address: compiled, or loaded, at once."""
     compiled: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
-    compiled._cache = KernelCache(function, f"callback {signature}")
+    compiled._cache = KernelCache(function, f"callback {signature} {LOWERING}")
     compiled.compile()
     return compiled
 
 
 def _kept(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     dispatcher = njit(nogil=True, error_model="numpy", **options)(function)
-    dispatcher._cache = KernelCache(function, options_text(options))
+    dispatcher._cache = KernelCache(function, f"{options_text(options)} {LOWERING}")
     return dispatcher
 
 

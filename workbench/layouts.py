@@ -8,6 +8,7 @@ known when the memory is made. To compiled code a memory is an address and these
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -17,15 +18,19 @@ from numba.core import cgutils
 from numba.core.datamodel import models
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.extending import NativeValue, intrinsic, overload, register_model, typeof_impl, unbox
+from numba.extending import NativeValue, intrinsic, overload, register_model, unbox
 from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
 from underfoot.errors import require
+from underfoot.kernel_cache import digest
 from underfoot.memory import aligned_zeros, whole_lines
 
 Size = int | str
 """How long a dimension is: a number, or the symbol of one that each memory has for itself."""
+
+_OWN = ("address", "layout", "sizes", "values")
+"""What a memory has besides its parts."""
 
 _WORD = ir.IntType(64)
 
@@ -67,6 +72,7 @@ class Layout:
         self.parts = {part.name: part for part in made}
         symbols: list[str] = []
         for part in made:
+            require(part.name not in _OWN, "name of a part", part.name, f"one that is not of {', '.join(_OWN)}")
             symbols += part.layout.symbols if part.layout else [size for size in part.shape if isinstance(size, str)]
         self.symbols: tuple[str, ...] = tuple(dict.fromkeys(symbols))
         """The sizes that each memory has for itself, in order."""
@@ -141,7 +147,9 @@ class Memory:
     """A memory of a layout in Python: its numbers and arrays are attributes, `values` is all of it, float64."""
 
     def __init__(self, layout: Layout, values: NDArray[np.float64], sizes: Mapping[str, int]) -> None:
-        vars(self).update(layout=layout, values=values, sizes={name: int(sizes[name]) for name in layout.symbols})
+        own = {name: int(sizes[name]) for name in layout.symbols}
+        vars(self).update(layout=layout, values=values, sizes=own, address=values.ctypes.data)
+        vars(self).update(_numba_type_=layout.type)  # where Numba looks for the type of an argument
 
     def __getattr__(self, name: str) -> Any:
         fields = vars(self)
@@ -197,20 +205,12 @@ class _MemoryModel(models.StructModel):
         super().__init__(manager, kind, [("pointer", types.CPointer(types.float64)), *sizes])
 
 
-@typeof_impl.register(Memory)
-def _typeof(memory: Memory, context: Any) -> MemoryType:
-    return memory.layout.type
-
-
 @unbox(MemoryType)
 def _unbox(kind: MemoryType, memory: Any, context: Any) -> NativeValue:
     made = cgutils.create_struct_proxy(kind)(context.context, context.builder)
-    values = context.pyapi.object_getattr_string(memory, "values")
-    array = types.Array(types.float64, 1, "C")
-    made.pointer = context.context.make_array(array)(
-        context.context, context.builder, context.unbox(array, values).value
-    ).data
-    context.pyapi.decref(values)
+    address = context.pyapi.object_getattr_string(memory, "address")
+    made.pointer = context.builder.inttoptr(context.pyapi.long_as_longlong(address), made.pointer.type)
+    context.pyapi.decref(address)
     for name in kind.layout.symbols:
         size = context.pyapi.object_getattr_string(memory, name)
         setattr(made, name, context.pyapi.long_as_longlong(size))
@@ -304,3 +304,17 @@ def _set(context: Any, builder: Any, signature: Any, arguments: Any, name: str) 
     part, pointer, _ = _located(context, builder, signature.args[0], arguments[0], name)
     assert part.is_number, name
     builder.store(context.cast(builder, arguments[1], signature.args[1], types.float64), pointer)
+
+
+def _functions(named: Mapping[str, Any]) -> Iterator[FunctionType]:
+    """Every function of this file, those of its classes too."""
+    for value in named.values():
+        if getattr(value, "__module__", "") == __name__:
+            if isinstance(value, FunctionType):
+                yield value
+            elif isinstance(value, type):
+                yield from _functions(vars(value))
+
+
+LOWERING = "".join(digest(function)[:8] for function in _functions(dict(globals())))
+"""What identifies how memories are compiled: part of every kernel's digest, which does not see what Numba calls."""

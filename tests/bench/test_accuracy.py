@@ -10,6 +10,7 @@ from underfoot.bench import accuracy, naive
 from underfoot.bench.accuracy import Method, Task
 from underfoot.models.elasto_plastic import Ground
 from underfoot.models.modal.impact import Hammer, ModalObject
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
 
 
 def test_every_point_has_its_own_error_and_time():
@@ -76,6 +77,7 @@ def test_strain_rate_of_a_step_has_its_closed_form():
 
 def test_pure_diffusion_passes_its_level_in_levy_s_time():
     durations = np.empty(4000)
-    naive.slips_by_euler_maruyama(1e-9, 0.0, 0.5, 1.0, 0.0, 0.0, 50.0, 1e-3, np.random.default_rng(2), durations)
+    block = BlockOnBelt(1e-9, 0.0, 0.5, 1.0, 0.0, 0.0)
+    naive.slips_by_euler_maruyama(block, 50.0, 1e-3, np.random.default_rng(2), durations)
     law = stats.levy(scale=1.0)
     assert np.mean(durations < 5.0) == pytest.approx(law.cdf(5.0), abs=0.04)
