@@ -33,6 +33,7 @@ LEVELS = (
         "kernels",
         "kernel_cache",
         "models",
+        "quantities",
     },
     {"parameters"},
     {"floor", "patch"},

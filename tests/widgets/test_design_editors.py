@@ -17,12 +17,12 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.models.signals.rhythm import STEPS
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
 from underfoot.patch.patch import Patch
+from underfoot.quantities import parse_quantity, quantity
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
 from underfoot.widgets.design.rhythm_editor import RhythmBar, RhythmEditor, placed
 from underfoot.widgets.design.undo import Document
-from underfoot.widgets.quantities import parse_quantity, quantity
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 

@@ -13,9 +13,9 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen, QPo
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.drawing import COLOURS, Drawing, Series
+from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.plots import AXIS_PX, thinned
-from underfoot.widgets.quantities import number
 
 DOT_PX = 4
 

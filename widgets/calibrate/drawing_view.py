@@ -6,9 +6,9 @@ from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtWidgets import QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.drawing import COLOURS, Drawing, Series
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.drawing_plot import DrawingPlot
-from underfoot.widgets.quantities import pretty_text
 
 LEAST_PX = 304
 """Height below which a drawing is not pressed: the column scrolls instead."""

@@ -18,8 +18,8 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.floor.profile import Part
+from underfoot.quantities import quantity
 from underfoot.widgets import theme
-from underfoot.widgets.quantities import quantity
 
 Quantities = Sequence[tuple[str, float, str]]
 

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.parameters import Parameter
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.drawing_view import DrawingColumn
 from underfoot.widgets.calibrate.figures import FigureTable, name_in_words, unit_in
@@ -14,7 +15,6 @@ from underfoot.widgets.calibrate.page_view import FORM_PX
 from underfoot.widgets.calibrate.tile_picture import TilePicture
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
-from underfoot.widgets.quantities import pretty_text
 
 
 class Overview(QWidget):

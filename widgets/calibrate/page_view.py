@@ -10,12 +10,12 @@ from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 from underfoot.calibration.procedures.procedure import Live, Page
 from underfoot.floor.layout import Tile
 from underfoot.parameters import Numbers
+from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import FigureRow, name_in_words
 from underfoot.widgets.calibrate.tile_picture import TilePicture, where_in_words
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
-from underfoot.widgets.quantities import pretty_text, pretty_unit, quantity
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}

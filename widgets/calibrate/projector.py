@@ -6,11 +6,12 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QScreen
 from PySide6.QtWidgets import QWidget
 
+from underfoot import quantities
 from underfoot.calibration.procedures.procedure import Page
 from underfoot.floor.layout import Tile
-from underfoot.widgets import quantities, theme
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
 from underfoot.widgets.calibrate.tile_picture import place_number
-from underfoot.widgets.quantities import quantity
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001

@@ -7,10 +7,11 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from underfoot import quantities
 from underfoot.calibration.procedures.procedure import Press
 from underfoot.floor.layout import Tile, default_floor
-from underfoot.widgets import quantities, theme
-from underfoot.widgets.quantities import quantity
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
 
 Places = Sequence[tuple[float, float]]
 

@@ -7,8 +7,8 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from underfoot.parameters import Count, Number, Numbers, Parameter
+from underfoot.quantities import number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.quantities import number, pretty_text, pretty_unit, quantity
 
 
 class ParameterEditor(QWidget):

@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Rows, Tiles
+from underfoot.quantities import parse_quantity, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor
-from underfoot.widgets.quantities import parse_quantity, pretty_unit
 
 ROW_PX, HEADING_PX = 24, 36
 MOST_SEEN = 8

@@ -7,10 +7,10 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number
+from underfoot.quantities import parse_quantity, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
 from underfoot.widgets.controls.slider import Slider
-from underfoot.widgets.quantities import parse_quantity, quantity
 
 EXACT = 9
 """Significant digits in a field while it is being edited."""

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLay
 from underfoot.parameters import Count, Rows, Text
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.list_editors import TilesEditor
@@ -19,7 +20,6 @@ from underfoot.widgets.design.editing import drivers
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shape import accent, shown
-from underfoot.widgets.quantities import pretty_text
 
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")

@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.patch.node import NodeType, Registry
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.design.shape import accent
-from underfoot.widgets.quantities import pretty_text
 
 MIME = "application/x-underfoot-node"
 FAMILIES = ("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters", "Outputs")

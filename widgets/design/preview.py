@@ -10,11 +10,11 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, 
 from underfoot.engine.messages import Preview
 from underfoot.floor.layout import Tile
 from underfoot.patch.node import NodeType, Port
+from underfoot.quantities import quantity
 from underfoot.widgets import theme
 from underfoot.widgets.design.analysis import Scale, peak_and_rms, shown_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.preview_plots import SpectrogramPlot, SpectrumPlot, WaveformPlot
 from underfoot.widgets.design.tile_pad import TilePad
-from underfoot.widgets.quantities import quantity
 
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176

@@ -7,10 +7,10 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPainterPath
 from PySide6.QtWidgets import QGraphicsPathItem
 
+from underfoot.quantities import number, pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.design.analysis import FELT_HZ, Scale
 from underfoot.widgets.plots import AXIS_PX, HeatItem, Plot, round_top, thinned
-from underfoot.widgets.quantities import number, pretty_unit, quantity
 
 FORCE_AXIS_PX = 44
 COLUMNS = 700

@@ -7,8 +7,8 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent,
 from PySide6.QtWidgets import QWidget
 
 from underfoot.floor.layout import Tile, default_floor
+from underfoot.quantities import quantity
 from underfoot.widgets import theme
-from underfoot.widgets.quantities import quantity
 
 FULL_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""

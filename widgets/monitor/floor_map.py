@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.floor.contacts import ContactRows, Present
 from underfoot.floor.layout import Floor
+from underfoot.quantities import quantity
 from underfoot.widgets import theme
-from underfoot.widgets.quantities import quantity
 
 FULL_N = 1000.0
 """The load at which a tile shows the full amber."""

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.plots import Plot, round_top, thinned
-from underfoot.widgets.quantities import number
 
 CORNERS = ("#e0705a", "#d8bb54", "#a8794a", "#e3a7a0")
 """The corners' colours, in the order of the sensors: neighbours of the amber of force."""

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF
 
+from underfoot.quantities import number, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.plots import HeatItem, Plot
-from underfoot.widgets.quantities import number, quantity
 
 LOW_HZ, HIGH_HZ = 20.0, 2000.0
 FELT_HZ = (40.0, 1000.0)

@@ -24,13 +24,13 @@ from underfoot.engine.messages import Command, Press, Tare, Walk
 from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.monitor.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.spectrogram import SHOWN_DB, RunningSpectrum, SpectrogramPlot
 from underfoot.widgets.monitor.step_table import StepTable, WholeRows
 from underfoot.widgets.plots import History, Line
-from underfoot.widgets.quantities import number
 from underfoot.widgets.session.bridge import Forces
 
 LONGEST_S = 10.0
