@@ -304,7 +304,7 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
     qtbot.waitUntil(lambda: window.player.session.health.peak < 1e-6 < quiet.peak, timeout=LONG_MS)
     qtbot.mouseClick(window.transport.audio, Qt.MouseButton.LeftButton)
     dialog = dialog_of(window, AudioDialog)
-    qtbot.waitUntil(lambda: dialog._devices is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: dialog.devices is not None, timeout=LONG_MS)
     assert dialog.values() == (None, 48_000, 128)
     shaken = set()
     window.bridge.vibrated.connect(lambda first, samples: shaken.update(map(int, samples.any(axis=0).nonzero()[0])))
