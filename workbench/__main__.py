@@ -77,7 +77,7 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
             screenshot.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
-    from underfoot.widgets.window import run
+    from underfoot.widgets.application import run
 
     return run(opened, patch, screenshot)
 

@@ -1,28 +1,20 @@
-"""Controls made from parameters, the rhythm's bar, and edits of the document without a screen."""
+"""Controls made from parameters, and the figures of the preview."""
 
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from design_samples import REGISTRY, sample
 from hypothesis import given
 from hypothesis import strategies as st
-from on_screen import show
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtTest import QTest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QTableWidgetItem
 
-from underfoot.errors import BadFile, BadValue
-from underfoot.models.signals.rhythm import STEPS
+from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
-from underfoot.patch.patch import Patch
 from underfoot.quantities import parse_quantity, quantity
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
-from underfoot.widgets.design.editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
-from underfoot.widgets.design.rhythm_editor import RhythmBar, RhythmEditor, placed
-from underfoot.widgets.design.undo import Document
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 
@@ -114,128 +106,6 @@ def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     assert editor.value() == str(Path("sounds") / "rain.wav")
     editor._chosen("/elsewhere/rain.wav")
     assert editor.value() == "/elsewhere/rain.wav"
-
-
-# --- the rhythm ---
-
-NOTES = Rows(((0, 4, 1.0), (12, 4, 0.5)), (("step", 0, 23), ("length", 1, 24), ("amplitude", 0.0, 1.0)), most=24)
-
-
-@pytest.fixture
-def bar(qtbot):
-    editor = RhythmEditor(NOTES)
-    qtbot.addWidget(editor)
-    editor.resize(240, 140)
-    show(qtbot, editor)
-    editor.bar.kept_by = editor  # Python would let go of it, and Qt of the bar
-    return editor.bar
-
-
-def spot(bar: RhythmBar, step: float, height: float) -> QPoint:
-    area = bar._bar()
-    return QPoint(round(area.x() + step / STEPS * area.width()), round(area.bottom() - height * area.height()))
-
-
-def test_a_click_sets_a_note_and_a_right_click_takes_it_away(bar):
-    QTest.mouseClick(bar, LEFT, NONE, spot(bar, 8.5, 0.5))
-    assert [note[:2] for note in bar.notes()] == [(0, 4), (8, 1), (12, 4)]
-    assert bar.notes()[1][2] == pytest.approx(0.5, abs=0.02)
-    QTest.mouseClick(bar, Qt.MouseButton.RightButton, NONE, spot(bar, 8.5, 0.2))
-    assert [note[0] for note in bar.notes()] == [0, 12]
-
-
-def test_dragging_moves_a_note_but_not_over_another(bar):
-    QTest.mousePress(bar, LEFT, NONE, spot(bar, 13.5, 0.2))
-    QTest.mouseMove(bar, spot(bar, 7.5, 0.2))
-    assert [note[0] for note in bar.notes()] == [0, 6]
-    QTest.mouseMove(bar, spot(bar, 3.5, 0.2))
-    QTest.mouseRelease(bar, LEFT, NONE, spot(bar, 3.5, 0.2))
-    assert [note[0] for note in bar.notes()] == [0, 6]
-
-
-def test_dragging_the_right_edge_stretches(bar):
-    QTest.mousePress(bar, LEFT, NONE, spot(bar, 16.0, 0.2))
-    QTest.mouseMove(bar, spot(bar, 20.0, 0.2))
-    QTest.mouseRelease(bar, LEFT, NONE, spot(bar, 20.0, 0.2))
-    assert bar.notes()[1][:2] == (12, 8)
-
-
-def test_keys_choose_move_stretch_and_take_away(bar):
-    bar.setFocus()
-    QTest.keyClick(bar, Qt.Key.Key_P)
-    QTest.keyClick(bar, Qt.Key.Key_Right)
-    QTest.keyClick(bar, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
-    QTest.keyClick(bar, Qt.Key.Key_Up)
-    assert bar.notes()[1] == (13, 5, 0.55)
-    QTest.keyClick(bar, Qt.Key.Key_Delete)
-    QTest.keyClick(bar, Qt.Key.Key_Return)
-    assert bar.notes() == [(0, 4, 1.0), (4, 1, 0.6)]
-
-
-@given(st.lists(st.tuples(st.integers(-2, 25), st.integers(-1, 26), st.floats(0, 1)), max_size=12))
-def test_notes_never_lie_on_one_another(wishes):
-    notes: list = []
-    for wish in wishes:
-        notes = placed([*notes, wish], len(notes), wish) or notes
-    NOTES.check(notes)
-    assert all(a[0] + a[1] <= b[0] for a, b in pairwise(notes))
-    assert all(step + length <= STEPS for step, length, _ in notes)
-
-
-# --- edits ---
-
-
-def test_undo_goes_back_and_steps_that_belong_together_are_one(qapp):
-    document = Document(sample())
-    seen = []
-    document.changed.connect(seen.append)
-    for value in (40.0, 50.0, 60.0):
-        document.edit(document.patch.set("step", "threshold", value, REGISTRY), "Set", "drag 1")
-    document.edit(document.patch.set("step", "threshold", 70.0, REGISTRY), "Set", "drag 2")
-    assert document.stack.count() == 2
-    document.stack.undo()
-    assert document.patch.node("step").parameters == {"threshold": 60.0}
-    document.stack.undo()
-    assert document.patch == sample()
-    assert len(seen) == 6
-    document.edit(document.patch, "Nothing")
-    assert document.stack.count() == 2
-
-
-def test_pasting_beside_and_at_a_place():
-    text = sample().part(["push", "step"]).dumps().decode()
-    after, ids = pasted(sample(), text, REGISTRY)
-    assert ids == ["push1", "step1"]
-    assert after.node("push1").at == (32.0, 32.0)
-    after, _ = pasted(sample(), text, REGISTRY, (101.0, 50.0))
-    assert after.node("push1").at == (104.0, 48.0)
-    assert after.node("step1").at == (344.0, 48.0)
-    for nonsense in ("", "[]", Patch().dumps().decode()):
-        with pytest.raises(BadFile, match="clipboard"):
-            pasted(sample(), nonsense, REGISTRY)
-
-
-def test_aligning_one_node_changes_nothing():
-    assert aligned(sample(), ["hum"], "left", {"hum": (136.0, 80.0)}) is not None
-    assert aligned(sample(), ["hum"], "left", {"hum": (136.0, 80.0)}) == sample()
-
-
-def test_offers_are_never_refused_and_what_is_not_offered_is():
-    patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY).add("through", REGISTRY)
-    outputs = [f"{n.id}.{port}" for n in patch.nodes for port in REGISTRY[n.type].output_ports]
-    inputs = [f"{n.id}.{port}" for n in patch.nodes for port in REGISTRY[n.type].input_ports]
-    for source in outputs:
-        offered = open_targets(patch, REGISTRY, source)
-        assert [refusal(patch, REGISTRY, source, target) for target in offered] == [""] * len(offered)
-        assert all(refusal(patch, REGISTRY, source, target) for target in inputs if target not in offered)
-
-
-def test_only_what_is_downstream_of_a_change_is_rendered_again():
-    patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY)
-    assert changed_nodes(patch, patch.move({"hum": (8.0, 8.0)})) == set()
-    after = patch.set("hum", "frequency", 60.0, REGISTRY)
-    assert downstream(after, changed_nodes(patch, after)) == {"hum", "shaker"}
-    assert changed_nodes(patch, patch.disconnect([("push.force", "step.force")])) == {"step"}
 
 
 # --- the preview's figures ---

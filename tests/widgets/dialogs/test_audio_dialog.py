@@ -19,7 +19,7 @@ def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
     dialog.set_values(device, rate, block)
     show(qtbot, dialog)
-    assert dialog.note.text() == "Looking for sound cards…"
+    assert dialog.note.text() == "Looking for sound devices…"
     with qtbot.waitSignal(dialog.found):
         let_go.set()
     return dialog
@@ -29,7 +29,7 @@ def test_what_is_in_use_is_what_is_shown(qtbot):
     dialog = opened(qtbot, CARDS, "Headphones", 44_100, 256)
     assert dialog.values() == ("Headphones", 44_100, 256)
     assert "2 channels" in dialog.device.currentText()
-    assert dialog.length.text().startswith("A block is 5.80 ms")
+    assert dialog.length.text().startswith("A block lasts 5.80 ms")
 
 
 def test_apply_gives_device_rate_and_block(qtbot):
@@ -46,7 +46,7 @@ def test_no_card_is_said_calmly_and_no_sound_can_be_chosen(qtbot):
     dialog = opened(qtbot, [], None)
     assert dialog.values()[0] is None
     assert dialog.device.currentText().startswith("No sound")
-    assert "No sound card" in dialog.note.text()
+    assert "No sound device" in dialog.note.text()
     assert dialog.note.isVisible()
 
 
@@ -76,3 +76,25 @@ def test_escape_closes(qtbot):
     dialog = opened(qtbot, CARDS)
     qtbot.keyClick(dialog, Qt.Key.Key_Escape)
     assert not dialog.isVisible()
+
+
+def test_closing_waits_for_the_search_and_nothing_is_left_of_it(qtbot):
+    """Here the search ends only after the dialog was asked to close, as on a slow machine."""
+    searching, found = threading.Event(), threading.Event()
+
+    def find():
+        searching.set()
+        assert found.wait(10)
+        return CARDS
+
+    dialog = AudioDialog(find, default_floor())
+    qtbot.addWidget(dialog)
+    show(qtbot, dialog)
+    assert searching.wait(10)
+    timer = threading.Timer(0.05, found.set)
+    timer.start()
+    dialog.reject()
+    assert not dialog.isVisible()
+    assert found.is_set()
+    timer.join()
+    assert not any(thread.name == "look for sound devices" for thread in threading.enumerate())

@@ -1,36 +1,35 @@
-"""The bridge: what a running session on the simulator reports, and feet in recorded forces."""
+"""The bridge: what a running session on the simulator reports."""
 
 import itertools
 import os
 import signal
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from live import live
 
-from underfoot.engine.messages import Press, Started, Walk
-from underfoot.engine.session import Session, Target
-from underfoot.floor.contacts import ContactTracker
-from underfoot.floor.forces import read_forces
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.engine.messages import Notice, Press, Walk
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.widgets.session import bridge
-from underfoot.widgets.session.bridge import Bridge, Feet
+from underfoot.widgets.session.bridge import Bridge
 
-DATA = Path(__file__).resolve().parents[2] / "../shared/data"
 LONG_MS = 120_000
 """A first run compiles kernels."""
 
 
 @pytest.fixture(scope="module")
-def session(until):
+def playing(until):
     patch = Patch().add("noise", REGISTRY).add("tile-output", REGISTRY)
-    made = Session(Target(default_floor()), patch.connect("noise.out", "tile-output.acceleration", REGISTRY), REGISTRY)
-    made.start()
-    until(lambda: any(isinstance(r, Started) for r in made.poll()), "the engine runs", seconds=LONG_MS / 1000)
-    yield made
-    made.close()
+    with live(patch.connect("noise.out", "tile-output.acceleration", REGISTRY), until) as made:
+        made.started()
+        yield made
+
+
+@pytest.fixture(scope="module")
+def session(playing):
+    return playing.session
 
 
 @pytest.fixture
@@ -38,7 +37,7 @@ def followed(session, qtbot):
     """A bridge on the session, with its kernels loaded."""
     made = Bridge()
     made.follow(session, session.target.floor, session.target.rate)
-    assert bridge._kernels_loaded.wait(LONG_MS / 1000)
+    assert made.wait_for_kernels(LONG_MS / 1000)
     yield made
     made.leave()
 
@@ -104,79 +103,28 @@ def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill a process outright")
-def test_an_engine_that_dies_comes_back_and_says_so(followed, session, qtbot):
+def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
     said = []
     followed.noticed.connect(said.append)
     with qtbot.waitSignal(followed.started, timeout=LONG_MS):
-        os.kill(session._engine.process.pid, signal.SIGKILL)
+        os.kill(playing.started().process, signal.SIGKILL)
     assert len(said) == 1
     assert "engine stopped" in said[0]
-    assert "patch plays on" in said[0]
+    assert "patch goes on playing" in said[0]
     with qtbot.waitSignal(followed.forces, timeout=LONG_MS):
         pass
 
 
 def test_what_is_said_is_said_once(qtbot):
+    nothing = np.zeros(0), np.zeros((0, 4, 4))
+    notices = [Notice(text) for text in ("no card", "no card", "", "no channel")]
+    session = SimpleNamespace(
+        poll=lambda: notices, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
+    )
     made, said = Bridge(), []
     made.noticed.connect(said.append)
-    for text in ("no card", "no card", "", "no channel"):
-        made._say_once(text)
+    made.follow(session, default_floor(), 48_000.0)
+    made.tick()
+    made.tick()
+    made.leave()
     assert said == ["no card", "no channel"]
-
-
-# --- feet ---
-
-
-@pytest.fixture
-def walk():
-    csv = DATA / "adult/walk1.csv"
-    if not csv.exists():
-        pytest.skip(f"{csv} is not here")
-    floor = Floor.load(csv.with_suffix(".floor.json"))
-    return floor, read_forces(csv, floor)
-
-
-def _ready(floor, forces):
-    feet = Feet(floor, 48_000.0, forces.rate_hz)
-    assert bridge._kernels_loaded.wait(LONG_MS / 1000)
-    return feet
-
-
-@pytest.mark.parametrize("chunk", [1, 7, 10_000])
-def test_feet_are_the_same_in_any_pieces(walk, chunk):
-    floor, forces = walk
-    feet = _ready(floor, forces)
-    steps, loads = [], []
-    for at in range(0, len(forces.time_s), chunk):
-        piece = slice(at, at + chunk)
-        feet.take(forces.time_s[piece] * 48_000.0, forces.force_n[piece])
-        told, new = feet.follow(60.0)
-        steps += new
-        loads.append(told.force_n.sum(axis=2))
-    steps += feet._counter.finish()
-    assert [round(step.contact_ms) for step in steps] == [617, 617]
-    assert [step.peak1_n for step in steps] == pytest.approx([1029, 966], abs=3)
-    assert len(np.concatenate(loads)) == len(forces.time_s)
-
-
-def test_forces_are_less_their_baseline(walk):
-    floor, forces = walk
-    feet = _ready(floor, forces)
-    feet.take(forces.time_s * 48_000.0, forces.force_n)
-    told, _ = feet.follow(60.0)
-    tracker = ContactTracker(floor, forces.rate_hz)
-    tracker.feed(forces.time_s[: len(told.time_s)], forces.force_n[: len(told.time_s)])
-    np.testing.assert_allclose(told.force_n, forces.force_n[: len(told.time_s)] - tracker.baseline_n, atol=1e-9)
-
-
-def test_a_long_backlog_is_followed_bit_by_bit(walk, monkeypatch):
-    floor, forces = walk
-    feet = _ready(floor, forces)
-    monkeypatch.setattr(bridge, "_CHUNK", 512)
-    feet.take(forces.time_s * 48_000.0, forces.force_n)
-    lengths = []
-    while (told := feet.follow(0.0)[0]) is not None:
-        lengths.append(len(told.time_s))
-    assert len(lengths) > 1
-    assert max(lengths) <= bridge._CHUNK // 2
-    assert sum(lengths) == len(forces.time_s)

@@ -5,10 +5,11 @@ import pytest
 from design_samples import LEFT, NONE, REGISTRY, sample, send
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication, QMenu, QToolButton
 
 from underfoot.engine.messages import Costs, Fault, Preview
 from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.workspace import DesignWorkspace
 
@@ -18,7 +19,7 @@ from underfoot.widgets.design.workspace import DesignWorkspace
 def test_typing_a_number_with_its_unit_sets_the_parameter(workspace, qtbot):
     workspace.canvas.patch_scene.select(["step"])
     field = workspace.inspector.editors["threshold"].field
-    with qtbot.waitSignal(workspace.patchEdited) as edited:
+    with qtbot.waitSignal(workspace.patch_edited) as edited:
         field.setFocus()
         field.selectAll()
         QTest.keyClicks(field, "0.25 kN")
@@ -79,7 +80,8 @@ def test_every_control_of_a_node_can_be_reached_and_reset(workspace):
 
 def test_tiles_are_chosen_by_buttons(workspace):
     workspace.canvas.patch_scene.select(["shaker"])
-    buttons = workspace.inspector.editors["tiles"]._buttons
+    found = workspace.inspector.editors["tiles"].findChildren(QToolButton)
+    buttons = {button.text(): button for button in found if button.isCheckable()}
     assert list(buttons) == ["all", "t1", "t2", "t3", "t4"]
     buttons["t3"].click()
     buttons["t1"].click()
@@ -104,22 +106,17 @@ def test_with_nothing_selected_the_patch_itself_is_edited(workspace):
 # --- the document ---
 
 
-def test_a_patch_is_the_same_after_saving_and_opening(workspace, tmp_path, qtbot):
+def test_a_patch_is_the_same_after_saving_and_opening(workspace, tmp_path):
     workspace.canvas.patch_scene.select(["step"])
-    workspace._set("step", "threshold", 44.0, "")
+    workspace.inspector.edited.emit("step", "threshold", 44.0, "")
     path = tmp_path / "sample.json"
     workspace.patch().save(path)
-    workspace.markSaved()
-    assert not workspace.isModified()
     edited = workspace.patch()
-    workspace.setPatch(Patch())
+    workspace.set_patch(Patch())
     assert not workspace.canvas.patch_scene.nodes
-    workspace.setPatch(Patch.load(path, REGISTRY))
+    workspace.set_patch(Patch.load(path, REGISTRY))
     assert workspace.patch() == edited
     assert not workspace.document.stack.canUndo()
-    with qtbot.waitSignal(workspace.modifiedChanged) as modified:
-        workspace._set("step", "threshold", 45.0, "")
-    assert modified.args == [True]
 
 
 def test_a_file_that_is_no_patch_is_not_taken():
@@ -128,44 +125,74 @@ def test_a_file_that_is_no_patch_is_not_taken():
 
 
 def test_set_patch_does_not_say_that_it_was_edited(workspace, qtbot):
-    with qtbot.assertNotEmitted(workspace.patchEdited):
-        workspace.setPatch(sample())
+    with qtbot.assertNotEmitted(workspace.patch_edited):
+        workspace.set_patch(sample())
 
 
 # --- what the engine says ---
 
 
 def test_previews_are_asked_for_and_shown(workspace, qtbot):
-    with qtbot.waitSignal(workspace.previewWanted) as wanted:
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
-    assert wanted.args == ["hum"]
+    assert wanted.args == ["hum", "t1"]
     time_s = np.arange(4800) / 48000
     signal = 3.0 * np.sin(2 * np.pi * 250 * time_s)
-    workspace.showPreview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
+    workspace.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
     assert "peak 3 m/s²" in workspace.preview.note.text()
-    with qtbot.waitSignal(workspace.previewWanted) as wanted:
-        workspace._set("hum", "frequency", 60.0, "")
-    assert wanted.args == ["hum"]
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+        workspace.inspector.edited.emit("hum", "frequency", 60.0, "")
+    assert wanted.args == ["hum", "t1"]
 
 
-def test_the_preview_of_an_event_output_shows_its_events(workspace):
+def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
+    with qtbot.waitSignal(workspace.preview_wanted):
+        workspace.canvas.patch_scene.select(["hum"])
+    workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+        QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
+    assert wanted.args == ["hum", "t2"]
+    assert workspace.preview.pad.tile.id == "t2"
+    workspace.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    small = {wanted.args[0]}
+    for _ in range(2):
+        with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+            pass
+        assert wanted.args[1] == "t2"
+        small.add(wanted.args[0])
+        workspace.show_preview(Preview(3, 48000.0, np.ones(4800), {}, "no signal"), wanted.args[0])
+    assert len(small) == 3
+
+
+def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
+    QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
+    with qtbot.waitSignal(workspace.preview_wanted):
+        workspace.canvas.patch_scene.select(["hum"])
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+        workspace.set_floor(default_floor(1, 1).tiles)
+    assert wanted.args == ["hum", "t1"]
+
+
+def test_the_preview_of_an_event_output_shows_its_events(workspace, qtbot):
     workspace.canvas.patch_scene.select(["step"])
-    workspace._ask()
+    with qtbot.waitSignal(workspace.preview_wanted):
+        pass
     events = np.array([[480.0, 1.0, 0.0], [960.0, 0.5, 0.0]])
-    workspace.showPreview(Preview(1, 48000.0, np.ones(4800), {}, events={"onset": events}), "step")
+    workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {}, events={"onset": events}), "step")
     assert "2 events" in workspace.preview.note.text()
 
 
-def test_a_preview_that_failed_says_why(workspace):
+def test_a_preview_that_failed_says_why(workspace, qtbot):
     workspace.canvas.patch_scene.select(["hum"])
-    workspace._ask()
-    workspace.showPreview(Preview(1, 48000.0, np.zeros(0), {}, "no such file"), "hum")
+    with qtbot.waitSignal(workspace.preview_wanted):
+        pass
+    workspace.show_preview(Preview(1, 48000.0, np.zeros(0), {}, "no such file"), "hum")
     assert workspace.preview.note.text() == "no such file"
 
 
 def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
     scene = workspace.canvas.patch_scene
-    workspace.showCosts(Costs({"push": 0.001, "step": 0.02, "shaker": 0.3}, {"push": 1, "step": 0, "shaker": 2}))
+    workspace.show_costs(Costs({"push": 0.001, "step": 0.02, "shaker": 0.3}, {"push": 1, "step": 0, "shaker": 2}))
     states = {id: (item.cost, item.state) for id, item in scene.nodes.items()}
     assert states == {
         "push": ("0.1 %", ""),
@@ -173,7 +200,7 @@ def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
         "hum": ("", "unused"),
         "shaker": ("30 %", ""),
     }
-    workspace.showFault(Fault("hum", "t1", 0))
+    workspace.show_fault(Fault("hum", "t1", 0))
     assert scene.nodes["hum"].state == "fault"
     assert "not finite" in workspace.canvas.said
 
@@ -199,7 +226,7 @@ def test_a_workspace_leaves_no_widget_behind(qapp):
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     before = set(QApplication.allWidgets())
     made = DesignWorkspace(REGISTRY)
-    made.setPatch(sample())
+    made.set_patch(sample())
     made.canvas.patch_scene.select(["hum"])
     made.canvas.patch_scene.select(["step"])
     made.canvas.open_search(QPoint(20, 20))
