@@ -44,11 +44,7 @@ LEVELS = (
     {"__main__"},
 )
 WORKSPACES = {
-    module.rpartition(".")[2]
-    for module, path in SOURCES.items()
-    if module.startswith("underfoot.widgets.")
-    and path.name == "__init__.py"
-    and "WorkspaceDeclaration(" in path.read_text()
+    path.parent.name for path in (ROOT / "widgets").glob("*/__init__.py") if "WorkspaceDeclaration(" in path.read_text()
 }
 WIDGET_LEVELS = (
     {"theme", "garbage_collection"},
@@ -62,7 +58,7 @@ WIDGET_LEVELS = (
 )
 """The same within `underfoot.widgets`; a folder that declares a workspace is at its place without being named."""
 
-QT = ("PySide6", "shiboken6", "pyqtgraph", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
+QT = ("PySide6", "shiboken6", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
 NOT_IN_THE_ENGINE = (*QT, "scipy", "soundfile", "h5py", "click", "pytest", "matplotlib")
 WIDGETS = [module for module in SOURCES if module.startswith("underfoot.widgets.")]
 WITHOUT_A_SCREEN = [module for module in SOURCES if not module.startswith("underfoot.widgets")]

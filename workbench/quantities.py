@@ -113,9 +113,10 @@ def _prefix(value: float, unit: str) -> tuple[str, float, str]:
     if best == "" and abs(value) < 1:
         smaller = [p for p in _allowed(unit) if _PREFIXES[p] < 0]
         fitting = [p for p in smaller if abs(value) * (1 + 1e-12) >= 10.0 ** _PREFIXES[p]]
-        best = (
-            max(fitting, key=_PREFIXES.__getitem__) if fitting else min(smaller, key=_PREFIXES.__getitem__, default="")
-        )
+        if fitting:
+            best = max(fitting, key=_PREFIXES.__getitem__)
+        elif smaller:
+            best = min(smaller, key=_PREFIXES.__getitem__)
     return best, 10.0 ** _PREFIXES[best], shown
 
 

@@ -12,7 +12,8 @@ from underfoot.__main__ import cli
 from underfoot.bench import figures
 from underfoot.bench.figures import Compared, Figure
 from underfoot.bench.figures.figure import density, slope
-from underfoot.drawing import Drawing, series, svg
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 
 DRAWN = Figure("9.9", "A < B", (Drawing("one", "x", "y", (series("", [0.0, 1.0], [0.0, 2.0]),)),), (), "Because.")

@@ -17,12 +17,12 @@ SLOW_MS = 10_000
 class Desk:
     """A workspace on the screen, and the hands before it."""
 
-    def __init__(self, qtbot, root, *, kind="simulator", gate=None):
+    def __init__(self, qtbot, root, *, kind="simulator", gate=None, failure=None):
         self.qtbot, self.made, self.said, self.written, self.wanted = qtbot, [], [], [], []
         self.settings = Settings()
         hardware = kind == "serial"
         self.workspace = made = CalibrateWorkspace(
-            root, self.settings, weighings(self.made, hardware, gate), Pace(0.0, 0.0)
+            root, self.settings, weighings(self.made, hardware, gate, failure), Pace(0.0, 0.0)
         )
         qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
         made.said.connect(self.said.append)

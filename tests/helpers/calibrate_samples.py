@@ -159,17 +159,19 @@ class Scale:
         self.closed = True
 
 
-def weighing(made, by_hand=False, gate=None):
-    """The calibration as the workspace has it; what was made of it lies in `made`."""
+def weighing(made, by_hand=False, gate=None, failure=None):
+    """The calibration as the workspace has it; what was made of it lies in `made`. With a `failure` none can be."""
 
     def make(target, tile, profile, reference):
+        if failure is not None:
+            raise failure
         made.append((Weighing(gate), Scale(by_hand)))
         return made[-1]
 
     return Kind("response", "Bell", "Bell: how loud it is", "A weight, and a bell.", make, REFERENCE)
 
 
-def weighings(made, by_hand=False, gate=None):
+def weighings(made, by_hand=False, gate=None, failure=None):
     """The same under the names of all three parts, as the workspace shows them."""
-    one = weighing(made, by_hand, gate)
+    one = weighing(made, by_hand, gate, failure)
     return (replace(one, key="fsr", name="Forces"), replace(one, key="centroid", name="Places"), one)

@@ -99,7 +99,7 @@ def test_forces_by_clicks(hands):
     hands.to_the_end()
     result = hands.wizard.snapshot.result
     assert {page.partition("-")[0] for page in hands.pages[1:-1]} == {f"sensor{j}" for j in (1, 2, 3, 4)}
-    hands.wait(lambda: len(hands.wizard._drawings.views) == len(result.drawings))
+    hands.wait(lambda: len(hands.wizard.drawings.plots) == len(result.drawings))
     profile, kind, folder = hands.save()
     assert (kind, profile) == ("fsr", Profile.load(folder / "t1.json"))
     assert profile.is_calibrated
@@ -138,7 +138,7 @@ def test_places_by_clicks_with_the_keyboard_for_the_form(hands):
     hands.choose("form", "quick")
     hands.to_the_end()
     assert len([page for page in hands.pages if page.startswith("place")]) == 9 * 3
-    assert "Before" in [view.title.text() for view in hands.wizard._drawings.views]
+    assert "Before" in [plot.drawing.title for plot in hands.wizard.drawings.plots]
     profile, kind, folder = hands.save()
     assert (kind, profiles_of(folder, default_floor())["t1"]) == ("centroid", profile)
     assert np.isfinite(profile.position(np.full((1, 4), 100.0))).all()

@@ -37,12 +37,12 @@ def test_a_control_shows_a_value_without_saying_that_it_changed(qtbot, parameter
     editor = editor_for(parameter)
     qtbot.addWidget(editor)
     assert editor.value() == parameter.check(parameter.default)
-    with qtbot.assertNotEmitted(editor.valueChanged):
-        editor.setValue(value)
+    with qtbot.assertNotEmitted(editor.value_changed):
+        editor.set_value(value)
     assert editor.value() == parameter.check(value)
     with pytest.raises(BadValue):
-        editor.setValue(object())
-    with qtbot.waitSignal(editor.valueChanged) as changed:
+        editor.set_value(object())
+    with qtbot.waitSignal(editor.value_changed) as changed:
         editor.reset()
     assert changed.args == [parameter.check(parameter.default)]
 
@@ -63,7 +63,7 @@ def test_a_slider_reaches_both_ends_and_stays_in_range(qtbot, parameter):
     editor = editor_for(parameter)
     qtbot.addWidget(editor)
     seen = []
-    editor.valueChanged.connect(seen.append)
+    editor.value_changed.connect(seen.append)
     for step in range(0, 1001, 50):
         editor.slider.setValue(step)
     assert seen[0] == parameter.low
@@ -85,8 +85,8 @@ def test_a_list_of_numbers_is_typed(qtbot):
 def test_rows_are_added_changed_and_taken_away(qtbot):
     editor = editor_for(Rows(((1.0, 2.0),), (("x", 0.0, 10.0), ("y", 0.0, 5.0)), most=2))
     qtbot.addWidget(editor)
-    editor._add()
-    editor._add()
+    editor.adding.click()
+    editor.adding.click()
     assert editor.value() == ((1.0, 2.0), (1.0, 2.0))
     editor.table.setItem(1, 0, QTableWidgetItem("7"))
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
@@ -94,7 +94,7 @@ def test_rows_are_added_changed_and_taken_away(qtbot):
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
     assert editor.table.item(1, 0).text() == "7"
     editor.table.setCurrentCell(0, 0)
-    editor._remove()
+    editor.removing.click()
     assert editor.value() == ((7.0, 2.0),)
 
 
@@ -102,9 +102,9 @@ def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     editor = editor_for(FilePath(""))
     qtbot.addWidget(editor)
     editor.set_folder(tmp_path)
-    editor._chosen(str(tmp_path / "sounds" / "rain.wav"))
+    editor.choose(str(tmp_path / "sounds" / "rain.wav"))
     assert editor.value() == str(Path("sounds") / "rain.wav")
-    editor._chosen("/elsewhere/rain.wav")
+    editor.choose("/elsewhere/rain.wav")
     assert editor.value() == "/elsewhere/rain.wav"
 
 

@@ -6,42 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from underfoot.widgets.monitor.force_plot import ForcePlot
-from underfoot.widgets.monitor.spectrogram import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
-from underfoot.widgets.plots import History, thinned
+from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
 
 RATE = 48_000.0
 
 
 # --- curves and pictures ---
-
-
-@given(st.lists(st.integers(1, 7), min_size=1, max_size=12))
-def test_a_history_keeps_the_latest_rows_whatever_they_come_in(lengths):
-    history, everything = History(5), np.zeros(0)
-    for length in lengths:
-        rows = np.arange(len(everything), len(everything) + length, dtype=float)
-        history.append(rows)
-        everything = np.concatenate([everything, rows])
-        assert history.latest().tolist() == everything[-5:].tolist()
-
-
-@given(st.integers(0, 1000))
-def test_a_thinned_curve_keeps_least_and_largest_of_every_step(seed):
-    y = np.random.default_rng(seed).normal(size=(400, 2))
-    x, thin = thinned(np.arange(400.0), y, 20.0)
-    assert len(x) == 40
-    assert (np.diff(x) > 0).all()
-    for step in range(20):
-        piece, kept = y[20 * step : 20 * step + 20], thin[2 * step : 2 * step + 2]
-        np.testing.assert_array_equal(np.sort(kept, axis=0), [piece.min(axis=0), piece.max(axis=0)])
-
-
-@pytest.mark.parametrize("step", [1.0, 20.0])
-def test_a_curve_is_broken_at_a_gap(step):
-    times = np.concatenate([np.arange(100.0), np.arange(300.0, 400.0)])
-    x, y = thinned(times, np.ones((200, 1)), step)
-    assert np.isnan(x).sum() == np.isnan(y).sum() == 1
-    assert x[int(np.flatnonzero(np.isnan(x))[0]) + 1] >= 300.0
 
 
 def _sine(hz, seconds=1.0, size=1.0):
@@ -86,12 +56,12 @@ def test_missing_samples_are_dark_and_later_ones_stand_in_their_place():
 def test_the_force_axis_grows_at_once_and_shrinks_late(qtbot):
     plot = ForcePlot()
     qtbot.addWidget(plot)
-    plot.set_span(5.0, [(-5.0, "−5 s"), (0.0, "0 s")])
+    plot.set_span(5.0)
 
     def top_after(force_n, now_s):
         times = np.linspace(now_s - 1.0, now_s, 200)
         plot.show_forces(times, np.full((200, 4), force_n / 4, np.float32), now_s, np.zeros(0))
-        return plot.box.viewRange()[1][1]
+        return plot.ranges[3]
 
     assert top_after(700.0, 10.0) == 1000.0
     assert top_after(1500.0, 11.0) == 2000.0

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
@@ -319,7 +320,7 @@ class WatchedBench:
             self.newest_s = float(readings.time_s[-1])
         return readings
 
-    def play(self, sound: Sound) -> NDArray:
+    def play(self, sound: Sound) -> NDArray[np.float64]:
         heard = None if self._is_silenced else self._bench.play(sound)
         if heard is None or self._is_silenced:
             raise Refused("the sound was stopped; take it again")

@@ -150,7 +150,7 @@ class PageView(QWidget):
         before = self._given.get(page.key, {})
         for editor in self.editors:
             if editor.parameter.name in before:
-                editor.setValue(before[editor.parameter.name])
+                editor.set_value(before[editor.parameter.name])
             self._fields.addWidget(editor)
             editor.show()  # at once, for the focus goes there next
             for field in editor.findChildren(Field):

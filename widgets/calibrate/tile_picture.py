@@ -23,7 +23,7 @@ _NEAR_M = 1e-6
 
 
 class TilePicture(QWidget):
-    """Shows where; it takes no hand."""
+    """Shows where to press, or what stands on the tile while a sound is played."""
 
     def __init__(self) -> None:
         super().__init__()

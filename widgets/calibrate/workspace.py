@@ -49,13 +49,14 @@ class CalibrateWorkspace(Workspace):
         super().__init__()
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self._settings, self._pace = settings, pace
+        self._settings, self.pace = settings, pace
         self._kinds = {kind.key: kind for kind in kinds}
         self._kind = kinds[0]
         self._target: Target | None = None
         self._measurement: Measurement | None = None
         self._alone = self._is_waiting = False
-        self._projection: FloorProjection | None = None
+        self.projection: FloorProjection | None = None
+        """The view of the tile on the floor, while it is open."""
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds])
         self.overview, self.wizard = Overview(), Wizard()
@@ -94,8 +95,8 @@ class CalibrateWorkspace(Workspace):
     def close_down(self) -> None:
         """End what runs, and wait for it and for what is being written."""
         self.wizard.end()
-        if self._projection is not None:
-            self._projection.close()
+        if self.projection is not None:
+            self.projection.close()
         if self._measurement is not None:
             self._measurement.stop()
             self._measurement.join()
@@ -130,7 +131,7 @@ class CalibrateWorkspace(Workspace):
         self.choice.show_profile(profile, self._kind.key, profile.flags(self.tile.id, date.today()))
         self.overview.show_kind(self._kind.title, self._kind.about)
         self.overview.show_part(self.tile, self._part())
-        busy = "The last measurement is coming to its end…" if self.is_measuring else ""
+        busy = "The last measurement is still ending…" if self.is_measuring else ""
         self.overview.show_way(why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target))
         reference = self._settings.references.get(self._kind.key, "")
         self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
@@ -164,14 +165,14 @@ class CalibrateWorkspace(Workspace):
     # --- a measurement ---
 
     def begin(self, alone: bool) -> None:
-        """Begin the chosen calibration of the chosen tile; `alone` lets the simulator run it from first to last."""
+        """Begin the chosen calibration of the chosen tile; `alone`: the simulator runs it from first to last page."""
         if self._target is None or self.is_measuring or why_not(self._target):
             return
         self._alone = alone
         if by_hand(self._target):
             self._is_waiting = True
             self.held.emit(True)
-            self.overview.show_way("The tile is taken from the session…", False)
+            self.overview.show_way("Waiting until the session releases the tile…", False)
             self.release_wanted.emit()
         else:
             self._measure()
@@ -187,7 +188,7 @@ class CalibrateWorkspace(Workspace):
         target, tile, kind = self._target, self.tile, self._kind
         reference = self._settings.references.get(kind.key, "")
         make = partial(kind.make, target, tile, self.profiles.of(tile.id), reference)
-        measurement = Measurement(make, by_hand=by_hand(target), pace=self._pace, parent=self)
+        measurement = Measurement(make, by_hand=by_hand(target), pace=self.pace, parent=self)
         measurement.ended.connect(self._ended)
         self._measurement = measurement
         self.choice.setEnabled(False)
@@ -200,8 +201,8 @@ class CalibrateWorkspace(Workspace):
 
     def leave(self) -> None:
         """Back to the choice; what runs ends, and changes nothing."""
-        if self._projection is not None:
-            self._projection.close()
+        if self.projection is not None:
+            self.projection.close()
         self.wizard.end()
         if self._measurement is not None:
             self._measurement.stop()
@@ -248,7 +249,7 @@ class CalibrateWorkspace(Workspace):
         def write() -> str:
             from underfoot.calibration.files.report import write_report
 
-            return f"The report is {write_report(result, folder, result.apply(profile))}"
+            return f"The report is in {write_report(result, folder, result.apply(profile))}"
 
         self._settings.folder = str(folder)
         self.profiles.do(write)
@@ -257,26 +258,26 @@ class CalibrateWorkspace(Workspace):
 
     def project(self) -> None:
         """Show the tile at its true size on the last screen, which is the projector's where there are several."""
-        if self._projection is None:
+        if self.projection is None:
             right_m, up_m = self._settings.projector_at
             projection = FloorProjection(self.tile, self._settings.projector_scale, (right_m, up_m))
             projection.adjusted.connect(self._keep_projection)
             projection.go_wanted.connect(self.wizard.go_on)
             projection.closed.connect(self._projection_closed)
-            self._projection = projection
+            self.projection = projection
             if self.wizard.snapshot is not None:
                 self._project_page(self.wizard.snapshot)
-        self._projection.show_on(QGuiApplication.screens()[-1])
+        self.projection.show_on(QGuiApplication.screens()[-1])
 
     def _project_page(self, snapshot: Snapshot) -> None:
-        if self._projection is not None:
-            self._projection.show_page(snapshot.page, snapshot.live.ready)
+        if self.projection is not None:
+            self.projection.show_page(snapshot.page, snapshot.live.ready)
 
     def _keep_projection(self, scale: float, right_m: float, up_m: float) -> None:
         self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
 
     def _projection_closed(self) -> None:
-        self._projection = None
+        self.projection = None
         self.window().activateWindow()
 
     def _connect(self) -> None:

@@ -132,11 +132,11 @@ class Inspector(QScrollArea):
             if isinstance(editor, FileEditor):
                 editor.set_folder(self._folder)
             self._add_editor(column, name, editor)
-            editor.valueChanged.connect(
+            editor.value_changed.connect(
                 lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._gesture}")
             )
             if isinstance(editor, NumberEditor):
-                editor.disconnectWanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
+                editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
@@ -155,7 +155,7 @@ class Inspector(QScrollArea):
             editor = editor_for(parameter)
             editor.resets = False
             self._add_editor(column, name, editor)
-            editor.valueChanged.connect(
+            editor.value_changed.connect(
                 lambda value, name=name: self.patch_edited.emit(name, value, f"patch.{name} {self._gesture}")
             )
         column.addWidget(_line())
@@ -190,13 +190,13 @@ class Inspector(QScrollArea):
             for name, editor in self.editors.items():
                 value = node.parameters.get(name, editor.parameter.default)
                 if editor.parameter.check(value) != editor.value():
-                    editor.setValue(value)
+                    editor.set_value(value)
                 if isinstance(editor, NumberEditor):
                     self._show_driver(editor, wired.get(name, ""))
         elif not self._ids:
             for name, editor in self.editors.items():
                 if getattr(self._patch, name) != editor.value():
-                    editor.setValue(getattr(self._patch, name))
+                    editor.set_value(getattr(self._patch, name))
             self._nodes.setText(str(len(self._patch.nodes)))
             self._wires.setText(str(len(self._patch.wires)))
         self._show_cost()

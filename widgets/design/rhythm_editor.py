@@ -257,7 +257,7 @@ class RhythmEditor(ParameterEditor):
         )
         self.bar.began.connect(self.began)
         self.bar.changed.connect(self._give)
-        self.setValue(parameter.default)
+        self.set_value(parameter.default)
 
     def _show(self) -> None:
         self.bar.set_notes(self._value)

@@ -19,9 +19,10 @@ from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.panels import LevelKey, titled, tool_button
-from underfoot.widgets.monitor.spectrogram import SHOWN_DB, RunningSpectrum, SpectrogramPlot
+from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
+from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel
-from underfoot.widgets.plots import History, Line
+from underfoot.widgets.plots.history import History
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
@@ -72,7 +73,6 @@ class MonitorWorkspace(Workspace):
         self._ticks = 0
         self._paused_s = math.nan
         self._hover_s = math.nan
-        self._hover_lines: list[Line] = [plot.add_line(theme.FAINT) for plot in (self.force, self.spectrogram)]
         self._build()
         self.map.chosen.connect(self._show_tile)
         self.map.touched.connect(lambda: self.following.setChecked(False))
@@ -115,10 +115,10 @@ class MonitorWorkspace(Workspace):
         """Begin anew with this floor; `rate_hz` are session frames a second."""
         count = len(floor.tiles)
         self._floor, self._rate_hz = floor, rate_hz
-        self._times = History(int(LONGEST_S * _FORCE_HZ))
-        self._forces = History(int(LONGEST_S * _FORCE_HZ), count, 4, dtype=np.float32)
+        self._times = History(np.float64, int(LONGEST_S * _FORCE_HZ))
+        self._forces = History(np.float32, int(LONGEST_S * _FORCE_HZ), count, 4)
         self.spectrum = RunningSpectrum(rate_hz, LONGEST_S)
-        self._vibration = History(int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count, dtype=np.float32)
+        self._vibration = History(np.float32, int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count)
         self._vibration_end = self._spectrum_end = 0
         self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
         self._now_frame = 0.0
@@ -138,10 +138,8 @@ class MonitorWorkspace(Workspace):
     def set_span(self, seconds: float) -> None:
         """Show so many seconds before now."""
         self._span_s = seconds
-        step = 1.0 if seconds <= 5.0 else 2.0
-        ticks = [(-step * i, f"{number(-step * i)} s") for i in range(int(seconds / step) + 1)]
-        self.force.set_span(seconds, ticks)
-        self.spectrogram.set_span(seconds, ticks)
+        self.force.set_span(seconds)
+        self.spectrogram.set_span(seconds)
         for span_s, button in self.span_buttons.items():
             button.setChecked(span_s == seconds)
 
@@ -262,8 +260,8 @@ class MonitorWorkspace(Workspace):
 
     def _hover(self, at_s: float) -> None:
         self._hover_s = at_s
-        for line in self._hover_lines:
-            line.place_x(at_s)
+        for plot in (self.force, self.spectrogram):
+            plot.point_at(at_s)
         self._show_figures()
 
     # --- figures ---

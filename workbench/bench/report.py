@@ -13,7 +13,9 @@ from underfoot.bench.accuracy import Comparison
 from underfoot.bench.reach import TO_COMPARE, Reach
 from underfoot.bench.scale import Cost
 from underfoot.bench.stability import Stability
-from underfoot.drawing import Drawing, Series, page, series, svg
+from underfoot.drawing import Drawing, Series, series
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 
 _OURS, _NAIVE = ("vibration", "events", "contact"), ("force", "alarm")

@@ -13,7 +13,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.drawing import Drawing, page, series, svg
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 from underfoot.files import write_file
 from underfoot.floor.simulated_tile import LOADS

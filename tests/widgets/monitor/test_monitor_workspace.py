@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QLabel
 
 from underfoot.engine.messages import Press, Tare, Walk
 from underfoot.floor.layout import default_floor
-from underfoot.widgets.monitor.spectrogram import RunningSpectrum
+from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.session.footstep_tracker import FootstepTracker, ForceUpdate
 
@@ -29,7 +29,7 @@ def monitor(qtbot):
 
 def sum_curve(monitor):
     """The curve of a tile's whole force, which is drawn last."""
-    return monitor.force.getPlotItem().curves[-1]
+    return monitor.force.drawing.series[-1]
 
 
 def play_through(monitor, recorded, noise=0.05):
@@ -72,9 +72,8 @@ def test_recorded_steps_fill_curves_picture_and_table(monitor, recorded, qtbot):
     contact = [step.contact_ms for step in monitor.table.steps.steps]
     assert contact == pytest.approx([580, 579], abs=2)
     assert monitor.steps.count.text() == "2"
-    _, y = sum_curve(monitor).getData()
-    assert np.nanmax(y) == pytest.approx(799, abs=5)
-    assert monitor.force.box.viewRange()[1][1] == 1000.0
+    assert np.nanmax(sum_curve(monitor).y) == pytest.approx(799, abs=5)
+    assert monitor.force.ranges[3] == 1000.0
     assert monitor.spectrum.levels().max() > 100
     assert monitor.figures[0].text().endswith(" N")
     assert monitor.steps.exporting.isEnabled()
@@ -121,23 +120,22 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     assert monitor.is_paused
     monitor.resume()
     recorded_s = play_through(monitor, recorded)[2]
-    x, _ = sum_curve(monitor).getData()
+    x = sum_curve(monitor).x
     monitor.pause()
     times = recorded_s + np.arange(1, 200) / 1000.0
     still = ForceUpdate(times, np.zeros((199, 2, 4)), np.zeros(2), np.zeros(2, bool), (), ())
     monitor.take_forces(still)
     monitor.draw()
-    assert np.array_equal(sum_curve(monitor).getData()[0], x, equal_nan=True)
+    assert np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
     monitor.resume()
     monitor.draw()
-    assert not np.array_equal(sum_curve(monitor).getData()[0], x, equal_nan=True)
+    assert not np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
 
 
 def test_what_is_not_on_the_screen_is_not_drawn(monitor, recorded):
     monitor.hide()
     play_through(monitor, recorded)
-    x, _ = sum_curve(monitor).getData()
-    assert x is None or len(x) == 0
+    assert not sum_curve(monitor).x.size
     assert monitor.steps.count.text() != "none yet"
 
 
@@ -157,10 +155,10 @@ def test_hands_become_commands(monitor, qtbot):
 
 
 def test_the_span_of_time_is_chosen(monitor, qtbot):
-    assert monitor.force.box.viewRange()[0] == [-5.0, 0.0]
+    assert monitor.force.ranges[:2] == (-5.0, 0.0)
     ten = monitor.span_buttons[10.0]
     qtbot.mouseClick(ten, Qt.MouseButton.LeftButton)
-    assert monitor.force.box.viewRange()[0] == monitor.spectrogram.box.viewRange()[0] == [-10.0, 0.0]
+    assert monitor.force.ranges[:2] == monitor.spectrogram.ranges[:2] == (-10.0, 0.0)
     assert ten.isChecked()
     assert not monitor.span_buttons[5.0].isChecked()
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from underfoot.bench.figures import fracture, friction, grains, signals
 from underfoot.bench.figures.figure import Compared, Figure
-from underfoot.drawing import page, svg
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 
 __all__ = ["FIGURES", "Compared", "Figure", "run", "text", "write"]

@@ -9,7 +9,8 @@ from pathlib import Path
 from underfoot import __version__
 from underfoot.calibration.files.tables import write_table
 from underfoot.calibration.procedures.procedure import Result
-from underfoot.drawing import page, svg
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 from underfoot.files import write_file
 from underfoot.floor.profile import Profile

@@ -261,7 +261,7 @@ def drawings_of(found: Findings) -> tuple[Drawing, ...]:
     if free.passes > 1:
         for sign in (-1.0, 1.0):
             edge = _db(found.sensitivity * free.magnitude) + sign * free.spread_db
-            inner.append(series("" if sign > 0 else "spread_db", f, edge[shown], "dashed", "force"))
+            inner.append(series("" if sign > 0 else "spread", f, edge[shown], "dashed", "force"))
     drawn.append(Drawing("Response, its spread and its noise", _HZ, _DB_LABEL, tuple(inner), True))
     orders = [
         series(f"harmonic {k}", f, 100.0 * free.distortion[k][shown], colour=_ORDER_COLOURS[k])

@@ -2,16 +2,8 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRectF
-
-from underfoot.quantities import number, quantity
-from underfoot.widgets import theme
-from underfoot.widgets.plots import HeatItem, Plot
 
 LOW_HZ, HIGH_HZ = 20.0, 2000.0
-FELT_HZ = (40.0, 1000.0)
-"""What the sole feels (thesis 2.1): marked in the picture."""
-
 FLOOR_DB = -110.0
 SHOWN_DB = 70.0
 """Levels below the top that the colours span."""
@@ -113,35 +105,3 @@ class RunningSpectrum:
         at = np.arange(column, column + len(levels)) % self.columns
         self._picture[at] = levels
         self._picture[at + self.columns] = levels
-
-
-class SpectrogramPlot(Plot):
-    """A running spectrum over the seconds before now."""
-
-    def __init__(self) -> None:
-        super().__init__("Vibration spectrogram")
-        self._heat = HeatItem()
-        self._heat.setZValue(-5)
-        self.addItem(self._heat, ignoreBounds=True)
-        low, high = np.log10([LOW_HZ, HIGH_HZ])
-        ticks = [(float(np.log10(hz)), number(hz)) for hz in (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)]
-        ticks.append((float(high), quantity(HIGH_HZ, "Hz")))
-        self.set_axis("left", float(low), float(high), ticks)
-        self._area = (float(low), float(high - low))
-        self._felt = self.add_line(theme.MUTED, dashed=True)
-
-    def set_span(self, seconds: float, ticks: list[tuple[float, str]]) -> None:
-        """Show this many seconds before now."""
-        self.set_axis("bottom", -seconds, 0.0, ticks)
-        self._felt.place_y(*(float(np.log10(hz)) for hz in FELT_HZ))
-
-    def set_top(self, top_db: float) -> None:
-        """Let the colours end at this level, in dB of a full-scale sine."""
-        self._heat.set_colours(*(255.0 * (1.0 - db / FLOOR_DB) for db in (top_db - SHOWN_DB, top_db)))
-
-    def show_spectrum(self, spectrum: RunningSpectrum, now_frame: float, rate_hz: float) -> None:
-        """Draw `spectrum` so that `now_frame` is at the right edge."""
-        right = (spectrum.end_frame - now_frame) / rate_hz
-        width = spectrum.columns * spectrum.hop / rate_hz
-        low, height = self._area
-        self._heat.set_levels(spectrum.levels(), QRectF(right - width, low, width, height))

@@ -1,4 +1,4 @@
-"""What a profile knows of a tile, drawn: the part in use, and an earlier one dashed beside it."""
+"""Drawings of a part of a profile: the one in use, and an earlier one dashed or grey beside it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +35,11 @@ def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> t
         return ()
     match part or earlier:
         case Fsr():
-            return (Drawing("Newtons over readings", "reading, counts", "force, N", tuple(curves)),)
+            return (Drawing("Force over reading", "reading, counts", "force, N", tuple(curves)),)
         case Centroid():
-            return (Drawing("Where the correction moves a place", "x, mm", "y, mm", tuple(curves), equal=True),)
+            return (Drawing("Correction of the centroid", "x, mm", "y, mm", tuple(curves), equal=True),)
         case _:
-            title, y = "What the plate makes of a full-scale unit", "acceleration, m/s^2"
+            title, y = "Acceleration of the plate at full scale", "acceleration, m/s^2"
             return (Drawing(title, "frequency, Hz", y, tuple(curves), x_log=True, y_log=True),)
 
 
