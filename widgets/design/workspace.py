@@ -81,6 +81,7 @@ class DesignWorkspace(Workspace):
         self.set_patch(open_patch.patch)
         open_patch.opened.connect(self.set_patch)
         open_patch.folder_changed.connect(self.set_folder)
+        open_patch.paths_changed.connect(lambda patch: self.document.edit(patch, "Save in another folder"))
         self.patch_edited.connect(open_patch.take)
         controller.opened.connect(self._set_target)
         controller.bridge.costs.connect(self.show_costs)

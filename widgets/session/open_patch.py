@@ -12,6 +12,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.autosave import Autosave
+from underfoot.widgets.session.file_paths import with_files_kept
 from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000
@@ -28,6 +29,8 @@ class OpenPatch(QObject):
     """Another `Patch`, to be edited from now on."""
     patch_changed = Signal(object)
     """The `Patch`, when it is another one and after every edit."""
+    paths_changed = Signal(object)
+    """The `Patch` with other paths to the same files, when it was saved in another folder; to be edited on."""
     folder_changed = Signal(object)
     """The folder that the patch lies in, or None."""
     title_changed = Signal()
@@ -160,13 +163,17 @@ class OpenPatch(QObject):
             self._begin_with(patch, None, saved=patch)
 
     def _write(self, path: Path) -> bool:
+        before, folder = self.patch, path.absolute().parent
         try:
-            self.patch.save(path)
+            patch = before if folder == self.folder else with_files_kept(before, self._registry, self.folder, folder)
+            patch.save(path)
         except UnderfootError as error:
             self.said.emit(str(error))
             return False
-        self._saved = self.patch
+        self.patch = self._saved = patch
         self._set_path(path)
+        if patch != before:
+            self.paths_changed.emit(patch)
         self._settings.remember_file(path)
         self._timer.start()
         self.said.emit(f"Saved as {path}")

@@ -8,6 +8,7 @@ from windows import design, dialog_of, hiss, quiet_window
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.autosave import Autosave
+from underfoot.widgets.session.file_paths import with_files_kept
 from underfoot.widgets.session.settings import Settings
 
 
@@ -91,7 +92,7 @@ def choose_file(window, path, open_dialog):
     dialog.accept()
 
 
-def test_sound_files_are_stored_relative_to_the_patch_as_soon_as_it_has_a_folder(qtbot, tmp_path):
+def test_sound_files_are_stored_relative_to_the_patch_and_stay_the_same_files(qtbot, tmp_path):
     rain = tmp_path / "sounds" / "rain.wav"
     rain.parent.mkdir()
     rain.touch()
@@ -106,17 +107,32 @@ def test_sound_files_are_stored_relative_to_the_patch_as_soon_as_it_has_a_folder
         choose_file(window, rain, lambda: qtbot.mouseClick(look, Qt.MouseButton.LeftButton))
         return workspace.patch().node("wav-player").parameters["file"]
 
+    def stored():
+        file = workspace.patch().node("wav-player").parameters["file"]
+        assert window.open_patch.is_saved
+        assert window.open_patch.patch == workspace.patch() == Patch.load(window.open_patch.path, REGISTRY)
+        return file
+
+    save_as = window.actions_by_name["save as"].trigger
+    below = str(rain.relative_to(tmp_path))
     assert chosen() == str(rain)
-    choose_file(window, tmp_path / "storm.json", window.actions_by_name["save as"].trigger)
-    assert chosen() == str(rain.relative_to(tmp_path))
-    window.open_patch.save()
-    assert Patch.load(tmp_path / "storm.json", REGISTRY) == workspace.patch()
+    choose_file(window, tmp_path / "storm.json", save_as)
+    assert stored() == below
+    assert chosen() == below
+    choose_file(window, tmp_path / "calm.json", save_as)
+    assert stored() == below
     (tmp_path / "elsewhere").mkdir()
-    choose_file(window, tmp_path / "elsewhere" / "storm.json", window.actions_by_name["save as"].trigger)
-    assert chosen() == str(rain)
-    window.open_patch.save()
+    choose_file(window, tmp_path / "elsewhere" / "storm.json", save_as)
+    assert stored() == chosen() == str(rain)
+    choose_file(window, rain.parent / "storm.json", save_as)
+    assert stored() == rain.name
     window.open_patch.read(tmp_path / "storm.json")
-    assert workspace.patch().node("wav-player").parameters["file"] == str(rain.relative_to(tmp_path))
+    assert stored() == below
+
+
+def test_a_path_that_belongs_to_no_folder_stays_as_it_was_typed(tmp_path):
+    patch = Patch().add("wav-player", REGISTRY).set("wav-player", "file", "rain.wav", REGISTRY)
+    assert with_files_kept(patch, REGISTRY, None, tmp_path) == patch
 
 
 def test_a_patch_that_was_rescued_knows_its_folder(qtbot, tmp_path):
