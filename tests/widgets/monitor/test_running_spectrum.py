@@ -1,17 +1,13 @@
-"""Histories, thinned curves, and spectra of signals whose picture is known."""
+"""The running spectrum, of signals whose picture is known."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from underfoot.widgets.monitor.force_plot import ForcePlot
 from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
 
 RATE = 48_000.0
-
-
-# --- curves and pictures ---
 
 
 def _sine(hz, seconds=1.0, size=1.0):
@@ -51,19 +47,3 @@ def test_missing_samples_are_dark_and_later_ones_stand_in_their_place():
     assert spectrum.end_frame == gapless.end_frame
     assert not spectrum.levels()[:, 45:55].any()
     np.testing.assert_array_equal(spectrum.levels()[:, -5:], gapless.levels()[:, -5:])
-
-
-def test_the_force_axis_grows_at_once_and_shrinks_late(qtbot):
-    plot = ForcePlot()
-    qtbot.addWidget(plot)
-    plot.set_span(5.0)
-
-    def top_after(force_n, now_s):
-        times = np.linspace(now_s - 1.0, now_s, 200)
-        plot.show_forces(times, np.full((200, 4), force_n / 4, np.float32), now_s, np.zeros(0))
-        return plot.ranges[3]
-
-    assert top_after(700.0, 10.0) == 1000.0
-    assert top_after(1500.0, 11.0) == 2000.0
-    assert top_after(100.0, 13.0) == 2000.0
-    assert top_after(100.0, 17.0) == 200.0
