@@ -7,11 +7,12 @@ import sys
 from types import SimpleNamespace
 from typing import ClassVar
 
+import click
 import numpy as np
 import pytest
 import soundfile
 
-from underfoot import __version__, monitoring
+from underfoot import __version__, commands, monitoring
 from underfoot.__main__ import cli
 from underfoot.engine.messages import Done, Fault, Lost, Notice, Play, Started
 from underfoot.floor.layout import default_floor
@@ -21,7 +22,6 @@ from underfoot.patch import library
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
-COMMANDS = sorted(cli.commands)
 RATE = 48_000
 SINE = library.patches()["stimulus-sp"]
 
@@ -31,14 +31,35 @@ SINE = library.patches()["stimulus-sp"]
 
 def test_every_command_has_help(underfoot):
     assert "Commands:" in underfoot("--help").out
-    for command in COMMANDS:
+    context = click.Context(cli)
+    names = cli.list_commands(context)
+    assert {"bench", "calibrate", "emulate", "monitor", "nodes", "render", "tile"} <= set(names)
+    for command in names:
         for option in ("--help", "-h"):
             said = underfoot(command, option)
             assert said.status == 0
             assert said.error == ""
             assert said.out.startswith(f"Usage: underfoot {command}")
-            for parameter in cli.commands[command].params:
+            for parameter in cli.get_command(context, command).params:
                 assert parameter.param_type_name == "argument" or parameter.help, f"{command}: {parameter.name}"
+
+
+GREET = """import click
+
+@click.command(help="Greet.")
+def greet():
+    print("hello")
+"""
+
+
+def test_a_file_in_the_folder_of_commands_is_a_command(underfoot, refused, folder, monkeypatch, request):
+    (folder / "greet.py").write_text(GREET)
+    (folder / "shared.py").write_text("greeting = 'hello'\n")
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(folder)])
+    request.addfinalizer(lambda: [sys.modules.pop(f"underfoot.commands.{name}", None) for name in ("greet", "shared")])
+    assert "  greet      Greet." in underfoot("--help").out
+    assert underfoot("greet").out == "hello\n"
+    assert "No such command 'shared'" in refused("shared")
 
 
 def test_the_version_is_the_package_s(underfoot):
