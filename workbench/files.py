@@ -2,6 +2,8 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from underfoot.errors import BadFile
@@ -17,18 +19,42 @@ def read_file(path: str | Path) -> bytes:
 
 def write_file(path: str | Path, data: bytes) -> None:
     """Write `data` beside `path` and move it into place: the old file stays until the new one is whole."""
+    with replaced(path) as beside, bad_file(path), beside.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def replaced(path: str | Path) -> Iterator[Path]:
+    """An empty file beside `path` to write to. It takes the place of `path` where the block ends well, and is removed
+    where it does not. `BadFile` where no file can be made there.
+
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with replaced(Path(folder, "notes.txt")) as beside:
+    ...         characters = beside.write_text("whole")
+    ...     print([path.name for path in Path(folder).iterdir()])
+    ['notes.txt']
+    """
     path = Path(path)
+    with bad_file(path):
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        os.close(handle)
+    beside = Path(name)
     try:
-        handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            Path(beside).chmod(0o644)
-            Path(beside).replace(path)
-        except BaseException:
-            Path(beside).unlink(missing_ok=True)
-            raise
+        yield beside
+        with bad_file(path):
+            beside.chmod(0o644)
+            beside.replace(path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def bad_file(path: str | Path) -> Iterator[None]:
+    """Turn an `OSError` of the block into a `BadFile` that names `path`."""
+    try:
+        yield
     except OSError as error:
         raise BadFile(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None

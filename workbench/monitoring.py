@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from underfoot.engine.intake import Missing
 from underfoot.engine.messages import Fault, Lost, Notice, Started
-from underfoot.engine.replayed import is_recording
 from underfoot.engine.session import Session, Target
 from underfoot.engine.target import link_of, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
@@ -23,7 +22,7 @@ from underfoot.floor.forces import Forces, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.records.recording import Recording
+from underfoot.records.recording import Recording, is_recording
 
 _CHUNK = 4096
 _WAIT_S = 0.02

@@ -11,12 +11,12 @@ from made_patches import hum, stepped_bank
 from underfoot.engine import messages
 from underfoot.engine.messages import Done, Level, Lost, Notice, Panic, Set, Strike, Swap
 from underfoot.engine.recorder import Recorder, from_text, to_text
-from underfoot.engine.replayed import is_recording, replay
+from underfoot.engine.replayed import replay
 from underfoot.engine.rings import Ring
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.records.recording import Gap, Recording, Writer
+from underfoot.records.recording import Gap, Recording, Writer, is_recording
 
 ABOUT = {
     "patch": hum().dumps().decode(),

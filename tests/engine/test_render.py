@@ -2,13 +2,12 @@ import math
 
 import numpy as np
 import pytest
-import soundfile
 from made_patches import hum, rough_step, stepped_bank
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.messages import Level, Play, Press, Set, Strike
-from underfoot.engine.render import render, write_wav
-from underfoot.errors import BadFile, BadValue
+from underfoot.engine.render import render
+from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 
@@ -95,21 +94,3 @@ def test_another_rate_is_played_at_that_rate():
 def test_what_cannot_be_rendered_is_refused(seconds, options):
     with pytest.raises(BadValue, match="allowed: "):
         render(hum(), REGISTRY, SimulatedFloor(FLOOR), seconds, **options)
-
-
-def test_the_same_samples_make_the_same_file(tmp_path):
-    samples = walked(stepped_bank()).samples
-    one, two = tmp_path / "one.wav", tmp_path / "two.wav"
-    for path in (one, two):
-        write_wav(path, samples, 48_000)
-    assert one.read_bytes() == two.read_bytes()
-    assert b"PEAK" not in one.read_bytes()[:200]
-    back, rate = soundfile.read(one, dtype="float32", always_2d=True)
-    assert (back.tobytes(), rate) == (samples.tobytes(), 48_000)
-    assert soundfile.info(one).subtype == "FLOAT"
-
-
-def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
-    with pytest.raises(BadFile, match="cannot be written"):
-        write_wav(tmp_path / "none" / "out.wav", np.zeros((10, 1), np.float32), 48_000)
-    assert list(tmp_path.iterdir()) == []

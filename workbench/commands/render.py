@@ -53,8 +53,8 @@ class RenderOptions:
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:
     """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes."""
-    from underfoot.engine.render import write_wav
-    from underfoot.engine.replayed import is_recording
+    from underfoot.records.recording import is_recording
+    from underfoot.records.wav import write_wav
 
     require_room(options.output, inputs=(options.patch, options.force, options.floor))
     rendered = _replayed(options) if is_recording(options.patch) else _rendered(options)

@@ -1,7 +1,5 @@
 """The same program offline: as fast as it goes, to a file."""
 
-import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +10,9 @@ from underfoot.clock import RATE_HZ
 from underfoot.devices.device import ForceSource
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Command, Correct, Play
-from underfoot.errors import BadFile, BadValue, require
+from underfoot.errors import BadValue, require
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-
-_PEAK_CHUNK = 0x1050  # SFC_SET_ADD_PEAK_CHUNK: it would carry a time stamp, and two renders would differ
 
 
 @dataclass(frozen=True)
@@ -79,22 +75,3 @@ def render(
         raise BadValue(f"node {node} made a value that is not finite, on tile {tile} at frame {frame}; its output is 0")
     report = loop.program.report()
     return Rendered(samples, rate, loop.spent_s, report["run"], report["asleep"], report["left_out"])
-
-
-def write_wav(path: str | Path, samples: np.ndarray, rate: float) -> None:
-    """Write float32 [frame, channel] as a float WAV, beside `path` and moved into place: same samples, same bytes."""
-    import soundfile
-
-    path = Path(path)
-    beside = ""
-    try:
-        handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".wav", dir=path.parent)
-        os.close(handle)
-        with soundfile.SoundFile(beside, "w", round(rate), samples.shape[1], subtype="FLOAT", format="WAV") as file:
-            soundfile._snd.sf_command(file._file, _PEAK_CHUNK, soundfile._ffi.NULL, 0)
-            file.write(samples)
-        Path(beside).chmod(0o644)
-        Path(beside).replace(path)
-    except (OSError, soundfile.LibsndfileError) as error:
-        Path(beside).unlink(missing_ok=True) if beside else None
-        raise BadFile(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}") from None

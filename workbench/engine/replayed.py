@@ -39,15 +39,6 @@ class RecordedForce:
         return count
 
 
-def is_recording(path: Path) -> bool:
-    """Whether a file is an SQLite file, as recordings are."""
-    try:
-        with path.open("rb") as file:
-            return file.read(15) == b"SQLite format 3"
-    except OSError:
-        return False
-
-
 def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
     """Play the recording again from its first frame to its last."""
     with Recording(path) as recording:

@@ -6,12 +6,11 @@ replaces what was there. `BadFile` says where it cannot.
 
 import math
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from underfoot.errors import BadFile
+from underfoot.files import bad_file, replaced
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -37,7 +36,8 @@ def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
     """Write the step table: what it gives takes steps, a line each. A figure that there is not (NaN) is an empty
     cell.
 
-    >>> folder = tempfile.TemporaryDirectory()
+    >>> from tempfile import TemporaryDirectory
+    >>> folder = TemporaryDirectory()
     >>> with step_table(Path(folder.name) / "steps.csv") as write:
     ...     write([Step(1, "t1", "left", 0.2, 600.0, 760.0, 500.0, 740.0, 320.0, math.nan, 210.0, 200.0)])
     >>> print((Path(folder.name) / "steps.csv").read_text())
@@ -59,35 +59,17 @@ def contact_table(path: str | Path, floor: Floor) -> Iterator[Callable[[ContactR
 
 @contextmanager
 def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], None]]:
-    path = Path(path)
-    with _our_error(path):
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    beside = Path(name)
-    file = os.fdopen(handle, "w", encoding="utf-8", newline="\n")
+    with replaced(path) as beside, beside.open("w", encoding="utf-8", newline="\n") as file:
 
-    def lines(texts: Iterable[str]) -> None:
-        with _our_error(path):
-            file.writelines(f"{text}\n" for text in texts)
+        def lines(texts: Iterable[str]) -> None:
+            with bad_file(path):
+                file.writelines(f"{text}\n" for text in texts)
 
-    try:
         lines([header])
         yield lines
-        with _our_error(path):
+        with bad_file(path):
             file.flush()
             os.fsync(file.fileno())
-            beside.chmod(0o644)
-            beside.replace(path)
-    finally:
-        file.close()
-        beside.unlink(missing_ok=True)
-
-
-@contextmanager
-def _our_error(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise BadFile(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
 
 
 def _step_line(step: Step) -> str:
