@@ -95,7 +95,7 @@ class Writer:
 
 def _create(path: Path, about: dict[str, str]) -> None:
     """A recording with nothing in it yet, made beside `path` and moved there, so that no part of one is ever seen."""
-    with replaced(path) as beside, closing(sqlite3.connect(beside, isolation_level=None)) as base:
+    with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
         base.execute(f"pragma application_id = {APPLICATION_ID}")
         base.execute(f"pragma user_version = {VERSION}")
         base.executescript(_TABLES)

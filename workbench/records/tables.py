@@ -5,12 +5,11 @@ replaces what was there. `BadFile` says where it cannot.
 """
 
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from underfoot.files import bad_file, replaced
+from underfoot.files import replaced, written
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -36,8 +35,8 @@ def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
     """Write the step table: what it gives takes steps, a line each. A figure that there is not (NaN) is an empty
     cell.
 
-    >>> from tempfile import TemporaryDirectory
-    >>> folder = TemporaryDirectory()
+    >>> import tempfile
+    >>> folder = tempfile.TemporaryDirectory()
     >>> with step_table(Path(folder.name) / "steps.csv") as write:
     ...     write([Step(1, "t1", "left", 0.2, 600.0, 760.0, 500.0, 740.0, 320.0, math.nan, 210.0, 200.0)])
     >>> print((Path(folder.name) / "steps.csv").read_text())
@@ -59,17 +58,21 @@ def contact_table(path: str | Path, floor: Floor) -> Iterator[Callable[[ContactR
 
 @contextmanager
 def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], None]]:
-    with replaced(path) as beside, beside.open("w", encoding="utf-8", newline="\n") as file:
+    with replaced(path) as part:
+        with written(path):
+            file = part.open("w", encoding="utf-8", newline="\n")
 
         def lines(texts: Iterable[str]) -> None:
-            with bad_file(path):
+            with written(path):
                 file.writelines(f"{text}\n" for text in texts)
 
-        lines([header])
-        yield lines
-        with bad_file(path):
-            file.flush()
-            os.fsync(file.fileno())
+        try:
+            lines([header])
+            yield lines
+            with written(path):
+                file.flush()
+        finally:
+            file.close()
 
 
 def _step_line(step: Step) -> str:
