@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.engine.intake import Missing
+from underfoot.engine.loss_concealment import LossConcealment
 from underfoot.engine.messages import Fault, Lost, Notice, Started
 from underfoot.engine.session import Session, Target
 from underfoot.engine.target import link_of, require_source, simulation_of
@@ -142,13 +142,13 @@ class _StepFinder:
         self._floor = floor
         self._tracker = ContactTracker(floor, rate_hz)
         self._counter = StepCounter(floor)
-        self._missing = Missing(self._tracker, _CHUNK)
+        self._concealment = LossConcealment(self._tracker, _CHUNK)
         self._untared = np.zeros(len(floor.tiles), bool)
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
         if not np.isfinite(force_n).all():
             force_n = force_n.copy()
-            self._missing.fill(time_s, force_n, len(time_s))
+            self._concealment.fill(time_s, force_n, len(time_s))
         followed = self._tracker.feed(time_s, force_n)
         self._untared |= self._tracker.untared
         now = float(time_s[-1]) if len(time_s) else -math.inf

@@ -186,7 +186,7 @@ def test_a_node_that_makes_nan_is_silenced_and_named():
     for at in range(0, 48_000, 480):
         part = np.zeros((3, 4, 480))
         other.intake.take(at + 480)
-        other.intake.fill(*part, at, 480)
+        other.intake.fill(part, at, 480)
         force[:, :, at : at + 480] = part
     first = np.flatnonzero((force[0] > 400.0).any(axis=0))[0]
     assert (name, tile) == ("broken", FLOOR.ids[int(np.argmax(force[0, :, first]))])

@@ -92,7 +92,7 @@ class Loop:
         self.retired: deque[Program] = deque(maxlen=8)
         self._pulse, self._pulse_end = np.full(len(floor.tiles), -1, np.int64), 0
         self.spent_s = 0.0
-        self._signals = tuple(np.zeros((len(HOSTS), len(floor.tiles), block)))
+        self._signals = np.zeros((len(HOSTS), len(floor.tiles), block))
         self.scoped = np.zeros((block, len(floor.tiles)), np.float32)
         self._load_kernels()
 
@@ -156,9 +156,8 @@ class Loop:
     def _part(self, frame: int, at: int, n: int) -> None:
         """Run `n` frames into `out` from its row `at` on; whatever a command changed is in force by now."""
         program, old = self.program, self._old
-        force, x, y = self._signals
         self.intake.take(frame + n)
-        self.intake.fill(force, x, y, frame, n)
+        self.intake.fill(self._signals, frame, n)
         self._bring(program, n)
         began = time.perf_counter()
         program.run(frame, n)

@@ -129,7 +129,7 @@ class Engine:
         self._address = self._loop.out.ctypes.data
         self._seconds = target.block / target.rate
         self._played = np.zeros((target.block, len(target.floor.tiles)), np.float32)
-        self._loop.intake.hear = self._keep_forces
+        self._loop.intake.on_samples = self._keep_forces
         self._quit = threading.Event()
         self._panicked = self._silenced = False
         self._late = 0
