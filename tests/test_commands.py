@@ -14,7 +14,8 @@ import soundfile
 
 from underfoot import __version__, commands, monitoring
 from underfoot.__main__ import cli
-from underfoot.engine.messages import Done, Fault, Lost, Notice, Play, Started
+from underfoot.engine.commands import Play
+from underfoot.engine.reports import CommandApplied, Fault, Notice, ProcessDied, Started
 from underfoot.floor.layout import default_floor
 from underfoot.models import gait
 from underfoot.nodes import REGISTRY
@@ -219,8 +220,8 @@ def rehearsed(monkeypatch):
 def test_monitor_passes_on_what_a_session_has_to_say(underfoot, folder, rehearsed):
     rehearsed.acts = [
         ([Started("the simulator", "there is no sound card")], 0.0),
-        ([Fault("gain", "t2", 4711), Done(0, Play(True))], 50.0),
-        ([Lost("engine", "killed"), Notice("tile t4 has no channel")], 0.0),
+        ([Fault("gain", "t2", 4711), CommandApplied(0, Play(True))], 50.0),
+        ([ProcessDied("engine", "killed"), Notice("tile t4 has no channel")], 0.0),
         ([], 0.0),
     ]
     said = underfoot("monitor", "simulator", "--seconds", "0.35", "--steps", "steps.csv")

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.engine.messages import Health
+from underfoot.engine.reports import Health
 from underfoot.widgets import theme
 
 LOWEST_DB = -60.0

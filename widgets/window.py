@@ -24,7 +24,8 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.devices.sound import devices
-from underfoot.engine.messages import Health, Press, Preview, Pulse, Started, Strike
+from underfoot.engine.commands import PressTile, Pulse, Strike
+from underfoot.engine.reports import Health, Preview, Started
 from underfoot.engine.target import LINKS, Target
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
@@ -420,7 +421,7 @@ class MainWindow(QMainWindow):
         design.patchEdited.connect(self._edited)
         design.previewWanted.connect(self._want_preview)
         design.struck.connect(lambda tile, strength: player.send(Strike("", tile, strength)))
-        design.pressed.connect(lambda *press: player.send(Press(*press)))
+        design.pressed.connect(lambda *press: player.send(PressTile(*press)))
         self.document.opened.connect(self._opened)
         self.document.changed.connect(self._show_title)
         self.document.said.connect(self.say)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.loss_concealment import LossConcealment
-from underfoot.engine.messages import Fault, Lost, Notice, Started
-from underfoot.engine.session import Session, Target
-from underfoot.engine.target import link_of, require_source, simulation_of
+from underfoot.engine.reports import Fault, Notice, ProcessDied, Started
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target, link_of, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.contacts import ContactRows, ContactTracker
 from underfoot.floor.footsteps import Step, StepCounter
@@ -129,7 +129,7 @@ class SessionStream:
                     raise DeviceError(text)
                 case Notice(text) | Started(notice=text) if text:
                     yield text
-                case Lost(process, reason):
+                case ProcessDied(process, reason):
                     yield f"the {process} was lost and is started again: {reason}"
                 case Fault(node, tile, frame):
                     yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"

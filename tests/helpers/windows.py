@@ -2,7 +2,7 @@
 
 from on_screen import show
 
-from underfoot.engine.session import Target
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from underfoot.engine.messages import Press, Started, Walk
-from underfoot.engine.session import Session, Target
+from underfoot.engine.commands import PressTile, Walk
+from underfoot.engine.reports import Started
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor, default_floor
@@ -81,9 +83,9 @@ def test_a_press_is_seen_as_a_load(followed, session, qtbot):
     told = []
     followed.forces.connect(told.append)
     session.send(Walk(False))
-    session.send(Press("t2", 0.0, 0.0, 300.0))
+    session.send(PressTile("t2", 0.0, 0.0, 300.0))
     qtbot.waitUntil(lambda: bool(told) and abs(told[-1].load_n[1] - 300.0) < 5.0, timeout=LONG_MS)
-    session.send(Press("t2", 0.0, 0.0, 0.0))
+    session.send(PressTile("t2", 0.0, 0.0, 0.0))
     qtbot.waitUntil(lambda: abs(told[-1].load_n[1]) < 5.0, timeout=LONG_MS)
     session.send(Walk(True))
 
@@ -108,7 +110,7 @@ def test_an_engine_that_dies_comes_back_and_says_so(followed, session, qtbot):
     said = []
     followed.noticed.connect(said.append)
     with qtbot.waitSignal(followed.started, timeout=LONG_MS):
-        os.kill(session._engine.process.pid, signal.SIGKILL)
+        os.kill(session.pids["engine"], signal.SIGKILL)
     assert len(said) == 1
     assert "engine stopped" in said[0]
     assert "patch plays on" in said[0]

@@ -10,7 +10,7 @@ from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QGuiApplication
 
-from underfoot.engine.messages import Press, Tare, Walk
+from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.floor.contacts import Present
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import read_forces
@@ -402,8 +402,8 @@ def test_hands_become_commands(monitor, qtbot):
     tile = default_floor().tiles[3]
     qtbot.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=_place(monitor.map, tile, 0.05, 0.0))
     assert said == [
-        Press("t4", pytest.approx(0.05, abs=2e-3), pytest.approx(0.0, abs=2e-3), 800.0),
-        Press("t4", 0.0, 0.0, 0.0),
+        PressTile("t4", pytest.approx(0.05, abs=2e-3), pytest.approx(0.0, abs=2e-3), 800.0),
+        PressTile("t4", 0.0, 0.0, 0.0),
     ]
     qtbot.mouseClick(monitor.walker, Qt.MouseButton.LeftButton)
     qtbot.mouseClick(monitor.tare, Qt.MouseButton.LeftButton)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QLabel, QLineE
 from windows import LONG_MS, dialog_of, hiss, quiet_window
 
 from underfoot.calibration.procedures.procedure import Result
-from underfoot.engine.session import Target
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
 from underfoot.nodes import REGISTRY

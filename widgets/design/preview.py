@@ -7,7 +7,7 @@ import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
-from underfoot.engine.messages import Preview
+from underfoot.engine.reports import Preview
 from underfoot.floor.layout import Tile
 from underfoot.patch.node import NodeType, Port
 from underfoot.widgets import theme

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
-from underfoot.engine.messages import Costs, Fault, Health, Preview
+from underfoot.engine.reports import Costs, Fault, Health, Preview
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch

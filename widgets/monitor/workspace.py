@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.engine.messages import Command, Press, Tare, Walk
+from underfoot.engine.commands import Command, PressTile, Tare, Walk
 from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -235,7 +235,7 @@ class MonitorWorkspace(QWidget):
             self.map.set_choice(self._floor.ids[max(newest.tiles, key=lambda tile: forces.load_n[tile])])
 
     def _press(self, tile: str, x_m: float, y_m: float, force_n: float) -> None:
-        self._send(Press(tile, x_m, y_m, force_n))
+        self._send(PressTile(tile, x_m, y_m, force_n))
 
     def _send(self, command: Command) -> None:
         self.commanded.emit(command)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from underfoot.engine.messages import Compiling, Costs, Fault, Lost, Notice, Preview, Started
+from underfoot.engine.reports import Compiling, Costs, Fault, Notice, Preview, ProcessDied, Started
 from underfoot.floor.contacts import ContactRows, ContactTracker, Present
 from underfoot.floor.footsteps import Step, StepCounter
 from underfoot.floor.layout import Floor, default_floor
@@ -126,7 +126,7 @@ class Bridge(QObject):
                 self.previewed.emit(report)
             case Notice(text):
                 self._say_once(text)
-            case Lost(process, reason):
+            case ProcessDied(process, reason):
                 self.noticed.emit(f"The {process} stopped ({reason}) and was started again; the patch plays on.")
             case Fault(node, tile):
                 self.faulted.emit(report)

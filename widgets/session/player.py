@@ -9,10 +9,9 @@ from typing import Any
 import platformdirs
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.engine.correction import correction_of
-from underfoot.engine.messages import Command, Level, Tare
-from underfoot.engine.session import Session, Target
-from underfoot.engine.target import LINKS, require_source
+from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
+from underfoot.engine.session import Session
+from underfoot.engine.target import LINKS, Target, require_source
 from underfoot.errors import UnderfootError
 from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
@@ -104,7 +103,7 @@ class Player(QObject):
         if folder != Path(self.target.profiles or "."):
             self.target = replace(self.target, profiles=str(folder))
         if kind == "response":
-            self.send(correction_of(profile.tile, profile))
+            self.send(TileEqualiser.of_profile(profile.tile, profile))
         elif kind == "fsr" and self.session is not None:
             self.reopen()
 

@@ -72,7 +72,7 @@ def render(options: RenderOptions) -> None:
 
 def _replayed(options: RenderOptions) -> "Rendered":
     """A recording, played again."""
-    from underfoot.engine.replayed import replay
+    from underfoot.engine.session_replay import replay
     from underfoot.nodes import REGISTRY
 
     of_a_patch = (options.rate, options.seed, options.force, options.floor, options.seconds, options.profiles)
@@ -83,7 +83,8 @@ def _replayed(options: RenderOptions) -> "Rendered":
 
 def _rendered(options: RenderOptions) -> "Rendered":
     """A patch, played on the force that was asked for."""
-    from underfoot.engine.correction import corrections_of
+    from underfoot.engine.commands import equalisers_of
+    from underfoot.engine.loop import LoopOptions
     from underfoot.engine.render import render as run
     from underfoot.floor.profile import profiles_of
     from underfoot.nodes import REGISTRY
@@ -95,17 +96,15 @@ def _rendered(options: RenderOptions) -> "Rendered":
         raise BadValue(f"--rate is {rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
     seed = patch.seed if options.seed is None else options.seed
     source, length_s = _force_source(options.force, options.floor, rate_hz, seed)
-    return run(
-        patch,
-        REGISTRY,
-        source,
-        length_s if options.seconds is None else options.seconds,
-        rate=rate_hz,
+    profiles = profiles_of(options.profiles, source.floor) if options.profiles else {}
+    how = LoopOptions(
+        rate_hz=rate_hz,
         block=options.block,
-        seed=options.seed,
+        equalisers=equalisers_of(profiles),
         folder=options.patch.parent,
-        corrections=corrections_of(profiles_of(options.profiles, source.floor)) if options.profiles else (),
+        seed=options.seed,
     )
+    return run(patch, REGISTRY, source, length_s if options.seconds is None else options.seconds, how)
 
 
 def _force_source(force: str | None, floor: Path | None, rate_hz: float, seed: int) -> tuple["ForceSource", float]:

@@ -179,10 +179,11 @@ def _limit(
             out[i, j] = 0.0
     for k in range(acceleration.shape[0]):
         row = rows[k]
-        row.peak *= 0.5 ** (n / 4800.0)
+        fallen = row.peak * 0.5 ** (n / 4800.0)
+        row.peak = fallen
         if row.channel < 0 or (zero_rows[k] != 0 and _is_at_rest(row)):
             continue
-        row.peak = max(row.peak, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
+        row.peak = max(fallen, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
 
 
 @kernel
@@ -219,12 +220,13 @@ def _limit_row(
         allowed = square + max(square - row.mean_square, 0.0) * (stage.burst_share / stage.rms_share - 1.0)
         if row.burst_square > allowed:
             y *= math.sqrt(allowed / row.burst_square)
-        row.peak_gain += stage.release_share * (1.0 - row.peak_gain)
-        if row.peak_gain > 1.0 - _NEGLIGIBLE:
-            row.peak_gain = 1.0
-        if abs(y) * row.peak_gain > most:
-            row.peak_gain = most / abs(y)
-        y *= row.peak_gain * _along(stage.opening, float(frame + i))
+        gain = row.peak_gain + stage.release_share * (1.0 - row.peak_gain)
+        if gain > 1.0 - _NEGLIGIBLE:
+            gain = 1.0
+        if abs(y) * gain > most:
+            gain = most / abs(y)
+        row.peak_gain = gain
+        y *= gain * _along(stage.opening, float(frame + i))
         row.mean_square = _toward(row.mean_square, y * y, stage.rms_share)
         y = min(max(y + out[at + i, row.channel], -most), most)
         largest = max(largest, abs(y))
