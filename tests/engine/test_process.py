@@ -100,8 +100,8 @@ with engine_of(hum()) as (engine, *_):
         blocks(engine, 40)
         ids = [id for id in engine.loop.program.node_ids if id in ("tone", "noise", "modal-bank")]
         number = {{"tone": "amplitude", "noise": "low", "modal-bank": "pitch"}}[ids[0]]
-        for command in (Play(True), Set(ids[0], number, 1.5), Strike("", "t1"), PressTile("t1", 0.0, 0.0, 400.0), Tare(),
-                        Walk(True), Level(-3.0), Pulse("t1"), Panic(), Play(False)):
+        for command in (Play(True), Set(ids[0], number, 1.5), Strike("", "t1"), PressTile("t1", 0.0, 0.0, 400.0),
+                        Tare(), Walk(True), Level(-3.0), Pulse("t1"), Panic(), Play(False)):
             engine.listener.take(command)
             blocks(engine, 5)
         after = loaded()
