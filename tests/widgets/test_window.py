@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QLabel, QLineE
 from windows import LONG_MS, dialog_of, hiss, quiet_window
 
 from underfoot.calibration.procedures.procedure import Result
+from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
@@ -141,7 +142,9 @@ def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeyp
     qtbot.mouseClick(window.transport.record, Qt.MouseButton.LeftButton)
     assert window.player.session.recording is None
     assert str(path) in window._message.fullText()
-    qtbot.waitUntil(lambda: not window.player.session._ending, timeout=LONG_MS)
+    qtbot.waitUntil(
+        lambda: not any("recorder" in child.name for child in multiprocessing.active_children()), timeout=LONG_MS
+    )
 
 
 def test_a_preview_comes_for_what_is_selected(window, qtbot):
@@ -238,14 +241,15 @@ def _with_response(level):
     return Result("response", "Response", (), "", True, apply=lambda profile: profile.with_part(part))
 
 
-def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_is_old(window, qtbot):
-    session = window.player.session
+def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_is_old(window, qtbot, monkeypatch):
+    session, sent = window.player.session, []
+    send = session.send
+    monkeypatch.setattr(session, "send", lambda command: (sent.append(command), send(command)))
     window.show_workspace(CALIBRATE)
     qtbot.mouseClick(window.calibrate.choice.cards["response"], Qt.MouseButton.LeftButton)
     window.calibrate.profiles.save("t2", _with_response(31.0))
-    qtbot.waitUntil(lambda: "t2" in session._corrections, timeout=LONG_MS)
-    assert session._corrections["t2"].acceleration_per_unit == 31.0
-    assert session._corrections["t2"].sections == ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),)
+    qtbot.waitUntil(lambda: bool(sent), timeout=LONG_MS)
+    assert sent == [TileEqualiser("t2", 31.0, ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),))]
     assert window.player.session is session
     assert Profile.load(f"{window.player.target.profiles}/t2.json").acceleration_per_unit == 31.0
     assert window.transport.flags.isVisible()
