@@ -224,6 +224,16 @@ def test_what_was_recorded_later_cannot_be_replayed(rings, record):
         replay(recorder.path, REGISTRY)
 
 
+def test_a_patch_that_cannot_be_played_is_told_with_the_name_of_its_recording(tmp_path):
+    path = tmp_path / "a.uf"
+    writer = Writer(path, ABOUT)
+    writer.vibration(0, expected(0, 480))
+    writer.command(96, *to_text(Swap(hum().dumps().replace(b'"tone"', b'"bagpipe"'))))
+    writer.close()
+    with pytest.raises(BadFile, match=r"a\.uf: .*bagpipe"):
+        replay(path, REGISTRY)
+
+
 # --- the file ---
 
 

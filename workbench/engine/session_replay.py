@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.device import MOST, room
-from underfoot.engine.commands import TileEqualiser, from_text
+from underfoot.engine.commands import Swap, TileEqualiser, from_text
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.render import Rendered
 from underfoot.errors import BadFile
@@ -42,7 +42,7 @@ class RecordedForce:
 def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
     """Play the recording again from its first frame to its last.
 
-    `BadFile` for a recording that begins after its session, or has gaps.
+    `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
     """
     with Recording(path) as recording:
         first, played = recording.vibration()
@@ -50,7 +50,10 @@ def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
             raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
         loop = _loop_of(recording, registry, block)
         for frame, kind, body in recording.commands():
-            loop.send(from_text(kind, body), frame)
+            command = from_text(kind, body)
+            if isinstance(command, Swap):
+                Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
+            loop.send(command, frame)
     return Rendered.of(loop, loop.play(len(played)))
 
 
