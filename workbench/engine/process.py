@@ -126,8 +126,8 @@ class Engine:
         if isinstance(source, LinkedFloor):
             source.start()
         self.memory.status.put(Field.RUNNING, 1.0)
-        simulated = "the simulator" if kind == "simulator" else kind
-        where = "sound card" if self.pacer.has_stream else f"{simulated}, without sound"
+        forces_from = "the simulator" if kind == "simulator" else kind
+        where = "sound card" if self.pacer.has_stream else f"{forces_from}, without sound"
         self._connection.send(Started(where, notice, os.getpid(), tuple(self.loop.channels)))
         self.listener.start()
         self.pacer.run()
