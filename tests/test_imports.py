@@ -176,13 +176,13 @@ def test_the_engine_plays_a_patch_without_scipy():
         f"{blocked(NOT_IN_THE_ENGINE)}\n"
         "import underfoot.engine.process\n"
         "from underfoot.devices.simulated_floor import SimulatedFloor\n"
-        "from underfoot.engine.loop import Loop\n"
+        "from underfoot.engine.loop import Loop, LoopOptions\n"
         "from underfoot.floor.layout import default_floor\n"
         "from underfoot.nodes import REGISTRY\n"
         "from underfoot.patch import library\n"
         "from underfoot.patch.patch import Patch\n"
         "patch = Patch.load(library.patches()['gravel'], REGISTRY)\n"
-        "loop = Loop(patch, REGISTRY, SimulatedFloor(default_floor(1, 1)), block=64)\n"
+        "loop = Loop(patch, REGISTRY, SimulatedFloor(default_floor(1, 1)), LoopOptions(block=64))\n"
         "loop.run(64)\n"
     )
     assert done.returncode == 0, done.stderr

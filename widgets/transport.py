@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.engine.messages import Health
+from underfoot.engine.reports import Health
 from underfoot.widgets import theme
 from underfoot.widgets.level_slider import LevelSlider
 

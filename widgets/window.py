@@ -9,7 +9,8 @@ from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QShowEv
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
 from underfoot.devices.sound import devices
-from underfoot.engine.messages import Health, Pulse, Started
+from underfoot.engine.commands import Pulse
+from underfoot.engine.reports import Health, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY

@@ -1,4 +1,4 @@
-"""The door: the command line, and the one place that opens the window."""
+"""The entry point: the command line, and the one place that opens the window."""
 
 import os
 import sys
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot import __version__
-from underfoot.commands import COMMANDS
+from underfoot.commands import CommandGroup
 from underfoot.errors import BadFile, UnderfootError
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
 
 
-@click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=CommandGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
 @click.option(
     "--target",
@@ -31,10 +31,6 @@ def cli(context: click.Context, target: str, floor: Path | None, patch: Path | N
     """Underfoot: a workbench for vibrotactile floors. Without a command it opens the window."""
     if context.invoked_subcommand is None:
         context.exit(_open_window(target, floor, patch, screenshot))
-
-
-for command in COMMANDS:
-    cli.add_command(command)
 
 
 def main() -> None:

@@ -12,9 +12,10 @@ from made_patches import hum, rough_step
 
 from underfoot.clock import FADE
 from underfoot.devices.sound import Exchange, Stream, most_channels
-from underfoot.engine.messages import Level, Notice, Panic, Started
-from underfoot.engine.replayed import replay
+from underfoot.engine.commands import Level, Panic
+from underfoot.engine.reports import Notice, Started
 from underfoot.engine.safety import PANIC
+from underfoot.engine.session_replay import replay
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY

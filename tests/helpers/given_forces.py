@@ -50,7 +50,7 @@ def drawn(source, frames, rate=RATE, blocks=(512,)):
         n = min(blocks[turn % len(blocks)], frames - at)
         block = np.full((3, 2, n), np.nan)
         intake.take(at + n)
-        intake.fill(*block, at, n)
+        intake.fill(block, at, n)
         out[:, :, at : at + n] = block
         at, turn = at + n, turn + 1
     return out

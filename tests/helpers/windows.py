@@ -5,7 +5,7 @@ from on_screen import show
 from polling import Poll
 from PySide6.QtCore import QCoreApplication
 
-from underfoot.engine.session import Target
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch

@@ -7,7 +7,7 @@ from on_screen import choose, show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu
 
-from underfoot.engine.messages import Health
+from underfoot.engine.reports import Health
 from underfoot.widgets.transport import TransportBar
 
 WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0107, 96_000, 0.25, 1)

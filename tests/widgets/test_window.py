@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMes
 from windows import LONG_MS, Heard, calibrate, design, dialog_of, hiss, monitor, quiet_window
 
 from underfoot.calibration.procedures.procedure import Result
-from underfoot.engine.messages import Correct
-from underfoot.engine.session import Target
+from underfoot.engine.commands import TileEqualiser
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
 from underfoot.nodes import REGISTRY
@@ -202,7 +202,7 @@ def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_i
     qtbot.mouseClick(calibrate(window).choice.cards["response"], Qt.MouseButton.LeftButton)
     calibrate(window).profiles.save("t2", _with_response(31.0))
     qtbot.waitUntil(lambda: bool(sent), timeout=LONG_MS)
-    assert sent == [Correct("t2", 31.0, ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),))]
+    assert sent == [TileEqualiser("t2", 31.0, ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),))]
     assert window.controller.session is session
     assert Profile.load(f"{window.controller.target.profiles}/t2.json").acceleration_per_unit == 31.0
     assert window.transport.flags.isVisible()

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QLabel
 from windows import dialog_of
 
-from underfoot.engine.session import Target
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.widgets import window as window_module
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog

@@ -8,7 +8,8 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
-from underfoot.engine.messages import Costs, Fault, Health, Press, Preview, Strike
+from underfoot.engine.commands import PressTile, Strike
+from underfoot.engine.reports import Costs, Fault, Health, Preview
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.node import Registry
@@ -90,7 +91,7 @@ class DesignWorkspace(Workspace):
         controller.previewed.connect(self.show_preview)
         self.preview_wanted.connect(controller.request_preview)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
-        self.pressed.connect(lambda *press: controller.send(Press(*press)))
+        self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
 
     def menu_actions(self) -> Sequence[QAction]:
         return self.undo_action, self.redo_action

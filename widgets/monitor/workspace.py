@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import QComboBox, QLabel, QSplitter, QToolButton, QVBoxLayout, QWidget
 
-from underfoot.engine.messages import Press, Tare, Walk
+from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.engine.target import Target
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -256,7 +256,7 @@ class MonitorWorkspace(Workspace):
             self.map.set_choice(self._floor.ids[max(newest.tiles, key=lambda tile: update.load_n[tile])])
 
     def _press(self, tile: str, x_m: float, y_m: float, force_n: float) -> None:
-        self.commanded.emit(Press(tile, x_m, y_m, force_n))
+        self.commanded.emit(PressTile(tile, x_m, y_m, force_n))
 
     def _hover(self, at_s: float) -> None:
         self._hover_s = at_s

@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from underfoot.engine.messages import Compiling, Costs, Fault, Lost, Notice, Preview, Started
+from underfoot.engine.reports import Compiling, Costs, Fault, Notice, Preview, ProcessDied, Started
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
@@ -113,7 +113,7 @@ class Bridge(QObject):
                 self.previewed.emit(report)
             case Notice(text):
                 self._say_once(text)
-            case Lost(process, reason):
+            case ProcessDied(process, reason):
                 self.noticed.emit(f"The {process} stopped ({reason}) and was started again; the patch goes on playing.")
             case Fault(node, tile):
                 self.faulted.emit(report)

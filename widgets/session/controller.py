@@ -8,8 +8,8 @@ from pathlib import Path
 import platformdirs
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.engine.correction import correction_of
-from underfoot.engine.messages import Command, Level, Preview, Tare
+from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
+from underfoot.engine.reports import Preview
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
@@ -117,7 +117,7 @@ class SessionController(QObject):
         if folder != Path(self.target.profiles or "."):
             self.target = replace(self.target, profiles=str(folder))
         if kind == "response":
-            self.send(correction_of(profile.tile, profile))
+            self.send(TileEqualiser.of_profile(profile.tile, profile))
         elif kind == "fsr" and self.session is not None:
             self.reopen()
 

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.page import page
 from underfoot.drawing.svg import svg
-from underfoot.errors import BadFile
-from underfoot.files import write_file
+from underfoot.files import make_folder, write_file
 from underfoot.floor.simulated_tile import LOADS
 from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
 from underfoot.models.tile.plate import Plate
@@ -48,10 +47,7 @@ def data(found: list[Design]) -> dict[str, Any]:
 
 def write(found: list[Design], folder: Path) -> None:
     """Write `index.html`, `tile.json` and every picture as SVG into `folder`; `BadFile` where that cannot be."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadFile(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}") from None
+    make_folder(folder)
     body = []
     for design in found:
         body += _section(design)

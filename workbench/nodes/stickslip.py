@@ -1,7 +1,6 @@
 """Stick-slip: a block that a belt carries along until it slips back, again and again."""
 
 import math
-import os
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import lru_cache
@@ -11,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.errors import BadFile
+from underfoot.files import replaced
 from underfoot.kernel_cache import cache_folder
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
@@ -92,7 +93,7 @@ def _table(damping: int, noise: int, start: int, error: str) -> NDArray[np.float
         pass  # not there yet, or cut short
     table = quantile_table.slip_table(0.01 * damping, 0.01 * noise, 0.01 * start, error=float(error))
     sized = np.append(float(table.size), table)
-    with suppress(OSError):  # an install without a writable place does without
+    with suppress(OSError, BadFile):  # an install without a writable place does without
         _keep(path, sized)
     return sized
 
@@ -102,7 +103,5 @@ def _keep(path: Path, table: NDArray[np.float64]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     for old in sorted(path.parent.glob("*.npy"), key=lambda file: file.stat().st_mtime)[:-_MOST_KEPT]:
         old.unlink(missing_ok=True)
-    part = path.with_suffix(f".{os.getpid()}")
-    with part.open("wb") as file:
+    with replaced(path) as part, part.open("wb") as file:
         np.save(file, table)
-    part.replace(path)

@@ -7,7 +7,7 @@ from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from underfoot.engine.messages import Costs, Fault, Preview
+from underfoot.engine.reports import Costs, Fault, Preview
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch

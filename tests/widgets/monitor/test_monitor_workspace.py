@@ -8,7 +8,7 @@ from on_screen import place_on, show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel
 
-from underfoot.engine.messages import Press, Tare, Walk
+from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
@@ -146,8 +146,8 @@ def test_hands_become_commands(monitor, qtbot):
     tile = default_floor().tiles[3]
     qtbot.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=place_on(monitor.map, tile, 0.05, 0.0))
     assert said == [
-        Press("t4", pytest.approx(0.05, abs=2e-3), pytest.approx(0.0, abs=2e-3), 800.0),
-        Press("t4", 0.0, 0.0, 0.0),
+        PressTile("t4", pytest.approx(0.05, abs=2e-3), pytest.approx(0.0, abs=2e-3), 800.0),
+        PressTile("t4", 0.0, 0.0, 0.0),
     ]
     qtbot.mouseClick(monitor.walker, Qt.MouseButton.LeftButton)
     qtbot.mouseClick(monitor.tare, Qt.MouseButton.LeftButton)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from live import live
 
-from underfoot.engine.messages import Notice, Press, Walk
+from underfoot.engine.commands import PressTile, Walk
+from underfoot.engine.reports import Notice
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -80,9 +81,9 @@ def test_a_press_is_seen_as_a_load(followed, session, qtbot):
     told = []
     followed.forces.connect(told.append)
     session.send(Walk(False))
-    session.send(Press("t2", 0.0, 0.0, 300.0))
+    session.send(PressTile("t2", 0.0, 0.0, 300.0))
     qtbot.waitUntil(lambda: bool(told) and abs(told[-1].load_n[1] - 300.0) < 5.0, timeout=LONG_MS)
-    session.send(Press("t2", 0.0, 0.0, 0.0))
+    session.send(PressTile("t2", 0.0, 0.0, 0.0))
     qtbot.waitUntil(lambda: abs(told[-1].load_n[1]) < 5.0, timeout=LONG_MS)
     session.send(Walk(True))
 

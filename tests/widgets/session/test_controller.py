@@ -3,7 +3,7 @@
 import pytest
 from windows import LONG_MS, hiss
 
-from underfoot.engine.session import Target
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.session.controller import SessionController

@@ -11,8 +11,7 @@ from underfoot.calibration.files.tables import write_table
 from underfoot.calibration.procedures.procedure import Result
 from underfoot.drawing.page import page
 from underfoot.drawing.svg import svg
-from underfoot.errors import BadFile
-from underfoot.files import write_file
+from underfoot.files import make_folder, write_file
 from underfoot.floor.profile import Profile
 
 _METHODS = {
@@ -45,10 +44,7 @@ def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence
     `profile` is the one that has the result in it. `notes` are lines such as where the data come from. `BadFile` where
     the folder cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadFile(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}") from None
+    make_folder(folder)
     for name, header, rows in result.raw:
         write_table(folder / f"{result.kind}-{name}.csv", header, rows, profile.tile)
     write_file(folder / f"{result.kind}.json", json.dumps(figures(result), indent=1).encode() + b"\n")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from given_forces import Given, drawn, standing
 
-from underfoot.engine.intake import GATE_S, HOLD_S, Missing
+from underfoot.engine.intake import GATE_S, HOLD_S
+from underfoot.engine.loss_concealment import LossConcealment
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
 
@@ -43,11 +44,11 @@ def test_a_single_sample_that_is_missing_is_as_if_its_row_were():
 
 def followed(time_s, force_n, chunk=100):
     tracker = ContactTracker(FLOOR, 1000.0)
-    missing = Missing(tracker, chunk)
+    concealment = LossConcealment(tracker, chunk)
     contacts = []
     for a in range(0, len(time_s), chunk):
         part = force_n[a : a + chunk].copy()
-        missing.fill(time_s[a : a + chunk], part, len(part))
+        concealment.fill(time_s[a : a + chunk], part, len(part))
         contacts += tracker.feed(time_s[a : a + chunk], part).finished
     return tracker, [*contacts, *tracker.finish().finished]
 
@@ -90,9 +91,9 @@ def test_a_tile_that_is_first_heard_under_a_load_is_untared():
     time_s, force_n = pressed(rest_n=0.0)
     force_n[:1500, 0] = np.nan
     tracker = ContactTracker(FLOOR, 1000.0)
-    missing = Missing(tracker, len(time_s))
-    missing.fill(time_s[:100], force_n[:100], 100)
+    concealment = LossConcealment(tracker, len(time_s))
+    concealment.fill(time_s[:100], force_n[:100], 100)
     tracker.feed(time_s[:100], force_n[:100])
-    missing.fill(time_s[100:1600], force_n[100:1600], 1500)
+    concealment.fill(time_s[100:1600], force_n[100:1600], 1500)
     tracker.feed(time_s[100:1600], force_n[100:1600])
     assert tracker.untared.tolist() == [True, False]
