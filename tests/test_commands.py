@@ -7,7 +7,6 @@ import sys
 from types import SimpleNamespace
 from typing import ClassVar
 
-import command_line
 import numpy as np
 import pytest
 import soundfile
@@ -25,7 +24,6 @@ from underfoot.records.recording import Recording
 COMMANDS = sorted(cli.commands)
 RATE = 48_000
 SINE = library.patches()["stimulus-sp"]
-folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
 
 
 # --- what there is ---

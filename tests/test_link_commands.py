@@ -5,7 +5,6 @@ import socket
 import sys
 from contextlib import contextmanager
 
-import command_line
 import numpy as np
 import pytest
 
@@ -17,7 +16,6 @@ from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 
-folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
 RATE = 48_000.0
 
 

@@ -2,7 +2,6 @@
 
 import json
 
-import command_line
 import made_sensors
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from underfoot.calibration.files.tables import PAIR_HEADER, PRESS_HEADER, write_
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 
-folder, underfoot = command_line.folder, command_line.underfoot
 TILE = default_floor(1, 1).tiles[0]
 
 

@@ -1,13 +1,9 @@
 """Faults of sensors, made on simulated and measured walks; and no alarm where there is none."""
 
-import sys
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[1] / "floor"))
 from measured import WALKS, needs_data, walk
 
 from underfoot.devices.conversion import nominal_force, nominal_readings

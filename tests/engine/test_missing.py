@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_intake import Given, drawn, standing
+from given_forces import Given, drawn, standing
 
 from underfoot.engine.intake import GATE_S, HOLD_S, Missing
 from underfoot.floor.contacts import ContactTracker

@@ -1,17 +1,13 @@
-"""What tests of the command line share: running it within this process, and a walk to give to it."""
+"""What tests of the command line share: running it within this process, and a walk to give to it.
+
+These are fixtures of all tests, so nothing heavy is imported before one of them is asked for.
+"""
 
 import sys
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-
-from underfoot.__main__ import main
-from underfoot.floor.layout import default_floor
-from underfoot.models import gait
-
-TWO = default_floor(1, 2)
-SENSORS = [f"{tile}.{sensor}" for tile in TWO.ids for sensor in range(1, 5)]
 
 
 @dataclass
@@ -26,6 +22,7 @@ class Said:
 @pytest.fixture
 def underfoot(monkeypatch, capfd):
     """Runs a command line within this process."""
+    from underfoot.__main__ import main
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["underfoot", *map(str, arguments)])
@@ -65,13 +62,18 @@ def refused(underfoot, folder):
 @pytest.fixture
 def walk(folder):
     """walk.csv in the folder, 1.6 s at 1 kHz with its floor beside it: a footstep on each of two tiles."""
+    from underfoot.floor.layout import default_floor
+    from underfoot.models import gait
+
+    floor = default_floor(1, 2)
     time_s = np.arange(1600) / 1000.0
     force_n = np.zeros((len(time_s), 2, 4))
     for tile, start_s in ((0, 0.5), (1, 0.9)):
         newtons = gait.vertical_force((time_s - start_s) / 0.6, 800.0, 500.0, 780.0)
         along = 0.1 * (gait.roll((time_s - start_s) / 0.6) - 0.5)
-        force_n[:, tile] = gait.corner_forces(newtons, along, 0.0, TWO.tiles[tile].sensors_m)
-    TWO.save(folder / "walk.floor.json")
+        force_n[:, tile] = gait.corner_forces(newtons, along, 0.0, floor.tiles[tile].sensors_m)
+    sensors = [f"{tile}.{sensor}" for tile in floor.ids for sensor in range(1, 5)]
+    floor.save(folder / "walk.floor.json")
     table = np.column_stack([time_s, force_n.reshape(len(time_s), -1)])
-    np.savetxt(folder / "walk.csv", table, "%.6f", ",", header=",".join(["time_s", *SENSORS]), comments="")
+    np.savetxt(folder / "walk.csv", table, "%.6f", ",", header=",".join(["time_s", *sensors]), comments="")
     return folder / "walk.csv"
