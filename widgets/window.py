@@ -24,8 +24,9 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.devices.sound import devices
+from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.messages import Health, Press, Preview, Pulse, Started, Strike
-from underfoot.engine.target import LINKS, Target
+from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
@@ -167,22 +168,22 @@ class MainWindow(QMainWindow):
             self.document.ask_file("A simulated tile", "Tiles (*.json);;All files (*)", self.player.use_simulation)
         elif kind == "floor":
             self.document.ask_file("A floor", "Floors (*.json);;All files (*)", self.player.use_floor)
-        elif kind in LINKS:
-            self._ask_line(kind)
+        elif kind in TRANSPORTS:
+            self._ask_address(kind)
         else:
             self.document.ask_file("Recorded forces", "Force tables (*.csv);;All files (*)", self.player.use_forces)
 
-    def _ask_line(self, kind: str) -> None:
-        from underfoot.widgets.dialogs.transport_dialog import LineDialog
+    def _ask_address(self, scheme: str) -> None:
+        from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 
-        def chosen(source: str) -> None:
+        def chosen(address: str) -> None:
             try:
-                self.player.use_line(kind, source)
+                self.player.use_transport(scheme, address)
             except UnderfootError as error:
                 self.say(str(error))
 
         floor = self.player.target.floor
-        dialog = LineDialog(kind, floor.title or f"{len(floor.tiles)} tiles", self)
+        dialog = TransportDialog(TRANSPORTS[scheme], floor.title or f"{len(floor.tiles)} tiles", self)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.chosen.connect(chosen)
         dialog.open()

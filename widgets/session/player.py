@@ -9,10 +9,11 @@ from typing import Any
 import platformdirs
 from PySide6.QtCore import QObject, Signal
 
+from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.correction import correction_of
 from underfoot.engine.messages import Command, Level, Tare
 from underfoot.engine.session import Session, Target
-from underfoot.engine.target import LINKS, require_source
+from underfoot.engine.target import require_source
 from underfoot.errors import UnderfootError
 from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
@@ -290,12 +291,12 @@ class Player(QObject):
         """Play back the forces in a CSV file, whose floor lies beside it; `BadFile` where one cannot be read."""
         self._retarget("replay", str(path), Floor.load(floor_beside(path)))
 
-    def use_line(self, kind: str, source: str) -> None:
-        """Play on tiles on a line ("serial" or "udp") of the present floor; `UnderfootError` where it cannot be opened.
+    def use_transport(self, scheme: str, address: str) -> None:
+        """Play on hardware on a transport, laid out as the present floor; `UnderfootError` where it cannot be opened.
 
         It is not remembered: the next start may find nothing there.
         """
-        target = _target(self._settings, kind, source, self.target.floor)
+        target = _target(self._settings, scheme, address, self.target.floor)
         require_source(target)
         self.set_target(target)
 
@@ -331,8 +332,8 @@ def in_words(target: Target) -> str:
     """
     if target.kind == "replay":
         return f"Recorded forces  {Path(target.source).stem}"
-    if target.kind in LINKS:
-        return f"{'Serial port' if target.kind == 'serial' else 'UDP'}  {target.source}"
+    if target.kind in TRANSPORTS:
+        return f"{TRANSPORTS[target.kind].label}  {target.source}"
     what = words_of(Path(target.simulation)) if target.simulation else "Simulated floor"
     count = len(target.floor.tiles)
     for rows in range(1, 33):

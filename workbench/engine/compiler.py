@@ -13,10 +13,11 @@ import numpy as np
 
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Compiling, Play, Preview, Strike
 from underfoot.engine.process import load_kernels
-from underfoot.engine.target import LINKS, Target, source_of
+from underfoot.engine.target import Target, source_of
 from underfoot.errors import UnderfootError
 from underfoot.floor.forces import Forces
 from underfoot.floor.layout import Floor
@@ -87,7 +88,7 @@ def _warm(request: Warm, tell: Callable[[object], None]) -> Ready:
             REGISTRY[name].compile()
         tell(Compiling(total - 1, total))
         warm(patch, Path(request.folder) if request.folder else None)
-        if request.target.kind in LINKS or request.target.simulation:
+        if request.target.kind in TRANSPORTS or request.target.simulation:
             source_of(request.target).pull(round(request.target.rate))
         tell(Compiling(total, total))
     except UnderfootError as error:

@@ -10,7 +10,7 @@ signals are exactly 0 while nobody stands on it; between, a gate opens or closes
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.device import MOST, ForceSource
+from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
 from underfoot.floor import tracking
 from underfoot.floor.contacts import GAP_S, ContactTracker
 from underfoot.kernels import kernel
@@ -56,9 +56,9 @@ class Intake:
         self.source = source
         self.tracker = ContactTracker(source.floor, source.rate_hz)
         self._memory = self.tracker.memory
-        self._missing = Missing(self.tracker, MOST)
+        self._missing = Missing(self.tracker, MAX_SAMPLES)
         tiles = len(source.floor.tiles)
-        self._seconds = np.zeros(MOST)
+        self._seconds = np.zeros(MAX_SAMPLES)
         self._rate = rate
         self._period = rate / source.rate_hz
         self._queue = np.zeros((tiles, _QUEUE, _ENTRY))
@@ -68,8 +68,8 @@ class Intake:
 
     def take(self, end: int) -> None:
         """Take the samples before session frame `end` from the source, and tell `hear` how many it holds each time."""
-        count = MOST
-        while count == MOST:
+        count = MAX_SAMPLES
+        while count == MAX_SAMPLES:
             count = self.source.pull(end)
             if count:
                 self.hear(count)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.clock import FADE, RATE_HZ, next_span
-from underfoot.devices.device import ForceSource
+from underfoot.devices.force_source import ForceSource
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.correction import Correction, tuning_of
 from underfoot.engine.intake import Intake

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.clock import next_span
-from underfoot.devices.device import ForceSource
-from underfoot.devices.device_floor import LinkedFloor
+from underfoot.devices.device_floor import DeviceFloor
+from underfoot.devices.force_source import ForceSource
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.devices.sound import Stream, most_channels
+from underfoot.devices.sound import Stream, max_channels
 from underfoot.engine import status as fields
 from underfoot.engine.loop import InTurn, Loop, output_channels
 from underfoot.engine.messages import Correct, Costs, Fault, Level, Notice, Play, Quit, Started, Swap
@@ -111,7 +111,7 @@ class Engine:
         self._scope = Ring.open(setup.scope)
         self._channels = output_channels(target.floor)
         if target.sound is not None:
-            most = most_channels(target.sound)
+            most = max_channels(target.sound)
             self._channels = [channel if channel < most else -1 for channel in self._channels]
         patch = Patch.loads(setup.patch, REGISTRY)
         folder = Path(setup.folder) if setup.folder else None
@@ -125,7 +125,7 @@ class Engine:
         if setup.playing:
             self._loop.send(Play(True))
         source = self._loop.source
-        self._link = source if isinstance(source, LinkedFloor) else None
+        self._device_floor = source if isinstance(source, DeviceFloor) else None
         self._address = self._loop.out.ctypes.data
         self._seconds = target.block / target.rate
         self._played = np.zeros((target.block, len(target.floor.tiles)), np.float32)
@@ -138,7 +138,7 @@ class Engine:
         self._notices: deque[Notice] = deque()
         self._stream: Stream | None = None
         if isinstance(source, SimulatedFloor):
-            self._notices.extend(map(Notice, source.lines))
+            self._notices.extend(map(Notice, source.notices))
 
     def _make(self, patch: Patch, source: ForceSource, folder: Path | None, frame: int) -> Loop:
         target = self._setup.target
@@ -172,8 +172,8 @@ class Engine:
         gc.freeze()
         gc.disable()
         sys.setswitchinterval(SWITCH_S)
-        if self._link is not None:
-            self._link.start()
+        if self._device_floor is not None:
+            self._device_floor.start()
         self._status.put(fields.RUNNING, 1.0)
         kind = "the simulator" if self._setup.target.kind == "simulator" else self._setup.target.kind
         where = f"{kind}, without sound" if self._stream is None else "sound card"
@@ -289,8 +289,8 @@ class Engine:
         self._status.put(fields.RUNNING, 0.0)
         if self._stream is not None:
             self._stream.close()
-        if self._link is not None:
-            self._link.close()
+        if self._device_floor is not None:
+            self._device_floor.close()
 
     # --- commands ---
 
@@ -344,9 +344,9 @@ class Engine:
             self._inbox.append(command)
 
     def _tell(self) -> None:
-        if self._link is not None:
-            self._status.put(fields.LOST, float(self._link.counts.lost))
-            for line in self._link.news():
+        if self._device_floor is not None:
+            self._status.put(fields.LOST, float(self._device_floor.counts.lost))
+            for line in self._device_floor.take_notices():
                 self._connection.send(Notice(line))
         program = self._loop.program
         load = self._load

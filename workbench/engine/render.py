@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.clock import RATE_HZ
-from underfoot.devices.device import ForceSource
+from underfoot.devices.force_source import ForceSource
 from underfoot.engine.loop import Loop
 from underfoot.engine.messages import Command, Correct, Play
 from underfoot.errors import BadFile, BadValue, require
