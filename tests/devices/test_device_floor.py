@@ -171,7 +171,7 @@ def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
         said += [(block, line) for line in source.take_notices()]
     ((block, line),) = said
     assert line.startswith("device clock: +120.0 ppm, fitted to 0.000 ms; samples are held for ")
-    assert block == pytest.approx(525, abs=5)  # after five seconds, and the window of a quarter that is open then
+    assert block == 500  # its first sample, at 5 s by the device's clock, closes the twentieth window of a quarter
 
 
 def test_a_rate_that_no_tile_has_is_refused():
