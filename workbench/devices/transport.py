@@ -106,6 +106,8 @@ def host_and_port(text: str) -> tuple[str, int]:
     return host.strip("[]"), int(port)
 
 
-def reason(error: OSError) -> str:
-    """The system's word for what went wrong."""
-    return (error.strerror or str(error)).lower()
+def reason(error: OSError | ValueError | OverflowError) -> str:
+    """What went wrong with an address or a connection, in the system's words; `ValueError` is of a host's name."""
+    if isinstance(error, ValueError):
+        return "there can be no host of this name"
+    return str(getattr(error, "strerror", None) or error).lower()

@@ -43,6 +43,13 @@ def test_datagrams_hold_as_many_whole_frames_as_an_ethernet_frame_carries():
         sender.close()
 
 
+def test_a_name_that_no_host_can_have_is_refused():
+    with pytest.raises(DeviceError, match=r"udp:a\.\.b:9000 cannot be sent to: there can be no host of this name"):
+        UdpSender("a..b", 9000)
+    with pytest.raises(DeviceError, match=r"udp:a\.\.b:9000 cannot be listened at: "):
+        UdpTransport("a..b", 9000).open()
+
+
 @pytest.mark.parametrize("address", ["127.0.0.1", "127.0.0.1:99999", "127.0.0.1:0", ":port"])
 def test_addresses_that_cannot_be_are_refused(address):
     with pytest.raises(BadValue, match="allowed: HOST:PORT with a port of 1 to 65535"):

@@ -27,7 +27,7 @@ class UdpSender(Sender):
         try:
             self._to = socket.getaddrinfo(host or "127.0.0.1", port, type=socket.SOCK_DGRAM)[0]
             self._socket = socket.socket(self._to[0], socket.SOCK_DGRAM)
-        except OSError as error:
+        except (OSError, ValueError) as error:
             raise DeviceError(f"udp:{self.name} cannot be sent to: {reason(error)}") from None
         self._is_plugged = True
 
@@ -95,10 +95,9 @@ class UdpTransport(Transport):
             self._socket = socket.socket(family, socket.SOCK_DGRAM)
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _SYSTEM_BUFFER_BYTES)
             self._socket.bind((self.host, self.port))
-        except (OSError, OverflowError) as error:
+        except (OSError, ValueError, OverflowError) as error:
             self.close()
-            why = reason(error) if isinstance(error, OSError) else str(error).lower()
-            raise DeviceError(f"{self.name} cannot be listened at: {why}") from None
+            raise DeviceError(f"{self.name} cannot be listened at: {reason(error)}") from None
 
     def read(self) -> memoryview:
         """The datagrams that came, a zero behind each, so that a piece of a frame ends with its datagram."""
