@@ -9,6 +9,7 @@ import click
 
 from underfoot import __version__
 from underfoot.commands import CommandGroup
+from underfoot.devices.transports import split_target, target_forms
 from underfoot.errors import BadFile, UnderfootError
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     "--target",
     default="simulator",
     show_default=True,
-    help="simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, or a force CSV.",
+    help=f"simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV.",
 )
 @click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
@@ -80,13 +81,14 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
 
 def _target(name: str, floor: Path | None) -> "Target | None":
     """The target that was asked for; None for what the window opens by itself."""
-    from underfoot.engine.target import Target, force_rate_hz, link_of, require_source, simulation_of
+    from underfoot.engine.target import Target, force_rate_hz, require_source, simulation_of
     from underfoot.floor.forces import floor_beside
     from underfoot.floor.layout import Floor, default_floor
 
-    line = link_of(name)
-    if line is not None:
-        target = Target(Floor.load(floor) if floor else default_floor(), kind=line[0], source=line[1])
+    hardware = split_target(name)
+    if hardware is not None:
+        kind, source = hardware
+        target = Target(Floor.load(floor) if floor else default_floor(), kind=kind, source=source)
         require_source(target)
         return target
     simulation = simulation_of(name)
@@ -96,8 +98,8 @@ def _target(name: str, floor: Path | None) -> "Target | None":
         return target if floor or simulation else None
     if not os.path.isfile(name):
         raise BadFile(
-            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, or a "
-            "force CSV that is there"
+            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV that "
+            "is there"
         )
     target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there

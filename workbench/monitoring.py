@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.devices.transports import split_target, target_forms
 from underfoot.engine.loss_concealment import LossConcealment
 from underfoot.engine.reports import Fault, Notice, ProcessDied, Started
 from underfoot.engine.session import Session
-from underfoot.engine.target import Target, link_of, require_source, simulation_of
+from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.contacts import ContactRows, ContactTracker
 from underfoot.floor.footsteps import Step, StepCounter
@@ -173,16 +174,16 @@ def open_stream(
     profiles: Path | None = None,
     sensor_hz: float | None = None,
 ) -> FileStream | SessionStream:
-    """The stream of a simulator ("simulator" or "simulator:PARAMETERS.json"), a line, a force CSV, or a recording."""
-    link = link_of(source)
-    if sensor_hz is not None and link is None:
-        raise BadValue(f"--sensor-rate is for tiles on a line; {source} has its own rate")
+    """The stream of a simulator ("simulator" or "simulator:PARAMETERS.json"), hardware, a force CSV, or a recording."""
+    hardware = split_target(source)
+    if sensor_hz is not None and hardware is None:
+        raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
     simulation = simulation_of(source)
-    if simulation is not None or link is not None:
+    if simulation is not None or hardware is not None:
         layout = Floor.load(floor) if floor else default_floor()
         target = Target(layout, profiles=str(profiles or ""), simulation=simulation or "")
-        if link is not None:
-            target = replace(target, kind=link[0], source=link[1], sensor_hz=sensor_hz or target.sensor_hz)
+        if hardware is not None:
+            target = replace(target, kind=hardware[0], source=hardware[1], sensor_hz=sensor_hz or target.sensor_hz)
         require_source(target)
         return SessionStream(target, seconds, record, patch)
     if profiles is not None:
@@ -193,7 +194,7 @@ def open_stream(
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
     if not os.path.isfile(path):
-        allowed = "simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, a force CSV, or a recording"
+        allowed = f"simulator, simulator:PARAMETERS.json, {target_forms()}, a force CSV, or a recording"
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
     beside = floor_beside(path)
     if floor is None and not beside.is_file():

@@ -1,4 +1,4 @@
-"""The window's targets: floors, simulated tiles, recorded forces, and tiles on a line."""
+"""The window's targets: floors, simulated tiles, recorded forces, and hardware."""
 
 import numpy as np
 import pytest
@@ -7,11 +7,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QPushButton
 from windows import LONG_MS, calibrate, design, dialog_of, quiet_window
 
-from underfoot.devices.emulation.emulator import Emulator, PtyWay
+from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.transports.serial import PtySender
 from underfoot.floor.layout import default_floor
 from underfoot.floor.simulated_tile import TileParameters
-from underfoot.widgets.dialogs.transport_dialog import LineDialog
+from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import remembered_target
 
@@ -92,25 +93,25 @@ def test_a_simulated_tile_whose_file_is_gone_is_an_ideal_one(tmp_path):
     assert remembered_target(Settings(simulation=str(tmp_path / "gone.json"))) == remembered_target(Settings())
 
 
-def test_tiles_on_a_line_are_chosen_in_a_dialog(window, qtbot):
+def test_hardware_is_chosen_in_a_dialog(window, qtbot):
     """A real pseudo-terminal, with an emulated floor behind it on which a walker walks."""
-    way = PtyWay()
-    emulator = Emulator(way, SimulatedFloor(default_floor()))
+    sender = PtySender()
+    emulator = Emulator(sender, SimulatedFloor(default_floor()))
     window.transport.target_chosen.emit("serial")
-    dialog = window.findChild(LineDialog)
-    dialog.line.setEditText("/dev/no such port")
-    qtbot.keyClick(dialog.line, Qt.Key.Key_Return)
+    dialog = window.findChild(TransportDialog)
+    dialog.address.setEditText("/dev/no such port")
+    qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: "cannot be opened" in window.status.message, timeout=LONG_MS)
     assert window.controller.target.kind == "simulator"
     window.transport.target_chosen.emit("serial")
-    dialog = next(found for found in window.findChildren(LineDialog) if found.isVisible())
-    dialog.line.setEditText(way.name)
+    dialog = next(found for found in window.findChildren(TransportDialog) if found.isVisible())
+    dialog.address.setEditText(sender.name)
     emulator.start()
     try:
         with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
             connect = next(b for b in dialog.findChildren(QPushButton) if b.text() == "Connect")
             qtbot.mouseClick(connect, Qt.MouseButton.LeftButton)
-        assert window.transport.target.text() == f"Serial port  {way.name}"
+        assert window.transport.target.text() == f"Serial port  {sender.name}"
         heard = []
         window.bridge.forces.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
         qtbot.waitUntil(lambda: bool(heard) and max(heard) > 100.0, timeout=LONG_MS)

@@ -76,11 +76,11 @@ def _pressed(target: Target, tile: Tile, cell: str) -> Bench:
     """Whoever presses `tile`: the simulator, or a person, with a load cell where one is named."""
     from underfoot.calibration.procedures.device_bench import LinkBench, cell_of
     from underfoot.calibration.procedures.simulated_bench import SimulatedBench
-    from underfoot.devices.transports.reader import port_of
+    from underfoot.devices.transports import transport_of
 
     if not by_hand(target):
         return SimulatedBench(_simulated(target, tile))
-    port = port_of(target.kind, target.source)
+    port = transport_of(target.kind, target.source)
     return LinkBench(port, target.floor.index(tile.id), cell_of(cell) if cell else None)
 
 

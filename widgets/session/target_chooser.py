@@ -5,7 +5,7 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
-from underfoot.engine.target import LINKS
+from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import UnderfootError
 from underfoot.patch import library
 from underfoot.widgets.dialogs.file_question import FileQuestion
@@ -39,22 +39,22 @@ class TargetChooser:
             ask("A simulated tile", "Tiles (*.json);;All files (*)", selection.use_simulation)
         elif kind == "floor":
             ask("A floor", "Floors (*.json);;All files (*)", selection.use_floor)
-        elif kind in LINKS:
-            self._ask_line(kind)
+        elif kind in TRANSPORTS:
+            self._ask_address(kind)
         else:
             ask("Recorded forces", "Force tables (*.csv);;All files (*)", selection.use_forces)
 
-    def _ask_line(self, kind: str) -> None:
-        from underfoot.widgets.dialogs.transport_dialog import LineDialog
+    def _ask_address(self, scheme: str) -> None:
+        from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 
-        def chosen(source: str) -> None:
+        def chosen(address: str) -> None:
             try:
-                self._selection.use_line(kind, source)
+                self._selection.use_transport(scheme, address)
             except UnderfootError as error:
                 self._complain(str(error))
 
         floor = self._controller.target.floor
-        dialog = LineDialog(kind, floor.title or f"{len(floor.tiles)} tiles", self._window)
+        dialog = TransportDialog(TRANSPORTS[scheme], floor.title or f"{len(floor.tiles)} tiles", self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.chosen.connect(chosen)
         dialog.open()

@@ -1,4 +1,4 @@
-"""Changing the target of the session: another floor, simulated tile, recording, line or sound device."""
+"""Changing the target of the session: another floor, simulated tile, recording, hardware or sound device."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -47,12 +47,12 @@ class TargetSelection:
         """Play back the forces in a CSV file, whose floor lies beside it; `BadFile` where one cannot be read."""
         self._use("replay", str(path), Floor.load(floor_beside(path)))
 
-    def use_line(self, kind: str, source: str) -> None:
-        """Play on tiles on a line ("serial" or "udp") of the present floor; `UnderfootError` where it cannot be opened.
+    def use_transport(self, scheme: str, address: str) -> None:
+        """Play on hardware on a transport, laid out as the present floor; `UnderfootError` where it cannot be opened.
 
         It is not remembered: the next start may find nothing there.
         """
-        target = make_target(self._settings, kind, source, self._controller.target.floor)
+        target = make_target(self._settings, scheme, address, self._controller.target.floor)
         require_source(target)
         self._controller.set_target(target)
 

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from underfoot.engine.target import LINKS, Target
+from underfoot.devices.transports import TRANSPORTS
+from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
@@ -48,8 +49,8 @@ def target_in_words(target: Target) -> str:
     """
     if target.kind == "replay":
         return f"Recorded forces  {Path(target.source).stem}"
-    if target.kind in LINKS:
-        return f"{'Serial port' if target.kind == 'serial' else 'UDP'}  {target.source}"
+    if target.kind in TRANSPORTS:
+        return f"{TRANSPORTS[target.kind].label}  {target.source}"
     what = words_of(Path(target.simulation)) if target.simulation else "Simulated floor"
     count = len(target.floor.tiles)
     for rows in range(1, 33):

@@ -18,6 +18,7 @@ from underfoot.commands.profiles import (
     simulated_tile,
     tile_of,
 )
+from underfoot.devices.transports import split_target, target_forms, transport_of
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ calibrate.add_command(response)
 _TARGET = click.option(
     "--target",
     default="",
-    help="Measure there: simulator[:PARAMETERS.json] (which presses), serial:PORT, udp:HOST:PORT.",
+    help=f"Measure there: simulator[:PARAMETERS.json] (which presses), {target_forms()}.",
 )
 _CELL = click.option(
     "--cell", default="", help="Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120."
@@ -188,14 +189,13 @@ def _measured(
 def _bench(target: str, tile: "Tile", seed: int, row: int, cell: str) -> "Bench":
     from underfoot.calibration.procedures.device_bench import LinkBench, cell_of
     from underfoot.calibration.procedures.simulated_bench import SimulatedBench
-    from underfoot.devices.transports.reader import port_of
 
     simulated = simulated_tile(target, tile, seed)
     if simulated is not None:
         if cell:
             raise BadValue("--cell is for hardware; the simulator has a load cell of its own")
         return SimulatedBench(simulated, seed)
-    kind, colon, source = target.partition(":")
-    if kind not in ("serial", "udp") or not colon:
-        raise BadValue(f"--target is {target!r}; allowed: simulator[:PARAMETERS.json], serial:PORT, udp:HOST:PORT")
-    return LinkBench(port_of(kind, source), row, cell_of(cell) if cell else None)
+    hardware = split_target(target)
+    if hardware is None:
+        raise BadValue(f"--target is {target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
+    return LinkBench(transport_of(*hardware), row, cell_of(cell) if cell else None)

@@ -12,6 +12,7 @@ import click
 
 from underfoot.commands.files import FILE, require_room
 from underfoot.commands.options import grouped
+from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -35,7 +36,14 @@ class MonitorOptions:
     as_json: bool
 
 
-@click.command()
+@click.command(
+    help=f"""Print footsteps as they happen.
+
+    SOURCE is "simulator" or simulator:PARAMETERS.json, {target_forms(described=True)},
+    a force CSV, or a recording. Tile number 0 of hardware is the floor's first; the floor is 2 x 2 tiles unless --floor
+    names another.
+    """
+)
 @click.argument("source")
 @click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--steps", type=FILE, help="CSV file to write: a line for each footstep.")
@@ -43,18 +51,13 @@ class MonitorOptions:
 @click.option("--patch", type=FILE, help="Patch that the session plays meanwhile.")
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
-@click.option("--sensor-rate", type=float, help="Samples per second of tiles on a line; 1000 by default.")
+@click.option("--sensor-rate", type=float, help="Samples per second of tiles of hardware; 1000 by default.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @click.option("--pace", is_flag=True, help="Play a file back in real time instead of as fast as it goes.")
 @click.option("--json", "as_json", is_flag=True, help="Print each footstep as a line of JSON.")
 @grouped(MonitorOptions)
 def monitor(options: MonitorOptions) -> None:
-    """Print footsteps as they happen.
-
-    SOURCE is "simulator" or simulator:PARAMETERS.json, serial:PORT (or serial:PORT@BAUD), udp:HOST:PORT to listen at, a
-    force CSV, or a recording. Tile 0 of a line is the floor's first; the floor is 2 x 2 tiles unless --floor names
-    another.
-    """
+    """Print footsteps as they happen."""
     from underfoot import monitoring
 
     if options.seconds is not None and not options.seconds > 0.0:

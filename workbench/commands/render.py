@@ -14,7 +14,7 @@ from underfoot.commands.options import grouped
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from underfoot.devices.device import ForceSource
+    from underfoot.devices.force_source import ForceSource
     from underfoot.engine.render import Rendered
 
 DEFAULT_S = 5.0

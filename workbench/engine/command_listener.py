@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import replace
 from multiprocessing.connection import Connection
 
-from underfoot.devices.device_floor import LinkedFloor
+from underfoot.devices.device_floor import DeviceFloor
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.commands import Action, Command, Play, ProgramSwap, Quit
 from underfoot.engine.reports import Costs, Fault, Notice
@@ -83,9 +83,9 @@ class CommandListener:
 
     def _report_costs(self) -> None:
         source = self._loop.source
-        if isinstance(source, LinkedFloor):
+        if isinstance(source, DeviceFloor):
             self._status.put(Field.LOST, float(source.counts.lost))
-            for line in source.news():
+            for line in source.take_notices():
                 self._connection.send(Notice(line))
         program, load = self._loop.program, self._runner.load
         awake = program.awake()

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ
-from underfoot.devices.device import ForceSource
+from underfoot.devices.force_source import ForceSource
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.equaliser_bank import EqualiserBank, coefficients_of
 from underfoot.engine.intake import Intake

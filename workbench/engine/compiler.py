@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.block_runner import load_kernels
 from underfoot.engine.commands import Play, ProgramSwap
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_tile, previewed
 from underfoot.engine.reports import Compiling, Preview
-from underfoot.engine.target import LINKS, Target, source_of
+from underfoot.engine.target import Target, source_of
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -80,7 +81,7 @@ def _compiled(request: CompileRequest, tell: Callable[[object], None]) -> Compil
             REGISTRY[name].compile()
         tell(Compiling(total - 1, total))
         compile_patch(patch, Path(request.folder) if request.folder else None)
-        if request.target.kind in LINKS or request.target.simulation:
+        if request.target.kind in TRANSPORTS or request.target.simulation:
             source_of(request.target).pull(round(request.target.rate))
         tell(Compiling(total, total))
     except UnderfootError as error:

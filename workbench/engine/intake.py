@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.device import MOST, ForceSource
+from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
 from underfoot.engine.loss_concealment import LossConcealment, conceal
 from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
@@ -71,9 +71,9 @@ class Intake:
         self.tracker = ContactTracker(source.floor, source.rate_hz)
         self.on_samples: Callable[[int], None] = _ignore
         self._memory = self.tracker.memory
-        self._concealment = LossConcealment(self.tracker, MOST)
+        self._concealment = LossConcealment(self.tracker, MAX_SAMPLES)
         absent = self._concealment.absent
-        self._samples = (np.zeros(MOST), source.stamps, source.arrivals, source.forces, absent)
+        self._samples = (np.zeros(MAX_SAMPLES), source.stamps, source.arrivals, source.forces, absent)
         tiles = len(source.floor.tiles)
         self._timing = np.zeros(1, TIMING)
         self._timing["frame_s"] = 1.0 / rate_hz
@@ -87,8 +87,8 @@ class Intake:
 
     def take(self, end: int) -> None:
         """Take the samples before session frame `end` from the source, and follow contacts through them."""
-        count = MOST
-        while count == MOST:
+        count = MAX_SAMPLES
+        while count == MAX_SAMPLES:
             count = self.source.pull(end)
             if count:
                 self.on_samples(count)

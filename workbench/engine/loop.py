@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ, next_span
-from underfoot.devices.device import ForceSource
+from underfoot.devices.force_source import ForceSource
 from underfoot.engine.commands import Action, Command, Panic, TileEqualiser
 from underfoot.engine.equaliser_bank import EqualiserBank
 from underfoot.engine.intake import Intake

@@ -10,9 +10,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from underfoot.clock import next_span
-from underfoot.devices.device_floor import LinkedFloor
+from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.devices.sound import most_channels
+from underfoot.devices.sound import max_channels
 from underfoot.engine.block_runner import BlockRunner, load_kernels
 from underfoot.engine.command_listener import CommandListener
 from underfoot.engine.commands import Level, Play, ProgramSwap, TileEqualiser
@@ -90,7 +90,7 @@ class Engine:
         patch = Patch.loads(setup.patch, REGISTRY)
         channels = output_channels(target.floor)
         if target.sound is not None:
-            most = most_channels(target.sound)
+            most = max_channels(target.sound)
             channels = [channel if channel < most else -1 for channel in channels]
         options = LoopOptions(
             rate_hz=target.rate,
@@ -113,7 +113,7 @@ class Engine:
         self.pacer = Pacer(self.runner, target, self._tell)
         self.listener = CommandListener(connection, self.runner, self.pacer.leave)
         if isinstance(self.loop.source, SimulatedFloor):
-            self.listener.notices.extend(self.loop.source.lines)
+            self.listener.notices.extend(self.loop.source.notices)
 
     def run(self) -> None:
         """Play until the supervisor says `Quit` or goes away."""
@@ -123,7 +123,7 @@ class Engine:
         gc.disable()
         sys.setswitchinterval(SWITCH_S)
         source, kind = self.loop.source, self._setup.target.kind
-        if isinstance(source, LinkedFloor):
+        if isinstance(source, DeviceFloor):
             source.start()
         self.memory.status.put(Field.RUNNING, 1.0)
         forces_from = "the simulator" if kind == "simulator" else kind
@@ -133,7 +133,7 @@ class Engine:
         self.pacer.run()
         self.memory.status.put(Field.RUNNING, 0.0)
         self.pacer.close()
-        if isinstance(source, LinkedFloor):
+        if isinstance(source, DeviceFloor):
             source.close()
 
     def _tell(self, line: str) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.device import ForceSource
+from underfoot.devices.force_source import ForceSource
 from underfoot.engine.commands import Command, Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.errors import BadValue, require

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.device import MOST, room
+from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.engine.commands import Swap, TileEqualiser, from_text
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.render import Rendered
@@ -23,14 +23,14 @@ class RecordedForce:
 
     def __init__(self, rows: NDArray[np.float64], floor: Floor, rate_hz: float) -> None:
         self.floor, self.rate_hz = floor, rate_hz
-        self.stamps, self.arrivals, self.forces = room(floor)
+        self.stamps, self.arrivals, self.forces = sample_buffers(floor)
         self._rows = rows
         self._next = 0
 
     def pull(self, end: int) -> int:
         """The samples that came before session frame `end`."""
         count = 0
-        while count < MOST and self._next < len(self._rows) and self._rows[self._next, 1] < end:
+        while count < MAX_SAMPLES and self._next < len(self._rows) and self._rows[self._next, 1] < end:
             row = self._rows[self._next]
             self.stamps[count], self.arrivals[count] = row[0], row[1]
             self.forces[count] = row[2:].reshape(-1, 4)

@@ -7,26 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_frames import packed, stuffed
+from made_frames import frames_of, packed, rows, stuffed
 
-from underfoot.devices.framing.parser import Counts, Parser
-from underfoot.devices.framing.wire_format import FRAME, csv_lines, encode
+from underfoot.devices.framing.parser import FrameCounts, Parser
+from underfoot.devices.framing.wire_format import FRAME_BYTES, csv_lines, encode, rows_of
 from underfoot.errors import BadValue
-
-
-def samples(count, tiles=1, first=0, period_us=1000, start_us=0):
-    """Rows of `tiles` tiles, one sample after the other; readings tell tile and sample."""
-    number = np.repeat(np.arange(first, first + count), tiles)
-    tile = np.tile(np.arange(tiles), count)
-    rows = np.zeros((len(number), 7), np.int64)
-    rows[:, 0], rows[:, 1] = tile, number & 0xFFFF
-    rows[:, 2] = (start_us + number * period_us) & 0xFFFF_FFFF
-    rows[:, 3:] = (number[:, None] * np.array([1, 256, 7, 13]) + tile[:, None]) & 0xFFFF
-    return rows
-
-
-def frame_list(data):
-    return [data[i : i + FRAME] for i in range(0, len(data), FRAME)]
 
 
 def parsed(*pieces, form="auto"):
@@ -35,71 +20,71 @@ def parsed(*pieces, form="auto"):
     return parser, np.concatenate(got)
 
 
-# --- sound streams ---
+# --- whole streams ---
 
 
 @pytest.mark.parametrize("write", [encode, csv_lines])
 @settings(deadline=None)
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=12))
 def test_any_pieces_give_the_same_frames(write, lengths):
-    rows = samples(8, tiles=3)
-    data = write(rows)
+    sent = rows(8, tiles=3)
+    data = write(sent)
     cuts = np.cumsum(lengths)
     pieces = [data[a:b] for a, b in zip([0, *cuts], [*cuts, len(data)], strict=True)]
     parser, got = parsed(*pieces)
-    np.testing.assert_array_equal(got[:, :7], rows)
-    assert parser.counts == Counts(good=len(rows))
+    np.testing.assert_array_equal(rows_of(got), sent)
+    assert parser.counts == FrameCounts(accepted=len(sent))
     assert parser.form == ("binary" if write is encode else "csv")
     assert parser.bytes == len(data)
 
 
 def test_the_sequence_goes_round_and_time_is_unwrapped():
-    rows = samples(3000, tiles=2, first=65_000, start_us=(1 << 32) - 65_500_000)
-    parser, got = parsed(encode(rows))
-    assert parser.counts == Counts(good=6000)
-    time_us = got[got[:, 0] == 1, 2]
+    sent = rows(3000, tiles=2, first=65_000, start_us=(1 << 32) - 65_500_000)
+    parser, got = parsed(encode(sent))
+    assert parser.counts == FrameCounts(accepted=6000)
+    time_us = got["microseconds"][got["tile"] == 1]
     assert (np.diff(time_us) == 1000).all()
     assert time_us[-1] > 1 << 32
 
 
 def test_a_stream_that_is_joined_in_the_middle_of_a_frame_counts_nothing_as_wrong():
-    for data in (encode(samples(5))[10:], csv_lines(samples(5))[1:]):
+    for data in (encode(rows(5))[10:], csv_lines(rows(5))[1:]):
         parser = Parser()
-        parser.cut()
-        assert parser.feed(data)[:, 1].tolist() == [1, 2, 3, 4]
-        assert parser.counts == Counts(good=4)
+        parser.resync()
+        assert parser.feed(data)["sequence"].tolist() == [1, 2, 3, 4]
+        assert parser.counts == FrameCounts(accepted=4)
 
 
 def test_a_line_whose_first_digit_was_missed_is_no_line_of_another_tile():
     parser = Parser()
-    parser.cut()
-    assert parser.feed(b"2,5,5000,1,2,3,4\n12,6,6000,1,2,3,4\n")[:, 0].tolist() == [12]
+    parser.resync()
+    assert parser.feed(b"2,5,5000,1,2,3,4\n12,6,6000,1,2,3,4\n")["tile"].tolist() == [12]
 
 
 def test_lines_may_end_as_windows_ends_them_and_hold_spaces():
     _, got = parsed(b"2, 41, 41000, 1, 2, 3, 4\r\n2,42,42000,5,6,7,8\r\n")
-    assert got[:, :7].tolist() == [[2, 41, 41000, 1, 2, 3, 4], [2, 42, 42000, 5, 6, 7, 8]]
+    assert rows_of(got).tolist() == [[2, 41, 41000, 1, 2, 3, 4], [2, 42, 42000, 5, 6, 7, 8]]
 
 
 def test_a_long_counter_in_a_line_goes_round_like_a_short_one():
     parser, got = parsed(*[b"0,%d,%d,1,2,3,4\n" % (i, 1000 * i) for i in range(65_530, 65_545)])
-    assert parser.counts == Counts(good=15)
-    assert got[-1, 1] == 65_544 - 65_536
+    assert parser.counts == FrameCounts(accepted=15)
+    assert got["sequence"][-1] == 65_544 - 65_536
 
 
 def test_a_boot_message_and_new_firmware_do_not_confuse_it():
-    rows = samples(600)
-    first, second, third = rows[:200], rows[200:400], rows[400:]
+    sent = rows(600)
+    first, second, third = sent[:200], sent[200:400], sent[400:]
     noise = b"Tile 4 booting, firmware 1.2\r\nADC ok\r\n"
     parser, got = parsed(noise + encode(first), b"?" * 5000 + b"\n" + csv_lines(second), b"\n" * 5000 + encode(third))
-    np.testing.assert_array_equal(got[:, :7], rows)
+    np.testing.assert_array_equal(rows_of(got), sent)
     assert parser.form == "binary"
 
 
 def test_a_form_that_was_chosen_stays():
-    rows = samples(3)
-    assert len(parsed(encode(rows), form="csv")[1]) == 0
-    assert len(parsed(csv_lines(rows), form="binary")[1]) == 0
+    sent = rows(3)
+    assert len(parsed(encode(sent), form="csv")[1]) == 0
+    assert len(parsed(csv_lines(sent), form="binary")[1]) == 0
     with pytest.raises(BadValue, match="form is 'xml'; allowed: auto, binary, csv"):
         Parser("xml")
 
@@ -112,38 +97,38 @@ def test_a_million_random_bytes_are_no_frame(form):
     data = np.random.default_rng(3).integers(0, 256, 1_000_000).astype(np.uint8)
     parser, got = parsed(*np.array_split(data, 77), form=form)
     assert len(got) == 0
-    assert parser.counts.good == parser.counts.lost == 0
-    assert len(parser.feed(b"\0\n" + (csv_lines if form == "csv" else encode)(samples(1)))) == 1
+    assert parser.counts.accepted == parser.counts.lost == 0
+    assert len(parser.feed(b"\0\n" + (csv_lines if form == "csv" else encode)(rows(1)))) == 1
 
 
-@pytest.mark.parametrize("byte", range(FRAME))
+@pytest.mark.parametrize("byte", range(FRAME_BYTES))
 @pytest.mark.parametrize("change", [0x01, 0x80, 0xFF, None])
 def test_one_wrong_byte_costs_its_frame_and_no_other(byte, change):
-    rows = samples(5)
-    frames = frame_list(encode(rows))
+    sent = rows(5)
+    frames = frames_of(encode(sent))
     spoilt = bytearray(frames[2])
     if change is None:
-        spoilt[byte] = 7 if byte == FRAME - 1 else 0
+        spoilt[byte] = 7 if byte == FRAME_BYTES - 1 else 0
         if spoilt == frames[2]:
             spoilt[byte] ^= 2
     else:
         spoilt[byte] ^= change
     parser, got = parsed(b"".join([*frames[:2], bytes(spoilt), *frames[3:]]))
-    np.testing.assert_array_equal(got[:, :7], rows[[0, 1, 3, 4]])
+    np.testing.assert_array_equal(rows_of(got), sent[[0, 1, 3, 4]])
     assert parser.counts.lost == 1
     assert 1 <= parser.counts.corrupted <= 2
 
 
-@pytest.mark.parametrize("kept", range(1, FRAME))
+@pytest.mark.parametrize("kept", range(1, FRAME_BYTES))
 def test_a_frame_that_broke_off_costs_no_other(kept):
-    frames = frame_list(encode(samples(5)))
+    frames = frames_of(encode(rows(5)))
     parser, got = parsed(b"".join([*frames[:2], frames[2][:kept], *frames[3:]]))
-    assert got[:, 1].tolist() == [0, 1, 3, 4]
+    assert got["sequence"].tolist() == [0, 1, 3, 4]
     assert parser.counts.lost == 1
 
 
 def test_another_version_another_length_and_a_wrong_checksum_are_refused():
-    row = samples(1)[0].tolist()
+    row = rows(1)[0].tolist()
     good = packed(row)
     body = good[:17]
 
@@ -173,62 +158,62 @@ def test_another_version_another_length_and_a_wrong_checksum_are_refused():
     ],
 )
 def test_a_line_that_is_none_is_counted_and_left_out(line):
-    rows = samples(4)
-    parser, got = parsed(csv_lines(rows[:2]), line + b"\n", csv_lines(rows[2:]))
-    np.testing.assert_array_equal(got[:, :7], rows)
-    assert parser.counts == Counts(good=4, corrupted=1)
+    sent = rows(4)
+    parser, got = parsed(csv_lines(sent[:2]), line + b"\n", csv_lines(sent[2:]))
+    np.testing.assert_array_equal(rows_of(got), sent)
+    assert parser.counts == FrameCounts(accepted=4, corrupted=1)
 
 
 # --- order ---
 
 
 def told(order, count=40):
-    frames = frame_list(encode(samples(count)))
+    frames = frames_of(encode(rows(count)))
     parser, got = parsed(b"".join(frames[i] for i in order))
-    return parser.counts, got[:, 1].tolist()
+    return parser.counts, got["sequence"].tolist()
 
 
 def test_what_is_missing_is_counted():
-    assert told([0, 1, 5, 6, 9]) == (Counts(good=5, lost=5), [0, 1, 5, 6, 9])
+    assert told([0, 1, 5, 6, 9]) == (FrameCounts(accepted=5, lost=5), [0, 1, 5, 6, 9])
 
 
 def test_what_comes_twice_is_handed_over_once():
-    assert told([0, 1, 1, 2, 1, 3, 0]) == (Counts(good=4, doubled=3), [0, 1, 2, 3])
+    assert told([0, 1, 1, 2, 1, 3, 0]) == (FrameCounts(accepted=4, doubled=3), [0, 1, 2, 3])
 
 
 def test_what_comes_late_is_handed_over_and_no_longer_missing():
-    assert told([0, 2, 1, 3, 5, 6, 4]) == (Counts(good=7, reordered=2), [0, 2, 1, 3, 5, 6, 4])
+    assert told([0, 2, 1, 3, 5, 6, 4]) == (FrameCounts(accepted=7, reordered=2), [0, 2, 1, 3, 5, 6, 4])
 
 
 def test_what_comes_behind_the_very_first_was_never_missing():
-    assert told([3, 1, 2, 4]) == (Counts(good=4, reordered=2), [3, 1, 2, 4])
-    assert told([3, 1, 4]) == (Counts(good=3, reordered=1, lost=1), [3, 1, 4])
+    assert told([3, 1, 2, 4]) == (FrameCounts(accepted=4, reordered=2), [3, 1, 2, 4])
+    assert told([3, 1, 4]) == (FrameCounts(accepted=3, reordered=1, lost=1), [3, 1, 4])
 
 
 def test_a_frame_from_long_ago_is_left_out():
-    frames = frame_list(encode(samples(200)))
+    frames = frames_of(encode(rows(200)))
     parser, got = parsed(b"".join([*frames[:100], frames[3], *frames[100:150], frames[20], *frames[150:]]))
-    assert got[:, 1].tolist() == list(range(200))
-    assert parser.counts == Counts(good=200, stale=2)
+    assert got["sequence"].tolist() == list(range(200))
+    assert parser.counts == FrameCounts(accepted=200, stale=2)
 
 
 @pytest.mark.parametrize("before", [70, 1000, 20_000, 40_000, 70_000])
 def test_a_tile_that_begins_anew_is_recognised_and_nothing_counts_as_lost(before):
-    old = samples(100, first=before - 100)
-    parser, got = parsed(encode(old), encode(samples(100)))
+    old = rows(100, first=before - 100)
+    parser, got = parsed(encode(old), encode(rows(100)))
     assert parser.counts.restarts == 1
     assert parser.counts.lost == 0
-    lives = got[:, 7]
-    assert lives[0] == 0
-    assert lives[-1] == 1
-    assert got[lives == 1, 1].tolist() == list(range(1, 100))  # the first one could have been an old one
+    epochs = got["epoch"]
+    assert epochs[0] == 0
+    assert epochs[-1] == 1
+    assert got["sequence"][epochs == 1].tolist() == list(range(1, 100))  # the first one could have been an old one
 
 
 def test_a_long_silence_is_no_new_beginning():
-    rows = np.concatenate([samples(100), samples(100, first=20_100)])
-    parser, got = parsed(encode(rows))
-    assert parser.counts == Counts(good=200, lost=20_000)
-    assert not got[:, 7].any()
+    sent = np.concatenate([rows(100), rows(100, first=20_100)])
+    parser, got = parsed(encode(sent))
+    assert parser.counts == FrameCounts(accepted=200, lost=20_000)
+    assert not got["epoch"].any()
 
 
 @settings(deadline=None)
@@ -240,34 +225,34 @@ def test_counts_are_those_of_a_list_and_a_set(data):
     keys = np.arange(count) + random.integers(0, data.draw(st.integers(1, 55)), count)
     for i in np.argsort(keys, kind="stable").tolist():
         order += [i] * int(random.choice([0, 1, 2], p=[0.1, 0.8, 0.1]))
-    frames = frame_list(encode(samples(count // 2, tiles=2)))
+    frames = frames_of(encode(rows(count // 2, tiles=2)))
     parser, got = parsed(b"".join(frames[i] for i in order))
-    expected = dict.fromkeys(("good", "lost", "doubled", "reordered"), 0)
+    expected = dict.fromkeys(("accepted", "lost", "doubled", "reordered"), 0)
     for tile in (0, 1):
         seen, newest = set(), -1
         for i in (i // 2 for i in order if i % 2 == tile):
             if i in seen:
                 expected["doubled"] += 1
                 continue
-            expected["good"] += 1
+            expected["accepted"] += 1
             expected["reordered"] += i < newest
             seen.add(i)
             newest = max(newest, i)
         expected["lost"] += newest - min(seen) + 1 - len(seen)
-        assert parser.counts_of(tile).good == len(seen)
-    assert parser.counts == Counts(**expected)
-    assert len(got) == expected["good"]
+        assert parser.counts_of(tile).accepted == len(seen)
+    assert parser.counts == FrameCounts(**expected)
+    assert len(got) == expected["accepted"]
 
 
 def test_the_period_of_a_tile_is_told_by_its_own_clock():
-    parser, _ = parsed(encode(samples(200, tiles=2, period_us=5000)))
+    parser, _ = parsed(encode(rows(200, tiles=2, period_us=5000)))
     assert parser.period_us(1) == 5000
     assert parser.period_us(7) == 0
 
 
 def test_ten_thousand_chunks_leave_nothing_behind():
     parser = Parser()
-    data = np.frombuffer(encode(samples(2000)), np.uint8)
+    data = np.frombuffer(encode(rows(2000)), np.uint8)
     chunks = [data[i : i + 200] for i in range(0, len(data), 200)]
     for chunk in chunks:
         parser.feed(chunk)

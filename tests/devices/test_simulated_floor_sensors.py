@@ -4,7 +4,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from underfoot.devices.simulated_floor import SENSOR_HZ, SimulatedFloor, recorded
+from underfoot.devices.force_source import SENSOR_HZ
+from underfoot.devices.simulated_floor import SimulatedFloor, recorded
 from underfoot.errors import BadFile
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
@@ -15,7 +16,7 @@ from underfoot.models.gait import Walker
 from underfoot.models.tile.fsr import FULL_COUNTS, Fsr
 
 FLOOR = default_floor()
-HONEST = TileParameters()
+NON_IDEAL = TileParameters()
 IDEAL = TileParameters(
     sensors=Fsr(spread=0.0, hysteresis=0.0, creep=0.0, noise_counts=0.0),
     split=Split(deviation=0.0, placement_m=0.0),
@@ -39,21 +40,21 @@ def test_perfect_parts_read_what_the_ideal_floor_reads():
 
 
 def test_every_tile_is_the_simulated_tile_of_its_id():
-    source = SimulatedFloor(FLOOR, seed=3, simulation=HONEST)
+    source = SimulatedFloor(FLOOR, seed=3, simulation=NON_IDEAL)
     counts = []
     for at in range(480, 48_001, 480):
         counts.append(source.sensors.counts[: source.pull(at)].copy())
     counts = np.concatenate(counts)
     ideal = pulled(SimulatedFloor(FLOOR, seed=3), 48_000)
     for row, tile in enumerate(FLOOR.tiles):
-        alone = SimulatedTile(tile, HONEST, 3)
+        alone = SimulatedTile(tile, NON_IDEAL, 3)
         np.testing.assert_array_equal(counts[:, row], alone.sense(ideal[:, row] @ alone.split.T))
 
 
 def test_uncalibrated_it_errs_as_parts_do_and_says_so():
-    source = SimulatedFloor(FLOOR, simulation=HONEST)
+    source = SimulatedFloor(FLOOR, simulation=NON_IDEAL)
     found, ideal = pulled(source, 10 * 48_000), pulled(SimulatedFloor(FLOOR), 10 * 48_000)
-    assert source.lines == ("uncalibrated: t1, t2, t3, t4 (the nominal law of the sensors is assumed)",)
+    assert source.notices == ("uncalibrated: t1, t2, t3, t4 (the nominal law of the sensors is assumed)",)
     loaded = ideal > 100.0
     off = np.abs(found[loaded] / ideal[loaded] - 1.0)
     assert 0.03 < np.median(off) < 0.4
@@ -66,8 +67,8 @@ def test_a_profile_turns_counts_into_newtons():
         full_scale_n=1000.0,
     )  # fmt: skip
     profile = Profile(tile="t2", fsr=FsrPart(made="2024-05-01", sensors=(curve,) * 4))
-    source = SimulatedFloor(FLOOR, simulation=HONEST, profiles={"t2": profile})
-    assert "t2" not in source.lines[0]
+    source = SimulatedFloor(FLOOR, simulation=NON_IDEAL, profiles={"t2": profile})
+    assert "t2" not in source.notices[0]
     source.pull(9600)
     count = source.pull(19_200)
     expected = profile.force(source.sensors.counts[:count, 1])
@@ -77,7 +78,7 @@ def test_a_profile_turns_counts_into_newtons():
 
 @pytest.mark.parametrize("step", [7, 333, 20_000])
 def test_it_does_not_depend_on_how_it_is_pulled(step):
-    whole, parts = (SimulatedFloor(FLOOR, simulation=HONEST) for _ in range(2))
+    whole, parts = (SimulatedFloor(FLOOR, simulation=NON_IDEAL) for _ in range(2))
     for source in (whole, parts):
         source.press(1, 0.05, 0.03, 200.0)
     assert pulled(whole, 96_000).tobytes() == pulled(parts, 96_000, step).tobytes()

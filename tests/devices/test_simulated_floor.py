@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from underfoot.devices.device import MOST
-from underfoot.devices.simulated_floor import SENSOR_HZ, SimulatedFloor
+from underfoot.devices.force_source import MAX_SAMPLES, SENSOR_HZ
+from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.models import gait
 
@@ -91,7 +91,7 @@ def test_it_never_hands_over_more_than_there_is_room_for():
     counts = []
     while not counts or counts[-1]:
         counts.append(source.pull(10 * 48_000))
-    assert max(counts) <= MOST
+    assert max(counts) <= MAX_SAMPLES
     assert sum(counts) == 10_000
 
 

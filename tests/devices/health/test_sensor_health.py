@@ -37,7 +37,7 @@ def found(floor, force_n, rate_hz=1000.0, readings=None, chunk=700):
         n = part.stop - a
         rows, when = np.tile(np.arange(tiles), n), np.repeat(time_s[part], tiles)
         health.feed(rows, when, counts[part].reshape(-1, 4), newtons[part].reshape(-1, 4))
-    return health.news()
+    return health.take_notices()
 
 
 def changed(forces, tile, sensor, change):
@@ -111,7 +111,7 @@ def swapped(tile, pair, forces=None):
 
 
 @pytest.mark.parametrize("pair", [(0, 2), (1, 3)])
-def test_sensors_across_from_each_other_are_told_by_the_way_that_feet_roll(pair):
+def test_sensors_across_from_each_other_are_told_by_the_direction_in_which_feet_roll(pair):
     lines = found(FLOOR, swapped(1, pair))
     assert lines == [f"tile t2: sensors {pair[0] + 1} and {pair[1] + 1} are swapped"]
 

@@ -1,31 +1,19 @@
 """Frames on the wire, against a packing by `struct`, a checksum by `zlib`, and byte stuffing written out in words."""
 
 import re
-import struct
-import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_frames import packed, stuffed
 
 from underfoot.devices.framing import wire_format
 from underfoot.errors import BadValue
 
 SHORT = st.integers(0, 0xFFFF)
 FRAME = st.tuples(SHORT, SHORT, st.integers(0, 0xFFFF_FFFF), SHORT, SHORT, SHORT, SHORT)
-
-
-def packed(row):
-    """The 21 bytes of a frame."""
-    body = struct.pack("<BHHI4H", 1, *row)
-    return body + struct.pack("<I", zlib.crc32(body))
-
-
-def stuffed(data):
-    """Consistent overhead byte stuffing of fewer than 254 bytes: what stands between zeros, each with its length."""
-    return b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
 
 
 @settings(deadline=None)
@@ -40,8 +28,8 @@ def test_frames_are_what_the_contract_says(rows):
 def test_frames_of_zeros_and_of_none(row):
     data = wire_format.encode(row)
     assert data == stuffed(packed(row)) + b"\0"
-    assert len(data) == wire_format.FRAME
-    assert data.index(0) == wire_format.STUFFED
+    assert len(data) == wire_format.FRAME_BYTES
+    assert data.index(0) == wire_format.STUFFED_BYTES
 
 
 @settings(deadline=None)
@@ -54,6 +42,17 @@ def test_lines_hold_the_same_numbers(rows):
 def test_no_frames_are_no_bytes():
     assert wire_format.encode(np.zeros((0, 7), np.int64)) == b""
     assert wire_format.csv_lines([]) == b""
+    assert len(wire_format.samples_of([])) == 0
+
+
+@settings(deadline=None)
+@given(st.lists(FRAME, min_size=1, max_size=5))
+def test_records_hold_the_same_numbers(rows):
+    samples = wire_format.samples_of(rows)
+    assert [tuple(row) for row in wire_format.rows_of(samples).tolist()] == rows
+    out = np.zeros(wire_format.FRAME_BYTES * len(rows), np.uint8)
+    wire_format.pack(samples, out)
+    assert out.tobytes() == wire_format.encode(rows)
 
 
 @pytest.mark.parametrize(
@@ -74,5 +73,5 @@ def test_what_does_not_fit_is_refused(given, message):
 
 
 def test_the_example_of_the_firmware_s_description_is_right():
-    text = (Path(__file__).resolve().parents[2] / "assets/firmware/README.md").read_text()
+    text = (Path(__file__).resolve().parents[3] / "assets/firmware/README.md").read_text()
     assert wire_format.encode([3, 7, 1_000_000, 0, 1, 2, 65535]).hex(" ") in text

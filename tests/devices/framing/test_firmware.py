@@ -11,7 +11,7 @@ import pytest
 from underfoot.devices.framing import wire_format
 from underfoot.devices.framing.parser import Parser
 
-SKETCH = Path(__file__).resolve().parents[2] / "assets/firmware/tile"
+SKETCH = Path(__file__).resolve().parents[3] / "assets/firmware/tile"
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
 
 
@@ -29,7 +29,7 @@ def encode(tmp_path_factory):
     function.argtypes = [ctypes.c_char_p, u16, u16, ctypes.c_uint32, u16 * 4]
 
     def run(row):
-        out = ctypes.create_string_buffer(wire_format.FRAME)
+        out = ctypes.create_string_buffer(wire_format.FRAME_BYTES)
         size = function(out, *row[:3], (u16 * 4)(*row[3:]))
         return out.raw[:size]
 
@@ -37,9 +37,9 @@ def encode(tmp_path_factory):
 
 
 def test_the_firmware_s_frames_are_ours(encode):
-    rows = np.random.default_rng(7).integers(0, wire_format.LARGEST + 1, (2000, 7))
+    rows = np.random.default_rng(7).integers(0, wire_format.MAX_VALUES + 1, (2000, 7))
     rows[::3] &= 0xFF00FF  # with many zero bytes among them
-    rows[0], rows[1] = 0, wire_format.LARGEST
+    rows[0], rows[1] = 0, wire_format.MAX_VALUES
     sent = b"".join(encode(row) for row in rows.tolist())
     assert sent == wire_format.encode(rows)
 
@@ -48,7 +48,7 @@ def test_the_parser_decodes_what_the_firmware_sends(encode):
     rows = [[5, i & 0xFFFF, (1000 * i) & 0xFFFFFFFF, i, 256 * (i % 256), 0, 65535 - i] for i in range(3000)]
     parser = Parser()
     got = parser.feed(b"".join(encode(row) for row in rows))
-    np.testing.assert_array_equal(got[:, :7], rows)
+    np.testing.assert_array_equal(wire_format.rows_of(got), rows)
     assert parser.counts.lost == parser.counts.corrupted == 0
 
 

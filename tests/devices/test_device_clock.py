@@ -10,22 +10,23 @@ RATE = 48_000.0
 
 
 @kernel
-def followed(time_us, came, blocks, asked, lives, rate, state, windows, session, session_windows, out, late):
-    """What `linked` does with one tile: samples that came are seen, then set, whenever a block is asked for."""
+def followed(time_us, came, blocks, asked, epochs, rate, clock, session, out, late):
+    """What a device floor does with one tile: samples that came are seen, then set, whenever a block is asked for."""
     i = 0
     for k in range(len(blocks)):
         begin = blocks[k]
-        device_clock.observe(session[0], session_windows[0], 0.0, begin / rate * 1e6, asked[k], rate)
+        device_clock.observe(session[0], 0, begin / rate * 1e6, asked[k], rate)
         first = i
         while i < len(came) and came[i] <= asked[k]:
-            device_clock.observe(state[0], windows[0], lives[i], time_us[i], came[i], rate)
+            device_clock.observe(clock[0], epochs[i], time_us[i], came[i], rate)
             i += 1
         for j in range(first, i):
-            frame = device_clock.sent(session[0], device_clock.arrival(state[0], time_us[j], rate), rate)
-            device_clock.note_late(state[0], begin - frame, rate)
+            arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
+            device_clock.note_lateness(clock[0], begin - device_clock.sent_frame(session[0], arrived, rate), rate)
         for j in range(first, i):
-            frame = device_clock.sent(session[0], device_clock.arrival(state[0], time_us[j], rate), rate)
-            out[j] = device_clock.settle(state[0], time_us[j], frame + state[0, device_clock.LATE], rate)
+            arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
+            frame = device_clock.sent_frame(session[0], arrived, rate) + clock[0].delay
+            out[j] = device_clock.slewed(clock[0], time_us[j], frame, rate)
             late[j] = begin > out[j]
     return i
 
@@ -48,15 +49,15 @@ class Run:
         blocks = np.arange(int(seconds * RATE / block) + 120) * float(block)
         asked_s = blocks / RATE * (1.0 + card * 1e-6) + random.exponential(0.1e-3, len(blocks))
         time_us = 5e6 + 1000.0 * np.arange(count)
-        lives = np.zeros(count)
+        epochs = np.zeros(count, np.int64)
         if restarts:
-            lives[count // 2 :] = 1.0
+            epochs[count // 2 :] = 1
             time_us[count // 2 :] -= time_us[count // 2]
-        self.clocks, session = device_clock.Clocks(1, RATE), device_clock.Clocks(1, RATE)
+        self.clocks, session = device_clock.DeviceClocks(1, RATE), device_clock.DeviceClocks(1, RATE)
         out, late = np.full(count, np.nan), np.zeros(count, np.bool_)
         done = followed(
-            time_us, came_s * RATE, blocks, np.maximum.accumulate(asked_s) * RATE, lives, RATE, self.clocks.state,
-            self.clocks.windows, session.state, session.windows, out, late,
+            time_us, came_s * RATE, blocks, np.maximum.accumulate(asked_s) * RATE, epochs, RATE, self.clocks.table,
+            session.table, out, late,
         )  # fmt: skip
         assert done == count
         self.stamps = out
@@ -103,36 +104,36 @@ def test_a_device_that_begins_anew_is_fitted_anew():
     assert (run.error_ms[16_000:] < 8.0).all()
 
 
-def test_a_line_that_becomes_slower_for_good_is_followed_within_a_second():
-    clocks = device_clock.Clocks(1, RATE)
+def test_a_connection_that_becomes_slower_for_good_is_followed_within_a_second():
+    clocks = device_clock.DeviceClocks(1, RATE)
     for i in range(8000):
         way = 48.0 if i < 4000 else 48.0 + 0.2 * RATE
-        device_clock.observe(clocks.state[0], clocks.windows[0], 0, 1000.0 * i, 48.0 * i + way, RATE)
+        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 48.0 * i + way, RATE)
         if i in (3999, 5000, 7999):
-            assert device_clock.arrival(clocks.state[0], 1000.0 * i, RATE) == pytest.approx(48.0 * i + way, abs=1.0)
+            assert device_clock.arrival_frame(clocks.table[0], 1000.0 * i, RATE) == pytest.approx(
+                48.0 * i + way, abs=1.0
+            )
 
 
 def test_samples_are_never_set_back_by_more_than_a_force_is_held():
     run = Run(0.0, jitter_ms=15.0)
-    assert run.fit.late_s == device_clock.MOST_LATE_S
+    assert run.fit.delay_s == device_clock.MAX_DELAY_S
 
 
 def test_nothing_is_known_of_a_clock_before_its_first_second():
-    clocks = device_clock.Clocks(2, RATE)
+    clocks = device_clock.DeviceClocks(2, RATE)
     assert clocks.fit(0) is None
     for i in range(900):
-        device_clock.observe(clocks.state[0], clocks.windows[0], 0, 1000.0 * i, 48.0 * i, RATE)
+        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 48.0 * i, RATE)
     assert clocks.fit(0) is None
     assert clocks.fit(1) is None
 
 
 @pytest.mark.parametrize("slope", [0.0, 1e-4, -0.01])
 def test_sent_undoes_arrival(slope):
-    clocks = device_clock.Clocks(1, RATE)
+    clocks = device_clock.DeviceClocks(1, RATE)
     for i in range(3000):
-        device_clock.observe(
-            clocks.state[0], clocks.windows[0], 0, 7e9 + 1000.0 * i, 48.0 * i * (1 + slope) + 99.0, RATE
-        )
+        device_clock.observe(clocks.table[0], 0, 7e9 + 1000.0 * i, 48.0 * i * (1 + slope) + 99.0, RATE)
     for time_us in (7e9, 7.001e9, 7.1e9):
-        frame = device_clock.arrival(clocks.state[0], time_us, RATE)
-        assert device_clock.sent(clocks.state[0], frame, RATE) == pytest.approx(time_us * RATE * 1e-6, abs=1e-3)
+        frame = device_clock.arrival_frame(clocks.table[0], time_us, RATE)
+        assert device_clock.sent_frame(clocks.table[0], frame, RATE) == pytest.approx(time_us * RATE * 1e-6, abs=1e-3)
