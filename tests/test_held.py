@@ -23,6 +23,7 @@ from llvmlite import binding
 
 from underfoot.__main__ import cli
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -55,7 +56,8 @@ def digest(data):
 def render_of(name, block):
     """Samples of a preset, float32 [frame, channel]."""
     patch = Patch.load(library.patches()[name], REGISTRY)
-    return render(patch, REGISTRY, SimulatedFloor(default_floor(), 48_000, patch.seed), SECONDS, block=block).samples
+    source = SimulatedFloor(default_floor(), 48_000, patch.seed)
+    return render(patch, REGISTRY, source, SECONDS, LoopOptions(block=block)).samples
 
 
 def render_figures(samples):

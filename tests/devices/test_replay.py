@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from underfoot.devices.device import MOST
+from underfoot.devices.force_source import MAX_SAMPLES
 from underfoot.devices.replay import Replay
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
@@ -19,8 +19,8 @@ def pulled(source, ends):
     """Stamps, arrivals and forces of all samples that come by these frames."""
     parts = []
     for end in ends:
-        count = MOST
-        while count == MOST:
+        count = MAX_SAMPLES
+        while count == MAX_SAMPLES:
             count = source.pull(end)
             assert (source.arrivals[:count] < end).all()
             parts.append((source.stamps[:count].copy(), source.arrivals[:count].copy(), source.forces[:count].copy()))

@@ -143,11 +143,11 @@ def test_a_tare_takes_what_the_tile_reads_now_as_its_zero():
     np.testing.assert_allclose(intake.tracker.baseline_n, [[4.0] * 4, [0.0] * 4])
 
 
-def test_who_hears_of_samples_hears_of_each_once():
+def test_every_sample_is_told_of_once():
     stamps, forces = standing(1000.0)
     intake = Intake(Given(1000.0, stamps, forces), RATE)
     heard = []
-    intake.hear = lambda count: heard.extend(intake.source.stamps[:count])
+    intake.on_samples = lambda count: heard.extend(intake.source.stamps[:count])
     for end in (1, 500, 40_000, 90_000):
         intake.take(end)
     assert heard == stamps[stamps < 90_000].tolist()

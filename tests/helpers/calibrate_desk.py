@@ -25,7 +25,7 @@ class Desk:
             root, self.settings, weighings(self.made, hardware, gate, failure), Pace(0.0, 0.0)
         )
         qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
-        made.noticed.connect(self.said.append)
+        made.said.connect(self.said.append)
         made.profile_changed.connect(lambda *what: self.written.append(what))
         made.release_wanted.connect(lambda: self.wanted.append("release"))
         made.reopen_wanted.connect(lambda: self.wanted.append("reopen"))

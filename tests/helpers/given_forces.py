@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from underfoot.devices.device import MOST, room
+from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.engine.intake import Intake
 from underfoot.floor.layout import default_floor
 
@@ -16,13 +16,13 @@ class Given:
 
     def __init__(self, rate_hz, stamps, forces, arrivals=None):
         self.floor, self.rate_hz = FLOOR, rate_hz
-        self.stamps, self.arrivals, self.forces = room(FLOOR)
+        self.stamps, self.arrivals, self.forces = sample_buffers(FLOOR)
         self._all = stamps, stamps if arrivals is None else arrivals, forces
         self._next = 0
 
     def pull(self, end):
         stamps, arrivals, forces = self._all
-        stop = min(int(np.searchsorted(arrivals, end)), self._next + MOST)
+        stop = min(int(np.searchsorted(arrivals, end)), self._next + MAX_SAMPLES)
         count = stop - self._next
         for mine, given in zip((self.stamps, self.arrivals, self.forces), (stamps, arrivals, forces), strict=True):
             mine[:count] = given[self._next : stop]
@@ -50,7 +50,7 @@ def drawn(source, frames, rate=RATE, blocks=(512,)):
         n = min(blocks[turn % len(blocks)], frames - at)
         block = np.full((3, 2, n), np.nan)
         intake.take(at + n)
-        intake.fill(*block, at, n)
+        intake.fill(block, at, n)
         out[:, :, at : at + n] = block
         at, turn = at + n, turn + 1
     return out

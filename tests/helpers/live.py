@@ -4,8 +4,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from underfoot.engine.messages import Costs, Done, Started
-from underfoot.engine.session import Session, Target
+from underfoot.engine.reports import CommandApplied, Costs, Started
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 
@@ -53,7 +54,7 @@ class Live:
         """The frame at which the newest command of a kind took effect, when that was reported."""
 
         def found():
-            return [done.frame for done in self.of(Done) if isinstance(done.command, kind)]
+            return [done.frame for done in self.of(CommandApplied) if isinstance(done.command, kind)]
 
         self.until(lambda: len(found()) >= times, f"{kind.__name__} takes effect")
         return found()[-1]

@@ -3,8 +3,8 @@
 import numpy as np
 
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.loop import Loop
-from underfoot.engine.messages import Play
+from underfoot.engine.commands import Play
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 
@@ -13,7 +13,7 @@ FLOOR = default_floor()
 
 def loop_of(patch, block=256, registry=REGISTRY, walking=True, floor=FLOOR, **options):
     """A loop that plays."""
-    loop = Loop(patch, registry, SimulatedFloor(floor, walking=walking), block=block, **options)
+    loop = Loop(patch, registry, SimulatedFloor(floor, walking=walking), LoopOptions(block=block, **options))
     loop.send(Play(True))
     return loop
 

@@ -1,6 +1,6 @@
 """Windows of tests on the screen, with the focus, as a person would have them; also where no window manager is."""
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
 
 
@@ -9,6 +9,11 @@ def show(qtbot, widget):
     widget.show()
     widget.activateWindow()
     qtbot.waitUntil(widget.isActiveWindow, timeout=10_000)
+
+
+def place_on(floor_map, tile, x_m=0.0, y_m=0.0):
+    """Where a place of a tile is in the pixels of a floor map."""
+    return floor_map.to_screen().map(QPointF(*tile.to_floor((x_m, y_m)))).toPoint()
 
 
 def choose(button, *words):

@@ -8,8 +8,8 @@ from scipy.signal import lfilter
 
 from underfoot.clock import FADE, RAMP, SPAN
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.loop import Loop
-from underfoot.engine.messages import Play
+from underfoot.engine.commands import Play, ProgramSwap
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.safety import DC_HZ
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
@@ -458,10 +458,11 @@ def test_a_node_of_another_type_or_structure_begins_anew():
 
 def loop_of(patch, blocks, swap=None, length=9600):
     """What a loop plays of a patch on one tile, [frame], and with `swap` of another from that frame on."""
-    loop = Loop(patch, TYPES, SimulatedFloor(default_floor(1, 1), walking=False), block=max(blocks))
+    source = SimulatedFloor(default_floor(1, 1), walking=False)
+    loop = Loop(patch, TYPES, source, LoopOptions(block=max(blocks)))
     loop.send(Play(True), 0)
     if swap is not None:
-        loop.send(loop.build(swap[1]), swap[0])
+        loop.send(ProgramSwap(loop.build(swap[1])), swap[0])
     played, at, turn = np.zeros(length), 0, 0
     while at < length:
         n = min(blocks[turn % len(blocks)], length - at)

@@ -62,11 +62,11 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
     """A rig that presses `tile`: the simulator, or a person, with a load cell where one is named."""
     from underfoot.calibration.rigs.device import DeviceRig, load_cell_of
     from underfoot.calibration.rigs.simulated_hand import SimulatedHand
-    from underfoot.devices.transports.reader import port_of
+    from underfoot.devices.transports import transport_of
 
     if not by_hand(target):
         return SimulatedHand(_simulated(target, tile))
-    port = port_of(target.kind, target.source)
+    port = transport_of(target.kind, target.source)
     return DeviceRig(port, target.floor.index(tile.id), load_cell_of(cell) if cell else None)
 
 

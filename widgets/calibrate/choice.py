@@ -18,7 +18,7 @@ from underfoot.floor.profile import Part, Profile
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import part_in_words
 from underfoot.widgets.calibrate.tile_picture import tile_in_words
-from underfoot.widgets.monitor.floor_map import FloorMap
+from underfoot.widgets.floor_map import FloorMap
 
 WIDTH_PX = 34 * theme.GRID
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
 from underfoot.calibration.result import Result
 from underfoot.engine.target import Target
@@ -20,13 +20,22 @@ from underfoot.widgets.calibrate.overview import Overview
 from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
+from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.workspace import Workspace, WorkspaceContext
+
+SHORTCUTS = (
+    ("Begin, continue, or do what the button with the focus says", "Return"),
+    ("The page before", "Alt+Left"),
+    ("On the floor: scale, finer with Ctrl", "+ and −"),
+    ("On the floor: move, finer with Ctrl", "Arrows"),
+    ("On the floor: close it", "Esc"),
+)
 
 
-class CalibrateWorkspace(QWidget):
+class CalibrateWorkspace(Workspace):
     """Runs any of `kinds` on the tiles of the target; profiles live below `root`, a folder for each floor."""
 
-    noticed = Signal(str)
     release_wanted = Signal()
     """The session is to let go of the tiles; `begin_released` when it has."""
     reopen_wanted = Signal()
@@ -35,8 +44,6 @@ class CalibrateWorkspace(QWidget):
     """Whether hardware is taken from the session."""
     profile_changed = Signal(object, str, object)
     """A `Profile` that was written, which part of it, and the folder that it is in: the engine is to use it."""
-    flagged = Signal(object)
-    """Lines on what speaks against the profiles of the floor."""
 
     def __init__(self, root: Path, settings: Settings, kinds: Sequence[Kind], pace: Pace | None = None) -> None:
         super().__init__()
@@ -63,6 +70,37 @@ class CalibrateWorkspace(QWidget):
         layout.addWidget(self._stack, 1)
         self.setFocusProxy(self.choice)
         self._connect()
+
+    # --- as a workspace ---
+
+    def listen(self, context: WorkspaceContext) -> None:
+        controller = context.controller
+        self.set_target(controller.target)
+        controller.opened.connect(self.set_target)
+        controller.released.connect(self.begin_released)
+        self.release_wanted.connect(controller.release)
+        self.reopen_wanted.connect(controller.reopen)
+        self.held.connect(controller.target_locked)
+        self.profile_changed.connect(controller.use_profile)
+        self.wizard.ready.connect(self.loaded)
+
+    def shortcuts(self) -> Keys:
+        return SHORTCUTS
+
+    def silence(self) -> None:
+        """End what runs by itself or plays."""
+        if self._measurement is not None:
+            self._measurement.silence()
+
+    def close_down(self) -> None:
+        """End what runs, and wait for it and for what is being written."""
+        self.wizard.end()
+        if self.projection is not None:
+            self.projection.close()
+        if self._measurement is not None:
+            self._measurement.stop()
+            self._measurement.join()
+        self.profiles.close()
 
     # --- what it shows ---
 
@@ -172,21 +210,6 @@ class CalibrateWorkspace(QWidget):
         self._stack.setCurrentWidget(self.overview)
         self._show()
 
-    def silence(self) -> None:
-        """Panic: what runs by itself or plays comes to an end."""
-        if self._measurement is not None:
-            self._measurement.silence()
-
-    def close_down(self) -> None:
-        """The window closes: end what runs, and wait for it and for what is being written."""
-        self.wizard.end()
-        if self.projection is not None:
-            self.projection.close()
-        if self._measurement is not None:
-            self._measurement.stop()
-            self._measurement.join()
-        self.profiles.close()
-
     def _ended(self) -> None:
         measurement, self._measurement = self._measurement, None
         if measurement is not None:
@@ -271,7 +294,7 @@ class CalibrateWorkspace(QWidget):
         self.wizard.shown.connect(self._project_page)
         self.profiles.changed.connect(self._show_profiles)
         self.profiles.saved.connect(self._saved)
-        self.profiles.said.connect(self.noticed)
+        self.profiles.said.connect(self.said)
 
 
 def _tiles_of(target: Target) -> tuple[object, ...]:

@@ -32,11 +32,11 @@ class Inspector(QScrollArea):
     edited = Signal(str, str, object, str)
     """Node, parameter, value, and a word that is the same for changes which belong together."""
 
-    patchEdited = Signal(str, object, str)
+    patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
 
-    disconnectWanted = Signal(str)
-    """The input ("node.port") whose wire is to go."""
+    disconnect_wanted = Signal(str)
+    """The input ("node.port") whose wire is to be taken away."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -136,7 +136,7 @@ class Inspector(QScrollArea):
                 lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._gesture}")
             )
             if isinstance(editor, NumberEditor):
-                editor.disconnect_wanted.connect(lambda name=name: self.disconnectWanted.emit(f"{id}.{name}"))
+                editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
@@ -156,7 +156,7 @@ class Inspector(QScrollArea):
             editor.resets = False
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
-                lambda value, name=name: self.patchEdited.emit(name, value, f"patch.{name} {self._gesture}")
+                lambda value, name=name: self.patch_edited.emit(name, value, f"patch.{name} {self._gesture}")
             )
         column.addWidget(_line())
         self._nodes, self._wires = theme.label(""), theme.label("")

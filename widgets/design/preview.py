@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.drawing import HeatMap
-from underfoot.engine.messages import Preview
+from underfoot.engine.reports import Preview
 from underfoot.floor.layout import Tile
 from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import pretty_unit, quantity
@@ -285,18 +285,18 @@ def top_of(levels_db: NDArray[np.float32]) -> float:
     return max(10.0 * math.ceil(float(levels_db.max()) / 10.0), -120.0)
 
 
-def pick(values: Mapping[str, Array], node: str, port: str) -> Array:
+def pick(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:
     """What a preview holds of an output, under its own name or behind its node's."""
     found = values.get(f"{node}.{port}")
     return found if found is not None else values.get(port, np.zeros(0))
 
 
-def summed(force_n: Array) -> Array:
+def summed(force_n: NDArray[np.floating]) -> Array:
     """The force on the tile, whether the four corners came or their sum."""
-    force_n = np.asarray(force_n, np.float64)
-    return force_n.sum(axis=1) if force_n.ndim == 2 else force_n
+    total_n = np.asarray(force_n, np.float64)
+    return total_n.sum(axis=1) if total_n.ndim == 2 else total_n
 
 
-def event_rows(events: Array) -> Array:
+def event_rows(events: NDArray[np.floating]) -> Array:
     """Events as rows of frame, strength and duration."""
     return np.asarray(events, np.float64).reshape(-1, 3)

@@ -357,19 +357,19 @@ def frictions(quick: bool) -> Iterable[Task]:
     block, t_end = distribution.BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0  # thesis, figure 8.6
     reference = distribution.first_passage(block, t_end, error=1e-6)
 
-    def error(result, _):
+    def error(result: tuple[Floats, Floats], _: float) -> float:
         at, cdf = result
         return float(np.abs(cdf - np.interp(at, reference.points, reference.cdf)).max())
 
-    def law(asked):
+    def law(asked: float) -> tuple[Floats, Floats]:
         found = distribution.first_passage(block, t_end, error=asked)
         return found.points, found.cdf
 
-    def counted(durations):
+    def counted(durations: Floats) -> tuple[Floats, Floats]:
         at = np.linspace(0.0, 20.0, 2001)[:-1]
         return at, np.searchsorted(np.sort(durations), at, side="right") / durations.size
 
-    def euler(step):
+    def euler(step: float) -> tuple[Floats, Floats]:
         durations = np.empty(20_000 if quick else 200_000)
         naive.slips_by_euler_maruyama(block, t_end, step, np.random.default_rng(1), durations)
         return counted(durations)

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from underfoot.bench import laws
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.loop import Loop
-from underfoot.engine.messages import Play, Strike
+from underfoot.engine.commands import Play, Strike
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.safety import Limits, Safety
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
@@ -177,7 +177,7 @@ def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: i
     """What fails while a walker walks over `patch` for `seconds` from session frame `frame` on; "" if nothing does."""
     source = SimulatedFloor(default_floor(1, 2), rate, patch.seed)
     source.skip(frame)
-    loop = Loop(patch, registry, source, rate=rate, block=1024, frame=frame)
+    loop = Loop(patch, registry, source, LoopOptions(rate_hz=rate, block=1024, frame=frame))
     loop.send(Play(True))
     for k in range(round(seconds * rate) // 1024):
         if k % 64 == 0:

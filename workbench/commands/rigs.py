@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from underfoot.calibration.declaration import PRESSING, SHAKING
+from underfoot.devices.transports import split_target, target_forms, transport_of
 from underfoot.errors import BadValue
 from underfoot.options import option
 
@@ -20,9 +21,7 @@ if TYPE_CHECKING:
 class PressingRig:
     """Options of a rig whose tile is pressed: by the simulator, or by a person on hardware."""
 
-    target: str = option(
-        "Measure on this target: simulator[:PARAMETERS.json] (which presses), serial:PORT, udp:HOST:PORT.", ""
-    )
+    target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which presses), {target_forms()}.", "")
     cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120.", "")
 
     @property
@@ -41,19 +40,17 @@ class PressingRig:
         """The rig, to be closed when done; `BadValue` for another target."""
         from underfoot.calibration.rigs.device import DeviceRig, load_cell_of
         from underfoot.calibration.rigs.simulated_hand import SimulatedHand
-        from underfoot.devices.transports.reader import port_of
 
         simulated = _simulated_tile(self.target, tile, seed)
         if simulated is not None:
             if self.cell:
                 raise BadValue("--cell is for hardware; the simulator has a load cell of its own")
             return SimulatedHand(simulated, seed)
-        kind, colon, source = self.target.partition(":")
-        if kind not in ("serial", "udp") or not colon:
-            raise BadValue(
-                f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], serial:PORT, udp:HOST:PORT"
-            )
-        return DeviceRig(port_of(kind, source), floor.index(tile.id), load_cell_of(self.cell) if self.cell else None)
+        hardware = split_target(self.target)
+        if hardware is None:
+            raise BadValue(f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
+        cell = load_cell_of(self.cell) if self.cell else None
+        return DeviceRig(transport_of(*hardware), floor.index(tile.id), cell)
 
 
 _SHAKERS = "simulator[:PARAMETERS.json], sound"

@@ -176,3 +176,12 @@ class Recording:
         for at, rows in parts:
             whole[at - first : at - first + len(rows)] = rows
         return first, whole
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file is an SQLite file, as recordings are; also one that `Recording` will refuse."""
+    try:
+        with path.open("rb") as file:
+            return file.read(15) == b"SQLite format 3"
+    except OSError:
+        return False

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from underfoot.bench.figures.figure import Compared, Figure, density
 from underfoot.drawing import Drawing, Series, series
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 from underfoot.models.stick_slip import distribution
 from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
 from underfoot.models.stick_slip.upcrossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
@@ -257,9 +257,11 @@ def _late_s(law: Distribution) -> float:
 
 
 @kernel
-def _count_upcrossings(values, t_end, step, paths, generator, counts):
+def _count_upcrossings(
+    block: BlockOnBelt, t_end: float, step: float, paths: int, generator: np.random.Generator, counts: Floats
+) -> None:
     # The thesis's simulation, without absorption: Euler and Maruyama's method, as it stands.
-    w0, zeta, noise, belt, x0, v0 = values
+    w0, zeta, noise, belt, x0, v0 = block
     kick = math.sqrt(2.0 * noise * step)
     steps = int(round(t_end / step))
     for _ in range(paths):
@@ -272,9 +274,16 @@ def _count_upcrossings(values, t_end, step, paths, generator, counts):
 
 
 @kernel
-def _coloured_durations(values, t_end, step, correlation_time, generator, durations):
+def _coloured_durations(
+    block: BlockOnBelt,
+    t_end: float,
+    step: float,
+    correlation_time: float,
+    generator: np.random.Generator,
+    durations: Floats,
+) -> None:
     # In noise with a memory the velocity is smooth, so that short steps see every crossing that matters.
-    w0, zeta, noise, belt, x0, v0 = values
+    w0, zeta, noise, belt, x0, v0 = block
     level = math.sqrt(noise / correlation_time)
     keep = math.exp(-step / correlation_time)
     fresh = level * math.sqrt(1.0 - keep * keep)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import timed
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 from underfoot.models.stick_slip import distribution, quantile_table
 from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
 
@@ -61,7 +61,7 @@ def _apart(values: NDArray[np.float64], of: int, law: Distribution) -> float:
 
 
 @kernel
-def _look_up_evenly(table, out):
+def _look_up_evenly(table: Floats, out: Floats) -> None:
     # Pairs of chances that fill the square evenly: the additive recurrence of the plastic number.
     first = second = 0.5
     for i in range(out.shape[0]):

@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
-from underfoot.devices.device import Port
-from underfoot.devices.framing.parser import LIFE
-from underfoot.devices.framing.wire_format import MICROSECONDS, READINGS, TILE
-from underfoot.devices.transports.reader import Link
+from underfoot.devices.transport import Transport
+from underfoot.devices.transport_reader import TransportReader
 from underfoot.errors import BadValue, DeviceError, require
 
 _MOST_S = 30.0
@@ -22,7 +20,7 @@ _KEPT_ARRIVALS = 50
 
 @dataclass(frozen=True)
 class LoadCell:
-    """A load cell that sends frames as a tile does: on `port`, or on the tile's own line where that is None.
+    """A load cell that sends frames as a tile does: over `port`, or over the tile's own transport where that is None.
 
     It is channel `sensor` (0 to 3) of tile number `tile`; newtons are `newtons_per_count` times what is above `zero`.
     """
@@ -31,7 +29,7 @@ class LoadCell:
     sensor: int = 0
     newtons_per_count: float = 1.0
     zero: float = 0.0
-    port: Port | None = None
+    port: Transport | None = None
 
     def __post_init__(self) -> None:
         require(0 <= self.tile <= 0xFFFF, "tile", self.tile, "0 to 65535")
@@ -40,7 +38,7 @@ class LoadCell:
 
 
 def load_cell_of(text: str) -> LoadCell:
-    """A load cell on the tile's own line, `TILE.SENSOR:NEWTONS_A_COUNT:ZERO`, the sensor from 1.
+    """A load cell that comes over the tile's own transport, `TILE.SENSOR:NEWTONS_A_COUNT:ZERO`, the sensor from 1.
 
     >>> load_cell_of("9.1:0.05:120")
     LoadCell(tile=9, sensor=0, newtons_per_count=0.05, zero=120.0, port=None)
@@ -61,7 +59,7 @@ class DeviceRig:
     calls without a reading, which is ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
     """
 
-    def __init__(self, port: Port, tile: int, cell: LoadCell | None = None, silent_reads: int = 2000) -> None:
+    def __init__(self, port: Transport, tile: int, cell: LoadCell | None = None, silent_reads: int = 2000) -> None:
         self._tile, self._cell, self._silent_reads = tile, cell, silent_reads
         self._lock = threading.Lock()
         self._frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
@@ -69,11 +67,11 @@ class DeviceRig:
         self._zero_s: dict[tuple[int, int], float] = {}
         self._last_s = -np.inf
         self._empty_reads = 0
-        self._links = [Link(port, self._hear(port))]
+        self._readers = [TransportReader(port, self._hear(port))]
         if cell is not None and cell.port is not None:
-            self._links.append(Link(cell.port, self._hear(cell.port)))
-        for link in self._links:
-            link.start()
+            self._readers.append(TransportReader(cell.port, self._hear(cell.port)))
+        for reader in self._readers:
+            reader.start()
 
     def press(self, press: PressRequest | None) -> None:
         """Nothing: a person reads the page."""
@@ -102,8 +100,8 @@ class DeviceRig:
         return Readings(time_s, values, np.interp(time_s, cell_s, cell_n))
 
     def news(self) -> str:
-        """The latest events of the lines, in a sentence each."""
-        return "; ".join(line for link in self._links for line in list(link.news)[-2:])
+        """The latest notices of the transports, in a sentence each."""
+        return "; ".join(line for reader in self._readers for line in list(reader.notices)[-2:])
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """A tile's line carries no sound."""
@@ -111,23 +109,23 @@ class DeviceRig:
 
     def close(self) -> None:
         """Let the lines go."""
-        for link in self._links:
-            link.close()
+        for reader in self._readers:
+            reader.close()
 
-    def _hear(self, port: Port) -> Callable[[NDArray[np.int64], float], None]:
-        """The function that takes the frames of one line, in the line's thread."""
+    def _hear(self, port: Transport) -> Callable[[NDArray[np.void], float], None]:
+        """The function that takes the samples of one transport, in its thread."""
         is_tiles = self._cell is None or self._cell.port is None or port is not self._cell.port
 
-        def hear(frames: NDArray[np.int64], now: float) -> None:
+        def hear(samples: NDArray[np.void], now: float) -> None:
             with self._lock:
                 if is_tiles:
-                    mine = frames[frames[:, TILE] == self._tile]
+                    mine = samples[samples["tile"] == self._tile]
                     if len(mine):
-                        self._frames.append((now, self._times(0, mine, now), mine[:, READINGS:LIFE].astype(np.float64)))
+                        self._frames.append((now, self._times(0, mine, now), mine["readings"].astype(np.float64)))
                 if self._cell is not None and (not is_tiles or self._cell.port is None):
-                    cells = frames[frames[:, TILE] == self._cell.tile]
+                    cells = samples[samples["tile"] == self._cell.tile]
                     if len(cells):
-                        counts = cells[:, READINGS + self._cell.sensor].astype(np.float64)
+                        counts = cells["readings"][:, self._cell.sensor].astype(np.float64)
                         newtons = self._cell.newtons_per_count * (counts - self._cell.zero)
                         self._forces.append((self._times(1, cells, now), newtons))
                         del self._forces[:-_KEPT_ARRIVALS]
@@ -136,9 +134,9 @@ class DeviceRig:
 
         return hear
 
-    def _times(self, line: int, frames: NDArray[np.int64], now: float) -> NDArray[np.float64]:
-        """Device time on the host's clock: even, and set once for each life of a device, by its first arrival."""
-        device_s = frames[:, MICROSECONDS] * 1e-6
-        life = (line, int(frames[-1, LIFE]))
-        zero = self._zero_s.setdefault(life, now - float(device_s[-1]))
+    def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
+        """Device time on the host's clock: even, and set once for each epoch of a device, by its first arrival."""
+        device_s = samples["microseconds"] * 1e-6
+        epoch = (line, int(samples["epoch"][-1]))
+        zero = self._zero_s.setdefault(epoch, now - float(device_s[-1]))
         return np.asarray(device_s + zero)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.arguments import number
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 from underfoot.models.signals.random import uniform
 
 if TYPE_CHECKING:
@@ -61,13 +61,13 @@ def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: flo
 
 
 @kernel
-def draw(table, key, counter):
+def draw(table: Floats, key: int, counter: int) -> tuple[float, float]:
     """Draw number `counter` of the stream `key` from a `slip_table`: a duration and a distance, in its units."""
     return look_up(table, uniform(key, 2 * counter), uniform(key, 2 * counter + 1))
 
 
 @kernel
-def look_up(table, first, second):
+def look_up(table: Floats, first: float, second: float) -> tuple[float, float]:
     """The duration that the chance `first`, in (0, 1), stands for, and the distance that `second` then stands for."""
     durations, distances = int(table[_DURATIONS]), int(table[_DISTANCES])
     i = int(table[_GUIDE + int(first * _GUIDES)])
