@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench import naive, rows
+from underfoot.kernels import Floats
 from underfoot.models.elasto_plastic import Ground
 from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.modal import bank, hammer

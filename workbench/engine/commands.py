@@ -11,7 +11,6 @@ from typing import Any, ClassVar, Protocol
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import ForceSource
@@ -235,7 +234,7 @@ class TileEqualiser(Command, kind="Correct"):
         require(scale > 0.0, "acceleration_per_unit", scale, "above 0")
         checked(self.sections)
 
-    def coefficients(self, engine_rate_hz: float) -> NDArray[np.float64]:
+    def coefficients(self, engine_rate_hz: float) -> np.record:
         """The equaliser, ready to run; `BadValue` for one that is not stable."""
         return coefficients_of(self.sections, self.rate_hz, engine_rate_hz)
 
@@ -290,7 +289,7 @@ class EqualiserChange(Action):
 
     command: TileEqualiser
     row: int
-    coefficients: NDArray[np.float64]
+    coefficients: np.record
 
     def free_from(self, loop: LoopParts) -> int:
         return loop.equalisers.free_from(self.row)

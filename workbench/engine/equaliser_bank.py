@@ -25,22 +25,22 @@ _LONG_AGO = -(1 << 60)
 class EqualiserBank:
     """The equalisers of `rows` tiles; a tile without one costs nothing. `coefficients` are those to begin with."""
 
-    def __init__(self, rows: int, coefficients: Mapping[int, NDArray[np.float64]]) -> None:
-        self._coefficients = np.zeros((rows, 2, cascade.TUNING))
-        self._states = np.zeros((rows, 2, cascade.STATE))
+    def __init__(self, rows: int, coefficients: Mapping[int, np.record]) -> None:
+        self._coefficients = np.zeros((rows, 2), cascade.COEFFICIENTS)
+        self._states = np.zeros((rows, 2), cascade.STATE)
         self._rows = np.zeros(rows, ROW)
         self._rows["fade_frame"] = _LONG_AGO
         for row, given in coefficients.items():
             self._coefficients[row, 0] = given
-        self._works = bool(self._coefficients.any())
+        self._works = bool(self._coefficients["sections"].any())
         # Kernels are loaded here, so that the first equaliser is not late for them.
         _equalise(np.zeros((0, 1)), np.zeros(0, np.uint8), self._coefficients, self._states, self._rows, 0, 0)
 
-    def change(self, row: int, coefficients: NDArray[np.float64], frame: int) -> None:
+    def change(self, row: int, coefficients: np.record, frame: int) -> None:
         """Fade a tile's equaliser over to another from `frame` on; the fade before it must be over."""
         slot = 1 - int(self._rows["slot"][row])
         self._coefficients[row, slot] = coefficients
-        self._states[row, slot] = 0.0
+        self._states[row, slot] = np.zeros((), cascade.STATE)
         self._rows["slot"][row], self._rows["fade_frame"][row] = slot, frame
         self._works = True
 
@@ -61,17 +61,17 @@ class EqualiserBank:
             _equalise(acceleration, zero_rows, self._coefficients, self._states, self._rows, frame, n)
 
 
-def coefficients_of(sections: ArrayLike, rate_hz: float, engine_rate_hz: float) -> NDArray[np.float64]:
+def coefficients_of(sections: ArrayLike, rate_hz: float, engine_rate_hz: float) -> np.record:
     """Sections designed for `rate_hz`, ready to run at `engine_rate_hz`; `BadValue` for ones that are not stable."""
-    return cascade.tuning(cascade.at_rate(sections, rate_hz, engine_rate_hz))
+    return cascade.coefficients(cascade.at_rate(sections, rate_hz, engine_rate_hz))
 
 
 @kernel
 def _equalise(
     acceleration: NDArray[np.float64],
     zero_rows: NDArray[np.uint8],
-    coefficients: NDArray[np.float64],
-    states: NDArray[np.float64],
+    coefficients: NDArray[np.void],
+    states: NDArray[np.void],
     rows: NDArray[np.void],
     frame: int,
     n: int,
@@ -80,7 +80,7 @@ def _equalise(
         row = rows[k]
         now, before = coefficients[k, row.slot], coefficients[k, 1 - row.slot]
         fades = frame < row.fade_frame + FADE
-        if now[0] == 0.0 and not (fades and before[0] != 0.0):
+        if now.sections == 0 and not (fades and before.sections != 0):
             row.awake = False
             continue
         silent = zero_rows[k] != 0
@@ -102,8 +102,8 @@ def _equalise(
                 y = old + (y - old) * (since / FADE)
             acceleration[k, i] = y if math.isfinite(x) else x  # what is not finite is for the safety stage to count
             if row.awake and row.zero_frames >= SPAN and (frame + i + 1) % SPAN == 0:
-                remains = cascade.rest(state, now) + (cascade.rest(state_before, before) if since < FADE else 0.0)
+                remains = cascade.tail(state, now) + (cascade.tail(state_before, before) if since < FADE else 0.0)
                 if remains < QUIET:
-                    state[:] = 0.0
-                    state_before[:] = 0.0
+                    cascade.reset(state)
+                    cascade.reset(state_before)
                     row.awake = False

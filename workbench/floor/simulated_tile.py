@@ -151,15 +151,15 @@ class Plant:
         self, tile: Tile, parameters: TileParameters, rate_hz: float, load: str = "none", at_m: Sequence[float] = ()
     ) -> None:
         place = at_m or parameters.accelerometer_m(tile)
-        self._shaker = parameters.shaker.poles().memory(rate_hz)
+        self._shaker = parameters.shaker.poles().at_rate(rate_hz)
         self._compression = parameters.shaker.compression()
-        self._body = parameters.assembly(tile, load).poles(place).memory(rate_hz)
+        self._body = parameters.assembly(tile, load).poles(place).at_rate(rate_hz)
 
     def run(self, drive: NDArray[np.float64], out: NDArray[np.float64], n: int) -> None:
         """n samples of drive, full scale 1, into acceleration, m/s^2; the two may be the same array."""
-        poles.run(*self._shaker, drive, out, n)
+        poles.run(*self._shaker, drive[:n], out)
         shaker.compress(self._compression, out, out, n)
-        poles.run(*self._body, out, out, n)
+        poles.run(*self._body, out[:n], out)
 
 
 def sensor_keys(seed: int, tile: Tile) -> NDArray[np.uint64]:

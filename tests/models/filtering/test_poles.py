@@ -15,10 +15,10 @@ RATE = 48_000.0
 
 
 def played(system, given, rate=RATE, cuts=()):
-    s, t = system.memory(rate)
+    memory = system.at_rate(rate)
     out = np.empty_like(given)
     for a, b in zip((0, *cuts), (*cuts, len(given)), strict=True):
-        poles.run(s, t, given[a:b], out[a:b], b - a)
+        poles.run(*memory, given[a:b], out[a:b])
     return out
 
 
@@ -83,8 +83,7 @@ def test_it_may_run_in_place():
     system = of_states(*random_system(4))
     given = np.random.default_rng(0).standard_normal(300)
     expected = played(system, given)
-    s, t = system.memory(RATE)
-    poles.run(s, t, given, given, 300)
+    poles.run(*system.at_rate(RATE), given, given)
     assert given.tobytes() == expected.tobytes()
 
 

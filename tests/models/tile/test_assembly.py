@@ -109,9 +109,8 @@ def test_in_real_time_it_moves_as_its_equations_of_motion(name):
         expected[i] = assembly.shape(HEARD) @ (whole @ state)[n : 2 * n]
         state[2 * n + 1] = rate * (force[i + 1] - force[i]) if i < 479 else 0.0
         state = ahead @ state
-    s, t = assembly.poles(HEARD).memory(rate)
     found = np.empty(480)
-    poles.run(s, t, force, found, 480)
+    poles.run(*assembly.poles(HEARD).at_rate(rate), force[:480], found)
     assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
 
 

@@ -112,5 +112,5 @@ def equalise(sections: Array, signal: Array) -> Array:
     array([0.5, 0.5])
     """
     out = np.zeros(signal.size)
-    cascade.run(np.zeros(cascade.STATE), cascade.tuning(sections), np.ascontiguousarray(signal), out, signal.size)
+    cascade.run(np.zeros(1, cascade.STATE)[0], cascade.coefficients(sections), np.ascontiguousarray(signal), out)
     return out
