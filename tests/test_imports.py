@@ -25,6 +25,7 @@ LEVELS = (
         "underfoot",
         "presets",
         "arguments",
+        "array_cache",
         "errors",
         "clock",
         "documents",

@@ -78,7 +78,7 @@ def test_random_patches_are_patches_and_come_again_with_the_seed(sound):
 def test_every_parameter_drawn_is_allowed(sound):
     (draw,) = rngs(3)
     for type, declared in REGISTRY.items():
-        for patch in stability._points(type, REGISTRY, str(sound), 4, 10, draw):
+        for patch in stability.random_points(type, REGISTRY, str(sound), 4, 10, draw):
             declared.values(patch.node(type).parameters)
 
 

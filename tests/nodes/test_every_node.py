@@ -198,4 +198,4 @@ def test_a_row_that_slept_wakes_at_the_very_frame():
     assert signal[0, first] != 0.0
     assert not signal[0, :first].any()
     assert not signal[1].any()
-    assert program.tables.ran[program._index["low-pass"]][1] == 0
+    assert program.tables.ran[program.index["low-pass"]][1] == 0

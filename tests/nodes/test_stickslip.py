@@ -1,4 +1,4 @@
-"""The stick-slip node: when it slips, what its statistics are, and where its tables are kept."""
+"""The stick-slip node: when it slips, what its statistics are."""
 
 import numpy as np
 import pytest
@@ -10,12 +10,6 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
 RATE, BLOCK = 48_000, 4_800
-
-
-@pytest.fixture(autouse=True)
-def _own_tables(tmp_path, monkeypatch):
-    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
-    stickslip._table.cache_clear()
 
 
 def node(**parameters):
@@ -97,40 +91,3 @@ def test_a_smaller_error_makes_a_larger_table():
     sizes = [stickslip.slip_table(values | {"error": error}).size for error in ("0.03", "0.003", "0.0003")]
     assert sizes == sorted(sizes)
     assert sizes[-1] > 10 * sizes[0]
-
-
-def test_a_table_is_made_once_and_kept_beside_the_kernels(tmp_path, monkeypatch):
-    values = {"damping": 30, "noise": 40, "start": 100, "error": "0.01"}
-    made = stickslip.slip_table(values)
-    (file,) = tmp_path.rglob("*.npy")
-    stickslip._table.cache_clear()
-    monkeypatch.setattr(stickslip.quantile_table, "slip_table", None)
-    assert np.array_equal(stickslip.slip_table(values), made)
-    file.write_bytes(file.read_bytes()[:200])
-    stickslip._table.cache_clear()
-    with pytest.raises(TypeError):  # what is cut short is made anew
-        stickslip.slip_table(values)
-
-
-def test_only_so_many_tables_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(stickslip, "_MOST_KEPT", 2)
-    for start in (100, 110, 120, 130, 140):
-        stickslip.slip_table({"damping": 40, "noise": 30, "start": start, "error": "0.01"})
-    kept = {file.name for file in tmp_path.rglob("*.npy")}
-    assert len(kept) == 3
-    assert "40-30-140-0.01.npy" in kept
-
-
-def test_a_place_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))
-    table = stickslip.slip_table({"damping": 30, "noise": 40, "start": 100, "error": "0.01"})
-    assert table.size > 1000
-
-
-@pytest.mark.parametrize("corner", range(8))
-def test_every_corner_of_the_parameters_has_a_table(corner):
-    ranges = ((5, 300), (2, 200), (0, 500))
-    damping, noise, start = (pair[corner >> k & 1] for k, pair in enumerate(ranges))
-    table = stickslip.slip_table({"damping": damping, "noise": noise, "start": start, "error": "0.01"})
-    assert np.isfinite(table).all()

@@ -102,7 +102,7 @@ def run(
         tell(f"stability: {type}")
         result.nodes += 1
         until = time.monotonic() + budget_s
-        for tried, patch in enumerate(_points(type, registry, str(sound), corners, points, draw)):
+        for tried, patch in enumerate(random_points(type, registry, str(sound), corners, points, draw)):
             if tried and time.monotonic() > until:
                 result.cut_short[type] = tried
                 break
@@ -306,7 +306,7 @@ def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int,
     return False
 
 
-def _points(
+def random_points(
     type: str, registry: Registry, sound: str, corners: int, points: int, draw: np.random.Generator
 ) -> Iterator[Patch]:
     """Patches with a node at the corners of its box, then at random points, some of its parameters driven by wires."""

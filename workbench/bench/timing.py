@@ -15,7 +15,7 @@ FLOOR_NS = 0.030
 _ROUNDS, _LANES = 16, 64
 PAIRS = _LANES * 2 * _ROUNDS
 """Pairs of multiply-adds in a round of the floor."""
-_LEAST_REPEATS, _MOST_REPEATS = 100, 100_000
+_LEAST_REPEATS, MAX_REPEATS = 100, 100_000
 
 
 class Timed(NamedTuple):
@@ -46,7 +46,7 @@ def timed(run: Callable[[], object], budget_s: float = 0.2, most: int = 20) -> T
     run()
     # As long as a run: a shorter look would catch moments of a quicker clock that no run can.
     repeats = round((time.perf_counter() - began) / (FLOOR_NS * 1e-9 * PAIRS))
-    repeats = min(max(repeats, _LEAST_REPEATS), _MOST_REPEATS)
+    repeats = min(max(repeats, _LEAST_REPEATS), MAX_REPEATS)
     spent: list[float] = []
     floor: list[float] = []
     while not spent or (len(spent) < most and sum(spent) < budget_s):

@@ -2,23 +2,18 @@
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
-from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile
-from underfoot.files import replaced
-from underfoot.kernel_cache import cache_folder
+from underfoot.array_cache import ArrayCache
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import Input, Output, node, prepared
 
-_MOST_KEPT = 100
-"""Tables on disk."""
+_TABLES = ArrayCache("slip-quantiles")
+"""Making one costs half a second in a process that has not loaded the solver's kernels yet."""
 
 
 @node("stick-slip", "Materials", "Stick-slip")
@@ -70,27 +65,9 @@ def slip_table(values: Mapping[str, Any]) -> NDArray[np.float64]:
     >>> slip_table({"damping": 40, "noise": 50, "start": 200, "error": "0.01"}).size > 100
     True
     """
-    return _table(values["damping"], values["noise"], values["start"], values["error"])
+    damping, noise, start, error = (values[name] for name in ("damping", "noise", "start", "error"))
 
+    def make() -> NDArray[np.float64]:
+        return quantile_table.slip_table(0.01 * damping, 0.01 * noise, 0.01 * start, error=float(error))
 
-@lru_cache(maxsize=64)
-def _table(damping: int, noise: int, start: int, error: str) -> NDArray[np.float64]:
-    # Making one costs half a second in a process that has not loaded the solver's kernels yet.
-    path = cache_folder() / "slip-tables" / f"{damping}-{noise}-{start}-{error}.npy"
-    try:
-        return np.load(path)
-    except (OSError, ValueError, EOFError):
-        pass  # not there yet, or cut short
-    table = quantile_table.slip_table(0.01 * damping, 0.01 * noise, 0.01 * start, error=float(error))
-    with suppress(OSError, BadFile):  # an install without a writable place does without
-        _keep(path, table)
-    return table
-
-
-def _keep(path: Path, table: NDArray[np.float64]) -> None:
-    """Write a table for the next process, under its name only once it is whole; of many, the oldest go."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    for old in sorted(path.parent.glob("*.npy"), key=lambda file: file.stat().st_mtime)[:-_MOST_KEPT]:
-        old.unlink(missing_ok=True)
-    with replaced(path) as part, part.open("wb") as file:
-        np.save(file, table)
+    return _TABLES.get(f"{damping}-{noise}-{start}-{error}", make)

@@ -48,7 +48,8 @@ class Program:
         alive = _alive(patch, registry, scopes)
         self.node_ids, guards = guarded(patch, registry, alive, scopes)
         self.left_out = tuple(node.id for node in patch.nodes if node.id not in alive)
-        self._index = {id: k for k, id in enumerate(self.node_ids)}
+        self.index = {id: k for k, id in enumerate(self.node_ids)}
+        """Each node's place among those of the tables, by its id."""
         self._types = [registry[patch.node(id).type] for id in self.node_ids]
         self._values = [
             _placed(type.values(patch.node(id).parameters), type, folder)
@@ -86,9 +87,9 @@ class Program:
 
     def set(self, id: str, name: str, value: float, frame: int) -> None:
         """Let a number of a node go to `value` in a ramp that begins at `frame`, a span edge that was not run yet."""
-        if id not in self._index:
+        if id not in self.index:
             return
-        k = self._index[id]
+        k = self.index[id]
         parameter = self._types[k].parameters.get(name)
         if not isinstance(parameter, Number):
             raise BadValue(f"{id} has no number {name!r}; allowed: numbers of a {self._types[k].type}")
@@ -118,8 +119,8 @@ class Program:
         p, q = self.tables, old.tables
         if old.tiles != self.tiles:
             return
-        for id, k in self._index.items():
-            j = old._index.get(id)
+        for id, k in self.index.items():
+            j = old.index.get(id)
             if j is None or old._types[j] is not self._types[k] or not self._same_memory(k, old, j):
                 continue
             for memory in ("state", "coefficients"):
@@ -139,8 +140,8 @@ class Program:
         """Ids of the nodes that ran, that slept throughout, and that were left out."""
         ran = self.tables.ran.sum(axis=1)
         return {
-            "run": [id for id, k in self._index.items() if ran[k]],
-            "asleep": [id for id, k in self._index.items() if not ran[k]],
+            "run": [id for id, k in self.index.items() if ran[k]],
+            "asleep": [id for id, k in self.index.items() if not ran[k]],
             "left_out": list(self.left_out),
         }
 
@@ -149,12 +150,12 @@ class Program:
         spent = self.tables.cycles.tolist()
         self.tables.cycles[:] = 0
         total = max(sum(spent), 1)
-        return {id: spent[k] / total for id, k in self._index.items()}
+        return {id: spent[k] / total for id, k in self.index.items()}
 
     def awake(self) -> dict[str, int]:
         """How many tiles each node is awake for."""
         rows = (self.tables.asleep == 0) & (self.tables.masked == 0)
-        return {id: int(rows[k].sum()) for id, k in self._index.items()}
+        return {id: int(rows[k].sum()) for id, k in self.index.items()}
 
     def fault(self) -> tuple[str, str, int] | None:
         """The node, tile and session frame of the first value that was not finite, once."""
@@ -171,7 +172,7 @@ class Program:
 
     def value(self, id: str, name: str) -> Any:
         """A parameter's value as it was last set."""
-        return self._values[self._index[id]][name]
+        return self._values[self.index[id]][name]
 
     def _bring(self, end: float) -> None:
         """Put the strikes that fall before `end` where the driver finds them."""

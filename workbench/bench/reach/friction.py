@@ -31,10 +31,10 @@ def reaches(quick: bool) -> Iterable[Reach]:
         yield Reach("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
     took = timed(lambda: distribution.first_passage(_BLOCK, _T_END_S, error=1e-4), 1.0).seconds
     yield Reach("friction", "time of that law at 1e-4", took, "s", high=0.25)
-    yield from _tables(100_000 if quick else 2_000_000)
+    yield from tables(100_000 if quick else 2_000_000)
 
 
-def _tables(count: int) -> Iterator[Reach]:
+def tables(count: int) -> Iterator[Reach]:
     """Slips looked up at evenly spread chances, against the law that was solved ten times as exactly."""
     asked = 1e-3
     for zeta, noise, x0 in ((0.4, 0.5, 2.0), (0.1, 0.05, 1.5)):

@@ -41,14 +41,14 @@ def drawn_modes(count: int) -> ModalObject:
 
 def reaches(quick: bool) -> Iterable[Reach]:
     """Errors and costs at 10 and 100 modes, the rigid wall, energy, and a standing load."""
-    yield from _errors(0.02 if quick else 0.05)
+    yield from errors(0.02 if quick else 0.05)
     yield from _costs()
-    yield from _rigid_wall()
-    yield from _energy(2_000 if quick else 100_000)
-    yield from _standing()
+    yield from rigid_wall()
+    yield from energy(2_000 if quick else 100_000)
+    yield from standing()
 
 
-def _errors(seconds: float) -> Iterator[Reach]:
+def errors(seconds: float) -> Iterator[Reach]:
     times = np.arange(round(seconds * RATE)) / RATE
     for name, stiffness, exponent in CONTACTS:
         by = Hammer(MASS_KG, VELOCITY_M_S, stiffness, exponent, DAMPING_S_M)
@@ -97,7 +97,7 @@ def _second_of(count: int, stiffness: float, exponent: float, error: float, blow
     return timed(second, 0.3, 200)
 
 
-def _rigid_wall() -> Iterator[Reach]:
+def rigid_wall() -> Iterator[Reach]:
     """The speed out of a blow on a mass that does not give way: mu v - ln(1 + mu v) = -mu w - ln(1 - mu w)."""
     from scipy.optimize import brentq
 
@@ -109,7 +109,7 @@ def _rigid_wall() -> Iterator[Reach]:
     yield Reach("impacts", "speed off a rigid wall against the closed form", abs(out / exact - 1.0), high=1e-7)
 
 
-def _energy(sets: int) -> Iterator[Reach]:
+def energy(sets: int) -> Iterator[Reach]:
     """Random hammers on random objects: the largest gain of energy, of what the blow brought, and the least force."""
     draw = np.random.default_rng(1)
     gained, least = -math.inf, math.inf
@@ -162,7 +162,7 @@ def _energy_of(state: Memory, modes: ModalObject) -> float:
     return float(moving + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum())
 
 
-def _standing() -> Iterator[Reach]:
+def standing() -> Iterator[Reach]:
     modes = ModalObject([80.0, 300.0], [30.0, 60.0], [0.5, 0.2], [1.0, 0.7])
     hit = strike(Hammer(2.0, 0.3, 1e5, 1.5, 2.0, load_n=300.0), modes, 4.0, 8_000.0, 1e-6)
     apart = float(np.abs(hit.force_n[-800:] / 300.0 - 1.0).max())

@@ -23,17 +23,17 @@ _BEST_MS = {2_000: 0.41, 100_000: 0.80, 10_000_000: 1.33}
 
 def reaches(quick: bool) -> Iterable[Reach]:
     """Those of elasto-plastic slip and of fibre bundles."""
-    yield from _slips()
+    yield from slips()
     for fibres, best in _BEST_MS.items():
         took = _second_of(fibres)
         most = 1.5 * best * took.slowness
         yield Reach("bundles", f"a second under a foot, {fibres:.0e} fibres", 1e3 * took.seconds, "ms", high=most)
-    yield from _thresholds()
-    yield from _quasi_static(400 if quick else 4000)
+    yield from thresholds()
+    yield from quasi_static(400 if quick else 4000)
     yield from _dynamic(400 if quick else 4000)
 
 
-def _slips() -> Iterator[Reach]:
+def slips() -> Iterator[Reach]:
     from scipy import signal, stats
 
     force = np.cumsum(np.random.default_rng(1).standard_normal(RATE // 10))
@@ -68,7 +68,7 @@ def _second_of(fibres: int) -> Timed:
     return timed(second, 0.3, 100)
 
 
-def _thresholds() -> Iterator[Reach]:
+def thresholds() -> Iterator[Reach]:
     """Loaded so slowly that nearly each frame breaks one fibre, the strains of failure are the sorted thresholds."""
     from scipy import stats
 
@@ -81,7 +81,7 @@ def _thresholds() -> Iterator[Reach]:
     yield Reach("bundles", "chance of such thresholds, if Weibull", chance, low=1e-3)
 
 
-def _quasi_static(samples: int) -> Iterator[Reach]:
+def quasi_static(samples: int) -> Iterator[Reach]:
     yield Reach("bundles", "quasi-static strength of 2000", FibreBundle(2000).critical_stress, "", 2753.45, 2753.55)
     # So slowly near the end that what is added while a bundle collapses is less than 1.
     slow = np.concatenate((np.linspace(0.0, 2620.0, 500, endpoint=False), np.arange(2620.0, 2920.0, 0.006)))

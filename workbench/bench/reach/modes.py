@@ -24,7 +24,7 @@ def reaches(quick: bool) -> Iterable[Reach]:
     yield from _errors()
     for driven in (True, False):
         what = f"numbers left in a bank after silence, {'driven' if driven else 'struck'}"
-        yield Reach("modes", what, _left(driven), high=0)
+        yield Reach("modes", what, left(driven), high=0)
 
 
 def _second_of(count: int, driven: bool) -> Timed:
@@ -51,7 +51,7 @@ def _errors() -> Iterator[Reach]:
             yield Reach("modes", f"error, {task.task}, {count:.0f} modes", apart, high=1e-9)
 
 
-def _left(driven: bool) -> int:
+def left(driven: bool) -> int:
     """Numbers that are not 0 in a bank of 64 modes 20 s after its last excitation."""
     frequencies, decays, amplitudes = accuracy.modes(64)
     modes = frequencies, np.maximum(decays, 5.0), amplitudes

@@ -21,9 +21,9 @@ _HOUR_S = 3600
 def reaches(quick: bool) -> Iterable[Reach]:
     """Those of tones, of noise and texture, of envelopes and of rhythms."""
     yield from _tones()
-    yield from _noises(20 if quick else 200)
-    yield from _envelopes()
-    yield from _rhythms()
+    yield from of_noises(20 if quick else 200)
+    yield from of_envelopes()
+    yield from of_rhythms()
 
 
 def _tones() -> Iterator[Reach]:
@@ -51,7 +51,7 @@ def _phase_error() -> float:
     return abs(math.atan2(cosine, sine))
 
 
-def _noises(seconds: int) -> Iterator[Reach]:
+def of_noises(seconds: int) -> Iterator[Reach]:
     from scipy import signal, stats
 
     heard = _noise(seconds * RATE, seconds * RATE)
@@ -97,7 +97,7 @@ def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     return np.fft.rfftfreq(answer.size, 1.0 / RATE), np.abs(np.fft.rfft(answer)) ** 2
 
 
-def _envelopes() -> Iterator[Reach]:
+def of_envelopes() -> Iterator[Reach]:
     w0 = 2.0 * math.pi * envelopes.STRAIN_HZ
     coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(RATE)
     layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG
@@ -113,7 +113,7 @@ def _envelopes() -> Iterator[Reach]:
     yield Reach("envelopes", "error against t exp(-w0 t)", apart, high=1e-5)
 
 
-def _rhythms() -> Iterator[Reach]:
+def of_rhythms() -> Iterator[Reach]:
     """Where the notes of an hour fall, in one-second stretches."""
     one = rhythm.RHYTHMS[4]
     table, bar, found = one.table(), one.bar_s * RATE, []
