@@ -13,7 +13,7 @@ from underfoot.engine.tile_pulse import PULSE_HZ, PULSE_M_S2, PULSE_S
 from underfoot.floor.layout import Floor
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
-from underfoot.patch.node import Input, Output, node, run_kernel
+from underfoot.patch.node import Input, Output, node
 
 OPEN = Limits(peak=1.0, rms=1.0)
 
@@ -166,10 +166,9 @@ class Broken:
     out = Output("m/s^2")
     muted_by = ("force",)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            y[0][i] = np.nan if x[0][i] > c[0] else 0.001 * x[0][i]
+    def run(force, high, out):
+        for i in range(out.size):
+            out[i] = np.nan if force[i] > high else 0.001 * force[i]
 
 
 def test_a_node_that_makes_nan_is_silenced_and_named():

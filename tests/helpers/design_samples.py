@@ -5,12 +5,11 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from underfoot.parameters import Choice, Count, Number, Rows, Tiles
-from underfoot.patch.node import Input, Output, node, run_kernel
+from underfoot.patch.node import Input, Output, node
 from underfoot.patch.patch import Patch
 
 
-@run_kernel
-def nothing(x, y, c, s, t, d, e, o, key, rate, frame, n):
+def nothing():
     pass
 
 

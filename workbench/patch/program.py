@@ -69,7 +69,9 @@ class Program:
         for k in np.flatnonzero(self.tables.nodes["sleep_rule"] == tables.ALL).tolist():
             if driver.tail(self._where, k) > driver.INAUDIBLE:
                 self.tables.asleep[k] = 0
-        driver.run_block(self._where, 0, 0)  # no frames: loads the driver, so that the first block need not
+        # No frames, and an event for nobody: these load their kernels, so that the first block and strike need not.
+        driver.run_block(self._where, 0, 0)
+        append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
         self.output = self.tables.output
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
 
@@ -111,7 +113,7 @@ class Program:
         require(tile in self.tiles, "tile", tile, ", ".join(self.tiles))
         for k in self._struck:
             if id in ("", self.node_ids[k]):
-                self._pending.append((k, self.tiles.index(tile), time, strength, duration))
+                self._pending.append((k, self.tiles.index(tile), float(time), float(strength), float(duration)))
         self._pending.sort(key=lambda event: event[2])
 
     def take_over(self, old: "Program", frame: int) -> None:
