@@ -38,7 +38,7 @@ COLUMNS = (
     Column("path_mm", "Path", "mm", 0, "How far the centroid of pressure went"),
     Column("net_mm", "Net", "mm", 0, "How far the centroid of pressure got"),
 )
-"""As the step table of files has them (DESIGN)."""
+"""As the step table of files has them (docs/contracts.md#files)."""
 
 _MOST = 10_000
 _Index = QModelIndex | QPersistentModelIndex

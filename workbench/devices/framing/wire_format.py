@@ -1,4 +1,4 @@
-"""The wire format of a tile (CONTRACTS): what a sample looks like on a serial line or in a datagram.
+"""The wire format of a tile (docs/contracts.md#wire-format): what a sample is on a serial line or in a datagram.
 
 A frame holds 21 bytes, little-endian: version (u8, 1), tile (u16), sequence (u16, counted per tile), device time in
 microseconds (u32), four readings (u16), and the CRC-32 of zlib and Ethernet over the 17 bytes before it. Consistent
