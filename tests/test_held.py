@@ -2,7 +2,7 @@
 
 Every preset's two seconds of the default walker, at three block sizes; the steps and contacts of measured walks; the
 figures and profiles of a calibration of the simulated tile. On the machine and build of the file the bytes are held
-(CONTRACTS promises them there); anywhere else the figures, to what another processor's vectors may change.
+(docs/contracts.md#time promises them there); anywhere else the figures, to what another processor's vectors may change.
 
 `python tests/test_held.py` writes the file anew, for a change that is meant to change what is computed: its commit says
 what, and by how much.

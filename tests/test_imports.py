@@ -1,4 +1,4 @@
-"""Which modules may know which: directions as DESIGN has them, no cycles, no Qt, and no scipy in the engine."""
+"""Which modules may know which: docs/architecture.md's directions, no cycles, no Qt, and no scipy in the engine."""
 
 import ast
 import subprocess

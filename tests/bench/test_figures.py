@@ -1,4 +1,4 @@
-"""The thesis's figures come out, with the numbers that the thesis and its errata give."""
+"""The thesis's figures come out, with the thesis's numbers or the corrected ones of docs/models.md."""
 
 import json
 import re
@@ -67,7 +67,7 @@ def test_the_slope_of_figure_7_13_takes_stiffness_that_compounds(drawn):
     assert ours(drawn["7.13"], "windows with energy") < 10.0
 
 
-def test_friction_has_the_numbers_of_the_errata(drawn):
+def test_friction_has_the_corrected_numbers(drawn):
     assert ours(drawn["8.5"], "n1 at the end, left") == pytest.approx(1.45, abs=0.2)
     assert ours(drawn["8.6"], "of the decoupled law, variance 2D/h") == pytest.approx(0.44, abs=0.01)
     assert ours(drawn["8.6"], "largest CDF difference of exact paths") < 0.02

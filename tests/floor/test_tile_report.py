@@ -43,7 +43,7 @@ def quantities(design):
         ("antiresonance_hz", 775.0, 779.0),
     ],
 )
-def test_our_values_for_the_thesiss_tile_are_the_erratas(key, thesis, ours):
+def test_our_values_for_the_thesiss_tile_are_the_corrected_ones(key, thesis, ours):
     row = quantities(designs(default_floor(), TileParameters())[0])[key]
     assert row.thesis == thesis
     assert row.ours == pytest.approx(ours, rel=2e-3)

@@ -38,7 +38,7 @@ COLUMNS = (
     Column("path_mm", "Path", "mm", 0, "Length of the path of the contact centroid"),
     Column("net_mm", "Net", "mm", 0, "Distance of the contact centroid from its first place to its last"),
 )
-"""The columns of the step table in files."""
+"""The columns of the step table in files (docs/contracts.md#files)."""
 
 MOST_STEPS = 10_000
 """So many steps are kept."""

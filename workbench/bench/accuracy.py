@@ -129,7 +129,7 @@ def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np
 
 
 def impacts(quick: bool) -> Iterable[Task]:
-    """The hammer of SCIENCE 2 on ten modes."""
+    """The hammer of docs/models.md#impacts on ten modes."""
     draw = np.random.default_rng(3)
     frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
     modes = ModalObject(frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))

@@ -21,7 +21,7 @@ from underfoot.kernels import kernel
 WINDOW_US, WINDOWS = 250_000.0, 40
 """The earliest arrival of each window of this length is kept, for this many of them."""
 MAX_DELAY_S = 0.020
-"""Samples are not set back by more than a force is held in a gap (CONTRACTS)."""
+"""Samples are not set back by more than a force is held in a gap (docs/contracts.md#signals-events-rows)."""
 MAX_SLEW, JUMP_S = 0.05, 0.050
 MAX_DRIFT = 0.02
 """Ceramic resonators are within half a percent; nothing that counts microseconds is worse than this."""

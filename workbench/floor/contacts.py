@@ -1,7 +1,7 @@
 """Contacts: where somebody stands on the floor, followed sample by sample under ids that last.
 
 Corner forces come in as they are read, with whatever tare the sensors have. A tile in contact has one centroid
-(thesis 5.3, with the signs of the errata): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines.
+(thesis 5.3; docs/models.md#contact-centroid): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines.
 Nothing is clipped, because real corner forces go negative. Tiles that carry one foot are merged (thesis 5.2.1): `x =
 sum F_k x_k / sum F_k`.
 
@@ -31,7 +31,8 @@ from underfoot.floor import tracking
 from underfoot.floor.layout import Floor
 
 GAP_S = 0.040
-"""More time than this without a sample is a gap: force at audio rate has been ramped to 0 by then (CONTRACTS)."""
+"""More time than this without a sample is a gap: force at audio rate has been ramped to 0 by then
+(docs/contracts.md#signals-events-rows)."""
 
 OPENING_S, STEADY_N = 0.050, 5.0
 """The baseline a tile begins with is decided from so much time; a tare stays within so much (or five sigma) for half

@@ -39,8 +39,8 @@ WAIT_S, LATE_S = 0.8, 1.0
 
 @dataclass(frozen=True)
 class Step:
-    """One footstep. The first twelve fields are the columns of the step table (DESIGN); a figure that there is not is
-    NaN.
+    """One footstep. The first twelve fields are the columns of the step table (docs/contracts.md#files); a figure
+    that there is not is NaN.
 
     `tile` took most of the impulse; `side` is left, right or unknown. `contact_ms` is from the first sample at or
     above the on-threshold to the last at or above the off-threshold. `peak1_n` and `peak2_n` are the largest forces

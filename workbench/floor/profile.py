@@ -29,7 +29,7 @@ PARTS = ("fsr", "centroid", "response")
 OLD_DAYS = 90
 """A part older than this is flagged: rubber creeps, resistors wear, screws work loose."""
 NOMINAL_ACCELERATION = 20.0
-"""m/s^2 a full-scale unit until the response is measured (CONTRACTS.md)."""
+"""m/s^2 a full-scale unit until the response is measured (docs/contracts.md#output)."""
 
 
 class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

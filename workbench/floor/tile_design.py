@@ -1,6 +1,7 @@
 """What a tile will do before it is built: suspension, plate and response from material and size, beside the thesis's.
 
-Where our value differs from the thesis's (chapter 4, whose equations ERRATA corrects), a sentence says why.
+Where our value differs from the thesis's (chapter 4, corrected as docs/models.md#plate has it), a sentence
+says why.
 """
 
 import math

@@ -32,9 +32,9 @@ TARE_N, SETTLED_S, SETTLED_N, SETTLED_SIGMAS, NEGATIVE_S = 100.0, 0.5, 10.0, 8.0
 one below minus the on-threshold for `NEGATIVE_S` is not real."""
 
 GAP_M, EDGE_M, APART_M, ONSETS_S, DECIDED_N = 0.030, 0.15, 0.20, 0.4, 50.0
-"""One foot or two (CONTRACTS): tiles at most `GAP_M` apart, centroids at most `EDGE_M` from the shared edge and
-`APART_M` from each other, onsets within `ONSETS_S`; decided once the later contact has reached `DECIDED_N`, or is
-`ONSETS_S` old."""
+"""One foot or two (docs/contracts.md#forces-contacts-steps): tiles at most `GAP_M` apart, centroids at most `EDGE_M`
+from the shared edge and `APART_M` from each other, onsets within `ONSETS_S`; decided once the later contact has reached
+`DECIDED_N`, or is `ONSETS_S` old."""
 
 TILE = np.dtype(
     [

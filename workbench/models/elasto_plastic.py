@@ -3,7 +3,8 @@
 The surface obeys `F = m x'' + b x' + K (x - x0)` with K = k1 + k2 and x0 = k2 xi / K. When the force on the
 plastic unit, `k2 (x - xi)`, passes a threshold (constant or drawn for each slip), xi jumps: an energy is drawn
 from a truncated power law, p(E) ~ E^-gamma from E0 to E1, and turned into the displacement that sets it free
-(errata 4.1). Time and energy of each slip are the model's output; what they sound like is another model's part.
+(docs/models.md#elasto-plastic-ground). Time and energy of each slip are the model's output; what they sound like is
+another model's part.
 
 The motion between slips is exact for a force that is linear between frames. A slip acts from the end of its frame
 on. No slip takes more than the plastic unit holds, k2 (x - xi)^2 / 2: a larger draw is cut to that.
@@ -260,7 +261,7 @@ def _threshold(c: Memory, key: np.uint64, counter: int) -> float:
 
 @kernel
 def slip_energy(force_n: float, displacement_m: float, stiffness_n_m: float) -> float:
-    """The energy in joules that a slip takes from a plastic unit under `force_n` (errata 4.1): F d - k2 d^2 / 2.
+    """The energy in joules that a slip takes from a plastic unit under `force_n`: F d - k2 d^2 / 2.
 
     >>> slip_energy(100.0, 1e-4, 4e5)
     0.008
@@ -272,7 +273,7 @@ def slip_energy(force_n: float, displacement_m: float, stiffness_n_m: float) -> 
 def slip_displacement(force_n: float, energy_j: float, stiffness_n_m: float) -> float:
     """The displacement in metres of the slip that takes `energy_j` from a plastic unit under `force_n`.
 
-    The inverse of `slip_energy` (errata 4.1) for energies up to F^2 / 2 k2, written without a difference of
+    The inverse of `slip_energy` for energies up to F^2 / 2 k2, written without a difference of
     nearly equal numbers.
 
     >>> round(slip_displacement(100.0, 0.008, 4e5), 12)
@@ -285,8 +286,6 @@ def slip_displacement(force_n: float, energy_j: float, stiffness_n_m: float) -> 
 @kernel
 def power_law(probability: float, least: float, log_range: float, power: float) -> float:
     """The quantile at `probability` of p(E) ~ E^-gamma from `least` to `least` exp(`log_range`); `power` is 1 - gamma.
-
-    A truncated power law, as errata chapter 5 has it.
 
     >>> round(power_law(0.5, 1.0, math.log(100.0), 1.0 - 1.0), 9)  # gamma = 1: even in the logarithm
     10.0

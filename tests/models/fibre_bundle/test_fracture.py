@@ -237,7 +237,7 @@ def ramp(most):
     return most * np.minimum(np.arange(48000) / RATE / 0.8, 1.0)
 
 
-def test_the_thesis_critical_loads_come_out_with_the_parameters_of_the_errata():
+def test_the_thesis_critical_loads_come_out_with_the_parameters_of_the_document():
     most = np.linspace(2750.0, 2850.0, 200)
     exact, mean = FibreBundle(2000, **THESIS), FibreBundle(2000, **THESIS, model="mean")
     broken = [exact.response(ramp(m), RATE, seed=i).failures.sum() == 2000 for i, m in enumerate(most)]

@@ -75,7 +75,7 @@ TEN_MODES = ModalObject(*some_modes(10))
 
 @pytest.fixture(scope="module")
 def truths():
-    """Force, displacement and speed for the three hardnesses of SCIENCE 2, on ten modes, for 20 ms."""
+    """Force, displacement and speed for the three hardnesses of docs/models.md#impacts, on ten modes, for 20 ms."""
     times = np.arange(961) / RATE
     found = {}
     for stiffness, exponent in (SOFT, MEDIUM, HARD):

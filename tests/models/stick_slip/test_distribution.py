@@ -165,7 +165,7 @@ def test_each_asked_error_is_kept_against_a_much_smaller_one(name):
 def test_figure_8_10_has_a_small_mass_at_no_distance():
     distance = distribution.distances(BLOCKS["8.10"], t_end=40.0, error=1e-4)
     below, above = np.interp([-0.1, 0.1], distance.points, distance.cdf)
-    # The errata's 1.1 % comes from simulated slips.
+    # The 1.1 % come from simulated slips.
     assert above - below == pytest.approx(0.011, abs=1e-3)
 
 

@@ -30,7 +30,7 @@ def test_the_transition_is_that_of_the_moment_equations(w0, zeta, t):
 
 
 def test_a_short_time_keeps_the_covariance_of_the_position():
-    # S_xx = 2 D t^3/3 (1 - 3 zeta t/4), errata 8.26; a closed form would leave no digit of it.
+    # S_xx = 2 D t^3/3 (1 - 3 zeta t/4), 8.26 corrected; a closed form would leave no digit of it.
     t, zeta, noise = 1e-5, 0.3, 0.4
     assert transition(1.0, zeta, noise, t).s_xx == pytest.approx(
         2.0 * noise * t**3 / 3.0 * (1.0 - 0.75 * zeta * t), rel=1e-9

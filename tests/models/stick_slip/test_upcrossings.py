@@ -1,4 +1,4 @@
-"""The expansions in upcrossings against the errata's numbers, quadrature and tight moment equations."""
+"""The expansions in upcrossings, compared with docs/models.md#stick-slip, quadrature and tight moment equations."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ FIG_8_10 = BlockOnBelt(w0=1.0, zeta=0.4, noise=0.1, belt_velocity=0.45, x0=0.9, 
 
 
 @pytest.mark.parametrize(("step", "rate"), [(0.002, 1.441), (0.01, 0.666), (0.05, 0.332), (1.0, 0.166)])
-def test_the_crossing_rate_of_figure_8_5_is_the_erratas(step, rate):
+def test_the_crossing_rate_of_figure_8_5_is_the_corrected_one(step, rate):
     assert white_upcrossings(FIG_8_5, t=[20.0], step=step).density[0] == pytest.approx(rate, abs=6e-4)
 
 

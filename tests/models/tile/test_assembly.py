@@ -123,7 +123,7 @@ def test_the_thesiss_tile_has_the_measured_antiresonance_which_neither_cause_has
         assert level.min() > 0.95 * min(level[0], level[-1])
 
 
-def test_a_foot_damps_the_heave_and_has_the_resonances_that_errata_gives():
+def test_a_foot_damps_the_heave_and_has_the_corrected_resonances():
     assert Foot().leg_hz() == pytest.approx(3.9, abs=0.05)
     assert Foot(body_kg=2.7).leg_hz() == pytest.approx(16.8, abs=0.05)
     f = np.linspace(40.0, 60.0, 41)

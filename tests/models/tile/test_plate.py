@@ -1,4 +1,4 @@
-"""The plate, compared with handbook values, the integrals of its modes, and the numbers of ERRATA, chapter 4."""
+"""The plate, compared with handbook values, the integrals of its modes, and the numbers of docs/models.md#plate."""
 
 import math
 
@@ -55,7 +55,7 @@ def test_a_deflection_is_the_same_from_either_place_and_none_at_the_edge():
     assert abs(plate.static_deflection_m(SIZE, (0.152, 0.03), here, 1.0)) < 1e-18
 
 
-def test_modes_are_orthogonal_with_the_norm_that_errata_gives():
+def test_modes_are_orthogonal_with_the_corrected_norm():
     """int eta_k eta_l = Lx Ly / 4 for k = l, else 0."""
     sides = (0.3, 0.4)
     weights, at = np.polynomial.legendre.leggauss(24)[::-1]

@@ -1,4 +1,4 @@
-"""The suspension, compared with the statics of a rigid plate on four springs and the numbers of ERRATA, chapter 4."""
+"""The suspension, compared with a rigid plate on four springs and the numbers of docs/models.md#suspension."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from underfoot.errors import BadValue
 from underfoot.models.tile.suspension import SUSPENSION_RANGES, Suspension, deflection_at_resonance_m
 
 
-def test_the_suspension_has_the_erratas_numbers():
+def test_the_suspension_has_the_corrected_numbers():
     thesis = Suspension()
     assert thesis.resonance_hz() == pytest.approx(49.01, abs=0.005)
     sags = [1e3 * thesis.deflection_m(1000.0, load) for load in ("shared", "one mount", "corner")]

@@ -63,7 +63,7 @@ class Fracture:
     failures: NDArray[np.int64]
     """Fibres that failed in each frame; of an inverse bundle, chains that restructured."""
     energy: NDArray[np.float64]
-    """Energy set free in each frame: k_F x^2 / 2 a failure (errata, chapter 7)."""
+    """Energy set free in each frame: k_F x^2 / 2 a failure (docs/models.md#fibre-bundles)."""
     threshold: NDArray[np.float64]
     """Strain at which the next fibre fails, xi(t) of Fig. 7.5; infinite where none is left or drawn."""
     event_s: NDArray[np.float64]
@@ -79,7 +79,7 @@ class FibreBundle:
 
     - "exact": a failed fibre is gone (7.1 to 7.7);
     - "mean": the damage is its mean at the largest strain so far (7.8 to 7.10), the failures a Poisson process
-      (errata 7.10);
+      (docs/models.md#fibre-bundles);
     - "inverse": a failed chain is stiffer by the share `stiffening`, at most `restructurings` times (7.16 to
       7.20); `compound` takes (7.18), averaged over the chains, instead of its linear form (7.19);
     - "inverse_mean": the same with mean damage (7.21 to 7.24).
@@ -120,7 +120,7 @@ class FibreBundle:
 
     @property
     def critical_stress(self) -> float:
-        """The quasi-static critical stress of a large bundle: the largest of N (1 - P(x)) k_F x (errata, sigma_c)."""
+        """The quasi-static critical stress of a large bundle: the largest of N (1 - P(x)) k_F x."""
         code = float(THRESHOLDS.index(self.thresholds))
         return float(critical_load(code, float(self.fibres), self.shape, self.scale, self.stiffness))
 

@@ -1,9 +1,10 @@
 """The damage of one bundle: how its thresholds are distributed, what fails at a strain, what stiffness is left.
 
 Thresholds are handled in the hazard y = -ln(1 - P(x)), in which the least of n thresholds lies Exp/n above the
-last (errata 7.15). When the strain has passed it within a frame, all that fail with it are drawn at once, `1 +
+last (7.15 corrected). When the strain has passed it within a frame, all that fail with it are drawn at once, `1 +
 Binomial(n - 1, 1 - exp(y - y_x))`: exact, at a cost that does not grow with their number. With mean damage the
-failures are a Poisson process of intensity N p(x) dx instead (errata 7.10).
+failures are a Poisson process of intensity N p(x) dx instead (7.10, see
+docs/models.md#fibre-bundles).
 """
 
 import math
@@ -157,7 +158,7 @@ def bundle_step(c: Memory, left: float) -> Any:
 
 @kernel
 def energy_released(c: Memory, failed: float, strain: float) -> float:
-    """k_F x^2 / 2 for each failure at a strain (errata, chapter 7)."""
+    """k_F x^2 / 2 for each failure at a strain."""
     return failed * 0.5 * c.stiffness * strain * strain
 
 

@@ -1,16 +1,16 @@
 """A hammer on a modal object: one sub-step of equations 3.3 and 3.4, in which no energy is made.
 
 The force is k x^a (1 + mu x') while x > 0 and never negative; x is the penetration of the hammer into the surface.
-(The thesis prints the other sign, which makes energy; see the errata.) A mode is a phasor z with
-z' = (-b + i w) z + g F, and its share of the surface's displacement is Im z.
+(The thesis prints the other sign, which makes energy; see docs/models.md#impacts.) A mode is a
+phasor z with z' = (-b + i w) z + g F, and its share of the surface's displacement is Im z.
 
 Over a step of h seconds the force is F0 + F1 (tau - 1/2), tau from 0 to 1. Under it hammer and modes move exactly, and
 take the work F0 D + F1 W, where D is the change of x and W the integral of (tau - 1/2) x'. With
 
     F0 = E - K W,   F1 = K D,   E = (Phi(x + D) - Phi(x)) / D,   Phi = k x^(a+1) / (a+1)
 
-this is the change of the contact's energy Phi, whatever K is. K = 0 is the discrete-gradient scheme of order 2 that
-SCIENCE 2 measures; K near Phi'' gives order 4, because K W is what the curvature of the path adds to the mean force.
+this is the change of the contact's energy Phi, whatever K is. K = 0 is the plain discrete-gradient scheme, of order 2;
+K near Phi'' gives order 4, because K W is what the curvature of the path adds to the mean force.
 The damping, the same projection of mu Phi' x', can only take energy: mu/h (E D^2 + K D^2 W + 12 E' W^2) >= 0 wherever
 E >= K |W|; where not, and where the clip at 0 acts, the step is one of order 2.
 """

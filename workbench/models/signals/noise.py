@@ -25,7 +25,7 @@ TEXTURE_COEFFICIENTS = Layout("texture_coefficients", "interval", "burst", "gain
 LOW_HZ, HIGH_HZ = 50.0, 700.0
 """The thesis's noise band (6.3.5)."""
 MEAN_INTERVAL_S, BURST_S, CENTRE_HZ, WIDTH_HZ = 0.020, 0.001, 300.0, 15.0
-"""The thesis's texture (6.3.5, intervals as in the errata)."""
+"""The thesis's texture (6.3.5; intervals as docs/models.md#noise-and-texture has them)."""
 
 CELL = 32
 """Frames in which the impulses of a Poisson process are drawn together; also the most impulses in that time."""

@@ -1,8 +1,8 @@
 """Harmonic tones by Chebyshev waveshaping (thesis 3.1, 3.2) on a phasor that does not drift, and their roughness.
 
 True sines, phases included: `sum a_k sin(k th) = sin(th) sum a_k U_(k-1)(cos th)`, k from 1, so there is no DC. The
-printed `T_k(sin th)` has other phases and a DC term (errata). The sum over U is Clenshaw's recurrence: one sine, one
-cosine and N multiplications a frame, a span's frames side by side.
+printed `T_k(sin th)` has other phases and a DC term (docs/models.md#tones). The sum over U is Clenshaw's
+recurrence: one sine, one cosine and N multiplications a frame, a span's frames side by side.
 """
 
 import math

@@ -33,7 +33,7 @@ def first_passage(block: BlockOnBelt, t_end: float, error: float = 1e-4) -> Dist
     `t_end`: how long the slip is followed, s; `error`: the largest CDF difference, 1e-6 to 0.1. The CDF ends at the
     probability that the slip has ended by `t_end`; `unobserved` is the rest. `BadValue` for values out of range, and
     where this error would take work out of all proportion. Solves the Fokker-Planck equation 8.5 with the boundary
-    condition 8.6, both as the errata have them.
+    condition 8.6, both corrected (docs/models.md#stick-slip).
 
     >>> import numpy as np
     >>> duration = first_passage(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0, error=1e-3)

@@ -53,7 +53,7 @@ class Transition(NamedTuple):
 def transition(w0: float, zeta: float, noise: float, t: float) -> Transition:
     """The propagator and the covariance after `t` > 0 s.
 
-    The matrix exponential and covariance of 8.23 (8.24 to 8.26 as the errata correct them), for any damping. Where the
+    The matrix exponential and covariance of 8.23 (8.24 to 8.26, corrected), for any damping. Where the
     closed form would cancel (small t, small or large zeta) the covariance is integrated over a part of t, as a sum of
     positive terms, and the part is doubled until it is t.
 

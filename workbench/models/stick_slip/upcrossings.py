@@ -1,4 +1,5 @@
-"""The thesis's approximations by upcrossings (8.2.1 to 8.3.2), as the errata correct them: for comparison only.
+"""The thesis's approximations by upcrossings (8.2.1 to 8.3.2), corrected (docs/models.md#stick-slip): for
+comparison only.
 
 The density n1 of upcrossings of v_b without absorption, and the distribution of first ones if upcrossings were
 independent (8.12, 8.14). An upcrossing needs an acceleration. White noise has none: either it is averaged over a step
@@ -37,7 +38,7 @@ class Upcrossings:
 
     @property
     def density(self) -> NDArray[np.float64]:
-        """n1(t), upcrossings per second [times] (8.21; 8.46 in the errata's simpler form)."""
+        """n1(t), upcrossings per second [times] (8.21; 8.46 in a simpler form)."""
         s = self.covariance
         gap = self.block.belt_velocity - self.mean[:, 1]
         mean = self.mean[:, 2] + s[:, 2, 1] / s[:, 1, 1] * gap
@@ -130,7 +131,7 @@ def coloured_upcrossings(block: BlockOnBelt, t: ArrayLike, correlation_time: flo
 
 
 def escape_time(block: BlockOnBelt, step: float) -> float:
-    """The mean time between upcrossings of the stationary free block, T_R in s (8.47 for v instead of x, errata).
+    """The mean time between upcrossings of the stationary free block, T_R in s (8.47 for v instead of x).
 
     White noise averaged over `step` s; the block's x0 and v0 do not matter. `BadValue` for values out of range.
 
@@ -173,7 +174,7 @@ def _normal_density(distance: NDArray[np.float64], variance: NDArray[np.float64]
 
 
 def _positive_part(mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """int_0^inf a N(a; mean, variance) da (8.28 with the sign of the errata)."""
+    """int_0^inf a N(a; mean, variance) da (8.28 with its sign corrected)."""
     from scipy.special import ndtr
 
     return variance * _normal_density(mean, variance) + mean * ndtr(mean / np.sqrt(variance))
