@@ -1,4 +1,4 @@
-"""The wire format of a tile (docs/contracts.md#wire-format): a sample on a serial port, in a datagram, or in a TCP stream.
+"""The wire format of a tile (docs/contracts.md#wire-format): a sample on a serial port, in a datagram or over TCP.
 
 A frame holds 21 bytes, little-endian: version (u8, 1), tile (u16), sequence (u16, counted per tile), device time in
 microseconds (u32), four readings (u16), and the CRC-32 of zlib and Ethernet over the 17 bytes before it. Consistent
