@@ -6,11 +6,12 @@ each part that is taken of it is counted, with locked instructions.
 
 import ctypes
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 from numba import types
+from numba.core.ccallback import CFunc
 from numpy.typing import ArrayLike
 
 from underfoot.kernels import Floats, callback, kernel
@@ -92,8 +93,14 @@ def ringing(row: Memory, first: int, blocks: int) -> Callable[[], None]:
     array([ 0.,  2.,  0., -2.,  0.])
     """
     address = row.values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-    run = {STRUCK: _strike, DRIVEN: _drive, HIT: _hit}[row.layout]
-    return partial(run.ctypes, address, *row.sizes.values(), first, blocks)
+    return partial(_compiled(row.layout).ctypes, address, *row.sizes.values(), first, blocks)
+
+
+@cache
+def _compiled(layout: Layout) -> CFunc:
+    """The kernel that runs rows of a layout: its address, the layout's sizes, the first block and how many."""
+    run = {STRUCK: _strike, DRIVEN: _drive, HIT: _hit}[layout]
+    return callback(types.void(_POINTER, *[_COUNT] * (len(layout.symbols) + 2)), run)
 
 
 @kernel
@@ -106,7 +113,6 @@ def _take(events: Memory, following: int, end: int, taken: Memory) -> int:
     return following
 
 
-@partial(callback, types.void(_POINTER, _COUNT, _COUNT, _COUNT, _COUNT, _COUNT))
 def _strike(address: Any, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
     memory = _struck_at(address, (row, wave_values, room))
     events = memory.events_of_block
@@ -116,14 +122,12 @@ def _strike(address: Any, row: int, wave_values: int, room: int, first: int, blo
         struck_bank.ring(events, k * BLOCK, memory.coefficients, memory.state, memory.out)
 
 
-@partial(callback, types.void(_POINTER, _COUNT, _COUNT, _COUNT))
 def _drive(address: Any, row: int, first: int, blocks: int) -> None:
     memory = _driven_at(address, (row,))
     for k in range(first, first + blocks):
         driven_bank.ring(memory.excitation, k * BLOCK, memory.coefficients, memory.state, memory.out)
 
 
-@partial(callback, types.void(_POINTER, _COUNT, _COUNT, _COUNT, _COUNT, _COUNT))
 def _hit(address: Any, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
     memory = _hit_at(address, (row, wave_values, room))
     events = memory.events_of_block

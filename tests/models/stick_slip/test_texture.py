@@ -1,5 +1,6 @@
 """The texture: its cycles have the distribution, its signal moves the block by its events, and no split shows."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +16,11 @@ from underfoot.models.stick_slip.quantile_table import slip_table
 RATE = 48_000.0
 VALUES = (0.4, 0.5, 2.0, 0.0)
 KEY = stream_key(1, "stick-slip", "t1")
-TABLE = slip_table(*VALUES)
+
+
+@cache
+def table():
+    return slip_table(*VALUES)
 
 
 def designed(w0=600.0):
@@ -29,7 +34,7 @@ def play(coefficients, drive, splits=(), start=0):
     state, signal, found = texture.STATE.zeros(), np.full(drive.size, np.nan), []
     for begin, end in pairwise([0, *splits, drive.size]):
         events = event_list(room=end - begin)
-        texture.run(drive[begin:end], TABLE, KEY, start + begin, coefficients, state, signal[begin:end], events)
+        texture.run(drive[begin:end], table(), KEY, start + begin, coefficients, state, signal[begin:end], events)
         found.append(rows_of(events))
     return signal, np.concatenate(found), state.values
 

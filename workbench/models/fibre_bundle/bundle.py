@@ -88,7 +88,7 @@ class FibreBundle:
     it is raised to what settles within a frame.
 
     >>> FibreBundle(2000).critical_stress, FibreBundle(2000, thresholds="uniform").critical_stress
-    (2753.4941..., 1250.0)
+    (2753.4765..., 1250.0)
     """
 
     fibres: int

@@ -62,7 +62,7 @@ def lagrange_basis(z: float, basis: NDArray[np.float64]) -> None:
 
     >>> basis = np.empty(NODES_PER_PANEL)
     >>> lagrange_basis(0.3, basis)
-    >>> abs(basis @ GAUSS_NODES**3 - 0.3**3) < 1e-12
+    >>> bool(abs(basis @ GAUSS_NODES**3 - 0.3**3) < 1e-12)
     True
     """
     total = 0.0
