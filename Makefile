@@ -1,4 +1,5 @@
-# Underfoot: `make run` opens it, `make test` tries it. Both make .venv and install what is missing.
+# Underfoot: `make run` opens it, `make test` tries it. Both make .venv and install what is missing. `make check` is the
+# short form of the tests, `make docs` builds the site.
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -7,18 +8,34 @@ RUN_PACKAGES := libgl1 libegl1 libxkbcommon0 libfontconfig1 libdbus-1-3 libglib2
 	libxcb-cursor0 libxcb-icccm4 libxcb-keysyms1 libxcb-shape0 libportaudio2 fonts-dejavu-core
 TEST_PACKAGES := pulseaudio pulseaudio-utils libasound2-plugins
 
-.PHONY: install run test bench clean
+# What `make check` tries: what needs no window, no sound card and no session, and does not compute for long; and the
+# examples in docstrings.
+SOURCES := .venv/as-installed/underfoot
+QUICK := $(addprefix tests/,nodes patch floor drawing records models/tile) $(wildcard tests/models/*.py) \
+	$(addprefix tests/test_,bad_input.py docs.py files.py imports.py layouts.py materials.py presets.py) \
+	--ignore tests/nodes/test_stickslip.py $(SOURCES) --ignore $(SOURCES)/bench --ignore $(SOURCES)/widgets
+
+.PHONY: install run test check lint docs bench clean
 
 install: .venv/ready
 
 run: .venv/ready
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then exec $(BIN)/underfoot; else $(MAKE) --no-print-directory tour; fi
 
-test: .venv/ready .venv/ready-test as-installed
+test: lint
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+
+check: lint
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(QUICK)
+
+lint: .venv/ready .venv/ready-test as-installed
 	$(BIN)/ruff check --quiet .
 	$(BIN)/ruff format --check --quiet .
 	$(BIN)/mypy
-	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+
+docs: .venv/ready .venv/ready-docs as-installed
+	$(BIN)/mkdocs build --quiet
+	@echo "The documentation is in site/index.html."
 
 bench: .venv/ready
 	$(BIN)/underfoot bench
@@ -50,8 +67,12 @@ tour:
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable ".[test]"
 	@touch $@
 
+.venv/ready-docs: pyproject.toml .venv/ready
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable ".[docs]"
+	@touch $@
+
 clean:
-	rm -rf .venv $(TOUR) build *.egg-info
+	rm -rf .venv $(TOUR) build site *.egg-info
 
 # Debian packages that are missing: installed where that is allowed, else named in one line.
 define debian

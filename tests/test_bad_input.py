@@ -2,7 +2,6 @@
 
 import json
 
-import command_line
 import pytest
 
 from underfoot.floor.layout import default_floor
@@ -11,7 +10,6 @@ from underfoot.patch.program import Program
 
 SINE = library.patches()["stimulus-sp"]
 TWO = default_floor(1, 2)
-folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
 
 
 # --- what is wrong with a patch ---

@@ -7,14 +7,15 @@ import sys
 from types import SimpleNamespace
 from typing import ClassVar
 
-import command_line
+import click
 import numpy as np
 import pytest
 import soundfile
 
-from underfoot import __version__, monitoring
+from underfoot import __version__, commands, monitoring
 from underfoot.__main__ import cli
-from underfoot.engine.messages import Done, Fault, Lost, Notice, Play, Started
+from underfoot.engine.commands import Play
+from underfoot.engine.reports import CommandApplied, Fault, Notice, ProcessDied, Started
 from underfoot.floor.layout import default_floor
 from underfoot.models import gait
 from underfoot.nodes import REGISTRY
@@ -22,10 +23,8 @@ from underfoot.patch import library
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
-COMMANDS = sorted(cli.commands)
 RATE = 48_000
 SINE = library.patches()["stimulus-sp"]
-folder, refused, underfoot, walk = command_line.folder, command_line.refused, command_line.underfoot, command_line.walk
 
 
 # --- what there is ---
@@ -33,14 +32,35 @@ folder, refused, underfoot, walk = command_line.folder, command_line.refused, co
 
 def test_every_command_has_help(underfoot):
     assert "Commands:" in underfoot("--help").out
-    for command in COMMANDS:
+    context = click.Context(cli)
+    names = cli.list_commands(context)
+    assert {"bench", "calibrate", "emulate", "monitor", "nodes", "render", "tile"} <= set(names)
+    for command in names:
         for option in ("--help", "-h"):
             said = underfoot(command, option)
             assert said.status == 0
             assert said.error == ""
             assert said.out.startswith(f"Usage: underfoot {command}")
-            for parameter in cli.commands[command].params:
+            for parameter in cli.get_command(context, command).params:
                 assert parameter.param_type_name == "argument" or parameter.help, f"{command}: {parameter.name}"
+
+
+GREET = """import click
+
+@click.command(help="Greet.")
+def greet():
+    print("hello")
+"""
+
+
+def test_a_file_in_the_folder_of_commands_is_a_command(underfoot, refused, folder, monkeypatch, request):
+    (folder / "greet.py").write_text(GREET)
+    (folder / "shared.py").write_text("greeting = 'hello'\n")
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(folder)])
+    request.addfinalizer(lambda: [sys.modules.pop(f"underfoot.commands.{name}", None) for name in ("greet", "shared")])
+    assert "  greet      Greet." in underfoot("--help").out
+    assert underfoot("greet").out == "hello\n"
+    assert "No such command 'shared'" in refused("shared")
 
 
 def test_the_version_is_the_package_s(underfoot):
@@ -200,8 +220,8 @@ def rehearsed(monkeypatch):
 def test_monitor_passes_on_what_a_session_has_to_say(underfoot, folder, rehearsed):
     rehearsed.acts = [
         ([Started("the simulator", "there is no sound card")], 0.0),
-        ([Fault("gain", "t2", 4711), Done(0, Play(True))], 50.0),
-        ([Lost("engine", "killed"), Notice("tile t4 has no channel")], 0.0),
+        ([Fault("gain", "t2", 4711), CommandApplied(0, Play(True))], 50.0),
+        ([ProcessDied("engine", "killed"), Notice("tile t4 has no channel")], 0.0),
         ([], 0.0),
     ]
     said = underfoot("monitor", "simulator", "--seconds", "0.35", "--steps", "steps.csv")
@@ -258,11 +278,11 @@ def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot,
     assert underfoot("monitor", "rec").status == 0
 
 
-def test_a_simulator_with_honest_sensors_is_monitored(underfoot, folder):
+def test_a_simulator_with_non_ideal_sensors_is_monitored(underfoot, folder):
     source = f"simulator:{library.simulations()['child-walking']}"
     said = underfoot("monitor", source, "--record", "rec", "--seconds", "2")
     assert said.status == 0
-    assert "uncalibrated: t1, t2, t3, t4 (the nominal law of the sensors is assumed)" in said.error
+    assert "uncalibrated: t1, t2, t3, t4 (the nominal curve of the sensors is assumed)" in said.error
     assert len(said.out.splitlines()) > 1
 
 

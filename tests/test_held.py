@@ -2,7 +2,7 @@
 
 Every preset's two seconds of the default walker, at three block sizes; the steps and contacts of measured walks; the
 figures and profiles of a calibration of the simulated tile. On the machine and build of the file the bytes are held
-(CONTRACTS promises them there); anywhere else the figures, to what another processor's vectors may change.
+(docs/contracts.md#time promises them there); anywhere else the figures, to what another processor's vectors may change.
 
 `python tests/test_held.py` writes the file anew, for a change that is meant to change what is computed: its commit says
 what, and by how much.
@@ -23,6 +23,7 @@ from llvmlite import binding
 
 from underfoot.__main__ import cli
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -55,7 +56,8 @@ def digest(data):
 def render_of(name, block):
     """Samples of a preset, float32 [frame, channel]."""
     patch = Patch.load(library.patches()[name], REGISTRY)
-    return render(patch, REGISTRY, SimulatedFloor(default_floor(), 48_000, patch.seed), SECONDS, block=block).samples
+    source = SimulatedFloor(default_floor(), 48_000, patch.seed)
+    return render(patch, REGISTRY, source, SECONDS, LoopOptions(block=block)).samples
 
 
 def render_figures(samples):

@@ -1,4 +1,4 @@
-"""Which modules may know which: directions as DESIGN has them, no cycles, no Qt, and no scipy in the engine."""
+"""Which modules may know which: docs/architecture.md's directions, no cycles, no Qt, and no scipy in the engine."""
 
 import ast
 import subprocess
@@ -25,6 +25,7 @@ LEVELS = (
         "underfoot",
         "presets",
         "arguments",
+        "array_cache",
         "errors",
         "clock",
         "documents",
@@ -32,7 +33,11 @@ LEVELS = (
         "files",
         "kernels",
         "kernel_cache",
+        "layouts",
+        "memory",
         "models",
+        "options",
+        "quantities",
     },
     {"parameters"},
     {"floor", "patch"},
@@ -42,8 +47,24 @@ LEVELS = (
     {"widgets"},
     {"__main__"},
 )
-QT = ("PySide6", "shiboken6", "pyqtgraph", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
+WORKSPACES = {
+    path.parent.name for path in (ROOT / "widgets").glob("*/__init__.py") if "WorkspaceDeclaration(" in path.read_text()
+}
+WIDGET_LEVELS = (
+    {"theme", "garbage_collection"},
+    {"plots", "controls"},
+    {"floor_map", "level_slider", "menu", "status_line", "transport", "dialogs"},
+    {"session"},
+    {"workspace"},
+    WORKSPACES,
+    {"window", "screenshots"},
+    {"application"},
+)
+"""The same within `underfoot.widgets`; a folder that declares a workspace is at its place without being named."""
+
+QT = ("PySide6", "shiboken6", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
 NOT_IN_THE_ENGINE = (*QT, "scipy", "soundfile", "h5py", "click", "pytest", "matplotlib")
+WIDGETS = [module for module in SOURCES if module.startswith("underfoot.widgets.")]
 WITHOUT_A_SCREEN = [module for module in SOURCES if not module.startswith("underfoot.widgets")]
 
 
@@ -56,8 +77,17 @@ def level(module):
     return next(i for i, parts in enumerate(LEVELS) if part(module) in parts)
 
 
+def widget_part(module):
+    """The file or folder of `underfoot.widgets` that a module belongs to."""
+    return module.split(".")[2]
+
+
+def widget_level(module):
+    return next(i for i, parts in enumerate(WIDGET_LEVELS) if widget_part(module) in parts)
+
+
 def imported(module):
-    """Every module that a module imports, in its functions too."""
+    """Every module that a module imports, in its functions and for its annotations, too."""
     found = set()
     for node in ast.walk(ast.parse(SOURCES[module].read_text())):
         if isinstance(node, ast.Import):
@@ -98,8 +128,24 @@ def test_imports_run_down(module):
     assert not wrong, f"{module} imports {wrong}, which stand above it"
 
 
+def test_every_part_of_the_widgets_has_its_level():
+    assert {"design", "monitor", "calibrate"} <= WORKSPACES
+    for module in WIDGETS:
+        assert sum(widget_part(module) in parts for parts in WIDGET_LEVELS) == 1, module
+
+
+@pytest.mark.parametrize("module", WIDGETS)
+def test_imports_of_widgets_run_down_and_no_workspace_knows_another(module):
+    ours = [name for name in imported(module) if name in WIDGETS]
+    wrong = [name for name in ours if widget_level(name) > widget_level(module)]
+    assert not wrong, f"{module} imports {wrong}, which stand above it"
+    if widget_part(module) in WORKSPACES:
+        others = [name for name in ours if widget_part(name) in WORKSPACES - {widget_part(module)}]
+        assert not others, f"{module} imports {others}, which are of another workspace"
+
+
 def test_there_is_no_cycle():
-    parts = WITHOUT_A_SCREEN
+    parts = SOURCES.keys()
     waiting = {module: {name for name in imported(module) if name in parts} - {module} for module in parts}
     while waiting:
         ready = [module for module, needs in waiting.items() if not needs & waiting.keys()]
@@ -111,7 +157,7 @@ def test_there_is_no_cycle():
 @pytest.mark.parametrize("module", WITHOUT_A_SCREEN)
 def test_nothing_names_qt_and_only_the_door_names_the_window(module):
     named = [name for name in imported(module) if name.startswith(QT)]
-    assert not named or (module == "underfoot.__main__" and named == ["underfoot.widgets.window"])
+    assert not named or (module == "underfoot.__main__" and named == ["underfoot.widgets.application"])
 
 
 def test_everything_imports_without_qt():
@@ -134,13 +180,13 @@ def test_the_engine_plays_a_patch_without_scipy():
         f"{blocked(NOT_IN_THE_ENGINE)}\n"
         "import underfoot.engine.process\n"
         "from underfoot.devices.simulated_floor import SimulatedFloor\n"
-        "from underfoot.engine.loop import Loop\n"
+        "from underfoot.engine.loop import Loop, LoopOptions\n"
         "from underfoot.floor.layout import default_floor\n"
         "from underfoot.nodes import REGISTRY\n"
         "from underfoot.patch import library\n"
         "from underfoot.patch.patch import Patch\n"
         "patch = Patch.load(library.patches()['gravel'], REGISTRY)\n"
-        "loop = Loop(patch, REGISTRY, SimulatedFloor(default_floor(1, 1)), block=64)\n"
+        "loop = Loop(patch, REGISTRY, SimulatedFloor(default_floor(1, 1)), LoopOptions(block=64))\n"
         "loop.run(64)\n"
     )
     assert done.returncode == 0, done.stderr

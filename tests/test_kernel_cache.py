@@ -2,9 +2,11 @@
 
 import importlib
 import os
+import pickle
 import subprocess
 import sys
 
+import numba
 import numpy as np
 import pytest
 
@@ -130,3 +132,18 @@ def test_digests_are_the_same_in_every_process():
     }
     assert len(said) == 1
     assert np.unique(said.pop().split()).size == 2
+
+
+@pytest.mark.parametrize("rest", [b"", b"cunderfoot\nNotHere\n."], ids=["cut short", "with a type that is not here"])
+def test_an_index_that_cannot_be_read_is_begun_anew(kernels, tmp_path, monkeypatch, rest):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "kept"))
+    assert kernels()(1.0) == 3.0
+    (index,) = cache_folder().glob("kernels/caller.one_more-*.nbi")
+    whole = index.read_bytes()
+    index.write_bytes(pickle.dumps(numba.__version__) + rest)
+    again = kernels()
+    assert again(1.0) == 3.0
+    assert index.read_bytes() == whole
+    assert sum(again.stats.cache_hits.values()) == 0
+    third = kernels()
+    assert (third(1.0), sum(third.stats.cache_hits.values())) == (3.0, 1)

@@ -10,8 +10,8 @@ import pytest
 from scipy.signal import lfilter
 
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.loop import Loop
-from underfoot.engine.messages import Play
+from underfoot.engine.commands import Play
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.render import render
 from underfoot.engine.safety import DC_HZ
 from underfoot.floor.layout import Floor, default_floor
@@ -33,7 +33,7 @@ def load(name):
 
 def play(patch, seconds, block=1024, walking=True):
     source = SimulatedFloor(default_floor(), RATE, patch.seed, walking)
-    return render(patch, REGISTRY, source, seconds, block=block)
+    return render(patch, REGISTRY, source, seconds, LoopOptions(block=block))
 
 
 @cache
@@ -111,7 +111,7 @@ def test_a_patch_sounds_at_a_sensible_level(name):
 @pytest.mark.parametrize("name", PATCHES)
 def test_the_limiter_leaves_a_patch_alone(name):
     source = SimulatedFloor(default_floor(), RATE, load(name).seed)
-    loop = Loop(load(name), REGISTRY, source, block=32)
+    loop = Loop(load(name), REGISTRY, source, LoopOptions(block=32))
     loop.send(Play(True), 0)
     meant, heard = np.zeros((4, 2 * RATE)), np.zeros((4, 2 * RATE))
     for at in range(0, 2 * RATE, 32):

@@ -3,28 +3,29 @@
 from functools import cache, lru_cache
 from typing import Any
 
-import numpy as np
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPalette
 from PySide6.QtWidgets import QApplication, QLabel, QStyleFactory, QWidget
+
+from underfoot.drawing import look
 
 GRID = 8
 """Pixels. Sizes, margins and gaps are multiples of it, or of its half."""
 
-FORCE = "#f0a63c"
-VIBRATION = "#3fc1c9"
-EVENTS = "#b693f2"
-CONTACT = "#7ed491"
-ALARM = "#ff6259"
-GROUND = "#12151a"
+FORCE = look.COLOURS["force"]
+VIBRATION = look.COLOURS["vibration"]
+EVENTS = look.COLOURS["events"]
+CONTACT = look.COLOURS["contact"]
+ALARM = look.COLOURS["alarm"]
+GROUND = look.GROUND
 PANEL = "#191e25"
 RAISED = "#222933"
 HOVER = "#2a323e"
-LINE = "#2c3540"
-TEXT = "#dfe5ec"
-MUTED = "#8d99a8"
-FAINT = "#5b6674"
+LINE = look.LINE
+TEXT = look.TEXT
+MUTED = look.MUTED
+FAINT = look.FAINT
 
-TEXT_PX, SMALL_PX, TITLE_PX = 13, 11, 15
+TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
 
@@ -54,12 +55,8 @@ def mixed(colour: str, ground: str, share: float) -> str:
     '#808080'
     """
     return "#" + "".join(
-        f"{round(share * a + (1 - share) * b):02x}" for a, b in zip(_rgb(colour), _rgb(ground), strict=True)
+        f"{round(share * a + (1 - share) * b):02x}" for a, b in zip(look.rgb(colour), look.rgb(ground), strict=True)
     )
-
-
-def _rgb(colour: str) -> tuple[int, int, int]:
-    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
 @lru_cache(maxsize=32)
@@ -76,19 +73,6 @@ def font(size_px: int = TEXT_PX, bold: bool = False) -> QFont:
 def _family() -> str:
     known = set(QFontDatabase.families())
     return next((name for name in _FAMILIES if name in known), QFont().defaultFamily())
-
-
-@cache
-def heat_table() -> np.ndarray:
-    """Colours of a spectrogram, uint8 [256, 4]: from the ground over blue, teal and green to yellow."""
-    stops = (GROUND, "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d")
-    places = (0.0, 0.2, 0.42, 0.64, 0.84, 1.0)
-    rgb = np.array([_rgb(stop) for stop in stops])
-    x = np.linspace(0.0, 1.0, 256)
-    table = np.full((256, 4), 255, np.uint8)
-    for channel in range(3):
-        table[:, channel] = np.round(np.interp(x, places, rgb[:, channel]))
-    return table
 
 
 def label(text: str = "", role: str = "") -> QLabel:

@@ -1,30 +1,27 @@
-"""The bar that is always there: where the session plays, play, stop, panic, record, level, and how the engine is."""
+"""The transport bar: workspaces, target, play, stop, panic, record, level, and how the engine is."""
 
-import math
 import time
 from collections.abc import Sequence
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import (
     QButtonGroup,
     QFrame,
     QHBoxLayout,
     QMenu,
     QPushButton,
-    QSizePolicy,
-    QSlider,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
-from underfoot.engine.messages import Health
+from underfoot.engine.reports import Health
 from underfoot.widgets import theme
+from underfoot.widgets.level_slider import LevelSlider
 
-LOWEST_DB = -60.0
-HOT_DB = -6.0
 MOST_FLAGS = 8
+"""So many warnings are listed in a tooltip."""
+
 BUSY = 0.8
 """Share of a block's time from which the engine's load is shown as an alarm."""
 
@@ -34,14 +31,11 @@ ALARM_S = 10.0
 Choices = Sequence[tuple["str | Choices", str]]
 """A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
 
-_HOLD_DB = 1.2
-"""The meter falls by so much a reading: 12 dB a second."""
-
 
 class TransportBar(QWidget):
-    """Shows what it is told, and says what was asked for."""
+    """Shows what it is told, and emits what was asked for."""
 
-    workspace_chosen = Signal(int)
+    workspace_chosen = Signal(str)
     target_chosen = Signal(str)
     """The key of a choice that `set_targets` gave."""
     play_wanted = Signal()
@@ -51,14 +45,15 @@ class TransportBar(QWidget):
     level_chosen = Signal(float)
     """Decibels of full scale."""
     audio_wanted = Signal()
-    flags_clicked = Signal()
+    flags_clicked = Signal(str)
+    """The workspace whose warnings are shown."""
 
     def __init__(self, menu: QMenu) -> None:
         super().__init__()
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(6 * theme.GRID)
-        self._targets: dict[str, str] = {}
+        self._flagged: dict[str, Sequence[str]] = {}
         self._layout = QHBoxLayout(self)
         self._layout.setContentsMargins(theme.GRID, 0, 2 * theme.GRID, 0)
         self._layout.setSpacing(theme.GRID)
@@ -74,21 +69,20 @@ class TransportBar(QWidget):
 
     # --- what it shows ---
 
-    def add_workspace(self, name: str) -> None:
+    def add_workspace(self, name: str, key: str) -> None:
         """A tab for another workspace."""
         button = QPushButton(name)
         button.setProperty("role", "tab")
         button.setCheckable(True)
-        index = len(self._tabs.buttons())
-        button.setToolTip(f"{name} (Ctrl+{index + 1})")
-        self._tabs.addButton(button, index)
+        button.setToolTip(f"{name} ({key})")
+        button.clicked.connect(lambda _=False: self.workspace_chosen.emit(name))
+        self.tabs[name] = button
+        self._tab_group.addButton(button)
         self._tab_line.addWidget(button)
-        if index == 0:
-            button.setChecked(True)
 
-    def set_workspace(self, index: int) -> None:
+    def set_workspace(self, name: str) -> None:
         """Mark the workspace that is on the screen."""
-        self._tabs.button(index).setChecked(True)
+        self.tabs[name].setChecked(True)
 
     def set_targets(self, choices: Choices) -> None:
         """What the target chooser offers."""
@@ -107,18 +101,23 @@ class TransportBar(QWidget):
     def set_target(self, words: str) -> None:
         """What the session plays on, in words."""
         self.target.setText(words)
-        self.target.setToolTip(f"Plays on: {words}. Click to choose another target.")
+        self.target.setToolTip(f"Target: {words}. Click to choose another one.")
 
-    def set_flags(self, lines: Sequence[str]) -> None:
-        """What speaks against the calibration of the target's tiles; nothing is shown where nothing does."""
+    def set_flags(self, workspace: str, lines: Sequence[str]) -> None:
+        """Warnings of a workspace; the sign is shown where there are any."""
+        self._flagged[workspace] = lines
+        workspace, lines = next((item for item in self._flagged.items() if item[1]), (workspace, ()))
         self.flags.setVisible(bool(lines))
         more = [f"and {len(lines) - MOST_FLAGS} more"] if len(lines) > MOST_FLAGS else []
-        self.flags.setToolTip("\n".join(["Calibration:", *lines[:MOST_FLAGS], *more]))
-        self.flags.setAccessibleName(f"Calibration: {len(lines)} warnings")
+        self.flags.setToolTip("\n".join([f"{workspace}:", *lines[:MOST_FLAGS], *more]))
+        self.flags.setAccessibleName(f"{workspace}: {len(lines)} warnings")
         self.flags.setAccessibleDescription("; ".join(lines))
 
+    def _click_flags(self) -> None:
+        self.flags_clicked.emit(next(workspace for workspace, lines in self._flagged.items() if lines))
+
     def set_playing(self, playing: bool) -> None:
-        """Whether sound is let out."""
+        """Whether sound is on."""
         self.play.setIcon(theme.icon("play", theme.VIBRATION))
         theme.set_role(self.play, "primary" if playing else "")
 
@@ -129,7 +128,7 @@ class TransportBar(QWidget):
         self.record.setToolTip(words or "Record forces and vibration (Ctrl+R)")
 
     def set_level(self, db: float) -> None:
-        """The output level, without saying that it was chosen."""
+        """The output level, without emitting `level_chosen`."""
         blocked = self.level.blockSignals(True)
         self.level.setValue(round(10 * db))
         self.level.blockSignals(blocked)
@@ -139,20 +138,18 @@ class TransportBar(QWidget):
         """How the engine is, and how many of `tiles` are asleep."""
         self.level.show_peak(health.peak if health.running else 0.0)
         running = health.running
-        self._engine.show_value(
-            f"{100 * health.load:.0f} %" if running else "off", alarm=running and health.load > BUSY
+        self.engine.show_value(f"{100 * health.load:.0f} %" if running else "off", alarm=running and health.load > BUSY)
+        self.engine.setToolTip(
+            f"Share of the time a block may take: {100 * health.load:.1f} % lately, {100 * health.worst:.0f} % at most"
         )
-        self._engine.setToolTip(
-            f"Share of the time a block may take: {100 * health.load:.1f} % lately, {100 * health.worst:.0f} % at worst"
-        )
-        self._asleep.show_value(f"{tiles - health.awake} of {tiles} tiles" if running else "–")
-        self._xruns.show_count(health.xruns)
-        self._lost.show_count(health.lost)
+        self.asleep.show_value(f"{tiles - health.awake} of {tiles} tiles" if running else "–")
+        self.xruns.show_count(health.xruns)
+        self.lost.show_count(health.lost)
         own, stream = 1e3 * health.latency_s, 1e3 * health.stream_latency_s
-        self._latency.show_value(f"{own:.1f} + {stream:.1f} ms" if running else "–")
-        self._latency.setToolTip(
-            f"{own:.2f} ms from a force sample's arrival to the first output that it can change, "
-            f"and {stream:.2f} ms that the output stream adds"
+        self.latency.show_value(f"{own:.1f} + {stream:.1f} ms" if running else "–")
+        self.latency.setToolTip(
+            f"{own:.2f} ms from the arrival of a force sample to the first output that it can change, "
+            f"plus {stream:.2f} ms of the sound device's output buffer"
         )
 
     # --- layout ---
@@ -170,8 +167,8 @@ class TransportBar(QWidget):
         self._layout.addWidget(self.menu)
 
     def _add_tabs(self) -> None:
-        self._tabs = QButtonGroup(self)
-        self._tabs.idClicked.connect(self.workspace_chosen)
+        self.tabs: dict[str, QPushButton] = {}
+        self._tab_group = QButtonGroup(self)
         self._tab_line = QHBoxLayout()
         self._tab_line.setSpacing(theme.GRID // 2)
         self._layout.addLayout(self._tab_line)
@@ -191,21 +188,21 @@ class TransportBar(QWidget):
         self.flags = QToolButton()
         self.flags.setProperty("role", "flat")
         self.flags.setIcon(theme.icon("alert-outline", theme.FORCE))
-        self.flags.clicked.connect(self.flags_clicked)
+        self.flags.clicked.connect(self._click_flags)
         self.flags.hide()
         self._layout.addWidget(self.flags)
 
     def _add_buttons(self) -> None:
         self.play = self._button("play", theme.VIBRATION, "Play (Space)")
         self.play.clicked.connect(self.play_wanted)
-        self.stop = self._button("stop", theme.TEXT, "Stop: ramp the sound down; the session goes on (Space)")
+        self.stop = self._button("stop", theme.TEXT, "Stop: fade the sound out; forces are still measured (Space)")
         self.stop.clicked.connect(self.stop_wanted)
         self.record = self._button("record", theme.ALARM, "")
         self.record.setCheckable(True)
         self.record.clicked.connect(self.record_wanted)
         self.panic = QPushButton("Panic")
         self.panic.setProperty("role", "alarm")
-        self.panic.setToolTip("Silence at once, and drop what is on its way (Esc)")
+        self.panic.setToolTip("Silence at once, and discard sound that is already buffered (Esc)")
         self.panic.clicked.connect(self.panic_wanted)
         self._layout.addWidget(self.panic)
 
@@ -224,24 +221,26 @@ class TransportBar(QWidget):
         self.level = LevelSlider()
         self.level.valueChanged.connect(self._show_level)
         self.level.valueChanged.connect(lambda tenths: self.level_chosen.emit(tenths / 10))
-        self._level_text = theme.label()
-        self._level_text.setFixedWidth(self._level_text.fontMetrics().horizontalAdvance("−60.0 dB") + 4)
+        self.level_text = theme.label()
+        self.level_text.setFixedWidth(self.level_text.fontMetrics().horizontalAdvance("−60.0 dB") + 4)
         self._layout.addWidget(self.level, 1)
-        self._layout.addWidget(self._level_text)
+        self._layout.addWidget(self.level_text)
 
     def _show_level(self, tenths: int) -> None:
-        self._level_text.setText(f"{tenths / 10:.1f} dB".replace("-", "−"))
+        self.level_text.setText(f"{tenths / 10:.1f} dB".replace("-", "−"))
 
     def _add_figures(self) -> None:
-        self._engine = Figure("Engine", "100 %")
-        self._asleep = Figure("Asleep", "196 of 196 tiles")
-        self._asleep.setToolTip("Tiles for which nothing has to be computed: they cost nothing")
-        self._xruns = Figure("Xruns", "000")
-        self._xruns.setToolTip("How often the output ran dry because the engine was late")
-        self._lost = Figure("Lost", "0000")
-        self._lost.setToolTip("Force samples that did not arrive")
-        self._latency = Figure("Latency", "00.0 + 00.0 ms")
-        for figure in (self._engine, self._asleep, self._xruns, self._lost, self._latency):
+        self.engine = Figure("Engine", "100 %")
+        self.asleep = Figure("Asleep", "196 of 196 tiles")
+        self.asleep.setToolTip("Tiles for which nothing has to be computed now: they take no time of the engine")
+        self.xruns = Figure("Xruns", "000")
+        self.xruns.setToolTip(
+            "Buffer underruns: how often the sound device ran out of samples because the engine was late"
+        )
+        self.lost = Figure("Lost", "0000")
+        self.lost.setToolTip("Force samples that were sent and did not arrive")
+        self.latency = Figure("Latency", "00.0 + 00.0 ms")
+        for figure in (self.engine, self.asleep, self.xruns, self.lost, self.latency):
             self._layout.addWidget(figure)
         audio = QToolButton()
         audio.setProperty("role", "flat")
@@ -273,6 +272,7 @@ class Figure(QFrame):
         self.setFixedWidth(max(metrics.horizontalAdvance(text) for text in (widest, name)) + 2)
 
     def show_value(self, text: str, *, alarm: bool = False) -> None:
+        """A value with its unit, in red as an alarm."""
         self._value.setText(text)
         theme.set_role(self._value, "alarm" if alarm else "")
 
@@ -283,76 +283,11 @@ class Figure(QFrame):
         self._count = count
         self.show_value(str(count), alarm=time.monotonic() < self._red_until)
 
+    @property
+    def is_alarm(self) -> bool:
+        """Whether the value is shown as an alarm."""
+        return bool(self._value.property("role") == "alarm")
+
     def text(self) -> str:
+        """The value that is shown."""
         return self._value.text()
-
-
-class LevelSlider(QSlider):
-    """The output level in tenths of a decibel; its groove is the meter of what comes out, on the same scale."""
-
-    def __init__(self) -> None:
-        super().__init__(Qt.Orientation.Horizontal)
-        self.setAccessibleName("Output level")
-        self.setToolTip(
-            "Output level, in dB of full scale; the bar is the largest sample lately. Double-click for −30 dB."
-        )
-        self.setRange(round(10 * LOWEST_DB), 0)
-        self.setSingleStep(5)
-        self.setPageStep(30)
-        self.setMinimumWidth(8 * theme.GRID)
-        self.setMaximumWidth(24 * theme.GRID)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self._peak_db = -math.inf
-
-    def show_peak(self, peak: float) -> None:
-        """The largest sample lately, of full scale; the bar falls slowly."""
-        db = 20.0 * math.log10(peak) if peak > 1e-6 else -math.inf
-        fallen = max(db, self._peak_db - _HOLD_DB if self._peak_db > LOWEST_DB else -math.inf)
-        if fallen != self._peak_db:
-            self._peak_db = fallen
-            self.update()
-
-    def sizeHint(self) -> QSize:
-        return QSize(24 * theme.GRID, 3 * theme.GRID)
-
-    def mousePressEvent(self, event) -> None:
-        self._go_to(event.position().x())
-
-    def mouseMoveEvent(self, event) -> None:
-        if event.buttons() & Qt.MouseButton.LeftButton:
-            self._go_to(event.position().x())
-
-    def mouseDoubleClickEvent(self, event) -> None:
-        self.setValue(-300)
-
-    def _go_to(self, x: float) -> None:
-        groove = self._groove()
-        share = min(max((x - groove.left()) / groove.width(), 0.0), 1.0)
-        self.setValue(round(self.minimum() * (1.0 - share)))
-
-    def _groove(self) -> QRectF:
-        return QRectF(6, self.height() / 2 - 3, self.width() - 12, 6)
-
-    def _x(self, db: float) -> float:
-        groove = self._groove()
-        return groove.left() + groove.width() * (1.0 - min(max(db / LOWEST_DB, 0.0), 1.0))
-
-    def paintEvent(self, event) -> None:
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        groove = self._groove()
-        painter.setBrush(QColor(theme.RAISED))
-        painter.drawRoundedRect(groove, 3, 3)
-        if self._peak_db > LOWEST_DB:
-            hot = self._x(HOT_DB)
-            end = self._x(self._peak_db)
-            painter.setBrush(QColor(theme.VIBRATION))
-            painter.drawRoundedRect(QRectF(groove.left(), groove.top(), min(end, hot) - groove.left(), 6), 3, 3)
-            if end > hot:
-                painter.setBrush(QColor(theme.ALARM if self._peak_db > -0.5 else theme.FORCE))
-                painter.drawRect(QRectF(hot, groove.top(), end - hot, 6))
-        painter.setBrush(QColor(theme.TEXT))
-        if self.hasFocus():
-            painter.setPen(QColor(theme.VIBRATION))
-        painter.drawRoundedRect(QRectF(self._x(self.value() / 10) - 3, self.height() / 2 - 8, 6, 16), 2, 2)

@@ -1,4 +1,4 @@
-"""The door: the command line, and the one place that opens the window."""
+"""The entry point: the command line, and the one place that opens the window."""
 
 import os
 import sys
@@ -8,20 +8,21 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot import __version__
-from underfoot.commands import COMMANDS
+from underfoot.commands import CommandGroup
+from underfoot.devices.transports import split_target, target_forms
 from underfoot.errors import BadFile, UnderfootError
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
 
 
-@click.group(invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=CommandGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
 @click.option(
     "--target",
     default="simulator",
     show_default=True,
-    help="simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, or a force CSV.",
+    help=f"simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV.",
 )
 @click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
@@ -31,10 +32,6 @@ def cli(context: click.Context, target: str, floor: Path | None, patch: Path | N
     """Underfoot: a workbench for vibrotactile floors. Without a command it opens the window."""
     if context.invoked_subcommand is None:
         context.exit(_open_window(target, floor, patch, screenshot))
-
-
-for command in COMMANDS:
-    cli.add_command(command)
 
 
 def main() -> None:
@@ -77,20 +74,21 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
             screenshot.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
-    from underfoot.widgets.window import run
+    from underfoot.widgets.application import run
 
     return run(opened, patch, screenshot)
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":
     """The target that was asked for; None for what the window opens by itself."""
-    from underfoot.engine.target import Target, force_rate_hz, link_of, require_source, simulation_of
+    from underfoot.engine.target import Target, force_rate_hz, require_source, simulation_of
     from underfoot.floor.forces import floor_beside
     from underfoot.floor.layout import Floor, default_floor
 
-    line = link_of(name)
-    if line is not None:
-        target = Target(Floor.load(floor) if floor else default_floor(), kind=line[0], source=line[1])
+    hardware = split_target(name)
+    if hardware is not None:
+        kind, source = hardware
+        target = Target(Floor.load(floor) if floor else default_floor(), kind=kind, source=source)
         require_source(target)
         return target
     simulation = simulation_of(name)
@@ -100,8 +98,8 @@ def _target(name: str, floor: Path | None) -> "Target | None":
         return target if floor or simulation else None
     if not os.path.isfile(name):
         raise BadFile(
-            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, or a "
-            "force CSV that is there"
+            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV that "
+            "is there"
         )
     target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there

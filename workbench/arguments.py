@@ -1,9 +1,8 @@
-"""What public functions are given: checked, and turned into what they compute with. `BadValue` says what is wrong."""
+"""Checks of the arguments of public functions: numbers and arrays of one type, or `BadValue`."""
 
 import math
 import sys
 from numbers import Real
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +13,7 @@ TINY, HUGE = math.ulp(0.0), sys.float_info.max
 """The least number above 0, and the largest that is finite."""
 
 
-def number(name: str, value: Any, lowest: float, highest: float, allowed: str) -> float:
+def number(name: str, value: object, lowest: float, highest: float, allowed: str) -> float:
     """A number from `lowest` to `highest`; arrays without dimensions count as such.
 
     >>> number("rate", np.array(48_000), TINY, HUGE, "above 0 Hz")
@@ -32,7 +31,7 @@ def number(name: str, value: Any, lowest: float, highest: float, allowed: str) -
     return found
 
 
-def whole(name: str, value: Any, lowest: int, highest: int, allowed: str) -> int:
+def whole(name: str, value: object, lowest: int, highest: int, allowed: str) -> int:
     """A whole number from `lowest` to `highest`.
 
     >>> whole("fibres", 2e3, 1, 10**12, "1 to 1e12")
@@ -68,7 +67,7 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
-def seed_of(value: Any) -> int:
+def seed_of(value: object) -> int:
     """A seed: a whole number from 0 to 2^63.
 
     >>> seed_of(7)

@@ -13,6 +13,10 @@ class BadFile(UnderfootError):
     """A file that is not what it should be; the line names the file and the place in it."""
 
 
+class BadMeasurement(UnderfootError):
+    """A measurement that cannot be right: the reason. It can be taken again."""
+
+
 class DeviceError(UnderfootError):
     """A device or stream that cannot be opened or has gone away."""
 

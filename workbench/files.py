@@ -2,6 +2,8 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from underfoot.errors import BadFile
@@ -12,23 +14,68 @@ def read_file(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise BadFile(f"{path} cannot be read: {(error.strerror or str(error)).lower()}") from None
+        raise BadFile(f"{path} cannot be read: {_reason(error)}") from None
 
 
 def write_file(path: str | Path, data: bytes) -> None:
-    """Write `data` beside `path` and move it into place: the old file stays until the new one is whole."""
+    """Write `data` beside `path` and move it into place: the old file stays until the new one is whole.
+
+    `BadFile` with the system's word where it cannot be written.
+    """
+    with replaced(path) as part, written(path):
+        part.write_bytes(data)
+
+
+@contextmanager
+def replaced(path: str | Path) -> Iterator[Path]:
+    """An empty file beside `path`, for the block to write; it replaces `path` once the block has ended.
+
+    Where the block raises, the file is removed and `path` stays as it was. `BadFile` where the file cannot be made or
+    moved; what the block itself raises goes through (see `written`).
+
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with replaced(Path(folder, "a.txt")) as part:
+    ...         _ = part.write_text("whole")
+    ...     Path(folder, "a.txt").read_text()
+    'whole'
+    """
     path = Path(path)
+    with written(path):
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        os.close(handle)
+    part = Path(name)
     try:
-        handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
-                file.flush()
+        yield part
+        with written(path):
+            with part.open("r+b") as file:
                 os.fsync(file.fileno())
-            Path(beside).chmod(0o644)
-            Path(beside).replace(path)
-        except BaseException:
-            Path(beside).unlink(missing_ok=True)
-            raise
+            part.chmod(0o644)
+            part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+@contextmanager
+def written(path: str | Path) -> Iterator[None]:
+    """Turn the system's error in a block that writes `path`, a file or folder, into `BadFile`.
+
+    >>> with written("report"):
+    ...     raise PermissionError(13, "Permission denied")
+    Traceback (most recent call last):
+    underfoot.errors.BadFile: report cannot be written: permission denied
+    """
+    try:
+        yield
     except OSError as error:
-        raise BadFile(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
+        raise BadFile(f"{path} cannot be written: {_reason(error)}") from None
+
+
+def make_folder(path: str | Path) -> Path:
+    """Make a folder, and those it is in, unless it is there already; `BadFile` where that cannot be."""
+    with written(path):
+        Path(path).mkdir(parents=True, exist_ok=True)
+    return Path(path)
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()

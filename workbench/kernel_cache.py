@@ -45,7 +45,11 @@ class KernelCache:
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """The form compiled for a signature, or None."""
-        return self._files.load_overload(signature, context)
+        try:
+            return self._files.load_overload(signature, context)
+        except Exception:  # cut short, or with types that another checkout has: unpickling can raise anything
+            self._files.flush()
+            return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a form that was compiled; the oldest of earlier digests go."""

@@ -8,12 +8,18 @@ the process that compiled it and the next one, which loaded it), and the same pa
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba import njit, types
 from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 from underfoot.kernel_cache import KernelCache, options_text
+from underfoot.layouts import LOWERING
+
+Floats = NDArray[np.float64]
+"""What kernels compute on: contiguous arrays of float64."""
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -29,26 +35,26 @@ def modal_kernel(function: Callable[..., Any]) -> Any:
 def callback(signature: Any, function: Callable[..., Any]) -> CFunc:
     """A kernel that is called by its address: compiled, or loaded, at once."""
     compiled: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
-    compiled._cache = KernelCache(function, f"callback {signature}")
+    compiled._cache = KernelCache(function, f"callback {signature} {LOWERING}")
     compiled.compile()
     return compiled
 
 
 def _kept(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     dispatcher = njit(nogil=True, error_model="numpy", **options)(function)
-    dispatcher._cache = KernelCache(function, options_text(options))
+    dispatcher._cache = KernelCache(function, f"{options_text(options)} {LOWERING}")
     return dispatcher
 
 
 @intrinsic
-def widest(context):
+def widest(context: Any) -> Any:
     """Let the loops of the kernel that calls this use the processor's widest vectors.
 
     The compiler prefers half of them where there are 512 bits. Long loops over modes gain a quarter to a third from all
     (measured at 64 and 200 modes); short loops, of which everything else is made, lose.
     """
 
-    def code(context, builder, signature, args):
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # past llvmlite's list of known names
         return context.get_dummy_value()
 

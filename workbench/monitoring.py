@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.engine.intake import Missing
-from underfoot.engine.messages import Fault, Lost, Notice, Started
-from underfoot.engine.replayed import is_recording
-from underfoot.engine.session import Session, Target
-from underfoot.engine.target import link_of, require_source, simulation_of
+from underfoot.devices.transports import split_target, target_forms
+from underfoot.engine.loss_concealment import LossConcealment
+from underfoot.engine.reports import Fault, Notice, ProcessDied, Started
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.contacts import ContactRows, ContactTracker
 from underfoot.floor.footsteps import Step, StepCounter
-from underfoot.floor.forces import Forces, floor_beside, read_forces
+from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.records.recording import Recording
+from underfoot.records.recording import Recording, is_recording
 
 _CHUNK = 4096
 _WAIT_S = 0.02
@@ -45,21 +45,21 @@ class FileStream:
     failure = ""
     """What went wrong although all went on; said at the end."""
 
-    def __init__(self, forces: Forces, floor: Floor, seconds: float | None) -> None:
+    def __init__(self, forces: ForceSeries, floor: Floor, seconds: float | None) -> None:
         self.floor = floor
         end = len(forces.time_s)
         if seconds is not None:
             end = int(np.searchsorted(forces.time_s, forces.time_s[0] + seconds))
         self._time_s, self._force_n = forces.time_s[:end], forces.force_n[:end]
-        self._steps = _Steps(floor, forces.rate_hz)
+        self._finder = _StepFinder(floor, forces.rate_hz)
         self._stopped = False
 
     def __iter__(self) -> Iterator[Found]:
         for at in range(0, len(self._time_s), _CHUNK):
             if self._stopped:
                 break
-            yield self._steps.feed(self._time_s[at : at + _CHUNK], self._force_n[at : at + _CHUNK])
-        yield self._steps.finish()
+            yield self._finder.feed(self._time_s[at : at + _CHUNK], self._force_n[at : at + _CHUNK])
+        yield self._finder.finish()
 
     def stop(self) -> None:
         """Come to an end with the present chunk."""
@@ -70,7 +70,7 @@ class FileStream:
 
     def warnings(self) -> list[str]:
         """What the person should know of the data."""
-        return self._steps.warnings()
+        return self._finder.warnings()
 
 
 class SessionStream:
@@ -84,7 +84,7 @@ class SessionStream:
         self._rate = target.rate
         played = Patch.load(patch, REGISTRY) if patch else Patch(title="monitor")
         self._session = Session(target, played, REGISTRY, patch.parent if patch else None)
-        self._steps = _Steps(target.floor, self._session.force_rate_hz)
+        self._finder = _StepFinder(target.floor, self._session.force_rate_hz)
         self._record = record
         self._stopped = False
 
@@ -105,9 +105,9 @@ class SessionStream:
                 time.sleep(_WAIT_S)
             if len(frames) or news:
                 kept = frames / self._rate < self._seconds
-                yield replace(self._steps.feed(frames[kept] / self._rate, forces[kept]), news=tuple(news))
+                yield replace(self._finder.feed(frames[kept] / self._rate, forces[kept]), news=tuple(news))
                 news.clear()
-        yield replace(self._steps.finish(), news=tuple(news))
+        yield replace(self._finder.finish(), news=tuple(news))
 
     def stop(self) -> None:
         """Come to an end as soon as may be."""
@@ -121,7 +121,7 @@ class SessionStream:
 
     def warnings(self) -> list[str]:
         """What the person should know of the data."""
-        return self._steps.warnings()
+        return self._finder.warnings()
 
     def _news(self) -> Iterator[str]:
         for report in self._session.poll():
@@ -130,26 +130,26 @@ class SessionStream:
                     raise DeviceError(text)
                 case Notice(text) | Started(notice=text) if text:
                     yield text
-                case Lost(process, reason):
+                case ProcessDied(process, reason):
                     yield f"the {process} was lost and is started again: {reason}"
                 case Fault(node, tile, frame):
                     yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
 
 
-class _Steps:
-    """Contacts and steps from chunks of samples."""
+class _StepFinder:
+    """Contacts and footsteps from chunks of force samples."""
 
     def __init__(self, floor: Floor, rate_hz: float) -> None:
         self._floor = floor
         self._tracker = ContactTracker(floor, rate_hz)
         self._counter = StepCounter(floor)
-        self._missing = Missing(self._tracker, _CHUNK)
+        self._concealment = LossConcealment(self._tracker, _CHUNK)
         self._untared = np.zeros(len(floor.tiles), bool)
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
         if not np.isfinite(force_n).all():
             force_n = force_n.copy()
-            self._missing.fill(time_s, force_n, len(time_s))
+            self._concealment.fill(time_s, force_n, len(time_s))
         followed = self._tracker.feed(time_s, force_n)
         self._untared |= self._tracker.untared
         now = float(time_s[-1]) if len(time_s) else -math.inf
@@ -174,16 +174,16 @@ def open_stream(
     profiles: Path | None = None,
     sensor_hz: float | None = None,
 ) -> FileStream | SessionStream:
-    """The stream of a simulator ("simulator" or "simulator:PARAMETERS.json"), a line, a force CSV, or a recording."""
-    link = link_of(source)
-    if sensor_hz is not None and link is None:
-        raise BadValue(f"--sensor-rate is for tiles on a line; {source} has its own rate")
+    """The stream of a simulator ("simulator" or "simulator:PARAMETERS.json"), hardware, a force CSV, or a recording."""
+    hardware = split_target(source)
+    if sensor_hz is not None and hardware is None:
+        raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
     simulation = simulation_of(source)
-    if simulation is not None or link is not None:
+    if simulation is not None or hardware is not None:
         layout = Floor.load(floor) if floor else default_floor()
         target = Target(layout, profiles=str(profiles or ""), simulation=simulation or "")
-        if link is not None:
-            target = replace(target, kind=link[0], source=link[1], sensor_hz=sensor_hz or target.sensor_hz)
+        if hardware is not None:
+            target = replace(target, kind=hardware[0], source=hardware[1], sensor_hz=sensor_hz or target.sensor_hz)
         require_source(target)
         return SessionStream(target, seconds, record, patch)
     if profiles is not None:
@@ -194,7 +194,7 @@ def open_stream(
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
     if not os.path.isfile(path):
-        allowed = "simulator, simulator:PARAMETERS.json, serial:PORT, udp:HOST:PORT, a force CSV, or a recording"
+        allowed = f"simulator, simulator:PARAMETERS.json, {target_forms()}, a force CSV, or a recording"
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
     beside = floor_beside(path)
     if floor is None and not beside.is_file():
@@ -208,16 +208,16 @@ def open_stream(
     return FileStream(forces, layout, seconds)
 
 
-def _recorded(path: Path) -> tuple[Forces, Floor]:
+def _recorded(path: Path) -> tuple[ForceSeries, Floor]:
     with Recording(path) as recording:
         floor = Floor.loads(recording.about["floor"], str(path))
         rows, rate = recording.forces(), float(recording.about["rate"])
         force_rate = float(recording.about["force_rate"])
-    return Forces(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
+    return ForceSeries(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
 
 
-def line(step: Step) -> str:
-    """A footstep for a person to read."""
+def step_line(step: Step) -> str:
+    """A footstep as a line for a person to read."""
     return (
         f"{step.step:4d}  {step.start_s:9.3f} s  {step.tile:>6}  {step.side:7}  {step.contact_ms:6.0f} ms  "
         f"{step.peak1_n:6.0f} {step.valley_n:6.0f} {step.peak2_n:6.0f} N  {step.impulse_ns:6.1f} N s  "
@@ -225,6 +225,6 @@ def line(step: Step) -> str:
     )
 
 
-def figures(step: Step) -> dict[str, Any]:
+def step_figures(step: Step) -> dict[str, Any]:
     """A footstep as data; a figure that there is not is None."""
     return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in asdict(step).items()}

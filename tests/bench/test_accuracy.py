@@ -8,6 +8,9 @@ from scipy import stats
 
 from underfoot.bench import accuracy, naive
 from underfoot.bench.accuracy import Method, Task
+from underfoot.models.elasto_plastic import Ground
+from underfoot.models.modal.impact import Hammer, ModalObject
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
 
 
 def test_every_point_has_its_own_error_and_time():
@@ -35,8 +38,8 @@ def test_models_are_as_exact_as_their_oracles_say(make):
 
 
 def test_a_lossless_blow_on_a_free_mass_leaves_it_with_twice_the_common_speed():
-    modes = tuple(np.array([value]) for value in (1e-6, 0.0, 0.06, 1.0))
-    moved = naive.struck_object((0.02, 1.0, 1e6, 1.5, 0.0), modes, np.array([0.0, 0.01, 0.02]), "DOP853", 1e-10)
+    mass, by = ModalObject([1e-6], [0.0], [0.06], [1.0]), Hammer(0.02, 1.0, 1e6)
+    moved = naive.struck_object(by, mass, np.array([0.0, 0.01, 0.02]), "DOP853", 1e-10)
     assert (moved[2] - moved[1]) / 0.01 == pytest.approx(2.0 * 0.02 / 0.08, rel=1e-6)
 
 
@@ -59,7 +62,7 @@ def test_bundles_break_at_their_thresholds(method):
 
 def test_ground_slips_where_its_threshold_is_reached():
     force, moved = np.linspace(0.0, 300.0, 100_000), np.empty(100_000)
-    naive.slip_by_euler(force, 1e-5, 0.5, 400.0, 4e5, 4e5, 100.0, 5e-3, moved)
+    naive.slip_by_euler(force, 1e-5, Ground().parameters(), 5e-3, moved)
     first = int(np.argmax(moved > 100.0 / 4e5))
     assert force[first] == pytest.approx(200.0, rel=1e-2)  # both springs carry half
     assert moved[-1] > force[-1] / 8e5
@@ -74,6 +77,7 @@ def test_strain_rate_of_a_step_has_its_closed_form():
 
 def test_pure_diffusion_passes_its_level_in_levy_s_time():
     durations = np.empty(4000)
-    naive.slips_by_euler_maruyama(1e-9, 0.0, 0.5, 1.0, 0.0, 0.0, 50.0, 1e-3, np.random.default_rng(2), durations)
+    block = BlockOnBelt(1e-9, 0.0, 0.5, 1.0, 0.0, 0.0)
+    naive.slips_by_euler_maruyama(block, 50.0, 1e-3, np.random.default_rng(2), durations)
     law = stats.levy(scale=1.0)
     assert np.mean(durations < 5.0) == pytest.approx(law.cdf(5.0), abs=0.04)

@@ -1,4 +1,4 @@
-"""The thesis's figures come out, with the numbers that the thesis and its errata give."""
+"""The thesis's figures come out, with the thesis's numbers or the corrected ones of docs/models.md."""
 
 import json
 import re
@@ -12,7 +12,8 @@ from underfoot.__main__ import cli
 from underfoot.bench import figures
 from underfoot.bench.figures import Compared, Figure
 from underfoot.bench.figures.figure import density, slope
-from underfoot.drawing import Drawing, series, svg
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 
 DRAWN = Figure("9.9", "A < B", (Drawing("one", "x", "y", (series("", [0.0, 1.0], [0.0, 2.0]),)),), (), "Because.")
@@ -66,7 +67,7 @@ def test_the_slope_of_figure_7_13_takes_stiffness_that_compounds(drawn):
     assert ours(drawn["7.13"], "windows with energy") < 10.0
 
 
-def test_friction_has_the_numbers_of_the_errata(drawn):
+def test_friction_has_the_corrected_numbers(drawn):
     assert ours(drawn["8.5"], "n1 at the end, left") == pytest.approx(1.45, abs=0.2)
     assert ours(drawn["8.6"], "of the decoupled law, variance 2D/h") == pytest.approx(0.44, abs=0.01)
     assert ours(drawn["8.6"], "largest CDF difference of exact paths") < 0.02

@@ -9,7 +9,7 @@ import soundfile
 from underfoot.bench import stability
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
-from underfoot.patch.node import Input, Output, node, run_kernel
+from underfoot.patch.node import Input, Output, node
 from underfoot.patch.patch import Patch
 
 
@@ -21,10 +21,9 @@ class Explosive:
     width = Number(0.0, 0.0, 1.0)
     out = Output()
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            y[0][i] = math.inf if x[0][i] == 750.0 and c[0] >= 0.5 else 0.0
+    def run(signal, width, out):
+        for i in range(out.size):
+            out[i] = math.inf if signal[i] == 750.0 and width >= 0.5 else 0.0
 
 
 WITH_EXPLOSIVE = {**REGISTRY, "explosive": Explosive}
@@ -79,7 +78,7 @@ def test_random_patches_are_patches_and_come_again_with_the_seed(sound):
 def test_every_parameter_drawn_is_allowed(sound):
     (draw,) = rngs(3)
     for type, declared in REGISTRY.items():
-        for patch in stability._points(type, REGISTRY, str(sound), 4, 10, draw):
+        for patch in stability.random_points(type, REGISTRY, str(sound), 4, 10, draw):
             declared.values(patch.node(type).parameters)
 
 

@@ -2,16 +2,14 @@
 
 import json
 
-import command_line
 import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.tables import PAIR_HEADER, PRESS_HEADER, write_table
+from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, write_table
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 
-folder, underfoot = command_line.folder, command_line.underfoot
 TILE = default_floor(1, 1).tiles[0]
 
 
@@ -48,9 +46,9 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     assert profile.centroid.verdict.split(" mm")[0] in page
     again = underfoot("calibrate", "fsr", "--pairs", "out/fsr-pairs.csv", "--profile", "t1.json", "--report", "out")
     assert again.status == 0
-    assert "Newtons are true to" in again.out
+    assert "Forces are accurate to" in again.out
     assert [earlier.kind for earlier in Profile.load("t1.json").earlier] == ["fsr"]
-    assert "Beside the one replaced on" in (measured / "out" / "fsr.html").read_text()
+    assert "Compared with the one replaced on" in (measured / "out" / "fsr.html").read_text()
 
 
 def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):

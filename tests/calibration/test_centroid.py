@@ -4,8 +4,11 @@ import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.tables import Presses
-from underfoot.calibration.science.centroid import SHEAR_SHARE, assessed, centroid, corrected, hull, in_hindsight, loads
+from underfoot.calibration.files.measurements import Presses
+from underfoot.calibration.results.centroid import part_of, quantities_of, verdict_of
+from underfoot.calibration.science.centroid import SHEAR_SHARE, assess, best_static_forces
+from underfoot.calibration.science.centroid_fit import centroid, convex_hull, fit_correction
+from underfoot.calibration.science.press_plausibility import load_groups
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
@@ -21,7 +24,7 @@ def presses(**errors):
 
 
 def test_a_perfect_tile_needs_no_correction():
-    found = assessed(presses(), TILE)
+    found = assess(presses(), TILE)
     assert found.form == "none"
     assert found.errors_mm(found.after_m).max() < 1e-9
     assert found.correction.gains == (1.0, 1.0, 1.0, 1.0)
@@ -30,7 +33,7 @@ def test_a_perfect_tile_needs_no_correction():
 
 def test_wrong_gains_are_found_to_a_thousandth():
     gains = np.array([1.2, 0.85, 1.0, 0.95])
-    found = assessed(presses(gains=gains), TILE)
+    found = assess(presses(gains=gains), TILE)
     learned = np.array(found.correction.gains)
     assert learned / learned.mean() == pytest.approx(1.0 / gains / np.mean(1.0 / gains), rel=1e-3)
     assert found.errors_mm(found.before_m).mean() > 5.0
@@ -45,24 +48,24 @@ def test_curves_that_are_wrong_of_light_loads_are_bent_right():
         soft = np.array([6.0, -4.0, 8.0, 3.0]) * -np.expm1(-np.maximum(forces, 0.0) / 20.0)
         return np.where(forces < 0.0, 0.5, 1.0) * forces - soft
 
-    found = assessed(Presses("t1", table.at_m, table.force_n, misread(table.readings)), TILE)
+    found = assess(Presses("t1", table.at_m, table.force_n, misread(table.readings)), TILE)
     assert found.form.startswith("bends")
     plain = dict(found.tried)["gains and affine"]
     assert dict(found.tried)[found.form] < 0.4 * plain
     assert found.errors_mm(found.after_m).max() < 0.2 * found.errors_mm(found.before_m).max()
-    profile = Profile(tile="t1").with_part(found.part("a robot"))
+    profile = Profile(tile="t1").with_part(part_of(found, "a robot"))
     again = Profile.loads(profile.dumps())
     fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, moved_m=0.004)
     off = again.position(misread(fresh)) - fresh_at
     assert 1e3 * np.hypot(*off.T).mean() < 1.5 * found.errors_mm(found.after_m).mean() + 0.2
 
 
-def test_in_hindsight_what_only_bends_is_straight_and_what_remembers_is_not():
+def test_the_best_static_curves_straighten_bends_but_not_hysteresis():
     table = presses()
     bent = 40.0 * np.cbrt(table.readings)
-    np.testing.assert_allclose(in_hindsight(bent, table.readings), table.readings, atol=1e-9)
+    np.testing.assert_allclose(best_static_forces(bent, table.readings), table.readings, atol=1e-9)
     remembering = table.readings * np.where(np.arange(len(bent)) % 2, 1.05, 1.0)[:, None]
-    left = (in_hindsight(remembering, table.readings) - table.readings) / np.maximum(table.readings, 30.0)
+    left = (best_static_forces(remembering, table.readings) - table.readings) / np.maximum(table.readings, 30.0)
     # Half the gap at most, and less where few presses have both.
     assert 0.003 < np.sqrt(np.mean(left**2)) < 0.025
 
@@ -71,22 +74,22 @@ def test_in_hindsight_what_only_bends_is_straight_and_what_remembers_is_not():
     "errors", [{"moved_m": 0.012}, {"moved_m": 0.008, "twist": 0.03, "gains": np.array([1.15, 0.9, 1.0, 1.05])}]
 )
 def test_misplaced_sensors_and_a_warped_plate_are_corrected_on_places_left_out(errors):
-    found = assessed(presses(noise_n=0.1, **errors), TILE)
+    found = assess(presses(noise_n=0.1, **errors), TILE)
     before, after = found.errors_mm(found.before_m), found.errors_mm(found.after_m)
     assert after.mean() < 0.2 * before.mean()
     assert after.max() < 5.0
     fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, noise_n=0.1, seed=0, **errors)
-    place = found.correction.place(fresh, SENSORS, 0.0)
+    place = found.correction.position(fresh, SENSORS, 0.0)
     assert 1e3 * np.hypot(*(place - fresh_at).T).mean() < 1.5 * after.mean() + 0.2
 
 
 def test_nothing_is_extrapolated():
-    found = assessed(presses(moved_m=0.012, inset_m=0.07, noise_n=0.2), TILE)
+    found = assess(presses(moved_m=0.012, inset_m=0.07, noise_n=0.2), TILE)
     assert found.correction.powers
     corners = np.eye(4) * 300.0
-    moved = found.correction.place(corners, SENSORS, 0.0) - centroid(corners * found.correction.gains, SENSORS)
+    moved = found.correction.position(corners, SENSORS, 0.0) - centroid(corners * found.correction.gains, SENSORS)
     inside = np.array(found.correction.area_m)
-    sums = [found.correction.place(f, SENSORS, 0.0) for f in np.full((1, 4), 100.0)]
+    sums = [found.correction.position(f, SENSORS, 0.0) for f in np.full((1, 4), 100.0)]
     assert np.isfinite(sums).all()
     at_edge = moved_at(found.correction, inside)
     assert np.hypot(*moved.T).max() <= np.hypot(*at_edge.T).max() + 1e-9
@@ -100,13 +103,13 @@ def moved_at(correction, points_m):
 
 
 def test_noise_is_not_made_worse():
-    found = assessed(presses(noise_n=15.0), TILE)
+    found = assess(presses(noise_n=15.0), TILE)
     after, before = found.errors_mm(found.after_m).mean(), found.errors_mm(found.before_m).mean()
     assert after <= before
 
 
 def test_errors_are_told_by_load_edge_and_shear():
-    figures = {name: value for name, value, _ in assessed(presses(bias_n=3.0), TILE).quantities}
+    figures = {name: value for name, value, _ in quantities_of(assess(presses(bias_n=3.0), TILE))}
     # A constant error of forces moves the place by as much less as the load is larger.
     by_load = [figures[f"mean_after_mm_at_{load}_n"] for load in (100, 200, 400)]
     assert by_load[0] > by_load[1] > 0.0
@@ -118,52 +121,57 @@ def test_errors_are_told_by_load_edge_and_shear():
 def test_readings_go_through_the_profile_s_curves():
     table = presses()
     curve = Curve(
-        law="power", rest=500.0, full_scale_n=500.0, readings=(500, 50500), forces_n=(0, 500), slopes=(0.01, 0.01)
+        family="power",
+        unloaded_reading=500.0,
+        full_scale_n=500.0,
+        readings=(500, 50500),
+        forces_n=(0, 500),
+        slopes=(0.01, 0.01),
     )
     profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
     counts = Presses("t1", table.at_m, table.force_n, 500.0 + 100.0 * table.readings)
-    found = assessed(counts, TILE, profile)
+    found = assess(counts, TILE, profile)
     assert found.errors_mm(found.after_m).max() < 0.1
     silent = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, Curve(uncalibrated="dead"), curve)))
     with pytest.raises(BadValue, match="sensor 3 has no curve"):
-        assessed(counts, TILE, silent)
+        assess(counts, TILE, silent)
 
 
 def test_what_cannot_be_right_is_refused_or_left_out():
     table = presses()
     swapped = Presses("t1", table.at_m, table.force_n, table.readings[:, [1, 0, 2, 3]])
     with pytest.raises(BadValue, match="sensors 1 and 2 look swapped"):
-        assessed(swapped, TILE)
+        assess(swapped, TILE)
     with pytest.raises(BadValue, match="allowed: on tile t1"):
-        assessed(Presses("t1", table.at_m * 10.0, table.force_n, table.readings), TILE)
+        assess(Presses("t1", table.at_m * 10.0, table.force_n, table.readings), TILE)
     with pytest.raises(BadValue, match="at least 6"):
-        assessed(Presses("t1", table.at_m[:4], table.force_n[:4], table.readings[:4]), TILE)
+        assess(Presses("t1", table.at_m[:4], table.force_n[:4], table.readings[:4]), TILE)
     with pytest.raises(BadValue, match="at least 4 different"):
-        assessed(Presses("t1", table.at_m[:9], table.force_n[:9], table.readings[:9]), TILE)
+        assess(Presses("t1", table.at_m[:9], table.force_n[:9], table.readings[:9]), TILE)
     force = table.force_n.copy()
     force[7] *= 10.0
-    found = assessed(Presses("t1", table.at_m, force, table.readings), TILE)
+    found = assess(Presses("t1", table.at_m, force, table.readings), TILE)
     assert found.left_out == (f"press 8 left out: {force[7]:.4g} N given, {force[7] / 10.0:.4g} N measured",)
     force[::2] *= 10.0
     with pytest.raises(BadValue, match="do not fit their force"):
-        assessed(Presses("t1", table.at_m, force, table.readings), TILE)
+        assess(Presses("t1", table.at_m, force, table.readings), TILE)
 
 
 def test_nine_places_allow_gains_and_a_plane_at_most():
-    found = assessed(presses(rows=3, moved_m=0.01), TILE)
+    found = assess(presses(rows=3, moved_m=0.01), TILE)
     assert {name for name, _ in found.tried} <= {"none", "gains", "affine", "gains and affine"}
     assert found.errors_mm(found.after_m).mean() < found.errors_mm(found.before_m).mean()
 
 
 def test_loads_near_each_other_are_one_load():
-    found = loads(np.array([100.0, 103.0, 97.0, 200.0, 210.0, 400.0]))
+    found = load_groups(np.array([100.0, 103.0, 97.0, 200.0, 210.0, 400.0]))
     assert [round(load) for load, _ in found] == [100, 205, 400]
     assert [int(chosen.sum()) for _, chosen in found] == [3, 2, 1]
 
 
 def test_the_hull_holds_every_point():
     points = np.random.default_rng(3).standard_normal((60, 2))
-    corners = np.array(hull(points))
+    corners = np.array(convex_hull(points))
     edges = np.roll(corners, -1, axis=0) - corners
     across = edges[:, 0] * (points[:, None, 1] - corners[:, 1]) - edges[:, 1] * (points[:, None, 0] - corners[:, 0])
     assert across.min() > -1e-12
@@ -171,13 +179,15 @@ def test_the_hull_holds_every_point():
 
 def test_gains_are_the_same_from_any_units():
     at, _, forces = made_sensors.robot(SENSORS, gains=np.array([1.1, 0.9, 1.0, 1.0]))
-    once, thousand = (corrected(scale * forces, at, SENSORS, "gains", 0).gains for scale in (1.0, 1000.0))
+    once, thousand = (fit_correction(scale * forces, at, SENSORS, "gains", 0).gains for scale in (1.0, 1000.0))
     assert once == pytest.approx(thousand, rel=1e-9)
 
 
 def felt_by():
     """A profile of sensors that read 60 counts a newton."""
-    curve = Curve(law="power", full_scale_n=1000.0, readings=(0, 60_000), forces_n=(0, 1000), slopes=(1 / 60, 1 / 60))
+    curve = Curve(
+        family="power", full_scale_n=1000.0, readings=(0, 60_000), forces_n=(0, 1000), slopes=(1 / 60, 1 / 60)
+    )
     return Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
 
 
@@ -185,19 +195,19 @@ def felt_by():
 def test_loads_in_another_unit_are_told_by_calibrated_sensors(factor):
     table = presses()
     counts = 60.0 * table.readings
-    assert assessed(Presses("t1", table.at_m, table.force_n, counts), TILE, felt_by()).good
+    assert assess(Presses("t1", table.at_m, table.force_n, counts), TILE, felt_by()).good
     with pytest.raises(BadValue, match="is it in newtons"):
-        assessed(Presses("t1", table.at_m, factor * table.force_n, counts), TILE, felt_by())
+        assess(Presses("t1", table.at_m, factor * table.force_n, counts), TILE, felt_by())
 
 
 def test_a_place_that_was_mistyped_is_left_out_and_named():
     table = presses(gains=np.array([1.1, 0.9, 1.0, 1.0]), noise_n=0.3)
     at_m = table.at_m.copy()
     at_m[4] = -at_m[4]
-    found = assessed(Presses("t1", at_m, table.force_n, table.readings), TILE)
+    found = assess(Presses("t1", at_m, table.force_n, table.readings), TILE)
     assert len(found.left_out) == 1
     assert found.left_out[0].startswith("press 5 left out: (")
-    assert found.form == assessed(table, TILE).form
+    assert found.form == assess(table, TILE).form
     assert found.mean_mm < 0.3 * found.errors_mm(found.before_m).mean()
 
 
@@ -205,17 +215,17 @@ def test_dead_sensors_and_lines_out_of_order_are_refused():
     table = presses(noise_n=0.1)
     dead = table.readings.copy()
     dead[:, 2] = 0.0
-    with pytest.raises(BadValue, match="sensor 3 gives 0 N at every press: dead"):
-        assessed(Presses("t1", table.at_m, table.force_n, dead), TILE)
+    with pytest.raises(BadValue, match="sensor 3 gives 0 N at every press: is it dead"):
+        assess(Presses("t1", table.at_m, table.force_n, dead), TILE)
     with pytest.raises(BadValue, match="add up to 0 N"):
-        assessed(Presses("t1", table.at_m, table.force_n, 0.0 * dead), TILE)
+        assess(Presses("t1", table.at_m, table.force_n, 0.0 * dead), TILE)
     loads_apart = np.concatenate([np.flatnonzero(table.force_n == load) for load in (100.0, 200.0, 400.0)])
     mixed = np.empty(loads_apart.size, dtype=int)
     draws = np.random.default_rng(5)
     for part in np.split(loads_apart, 3):
         mixed[part] = draws.permutation(part)
-    with pytest.raises(BadValue, match="do not tell the places"):
-        assessed(Presses("t1", table.at_m, table.force_n, table.readings[mixed]), TILE)
+    with pytest.raises(BadValue, match="do not depend on the places"):
+        assess(Presses("t1", table.at_m, table.force_n, table.readings[mixed]), TILE)
 
 
 def test_a_corner_says_nothing_of_the_rest_and_the_middle_only_of_the_sensors():
@@ -224,14 +234,14 @@ def test_a_corner_says_nothing_of_the_rest_and_the_middle_only_of_the_sensors():
     fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, seed=9, **errors)
     before = np.hypot(*(centroid(fresh, SENSORS) - fresh_at).T)
     for chosen, form in ((table.at_m.min(axis=1) > 0.02, "none"), (np.abs(table.at_m).max(axis=1) < 0.05, "gains")):
-        found = assessed(Presses("t1", table.at_m[chosen], table.force_n[chosen], table.readings[chosen]), TILE)
+        found = assess(Presses("t1", table.at_m[chosen], table.force_n[chosen], table.readings[chosen]), TILE)
         assert found.form == form
-        after = np.hypot(*(found.correction.place(fresh, SENSORS, 0.0) - fresh_at).T)
+        after = np.hypot(*(found.correction.position(fresh, SENSORS, 0.0) - fresh_at).T)
         assert after.mean() <= before.mean()
         assert after.max() <= 1.05 * before.max()
 
 
 def test_what_hardly_helps_is_not_made():
-    found = assessed(presses(noise_n=10.0, seed=4), TILE)
+    found = assess(presses(noise_n=10.0, seed=4), TILE)
     assert found.form == "none"
-    assert "none is made" in found.verdict
+    assert "none is made" in verdict_of(found)

@@ -6,8 +6,9 @@ import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.tables import Pairs
-from underfoot.calibration.science.linearisation import Divider, linearise
+from underfoot.calibration.files.measurements import Pairs
+from underfoot.calibration.results.fsr import part_of, quantities_of, verdict_of
+from underfoot.calibration.science.linearisation import VoltageDivider, linearise
 from underfoot.errors import BadValue
 from underfoot.floor.profile import Profile
 
@@ -28,7 +29,7 @@ def four_alike(rows):
 
 
 def profile_of(found):
-    return Profile(tile="t1").with_part(found.part("made"))
+    return Profile(tile="t1").with_part(part_of(found, "made"))
 
 
 def unseen_error_percent(profile, law, width=0.0, over_time=False, gain=1.0, sensor=1):
@@ -52,7 +53,7 @@ def test_every_law_is_found_to_half_a_percent_on_loadings_not_seen(law):
 def test_the_law_that_made_the_readings_is_chosen_where_it_is_simple():
     for law, name in (("logarithm", "exponential"), ("divider that falls", "rational"), ("power", "power")):
         found = fitted(law)
-        assert [sensor.curve.law for sensor in found.sensors] == [name] * 4
+        assert [sensor.curve.family for sensor in found.sensors] == [name] * 4
 
 
 def test_a_known_divider_gives_the_resistance_law_its_constants():
@@ -62,18 +63,18 @@ def test_a_known_divider_gives_the_resistance_law_its_constants():
     reading = 65535.0 * 2000.0 / (2000.0 + resistance)
     rows = np.stack([time_s, np.zeros(force.size), reading, force], axis=1)
     rows = four_alike(rows)
-    found = linearise(pairs(rows), Divider(2000.0))
+    found = linearise(pairs(rows), VoltageDivider(2000.0))
     assert dict(found.sensors[0].tried)["resistor"] < 1e-3
     curve = found.sensors[0].curve
-    assert curve.law == "resistor"
+    assert curve.family == "resistor"
     assert curve.parameters == pytest.approx({"rs_ohm_n": 1e5, "r0_ohm": 300.0}, rel=1e-3)
     assert "resistor" not in dict(linearise(pairs(rows)).sensors[0].tried)
 
 
-def test_hysteresis_bounds_the_curve_and_the_memory_goes_past_it():
+def test_hysteresis_bounds_the_curve_and_the_hysteresis_model_goes_past_it():
     width = 0.08
     found = linearise(pairs(made_sensors.pairs_rows("soft conductance", width=width, gains=(1.0,) * 4)))
-    figures = {name: value for name, value, _ in found.quantities}
+    figures = {name: value for name, value, _ in quantities_of(found)}
     # Half the gap, with loads spread evenly up to full scale: 4 % / sqrt(3); less, for the gap closes at each top.
     assert 0.7 < figures["bound_percent"] / (100.0 * 0.5 * width / np.sqrt(3.0)) < 1.0
     assert figures["bound_percent"] < found.error_percent < 1.15 * figures["bound_percent"]
@@ -93,7 +94,7 @@ def test_creep_is_measured_and_repeated_loads_repeat():
     felt[: force.size - hold.size - 50] = force[: force.size - hold.size - 50]
     rows = np.stack([time_s, np.zeros(force.size), 32768.0 + 60.0 * felt, force], axis=1)
     rows = four_alike(rows)
-    figures = {name: value for name, value, _ in linearise(pairs(rows), memories=False).quantities}
+    figures = {name: value for name, value, _ in quantities_of(linearise(pairs(rows), hysteresis=False))}
     assert figures["creep_percent_decade"] == pytest.approx(5.0, rel=0.15)
     assert figures["repeatability_percent"] < 0.3
 
@@ -102,12 +103,12 @@ def test_rest_is_nought_and_nothing_is_wild_beyond_the_pairs():
     for law in made_sensors.LAWS:
         found = fitted(law)
         profile = profile_of(found)
-        rest = [sensor.curve.rest for sensor in found.sensors]
+        rest = [sensor.curve.unloaded_reading for sensor in found.sensors]
         assert profile.force(rest) == pytest.approx(np.zeros(4), abs=1e-6)
         everything = profile.force(np.repeat(np.arange(0.0, 65536.0, 50.0)[:, None], 4, axis=1))
         assert np.all(everything >= -0.1 * found.full_scale_n - 1e-9)
         assert np.all(everything <= 1.25 * found.full_scale_n + 1e-9)
-        steps = np.diff(everything, axis=0) * [sensor.recording.sign for sensor in found.sensors]
+        steps = np.diff(everything, axis=0) * [sensor.pairs.sign for sensor in found.sensors]
         assert np.all(steps >= -1e-9)
 
 
@@ -147,10 +148,10 @@ def test_a_sensor_without_pairs_dead_or_loose_is_named_and_the_others_work():
     assert found.calibrated == (1,)
     assert not found.good
     said = " ".join(found.warnings)
-    assert "sensor 1 is not calibrated: there are no pairs" in said
+    assert "sensor 1 is not calibrated: it has no pairs" in said
     assert "sensor 3 is not calibrated: it is dead" in said
     assert "sensor 4 is not calibrated: its reading does not follow" in said
-    assert all(words in found.verdict for words in ("sensor 1", "sensor 3", "sensor 4"))
+    assert all(words in verdict_of(found) for words in ("sensor 1", "sensor 3", "sensor 4"))
     newtons = profile_of(found).force(np.full(4, 30000.0))
     assert np.isfinite(newtons).tolist() == [False, True, False, False]
 
@@ -161,10 +162,10 @@ def test_what_clips_is_calibrated_up_to_there_and_not_good():
     found = linearise(pairs(rows))
     ends = [(65535.0 - 56768.0) / 60.0 / gain for gain in (0.85, 1.0, 1.1, 1.2)]
     for sensor, end in zip(found.sensors, ends, strict=True):
-        assert sensor.recording.saturates_n == pytest.approx(end, rel=0.05)
+        assert sensor.pairs.saturates_n == pytest.approx(end, rel=0.05)
         assert sensor.curve.force(60000.0) == pytest.approx((60000.0 - 56768.0) / 8767.0 * end, rel=0.03)
     assert not found.good
-    assert "aturated" in found.verdict
+    assert "aturated" in verdict_of(found)
 
 
 def test_nothing_that_can_be_calibrated_is_refused_with_the_reasons():
@@ -203,35 +204,35 @@ def put(at, value):
     ("typed", "said"),
     [
         (put(4, 400.0), "force_n is 400 N after 100 N and less, .* was 40 N meant"),
-        (put(4, 4.0), "4 N at 40 s, but the readings say the opposite; weights out of order, or one mistyped"),
+        (put(4, 4.0), "4 N at 40 s, but their readings are in the opposite order; weights out of order, or"),
         (put(7, 1000.0), "was 100 N meant"),
-        (put([4, 5], [60.0, 40.0]), "60 N at 40 s and 40 N at 50 s, but the readings say the opposite"),
+        (put([4, 5], [60.0, 40.0]), "60 N at 40 s and 40 N at 50 s, but their readings are in the opposite order"),
         (lambda f: 9.81 * f, "sensor 1: force_n is 9.8[0-9] times that of the others"),
         (lambda f: -f, "sensor 1: force_n goes down to -100 N; tare"),
     ],
 )
 def test_weights_that_cannot_be_right_are_refused(typed, said):
     with pytest.raises(BadValue, match=said):
-        linearise(pairs(weighed(typed=typed)), memories=False)
+        linearise(pairs(weighed(typed=typed)), hysteresis=False)
 
 
 def test_a_whole_table_in_another_unit_is_refused():
     rows = weighed()
     rows[:, 3] /= 1000.0
     with pytest.raises(BadValue, match=r"largest force_n is 0.1 N; allowed: 0.5 to 20000 N"):
-        linearise(pairs(rows), memories=False)
+        linearise(pairs(rows), hysteresis=False)
 
 
 def test_weights_in_any_order_few_and_coarse_are_not_refused():
     draws = np.random.default_rng(3)
     for order in (WEIGHTS_N, draws.permutation(np.tile(WEIGHTS_N, 3)), np.array([0.0, 1.0, 10.0, 100.0])):
-        assert linearise(pairs(weighed(order)), memories=False).calibrated == (0, 1, 2, 3)
+        assert linearise(pairs(weighed(order)), hysteresis=False).calibrated == (0, 1, 2, 3)
     far_apart = pairs(weighed(np.array([0.0, 5.0, 10.0, 15.0, 20.0, 100.0])))
     far_apart.reading[:] = 60000.0 * far_apart.force_n / (far_apart.force_n + 25.0)
-    assert linearise(far_apart, memories=False).calibrated == (0, 1, 2, 3)
+    assert linearise(far_apart, hysteresis=False).calibrated == (0, 1, 2, 3)
     coarse = weighed(width=0.0)
     coarse[:, 2] = np.floor(coarse[:, 2] / 256.0)
-    assert linearise(pairs(coarse), memories=False).error_percent < 1.5
+    assert linearise(pairs(coarse), hysteresis=False).error_percent < 1.5
 
 
 def held(rate_hz=50.0):
@@ -243,16 +244,16 @@ def held(rate_hz=50.0):
 
 def test_a_held_load_that_was_mistyped_is_refused_and_so_is_one_wrong_line():
     rows = four_alike(held())
-    assert linearise(pairs(rows), memories=False).calibrated == (0, 1, 2, 3)
+    assert linearise(pairs(rows), hysteresis=False).calibrated == (0, 1, 2, 3)
     mistyped = rows.copy()
     mistyped[(rows[:, 1] == 2) & (rows[:, 3] == 20.0), 3] = 200.0
-    with pytest.raises(BadValue, match=r"sensor 3: force_n is .* the opposite"):
-        linearise(pairs(mistyped), memories=False)
+    with pytest.raises(BadValue, match=r"sensor 3: force_n is .* in the opposite order"):
+        linearise(pairs(mistyped), hysteresis=False)
     rows = made_sensors.pairs_rows("soft conductance", width=0.08)
     at = int(np.flatnonzero(rows[:, 3] > 100.0)[5])
     rows[at, 3] *= 10.0
-    with pytest.raises(BadValue, match="the reading shows no such jump; correct that line"):
-        linearise(pairs(rows), memories=False)
+    with pytest.raises(BadValue, match="the reading does not jump there; correct that line"):
+        linearise(pairs(rows), hysteresis=False)
 
 
 def test_what_is_left_of_a_load_is_not_taken_for_noise():
@@ -260,14 +261,14 @@ def test_what_is_left_of_a_load_is_not_taken_for_noise():
     rows = made_sensors.pairs_rows("power", width=0.05)
     after = np.maximum.accumulate(np.where(rows[:, 0] % 100.0 < 0.5, 0.0, rows[:, 3])) > 100.0
     rows[:, 2] += np.where(after & (rows[:, 3] < 1.0), 9000.0, 0.0)
-    assert linearise(pairs(rows), memories=False).calibrated == (0, 1, 2, 3)
+    assert linearise(pairs(rows), hysteresis=False).calibrated == (0, 1, 2, 3)
 
 
 def test_readings_in_volts_are_as_good_as_counts():
     rows = made_sensors.pairs_rows("soft conductance", width=0.05)
-    counts = linearise(pairs(rows), memories=False)
+    counts = linearise(pairs(rows), hysteresis=False)
     rows[:, 2] *= 5.0 / 65536.0
-    volts = linearise(pairs(rows), memories=False)
+    volts = linearise(pairs(rows), hysteresis=False)
     assert volts.error_percent == pytest.approx(counts.error_percent, rel=0.02)
 
 
@@ -275,13 +276,13 @@ def test_noise_at_the_top_is_no_ceiling():
     rows = made_sensors.pairs_rows("saturating")
     rows[:, 2] += 300.0 * np.random.default_rng(0).standard_normal(rows.shape[0])
     rows[:, 2] = np.clip(rows[:, 2], 0.0, 65535.0)
-    assert all(sensor.recording.saturates_n == np.inf for sensor in linearise(pairs(rows), memories=False).sensors)
+    assert all(sensor.pairs.saturates_n == np.inf for sensor in linearise(pairs(rows), hysteresis=False).sensors)
 
 
 def test_a_sensor_that_reads_the_other_way_is_pointed_out():
     rows = made_sensors.pairs_rows("soft conductance")
     rows[rows[:, 1] == 2, 2] = 65535.0 - rows[rows[:, 1] == 2, 2]
-    found = linearise(pairs(rows), memories=False)
+    found = linearise(pairs(rows), hysteresis=False)
     assert found.calibrated == (0, 1, 2, 3)
     assert any("sensor 3: its reading falls with force, unlike the others'" in words for words in found.warnings)
 
@@ -289,14 +290,14 @@ def test_a_sensor_that_reads_the_other_way_is_pointed_out():
 def test_the_reason_is_given_where_one_force_alone_was_used():
     rows = weighed(np.array([0.0, 50.0] * 6), width=0.0)
     rows[:, 2] += np.arange(rows.shape[0]) % 7
-    with pytest.raises(BadValue, match="pressed with one force only"):
-        linearise(pairs(rows), memories=False)
+    with pytest.raises(BadValue, match="loaded with one force only"):
+        linearise(pairs(rows), hysteresis=False)
 
 
 def test_a_weak_sensor_is_named_and_the_others_work():
     rows = made_sensors.pairs_rows("soft conductance")
     weak = rows[:, 1] == 1
     rows[weak, 2] = np.round(700.0 + rows[weak, 2] / 1500.0)
-    found = linearise(pairs(rows), memories=False)
+    found = linearise(pairs(rows), hysteresis=False)
     assert found.calibrated == (0, 2, 3)
     assert "sensor 2 is not calibrated: its range is too small" in " ".join(found.warnings)

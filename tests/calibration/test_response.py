@@ -1,4 +1,4 @@
-"""The wizard of the frequency response on simulated tiles, page by page; what it says is held to the truth."""
+"""The procedure of the frequency response on simulated tiles, page by page, compared with their true responses."""
 
 import math
 from datetime import date
@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 from scipy.signal import freqz_sos
 
-from underfoot.calibration.procedures.procedure import Refused, Sound, run
-from underfoot.calibration.procedures.response import LOUDEST, FrequencyResponse, through
-from underfoot.calibration.science.response import Findings, flatness_db, result_of, usable_band_hz
-from underfoot.calibration.science.sweep import exponential, measure, train
+from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures.response import LOUDEST, ResponseProcedure
+from underfoot.calibration.results.response import result_of
+from underfoot.calibration.rig import Sound
+from underfoot.calibration.science.response import ResponseMeasurements, equalise, flatness_db, usable_band_hz
+from underfoot.calibration.science.sweep import exponential, train
+from underfoot.calibration.science.transfer_function import measure
 from underfoot.engine.safety import Limits
 from underfoot.engine.sounding import SimulatedShaker
-from underfoot.errors import BadValue
+from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -46,8 +49,8 @@ class Listening:
 
 
 def finished(seed=1, rate=RATE, **values):
-    bench = Listening(seed)
-    return run(FrequencyResponse(TILE, rate), bench, QUICK | values), bench
+    rig = Listening(seed)
+    return run(ResponseProcedure(TILE, rate), rig, QUICK | values), rig
 
 
 def truth_db(tile, sections, level, frequencies_hz, rate=RATE):
@@ -59,13 +62,13 @@ def truth_db(tile, sections, level, frequencies_hz, rate=RATE):
 @pytest.mark.parametrize(("seed", "order"), [(1, 14), (2, 14), (3, 10), (4, 10)])
 def test_what_it_corrects_is_truly_flat_and_truly_as_loud_as_it_says(seed, order):
     """Against the model's transfer function, not against the measurement that the equaliser was made from."""
-    result, bench = finished(seed, order=order)
+    result, rig = finished(seed, order=order)
     profile = result.apply(Profile(tile=TILE.id))
     inner, whole = np.geomspace(60.0, 700.0, 400), np.array([50.0, 750.0])
-    found = truth_db(bench.tile, profile.equaliser, profile.acceleration_per_unit, inner)
+    found = truth_db(rig.tile, profile.equaliser, profile.acceleration_per_unit, inner)
     assert np.abs(found).max() < 1.0
     assert np.ptp(found) < 1.0
-    assert truth_db(bench.tile, profile.equaliser, profile.acceleration_per_unit, whole).min() > -10.0
+    assert truth_db(rig.tile, profile.equaliser, profile.acceleration_per_unit, whole).min() > -10.0
     figures = result.figures
     assert figures["flatness_measured_db"] < 0.5 < 3.0 < figures["flatness_before_db"]
     assert figures["usable_low_hz"] < 50.0 < 750.0 < figures["usable_high_hz"]
@@ -76,22 +79,22 @@ def test_what_it_corrects_is_truly_flat_and_truly_as_loud_as_it_says(seed, order
 
 def test_a_stimulus_in_m_s2_plays_at_that_level():
     """A 200 Hz tone of 3 m/s^2, through equaliser and divided by the level, at the accelerometer."""
-    result, bench = finished(5)
+    result, rig = finished(5)
     profile = result.apply(Profile(tile=TILE.id))
     asked = 3.0 * np.sin(2.0 * math.pi * 200.0 * np.arange(RATE) / RATE)
-    drive = through(profile.equaliser, asked) / profile.acceleration_per_unit
-    given = bench.tile.respond(drive, RATE, "none")[RATE // 2 :]
+    drive = equalise(profile.equaliser, asked) / profile.acceleration_per_unit
+    given = rig.tile.respond(drive, RATE, "none")[RATE // 2 :]
     assert math.sqrt(2.0 * float(np.mean(given**2))) == pytest.approx(3.0, rel=0.06)
 
 
 def test_loads_change_the_response_as_they_truly_do():
-    result, bench = finished(2)
+    result, rig = finished(2)
     tables = {name: rows for name, _, rows in result.raw}
     assert {"none", "standing", "corner", "equalised", "equaliser"} <= set(tables)
     for load in ("none", "standing", "corner"):
         rows = tables[load]
         inside = (rows[:, 0] > 40.0) & (rows[:, 0] < 700.0)
-        true = np.abs(bench.tile.transfer(rows[inside, 0], load))
+        true = np.abs(rig.tile.transfer(rows[inside, 0], load))
         assert np.abs(20.0 * np.log10(rows[inside, 1] / true)).mean() < 0.5
     assert result.figures["standing_changes_db"] > 3.0
     drawn = result.drawings[0]
@@ -108,9 +111,9 @@ def test_distortion_grows_with_level_as_the_shaker_compresses():
 
 
 def test_nothing_louder_than_the_limits_is_played():
-    _, bench = finished(3, level=LOUDEST)
-    assert len(bench.played) == 6
-    for sound in bench.played:
+    _, rig = finished(3, level=LOUDEST)
+    assert len(rig.played) == 6
+    for sound in rig.played:
         assert np.abs(sound.signal).max() <= LOUDEST + 1e-9 < Limits().peak
     loud = Sound(np.full(4_800, 3.0), RATE, "none")
     quiet = SimulatedShaker(SimulatedTile(TILE, seed=1)).play(loud)
@@ -119,50 +122,50 @@ def test_nothing_louder_than_the_limits_is_played():
 
 
 def test_the_pages_come_in_order_and_back_forgets():
-    wizard, bench = FrequencyResponse(TILE, RATE), Listening()
+    procedure, rig = ResponseProcedure(TILE, RATE), Listening()
     keys = []
 
     def go_on():
-        keys.append(wizard.page.key)
-        if wizard.page.sound is not None:
-            wizard.hear(bench.play(wizard.page.sound))
+        keys.append(procedure.page.key)
+        if procedure.page.sound is not None:
+            procedure.hear(rig.play(procedure.page.sound))
         else:
-            wizard.answer(QUICK if wizard.page.asks else {})
+            procedure.answer(QUICK if procedure.page.asks else {})
 
     for _ in range(4):
         go_on()
-    assert wizard.page.key == "standing"
-    assert len(wizard.drawings) == 1
-    wizard.back()
-    wizard.back()
-    assert wizard.page.key == "none"
-    assert wizard.drawings == ()
-    while not wizard.page.last:
+    assert procedure.page.key == "standing"
+    assert len(procedure.drawings) == 1
+    procedure.back()
+    procedure.back()
+    assert procedure.page.key == "none"
+    assert procedure.drawings == ()
+    while not procedure.page.last:
         go_on()
     assert keys[4:] == [
         "none", "standing-place", "standing", "corner-place", "corner", "leave", "tones", "again",
     ]  # fmt: skip
-    assert wizard.result is not None
+    assert procedure.result is not None
     shares = [0.0, 1.0]
-    assert wizard.page.share == shares[1]
-    wizard.back()
-    assert wizard.page.key == "again"
-    assert wizard.result is None
+    assert procedure.page.share == shares[1]
+    procedure.back()
+    assert procedure.page.key == "again"
+    assert procedure.result is None
 
 
 def test_loads_may_be_left_out():
-    wizard, bench = FrequencyResponse(TILE, RATE), Listening()
-    wizard.answer(QUICK | {"passes": 1})
-    while not wizard.page.last:
-        if wizard.page.may_skip:
-            wizard.skip()
-        elif wizard.page.sound is not None:
-            wizard.hear(bench.play(wizard.page.sound))
+    procedure, rig = ResponseProcedure(TILE, RATE), Listening()
+    procedure.answer(QUICK | {"passes": 1})
+    while not procedure.page.last:
+        if procedure.page.may_skip:
+            procedure.skip()
+        elif procedure.page.sound is not None:
+            procedure.hear(rig.play(procedure.page.sound))
         else:
-            wizard.answer({})
-    names = [name for name, _, _ in wizard.result.raw]
+            procedure.answer({})
+    names = [name for name, _, _ in procedure.result.raw]
     assert "standing" not in names
-    assert "one pass only: its spread is not known" in wizard.result.warnings
+    assert "one pass only: the spread of the response is not known" in procedure.result.warnings
 
 
 @pytest.mark.parametrize(
@@ -181,34 +184,34 @@ def test_loads_may_be_left_out():
     ],
 )
 def test_what_cannot_be_right_is_refused_on_its_page_and_can_be_taken_again(page, spoil, reason):
-    wizard, bench = FrequencyResponse(TILE, RATE), Listening()
-    wizard.answer(QUICK)
-    while wizard.page.key != page:
-        if wizard.page.may_skip:
-            wizard.skip()
-        elif wizard.page.sound is not None:
-            wizard.hear(bench.play(wizard.page.sound))
+    procedure, rig = ResponseProcedure(TILE, RATE), Listening()
+    procedure.answer(QUICK)
+    while procedure.page.key != page:
+        if procedure.page.may_skip:
+            procedure.skip()
+        elif procedure.page.sound is not None:
+            procedure.hear(rig.play(procedure.page.sound))
         else:
-            wizard.answer({})
-    heard = bench.play(wizard.page.sound)
-    with pytest.raises(Refused, match=reason):
-        wizard.hear(spoil(heard))
-    assert wizard.page.key == page
-    wizard.hear(heard)
-    assert wizard.page.key != page
+            procedure.answer({})
+    heard = rig.play(procedure.page.sound)
+    with pytest.raises(BadMeasurement, match=reason):
+        procedure.hear(spoil(heard))
+    assert procedure.page.key == page
+    procedure.hear(heard)
+    assert procedure.page.key != page
 
 
 def test_a_page_takes_only_what_it_asks_for():
-    wizard = FrequencyResponse(TILE, RATE)
+    procedure = ResponseProcedure(TILE, RATE)
     with pytest.raises(BadValue, match="takes no recording"):
-        wizard.hear(np.zeros(10))
+        procedure.hear(np.zeros(10))
     for values, word in (({"order": 13}, "order is 13"), ({"level": 0.9}, "level is 0.9"), ({"mass": 1.0}, "mass")):
         with pytest.raises(BadValue, match=word):
-            wizard.answer(values)
-    assert wizard.page.key == "setup"
-    wizard.answer(QUICK)
+            procedure.answer(values)
+    assert procedure.page.key == "setup"
+    procedure.answer(QUICK)
     with pytest.raises(BadValue, match="takes a recording"):
-        wizard.answer({})
+        procedure.answer({})
 
 
 def test_from_two_recordings_alone():
@@ -216,7 +219,7 @@ def test_from_two_recordings_alone():
     tile = SimulatedTile(TILE, seed=6)
     sweep = train(exponential(20.0, 2000.0, 2.0, RATE, 0.1), 1, RATE)
     found = measure(sweep, tile.respond(sweep, RATE, "none") / 50.0, RATE)
-    result = result_of(Findings({"none": found}, 50.0, RATE, 12), date(2024, 5, 1))
+    result = result_of(ResponseMeasurements({"none": found}, 50.0, RATE, 12), date(2024, 5, 1))
     assert "computed, not measured again" in result.verdict
     profile = result.apply(Profile(tile=TILE.id))
     assert profile.response.made == "2024-05-01"
@@ -231,7 +234,7 @@ def test_a_tile_that_cannot_be_made_flat_is_not_good():
     tile = SimulatedTile(TILE, seed=6)
     sweep = train(exponential(20.0, 2000.0, 2.0, RATE, 0.1), 1, RATE)
     found = measure(sweep, tile.respond(sweep, RATE, "none") / 50.0, RATE)
-    result = result_of(Findings({"none": found}, 50.0, RATE, 2))
+    result = result_of(ResponseMeasurements({"none": found}, 50.0, RATE, 2))
     assert not result.good
     assert "not flat enough" in result.verdict
     assert "errs by" in result.apply(Profile(tile=TILE.id)).flags(TILE.id, date.today())[0]

@@ -1,6 +1,7 @@
 """`underfoot calibrate response`: from two WAV files and on the simulator; what cannot be is one line."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,18 +9,26 @@ import soundfile
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
-from underfoot.calibration.procedures.procedure import Refused
 from underfoot.calibration.science.sweep import exponential, train
-from underfoot.errors import BadFile, BadValue, DeviceError
+from underfoot.errors import BadFile, BadMeasurement, BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
 
 RATE = 48_000
 SENSITIVITY = 50.0
-TILE = SimulatedTile(default_floor().tiles[0], seed=4)
 SWEEP = train(exponential(20.0, 2000.0, 1.5, RATE, 0.1), 1, RATE)
-HEARD = TILE.respond(SWEEP, RATE, "none") / SENSITIVITY
+
+
+@cache
+def tile():
+    return SimulatedTile(default_floor().tiles[0], seed=4)
+
+
+@cache
+def heard():
+    """What the accelerometer hears of the sweep."""
+    return tile().respond(SWEEP, RATE, "none") / SENSITIVITY
 
 
 @pytest.fixture
@@ -28,7 +37,7 @@ def wavs(tmp_path):
     sweep, recorded = tmp_path / "sweep.wav", tmp_path / "recorded.wav"
     soundfile.write(sweep, SWEEP, RATE, subtype="PCM_24")
     silence = 1e-5 * np.random.default_rng(1).standard_normal(SWEEP.size)
-    late = np.concatenate([np.zeros(700), HEARD])[: HEARD.size]
+    late = np.concatenate([np.zeros(700), heard()])[: heard().size]
     soundfile.write(recorded, np.stack([silence, late], axis=1), RATE, subtype="PCM_24")
     return ["--sweep", str(sweep), "--recorded", str(recorded)]
 
@@ -52,7 +61,7 @@ def test_from_files_to_a_profile_and_a_report(wavs, tmp_path):
     z = np.exp(-2j * np.pi * inner / RATE)
     for b0, b1, b2, a0, a1, a2 in found.equaliser:
         through *= (b0 + b1 * z + b2 * z * z) / (a0 + a1 * z + a2 * z * z)
-    true = np.abs(TILE.transfer(inner) * through) / found.acceleration_per_unit
+    true = np.abs(tile().transfer(inner) * through) / found.acceleration_per_unit
     assert np.abs(20.0 * np.log10(true)).max() < 1.0
     assert found.equaliser.shape == (7, 6)
     assert (report / "response.html").read_text().count("<svg") == 4
@@ -62,7 +71,7 @@ def test_from_files_to_a_profile_and_a_report(wavs, tmp_path):
 def test_one_accelerometer_on_both_channels_is_one_measurement(tmp_path):
     sweep = write(tmp_path / "sweep.wav", np.stack([SWEEP, SWEEP], axis=1))
     levels = []
-    for name, recorded in (("one", HEARD), ("both", np.stack([HEARD, 0.5 * HEARD], axis=1))):
+    for name, recorded in (("one", heard()), ("both", np.stack([heard(), 0.5 * heard()], axis=1))):
         path = write(tmp_path / f"{name}.wav", recorded)
         levels.append(json.loads(said("--sweep", sweep, "--recorded", path, "--json"))["acceleration_per_unit"])
     assert levels[0] == levels[1]
@@ -107,12 +116,12 @@ def write(path, samples, rate=RATE):
         (lambda f: [*f["both"], "--sensitivity", "0"], BadValue, "--sensitivity"),
         (lambda f: [*f["both"], "--order", "9"], BadValue, "--order is 9"),
         (lambda f: [*f["both"], "--channel", "5"], BadFile, "--channel is 5"),
-        (lambda f: [*f["both"], "--channel", "0"], Refused, "no signal|do not fit"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["silent"]], Refused, "no signal"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["clipped"]], Refused, "clipped"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["slow"]], Refused, "44100 Hz"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["short"]], Refused, "does not hold the whole"),
-        (lambda f: ["--sweep", f["sweep"], "--recorded", f["twice"]], Refused, "say --channel"),
+        (lambda f: [*f["both"], "--channel", "0"], BadMeasurement, "no signal|do not fit"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["silent"]], BadMeasurement, "no signal"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["clipped"]], BadMeasurement, "clipped"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["slow"]], BadMeasurement, "44100 Hz"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["short"]], BadMeasurement, "does not hold the whole"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["twice"]], BadMeasurement, "say --channel"),
         (lambda f: ["--sweep", f["narrow"], "--recorded", f["narrow_heard"]], BadFile, "sweep over all of them"),
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["text"]], BadFile, "cannot be read"),
         (lambda f: ["--sweep", "nowhere.wav", "--recorded", f["silent"]], BadFile, "nowhere.wav"),
@@ -130,12 +139,12 @@ def test_what_cannot_be_is_one_line_and_changes_nothing(wavs, tmp_path, make, er
         "both": wavs,
         "sweep": wavs[1],
         "silent": write(tmp_path / "silent.wav", np.zeros(SWEEP.size)),
-        "clipped": write(tmp_path / "clipped.wav", np.clip(HEARD, -0.02, 0.02)),
-        "slow": write(tmp_path / "slow.wav", HEARD, 44_100),
-        "short": write(tmp_path / "short.wav", HEARD[: HEARD.size // 2]),
-        "twice": write(tmp_path / "twice.wav", np.stack([HEARD, HEARD + np.roll(HEARD, 40)], axis=1)),
+        "clipped": write(tmp_path / "clipped.wav", np.clip(heard(), -0.02, 0.02)),
+        "slow": write(tmp_path / "slow.wav", heard(), 44_100),
+        "short": write(tmp_path / "short.wav", heard()[: heard().size // 2]),
+        "twice": write(tmp_path / "twice.wav", np.stack([heard(), heard() + np.roll(heard(), 40)], axis=1)),
         "narrow": write(tmp_path / "narrow.wav", narrow),
-        "narrow_heard": write(tmp_path / "narrow_heard.wav", TILE.respond(narrow, RATE, "none") / SENSITIVITY),
+        "narrow_heard": write(tmp_path / "narrow_heard.wav", tile().respond(narrow, RATE, "none") / SENSITIVITY),
         "text": str(tmp_path / "text.wav"),
     }
     profile = tmp_path / "t1.json"

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import bilinear_zpk, freqz_sos, sosfilt, zpk2sos
 
-from underfoot.calibration.procedures.procedure import Refused
-from underfoot.calibration.science.sweep import exponential, growth_s, harmonics, measure, passes_of, train
-from underfoot.errors import BadValue
+from underfoot.calibration.science.sweep import exponential, find_passes, growth_s, train
+from underfoot.calibration.science.tones import harmonics
+from underfoot.calibration.science.transfer_function import measure
+from underfoot.errors import BadMeasurement, BadValue
 
 RATE = 16_000.0
 LATE = 517
@@ -75,7 +76,7 @@ def test_a_recording_may_begin_in_the_silence_before_the_sweep_and_end_with_it()
     found = measure(SWEEP, begun_later, RATE)
     assert error_db(found) < 0.15
     assert found.latency_s == pytest.approx(-0.4, abs=0.0007)
-    with pytest.raises(Refused, match=r"does not hold the whole sweep: .* from -0\.10 to"):
+    with pytest.raises(BadMeasurement, match=r"does not hold the whole sweep: .* from -0\.10 to"):
         measure(SWEEP, heard(SWEEP, late=0)[int(0.7 * RATE) :], RATE)
     no_silence = heard(ONE, late=80)[: ONE.size + 80]
     assert error_db(measure(ONE, no_silence, RATE)) < 0.15
@@ -118,11 +119,11 @@ def test_any_other_broad_signal_serves_as_well_but_tells_no_distortion():
 
 
 def test_passes_are_told_apart_by_the_silence_between_them():
-    starts, one = passes_of(train(ONE, 3, RATE, 0.2), RATE)
+    starts, one = find_passes(train(ONE, 3, RATE, 0.2), RATE)
     assert len(starts) == 3
     assert one.size == pytest.approx(ONE.size, abs=30)  # its ends are faded to nothing
     unequal = np.concatenate([ONE, np.zeros(8_000), 0.5 * ONE])
-    starts, one = passes_of(unequal, RATE)
+    starts, one = find_passes(unequal, RATE)
     assert len(starts) == 1
     assert one.size == pytest.approx(unequal.size, abs=30)
 
@@ -159,7 +160,7 @@ OTHER = {f"another sweep of {s:g} s": train(exponential(20.0, 2000.0, s, RATE, 0
     ],
 )
 def test_what_cannot_be_right_is_refused_with_the_reason(sweep, recorded, reason):
-    with pytest.raises(Refused, match=reason) as error:
+    with pytest.raises(BadMeasurement, match=reason) as error:
         measure(sweep, recorded, RATE)
     assert "\n" not in str(error.value)
 

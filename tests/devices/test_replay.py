@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from underfoot.devices.device import MOST
+from underfoot.devices.force_source import MAX_SAMPLES
 from underfoot.devices.replay import Replay
-from underfoot.floor.forces import Forces
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor(1, 2)
@@ -12,15 +12,15 @@ FLOOR = default_floor(1, 2)
 def table(count=1_200, rate_hz=240.0, first_s=7.5):
     """Samples of which each corner's force says which sample it is."""
     force_n = np.arange(count)[:, None, None] + np.arange(8).reshape(2, 4) / 10.0
-    return Forces(first_s + np.arange(count) / rate_hz, force_n, rate_hz)
+    return ForceSeries(first_s + np.arange(count) / rate_hz, force_n, rate_hz)
 
 
 def pulled(source, ends):
     """Stamps, arrivals and forces of all samples that come by these frames."""
     parts = []
     for end in ends:
-        count = MOST
-        while count == MOST:
+        count = MAX_SAMPLES
+        while count == MAX_SAMPLES:
             count = source.pull(end)
             assert (source.arrivals[:count] < end).all()
             parts.append((source.stamps[:count].copy(), source.arrivals[:count].copy(), source.forces[:count].copy()))
@@ -56,6 +56,6 @@ def test_over_and_over_with_a_period_between_the_last_and_the_first():
 def test_a_gap_in_the_file_stays_a_gap():
     whole = table()
     kept = np.r_[:400, 500:1200]
-    gappy = Forces(whole.time_s[kept], whole.force_n[kept], whole.rate_hz)
+    gappy = ForceSeries(whole.time_s[kept], whole.force_n[kept], whole.rate_hz)
     stamps, _, _ = pulled(Replay(gappy, FLOOR, 48_000), [300_000])
     np.testing.assert_allclose(np.diff(stamps)[399], 101 * 200.0)

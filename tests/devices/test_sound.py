@@ -11,10 +11,11 @@ from live import live
 from made_patches import hum, rough_step
 
 from underfoot.clock import FADE
-from underfoot.devices.sound import Exchange, Stream, most_channels
-from underfoot.engine.messages import Level, Notice, Panic, Started
-from underfoot.engine.replayed import replay
+from underfoot.devices.sound import Exchange, Stream, max_channels
+from underfoot.engine.commands import Level, Panic
+from underfoot.engine.reports import Notice, Started
 from underfoot.engine.safety import PANIC
+from underfoot.engine.session_replay import replay
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
@@ -161,7 +162,7 @@ if CUT_AFTER_S is None:
 else:
     threading.Timer(CUT_AFTER_S, exchange.silence).start()
 exchange.run()
-print(exchange.silenced, exchange.lost and "lost", exchange._at)
+print(exchange.silenced, exchange.lost and "lost", exchange.played_frames)
 """
 
 
@@ -208,9 +209,9 @@ def test_a_device_says_how_many_channels_it_has(monkeypatch):
     for channels, most in ((2, 2), (128, 32)):
         device = {"max_output_channels": channels}
         monkeypatch.setattr(sounddevice, "query_devices", lambda name, kind, device=device: device)
-        assert most_channels("") == most
+        assert max_channels("") == most
     monkeypatch.undo()
-    assert most_channels("no such card") == 32
+    assert max_channels("no such card") == 32
 
 
 def test_without_portaudio_there_are_no_devices():

@@ -2,60 +2,11 @@
 
 import numpy as np
 import pytest
+from given_forces import FLOOR, RATE, Given, drawn, standing
 
-from underfoot.devices.device import MOST, room
 from underfoot.engine.intake import Intake
-from underfoot.floor.layout import default_floor
 
-FLOOR = default_floor(1, 2)
-RATE = 48_000.0
 GATE, HOLD = 0.005, 0.020
-QUIET_S, STAND_S = 0.3, 1.0
-
-
-class Given:
-    """A source that hands over given samples in the frame of their arrival."""
-
-    def __init__(self, rate_hz, stamps, forces, arrivals=None):
-        self.floor, self.rate_hz = FLOOR, rate_hz
-        self.stamps, self.arrivals, self.forces = room(FLOOR)
-        self._all = stamps, stamps if arrivals is None else arrivals, forces
-        self._next = 0
-
-    def pull(self, end):
-        stamps, arrivals, forces = self._all
-        stop = min(int(np.searchsorted(arrivals, end)), self._next + MOST)
-        count = stop - self._next
-        for mine, given in zip((self.stamps, self.arrivals, self.forces), (stamps, arrivals, forces), strict=True):
-            mine[:count] = given[self._next : stop]
-        self._next = stop
-        return count
-
-
-def standing(rate_hz, rate=RATE, seconds=2.0):
-    """Samples of someone who stands on the first tile from 0.3 to 1.3 s and sways: stamps in frames, and forces."""
-    time_s = np.arange(round(seconds * rate_hz)) / rate_hz
-    forces = np.zeros((len(time_s), 2, 4))
-    on = (time_s >= QUIET_S) & (time_s < QUIET_S + STAND_S)
-    sway = 0.3 * np.sin(2.0 * np.pi * 1.7 * time_s[on])
-    load = 600.0 + 150.0 * np.sin(2.0 * np.pi * 3.1 * time_s[on])
-    forces[on, 0] = load[:, None] * np.stack([1 + sway, 1 - sway, 1 - sway, 1 + sway], axis=1) / 4.0
-    return time_s * rate, forces
-
-
-def drawn(source, frames, rate=RATE, blocks=(512,)):
-    """Force, x and y [signal, tile, frame], as the intake gives them in blocks of these sizes."""
-    intake = Intake(source, rate)
-    out = np.zeros((3, 2, frames))
-    at = turn = 0
-    while at < frames:
-        n = min(blocks[turn % len(blocks)], frames - at)
-        block = np.full((3, 2, n), np.nan)
-        intake.take(at + n)
-        intake.fill(*block, at, n)
-        out[:, :, at : at + n] = block
-        at, turn = at + n, turn + 1
-    return out
 
 
 RATES = pytest.mark.parametrize("rate_hz", [1000.0, 240.0, 160.0])
@@ -192,11 +143,11 @@ def test_a_tare_takes_what_the_tile_reads_now_as_its_zero():
     np.testing.assert_allclose(intake.tracker.baseline_n, [[4.0] * 4, [0.0] * 4])
 
 
-def test_who_hears_of_samples_hears_of_each_once():
+def test_every_sample_is_told_of_once():
     stamps, forces = standing(1000.0)
     intake = Intake(Given(1000.0, stamps, forces), RATE)
     heard = []
-    intake.hear = lambda count: heard.extend(intake.source.stamps[:count])
+    intake.on_samples = lambda count: heard.extend(intake.source.stamps[:count])
     for end in (1, 500, 40_000, 90_000):
         intake.take(end)
     assert heard == stamps[stamps < 90_000].tolist()

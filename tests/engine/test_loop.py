@@ -6,13 +6,14 @@ from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from underfoot.clock import FADE
-from underfoot.engine.loop import PULSE, PULSE_HZ, PULSE_S, InTurn, output_channels
-from underfoot.engine.messages import Level, Panic, Play, Press, Pulse, Set, Strike, Tare, Walk
+from underfoot.engine.commands import Level, Panic, Play, PressTile, ProgramSwap, Pulse, Set, Strike, Tare, Walk
+from underfoot.engine.loop import output_channels
 from underfoot.engine.safety import Limits
+from underfoot.engine.tile_pulse import PULSE_HZ, PULSE_M_S2, PULSE_S
 from underfoot.floor.layout import Floor
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
-from underfoot.patch.node import Input, Output, node, run_kernel
+from underfoot.patch.node import Input, Output, node
 
 OPEN = Limits(peak=1.0, rms=1.0)
 
@@ -21,7 +22,7 @@ OPEN = Limits(peak=1.0, rms=1.0)
 AT_ODD_FRAMES = (
     (3_001, Strike("", "t2", 0.7)),
     (4_003, Set("modal-bank", "pitch", 1.4)),
-    (5_000, Press("t3", 0.05, -0.02, 300.0)),
+    (5_000, PressTile("t3", 0.05, -0.02, 300.0)),
     (9_999, Level(-6.0)),
     (12_345, "swap"),
     (12_400, "swap back"),
@@ -30,7 +31,7 @@ AT_ODD_FRAMES = (
     (14_001, "swap back in turn"),
     (14_003, Set("modal-bank", "pitch", 0.9)),
     (15_000, Tare()),
-    (17_001, Press("t3", 0.0, 0.0, 0.0)),
+    (17_001, PressTile("t3", 0.0, 0.0, 0.0)),
     (20_011, Walk(False)),
     (21_013, Pulse("t4")),
     (26_017, Panic()),
@@ -46,9 +47,9 @@ def test_commands_at_odd_frames_give_the_same_bytes_at_any_block_size(blocks):
         for frame, command in AT_ODD_FRAMES:
             if isinstance(command, str):
                 program = loop.build(rough_step() if command == "swap" else stepped_bank())
-                command = InTurn(program) if command == "swap back in turn" else program
+                command = ProgramSwap(program, together=command != "swap back in turn")
             loop.send(command, frame)
-        return played(loop, 40_000, blocks), [(done.frame, done.command) for done in loop.done]
+        return played(loop, 40_000, blocks), [(done.frame, done.command) for done in loop.applied]
 
     whole, told = run([128])
     out, again = run(blocks)
@@ -64,7 +65,7 @@ def test_commands_act_on_the_next_span_edge_and_say_when():
     loop.send(Level(-9.0), 10)
     for _ in range(2):
         loop.run(100)
-    assert [done.frame for done in loop.done] == [0, 64, 64, 64]
+    assert [done.frame for done in loop.applied] == [0, 64, 64, 64]
 
 
 def test_a_block_however_large_takes_every_sample():
@@ -82,24 +83,24 @@ def test_swapping_a_patch_for_itself_cannot_be_heard(patch):
     """States are kept, and the gains of old and new sum to 1: bit for bit the same."""
     plain = played(loop_of(patch), 48_000)
     loop = loop_of(patch)
-    loop.send(loop.build(patch), 11_111)
-    loop.send(loop.build(patch), 11_200)
-    loop.send(loop.build(patch), 30_000)
+    loop.send(ProgramSwap(loop.build(patch)), 11_111)
+    loop.send(ProgramSwap(loop.build(patch)), 11_200)
+    loop.send(ProgramSwap(loop.build(patch)), 30_000)
     assert plain.any()
     assert played(loop, 48_000).tobytes() == plain.tobytes()
-    assert len(loop.retired) == 3
+    assert len(loop.programs.retired) == 3
 
 
 def test_another_patch_is_faded_in_over_the_old_one():
     old, new = hum(tone={"frequency": 100.0}), hum(tone={"frequency": 130.0, "amplitude": 2.0})
     edge = 9_600
-    loops = [loop_of(p, walking=False, limits=[OPEN] * 4) for p in (old, new, old)]
+    loops = [loop_of(p, walking=False, limits=(OPEN,) * 4) for p in (old, new, old)]
     mixed = loops[2]
     replaced = mixed.program
-    mixed.send(mixed.build(new), edge)
+    mixed.send(ProgramSwap(mixed.build(new)), edge)
     before, _, out = (played(loop, 19_200)[:, 0].astype(float) for loop in loops)
     assert out[:edge].tobytes() == before[:edge].tobytes()
-    assert mixed.retired[0] is replaced
+    assert mixed.programs.retired[0] is replaced
     # No step is larger than those of the louder tone alone, and than what the fade itself adds.
     steepest = np.abs(np.diff(before)).max() + np.abs(before).max() * 2.0 / FADE
     assert np.abs(np.diff(out)).max() <= steepest
@@ -111,15 +112,15 @@ def test_where_both_would_cost_too_much_the_old_one_is_faded_out_first(blocks):
     plain = played(loop_of(patch, walking=False), 24_000)[:, 0].astype(float)
     loop = loop_of(patch, block=max(blocks), walking=False)
     replaced = loop.program
-    loop.send(InTurn(loop.build(patch)), 9_600)
+    loop.send(ProgramSwap(loop.build(patch), together=False), 9_600)
     loop.send(Set("tone", "amplitude", 4.0), 9_700)  # meant for both
-    loop.send(loop.build(patch.set("tone", "amplitude", 4.0, REGISTRY)), 9_800)  # has to wait
+    loop.send(ProgramSwap(loop.build(patch.set("tone", "amplitude", 4.0, REGISTRY))), 9_800)  # has to wait
     out = played(loop, 24_000, blocks)[:, 0].astype(float)
     amplitude = np.interp(np.arange(24_000), [9_728, 9_968], [1.0, 2.0])
     gain = np.interp(np.arange(24_000), [9_600, 10_080, 10_560], [1.0, 0.0, 1.0])
     np.testing.assert_allclose(out[9_000:], (plain * amplitude * gain)[9_000:], atol=2e-3)
-    assert loop.retired[0] is replaced
-    assert len(loop.retired) == 2
+    assert loop.programs.retired[0] is replaced
+    assert len(loop.programs.retired) == 2
 
 
 def test_a_number_of_a_patch_that_does_not_play_yet_does_no_harm():
@@ -130,7 +131,7 @@ def test_a_number_of_a_patch_that_does_not_play_yet_does_no_harm():
 
 
 def test_the_hand_of_a_number_moves_in_a_ramp():
-    loop = loop_of(hum(tone={"frequency": 400.0, "amplitude": 2.0}), walking=False, limits=[OPEN] * 4)
+    loop = loop_of(hum(tone={"frequency": 400.0, "amplitude": 2.0}), walking=False, limits=(OPEN,) * 4)
     loop.send(Set("tone", "amplitude", 8.0), 9_600)
     out = played(loop, 19_200)[:, 0]
     height = np.abs(out).reshape(-1, 240).max(axis=1)  # two periods each
@@ -141,16 +142,16 @@ def test_the_hand_of_a_number_moves_in_a_ramp():
 def test_what_is_looked_at_goes_on_through_swaps_and_commands():
     patch = hum(tone={"amplitude": 2.0})
     loop = loop_of(patch, block=1024, walking=False, scopes=("tone.out",))
-    loop.send(loop.build(patch, ("tone.out",)), 1_500)
+    loop.send(ProgramSwap(loop.build(patch, ("tone.out",))), 1_500)
     loop.send(Level(-6.0), 3_333)
     seen = []
     for _ in range(6):
         loop.run(1024)
-        seen.append(loop.scoped.copy())
+        seen.append(loop.scope_frames.copy())
     seen = np.concatenate(seen)
     plain = loop_of(patch, block=6144, walking=False, scopes=("tone.out",))
     plain.run(6144)
-    np.testing.assert_array_equal(seen, plain.scoped)
+    np.testing.assert_array_equal(seen, plain.scope_frames)
 
 
 # --- what must never reach the shaker ---
@@ -165,10 +166,9 @@ class Broken:
     out = Output("m/s^2")
     muted_by = ("force",)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            y[0][i] = np.nan if x[0][i] > c[0] else 0.001 * x[0][i]
+    def run(force, high, out):
+        for i in range(out.size):
+            out[i] = np.nan if force[i] > high else 0.001 * force[i]
 
 
 def test_a_node_that_makes_nan_is_silenced_and_named():
@@ -186,7 +186,7 @@ def test_a_node_that_makes_nan_is_silenced_and_named():
     for at in range(0, 48_000, 480):
         part = np.zeros((3, 4, 480))
         other.intake.take(at + 480)
-        other.intake.fill(*part, at, 480)
+        other.intake.fill(part, at, 480)
         force[:, :, at : at + 480] = part
     first = np.flatnonzero((force[0] > 400.0).any(axis=0))[0]
     assert (name, tile) == ("broken", FLOOR.ids[int(np.argmax(force[0, :, first]))])
@@ -210,7 +210,7 @@ def test_a_pulse_tells_which_tile_is_which_on_its_channel():
     assert np.flatnonzero(out.any(axis=0)).tolist() == [5]
     sounding = np.flatnonzero(out[:, 5])
     time_s = np.arange(24_000) / 48_000 - 0.02
-    burst = PULSE * np.sin(np.pi * time_s / PULSE_S) ** 2 * np.sin(2.0 * np.pi * PULSE_HZ * time_s)
+    burst = PULSE_M_S2 * np.sin(np.pi * time_s / PULSE_S) ** 2 * np.sin(2.0 * np.pi * PULSE_HZ * time_s)
     expected = np.where((time_s >= 0.0) & (time_s < PULSE_S), burst, 0.0) / Limits().acceleration_per_unit
     assert sounding[0] >= 960
     assert np.abs(out[:, 5] - expected).max() < 0.1 * np.abs(expected).max()  # the DC block turns 60 Hz by 5 degrees
@@ -223,7 +223,7 @@ def test_ten_thousand_blocks_allocate_nothing():
     loop = loop_of(stepped_bank(), block=64, scopes=("modal-bank.out",))
     for _ in range(3_000):
         loop.run(64)
-    loop.done.clear()
+    loop.applied.clear()
     tracemalloc.start()
     try:
         for _ in range(100):

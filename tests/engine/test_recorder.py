@@ -8,15 +8,15 @@ import pytest
 from live import live
 from made_patches import hum, stepped_bank
 
-from underfoot.engine import messages
-from underfoot.engine.messages import Done, Level, Lost, Notice, Panic, Set, Strike, Swap
-from underfoot.engine.recorder import Recorder, from_text, to_text
-from underfoot.engine.replayed import is_recording, replay
+from underfoot.engine.commands import Level, Panic, Play, PressTile, Set, Strike, Swap, from_text, to_text
+from underfoot.engine.recorder import RecordCommand, Recorder
+from underfoot.engine.reports import Notice, ProcessDied
 from underfoot.engine.rings import Ring
+from underfoot.engine.session_replay import replay
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.records.recording import Gap, Recording, Writer
+from underfoot.records.recording import Gap, Recording, Writer, is_recording
 
 ABOUT = {
     "patch": hum().dumps().decode(),
@@ -57,7 +57,7 @@ def record(rings, tmp_path):
     """Starts a recorder of the rings; one that a failed test leaves running is killed."""
 
     def start(name="a.uf"):
-        return Recorder(multiprocessing.get_context("spawn"), tmp_path / name, ABOUT, rings.force, rings.vibration)
+        return Recorder(tmp_path / name, ABOUT, rings.force, rings.vibration)
 
     yield start
     for process in multiprocessing.active_children():
@@ -86,9 +86,9 @@ def test_all_that_is_played_from_now_on_is_in_the_file(rings, record, until):
     rings.write(4_800)
     until(lambda: frames_in(recorder.path) == 14_400, "the first frames are safe")
     rings.write(4_800)
-    recorder.note(Done(12_000, Level(-3.0)))
+    recorder.send(RecordCommand(12_000, *to_text(Level(-3.0))))
     recorder.end(19_200)
-    assert recorder.ended(10.0)
+    assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
         first, played = recording.vibration()
         assert (first, len(played)) == (9_600, 9_600)
@@ -107,7 +107,7 @@ def test_it_ends_where_all_commands_are_known(rings, record, until):
         rings.write(4_800)
         until(lambda: frames_in(recorder.path) == rings.vibration.written)
     recorder.end(9_000)
-    assert recorder.ended(10.0)
+    assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_000))
 
@@ -117,8 +117,8 @@ def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, 
     rings.write(9_600)
     until(lambda: frames_in(recorder.path) == 9_600)
     rings.write(4_800)
-    os.kill(recorder._process.pid, signal.SIGKILL)
-    until(lambda: not recorder._process.is_alive())
+    os.kill(recorder.pid, signal.SIGKILL)
+    until(lambda: recorder.death() == "signal 9", "it died")
     with Recording(recorder.path) as recording:
         first, played = recording.vibration()
         assert first == 0
@@ -127,27 +127,25 @@ def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, 
         assert recording.about["patch"] == ABOUT["patch"]
         assert len(recording.forces()) == len(played) // 48
 
-    assert recorder.gone() == "signal 9"
-    recorder.go_on()
+    recorder.restart()
     rings.write(4_800)
-    recorder.note(Done(15_000, Level(0.0)))
+    recorder.send(RecordCommand(15_000, *to_text(Level(0.0))))
     recorder.end(1 << 40)
-    assert recorder.ended(10.0)
+    assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 19_200))
         np.testing.assert_array_equal(recording.forces()[:, 3], np.arange(400))
         assert len(recording.commands()) == 1
 
 
-def test_killed_before_there_is_a_file_it_begins_anew(rings, record):
+def test_killed_before_there_is_a_file_it_begins_anew(rings, record, until):
     recorder = record()
-    os.kill(recorder._process.pid, signal.SIGKILL)
-    recorder._process.join()
+    os.kill(recorder.pid, signal.SIGKILL)
+    until(lambda: recorder.death() == "signal 9", "it died")
     rings.write(480)
-    assert recorder.gone() == "signal 9"
-    recorder.go_on()
+    recorder.restart()
     recorder.end(480)
-    assert recorder.ended(10.0)
+    assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
         assert len(recording.vibration()[1]) == 480
 
@@ -158,7 +156,7 @@ def test_where_an_engine_took_over_there_is_a_gap(rings, record):
     rings.vibration.skip(24_000)
     rings.write(4_800)
     recorder.end(1 << 40)
-    assert recorder.ended(10.0)
+    assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
         first, played = recording.vibration()
         assert recording.gaps() == [Gap(4_800, 19_200)]
@@ -172,7 +170,7 @@ def test_where_an_engine_took_over_there_is_a_gap(rings, record):
 def test_a_file_that_is_there_is_not_written_over(rings, record):
     recorder = record()
     recorder.end(0)
-    assert recorder.ended(10.0)
+    assert recorder.has_ended(10.0)
     with pytest.raises(BadFile, match="there already"):
         record()
 
@@ -182,7 +180,7 @@ def test_a_place_that_cannot_be_written_is_told_in_one_line(rings, record, until
     said = until(recorder.receive, "it says so")
     assert len(said) == 1
     assert "none/a.uf is not recorded any further" in said[0]
-    until(lambda: recorder.gone() == "", "it ends by itself")
+    until(lambda: recorder.death() == "", "it ends by itself")
 
 
 # --- in a session ---
@@ -195,9 +193,9 @@ def test_a_recorder_that_is_killed_goes_on_in_the_same_file(until, tmp_path):
         playing.started()
         playing.play(9_600)
         until(lambda: frames_in(path) > 4_800)
-        os.kill(session._recorder._process.pid, signal.SIGKILL)
-        playing.until(lambda: playing.of(Lost), "the death is noticed")
-        assert playing.of(Lost)[0].process == "recorder"
+        os.kill(session.pids["recorder"], signal.SIGKILL)
+        playing.until(lambda: playing.of(ProcessDied), "the death is noticed")
+        assert playing.of(ProcessDied)[0].process == "recorder"
         safe = frames_in(path)
         until(lambda: (playing.poll(), frames_in(path) > safe + 4_800)[1], "it goes on")
         session.stop_recording()
@@ -213,7 +211,7 @@ def test_a_recording_that_cannot_be_made_is_told_and_ends(until, tmp_path):
     with live(stepped_bank(), until, record=tmp_path / "none" / "a.uf", start=False) as playing:
         playing.until(lambda: playing.of(Notice), "it is told")
         playing.until(lambda: playing.session.recording is None, "it ends")
-        assert playing.of(Lost) == []
+        assert playing.of(ProcessDied) == []
 
 
 def test_what_was_recorded_later_cannot_be_replayed(rings, record):
@@ -221,9 +219,19 @@ def test_what_was_recorded_later_cannot_be_replayed(rings, record):
     recorder = record()
     rings.write(480)
     recorder.end(960)
-    assert recorder.ended(10.0)
+    assert recorder.has_ended(10.0)
     with pytest.raises(BadFile, match="does not begin with its session"):
         replay(recorder.path, REGISTRY)
+
+
+def test_a_patch_that_cannot_be_played_is_told_with_the_name_of_its_recording(tmp_path):
+    path = tmp_path / "a.uf"
+    writer = Writer(path, ABOUT)
+    writer.vibration(0, expected(0, 480))
+    writer.command(96, *to_text(Swap(hum().dumps().replace(b'"tone"', b'"bagpipe"'))))
+    writer.close()
+    with pytest.raises(BadFile, match=r"a\.uf: .*bagpipe"):
+        replay(path, REGISTRY)
 
 
 # --- the file ---
@@ -237,8 +245,8 @@ def test_what_was_recorded_later_cannot_be_replayed(rings, record):
         Swap(hum().dumps(), ("tone.out",)),
         Swap(hum().dumps(), together=False),
         Panic(),
-        messages.Press("t1", 0.1, -0.2, 300.0),
-        messages.Play(True),
+        PressTile("t1", 0.1, -0.2, 300.0),
+        Play(True),
     ],
 )
 def test_commands_are_what_they_were(command):

@@ -11,9 +11,10 @@ from live import live
 from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from underfoot.clock import FADE
-from underfoot.engine.messages import Level, Lost, Notice, Panic, Press, Preview, Pulse, Set, Strike, Swap, Tare, Walk
-from underfoot.engine.replayed import replay
+from underfoot.engine.commands import Level, Panic, PressTile, Pulse, Set, Strike, Swap, Tare, Walk
+from underfoot.engine.reports import Notice, Preview, ProcessDied
 from underfoot.engine.safety import PANIC
+from underfoot.engine.session_replay import replay
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -30,13 +31,13 @@ def test_a_live_session_replayed_gives_the_same_bytes(until, tmp_path):
         session = playing.session
         session.edit(patch.set("modal-bank", "decay", 1.2, REGISTRY))
         playing.started()
-        for command in (Level(-6.0), Strike("", "t2", 0.8), Press("t3", 0.05, 0.02, 350.0)):
+        for command in (Level(-6.0), Strike("", "t2", 0.8), PressTile("t3", 0.05, 0.02, 350.0)):
             session.send(command)
             playing.play(3_000)
         session.edit(session.patch.set("modal-bank", "pitch", 1.5, REGISTRY))
         session.send(Strike("", "t1", 0.4))
         session.edit(rough_step())
-        session.send(Press("t3", -0.05, 0.01, 500.0))
+        session.send(PressTile("t3", -0.05, 0.01, 500.0))
         playing.done(Swap)
         session.send(Tare())
         session.send(Set("scale", "out_high", 6.0))
@@ -52,7 +53,7 @@ def test_a_live_session_replayed_gives_the_same_bytes(until, tmp_path):
         playing.play(2_000)
         session.play()
         session.send(Walk(False))
-        session.send(Press("t3", 0.0, 0.0, 0.0))
+        session.send(PressTile("t3", 0.0, 0.0, 0.0))
         playing.play(5_000)
         session.stop_recording()
     with Recording(path) as recording:
@@ -91,7 +92,7 @@ def shared(until):
     with live(hum(tone=SINE), until, walker=False) as playing:
         playing.started()
         playing.session.send(Level(0.0))
-        playing.until(lambda: playing.session._spare is not None)
+        playing.until(lambda: "standby" in playing.session.pids)
         yield playing
 
 
@@ -144,27 +145,27 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
     playing.until(lambda: playing.of(Notice), "the patch is refused")
     assert "none.wav" in playing.of(Notice)[0].text
     killed = time.monotonic()
-    os.kill(session._engine.process.pid, signal.SIGKILL)
+    os.kill(session.pids["engine"], signal.SIGKILL)
     playing.until(lambda: not session.health.running, "the death is noticed")
     playing.started()
     back = time.monotonic() - killed
     playing.play(4_800)
     assert back < 5.0  # within a second, on a machine that has nothing else to do
-    assert [(lost.process, lost.reason) for lost in playing.of(Lost)] == [("engine", "signal 9")]
+    assert [(lost.process, lost.reason) for lost in playing.of(ProcessDied)] == [("engine", "signal 9")]
     ((end, start),) = playing.gaps
     assert 0.0 < (start - end) / 48_000 < back + 1.0  # the time without an engine is a gap
     sounding = playing.played(playing.end - 2_400, 2_400)[:, 0]
     assert np.argmax(np.abs(np.fft.rfft(sounding))) == 5  # of the patch that was passed, 100 Hz
     assert np.abs(sounding).max() == pytest.approx(0.2, rel=0.05)
-    playing.until(lambda: session._spare is not None, "there is a spare again")
+    playing.until(lambda: "standby" in session.pids, "another engine stands by")
 
 
 def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):
     session = playing.session
-    os.kill(session._compiler.process.pid, signal.SIGSTOP)  # so that it does not answer before it dies
+    os.kill(session.pids["compiler"], signal.SIGSTOP)  # so that it does not answer before it dies
     ticket = session.preview(session.patch, "tone")
-    os.kill(session._compiler.process.pid, signal.SIGKILL)
-    playing.until(lambda: playing.of(Lost), "the death is noticed")
+    os.kill(session.pids["compiler"], signal.SIGKILL)
+    playing.until(lambda: playing.of(ProcessDied), "the death is noticed")
     playing.until(lambda: playing.of(Preview), "the preview comes")
     assert [preview.ticket for preview in playing.of(Preview)] == [ticket]
     session.edit(patch_of(("noise.out", "tile-output.acceleration")))
@@ -176,9 +177,9 @@ def test_what_must_not_reach_the_engine_is_refused_here(until):
         session = playing.session
         for command in (
             Strike("", "nowhere"),
-            Press("t9", 0.0, 0.0, 1.0),
+            PressTile("t9", 0.0, 0.0, 1.0),
             Pulse(""),
-            Press("t1", 0.0, 0.0, float("nan")),
+            PressTile("t1", 0.0, 0.0, float("nan")),
             Level(float("inf")),
             Set("tone", "frequency", -3.0),
             Set("tone", "colour", 1.0),
@@ -201,7 +202,8 @@ import sys, threading
 sys.path[:0] = {paths!r}
 from live import Live
 from made_patches import stepped_bank
-from underfoot.engine.session import Session, Target
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 
@@ -215,11 +217,11 @@ def main():
     session.start()
     playing = Live(session, until)
     playing.started()
-    playing.until(lambda: session._spare is not None)
+    playing.until(lambda: "standby" in session.pids)
     playing.play(24_000)
-    children = [session._engine, session._spare, session._compiler]
-    print(*(c.process.pid for c in children), session._recorder._process.pid, flush=True)
-    print(session._status.name, *(ring.where.name for ring in session._rings), flush=True)
+    print(*session.pids.values(), flush=True)
+    names = session.memory.names
+    print(names.status, names.force.name, names.vibration.name, names.scope.name, flush=True)
     {then}
 
 if __name__ == "__main__":

@@ -165,11 +165,11 @@ def test_tare_by_hand():
     time_s, force_n = loads((0.0, 1.0), (150.0, 2.0), (550.0, 0.5), (150.0, 0.5))
     tracker = ContactTracker(ONE_TILE, 1000.0)
     tracker.feed(time_s[:2000], force_n[:2000])
-    assert tracker.present()[0].force_n == pytest.approx(150.0)
+    assert tracker.ongoing()[0].force_n == pytest.approx(150.0)
     tracker.tare()
     finished = tracker.feed(time_s[2000:], force_n[2000:]).finished
     assert [contact.force_n.max() for contact in finished] == pytest.approx([150.0, 400.0])
-    assert not tracker.present()
+    assert not tracker.ongoing()
 
 
 @pytest.mark.parametrize(("gap_s", "contacts"), [(0.03, 1), (0.05, 2)])
@@ -263,7 +263,7 @@ def test_tiles_further_than_30_mm_apart_do_not_share_a_foot(apart_m, feet):
     assert len(contacts) == feet
 
 
-def test_rows_wait_until_it_is_decided_whose_foot_it_is_and_present_does_not():
+def test_rows_wait_until_it_is_decided_whose_foot_it_is_and_ongoing_contacts_do_not():
     floor = touching_floor(1, 2)
     time_s = times(1.5, 1000.0)
     toward = 1 + np.sign(np.array(floor.tiles[0].sensors_m)[:, 0]) * np.array([[0.1 / 0.13], [-0.1 / 0.13]])
@@ -273,7 +273,7 @@ def test_rows_wait_until_it_is_decided_whose_foot_it_is_and_present_does_not():
     tracker = ContactTracker(floor, 1000.0)
     given = tracker.feed(time_s[:1300], pressed[:1300]).rows
     assert given.time_s[-1] == pytest.approx(1.099)
-    (both,) = tracker.present()
+    (both,) = tracker.ongoing()
     assert (both.id, both.tiles, both.force_n) == (1, (0, 1), pytest.approx(430.0))
     assert both.x_m == pytest.approx((400.0 * 0.25 + 30.0 * 0.35) / 430.0)
     pressed[1300:, 1] = 60.0 / 4.0 * toward[1]

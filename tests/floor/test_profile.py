@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.floor.centroid_correction import nearest_within
-from underfoot.floor.curves import Correction, Curve, Memory
+from underfoot.floor.centroid_correction import CentroidCorrection, nearest_within
+from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import Centroid, Fsr, Profile, Response, opened, profiles_of
+from underfoot.floor.profile import Centroid, Fsr, Profile, Response, load_for_tile, profiles_of
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 TODAY = date(2024, 6, 1)
@@ -20,7 +20,13 @@ TODAY = date(2024, 6, 1)
 def line(slope=0.01, rest=1000.0, full=500.0, **more):
     ends = (rest, rest + full / slope)
     return Curve(
-        law="power", rest=rest, full_scale_n=full, readings=ends, forces_n=(0.0, full), slopes=(slope,) * 2, **more
+        family="power",
+        unloaded_reading=rest,
+        full_scale_n=full,
+        readings=ends,
+        forces_n=(0.0, full),
+        slopes=(slope,) * 2,
+        **more,
     )
 
 
@@ -57,14 +63,20 @@ def test_beyond_the_curve_it_goes_on_mildly_and_nan_stays():
 
 
 def test_a_falling_curve_is_as_good():
-    falling = Curve(law="power", rest=60000.0, full_scale_n=500.0, readings=(10000.0, 60000.0), forces_n=(500.0, 0.0),
-                    slopes=(-0.01, -0.01))  # fmt: skip
+    falling = Curve(
+        family="power",
+        unloaded_reading=60000.0,
+        full_scale_n=500.0,
+        readings=(10000.0, 60000.0),
+        forces_n=(500.0, 0.0),
+        slopes=(-0.01, -0.01),
+    )
     assert falling.force(np.array([60000.0, 35000.0, 0.0, 65000.0])) == pytest.approx([0.0, 250.0, 600.0, -50.0])
 
 
 def test_between_knots_it_is_the_cubic_that_was_written_down():
     x = np.linspace(0.0, 1000.0, 6)
-    curve = Curve(law="spline", full_scale_n=8.0, readings=tuple(x), forces_n=tuple((x / 500.0) ** 3),
+    curve = Curve(family="spline", full_scale_n=8.0, readings=tuple(x), forces_n=tuple((x / 500.0) ** 3),
                   slopes=tuple(3.0 * x**2 / 500.0**3))  # fmt: skip
     fine = np.linspace(0.0, 1000.0, 777)
     assert curve.force(fine) == pytest.approx((fine / 500.0) ** 3, abs=1e-12)
@@ -76,36 +88,40 @@ def test_an_uncalibrated_sensor_gives_no_number_and_the_others_do():
     assert any("sensor 2 of t1 is not calibrated: it is dead" in flag for flag in profile.flags("t1", TODAY))
 
 
-# --- what sensors remember ---
+# --- hysteresis and creep ---
 
 
-def remembering(creep=0.04, relative=True):
+def compensated(creep=0.04, relative=True):
     knots = {"readings": (1000.0, 51000.0), "forces_n": (0.0, 500.0), "slopes": (0.01, 0.01)}
-    return line(memory=Memory(**knots, creep=creep, relative=relative, widths=(0.05, 0.2), weights=(1.3, -0.2, -0.1)))
+    return line(
+        compensation=Compensation(
+            **knots, creep=creep, relative=relative, widths=(0.05, 0.2), weights=(1.3, -0.2, -0.1)
+        )
+    )
 
 
 def test_any_split_of_a_stream_gives_the_same_newtons():
-    profile = Profile(tile="t1", fsr=fsr(*(remembering(),) * 4))
+    profile = Profile(tile="t1", fsr=fsr(*(compensated(),) * 4))
     draws = np.random.default_rng(1)
     readings = 1000.0 + 20000.0 * np.abs(np.cumsum(0.02 * draws.standard_normal((500, 4)), axis=0))
     time_s = np.cumsum(draws.uniform(0.0005, 0.01, 500))
     whole = profile.force_over_time(readings, time_s)
-    memory = profile.memory()
+    states = profile.rested()
     pieces = [
-        profile.force_over_time(readings[a:b], time_s[a:b], memory) for a, b in ((0, 1), (1, 7), (7, 300), (300, 500))
+        profile.force_over_time(readings[a:b], time_s[a:b], states) for a, b in ((0, 1), (1, 7), (7, 300), (300, 500))
     ]
     assert np.concatenate(pieces) == pytest.approx(whole, rel=1e-12, abs=1e-9)
     assert np.abs(whole - profile.force(readings)).max() > 1.0
 
 
-def test_without_a_memory_it_is_the_static_curve():
+def test_without_compensation_it_is_the_static_curve():
     profile = Profile(tile="t1", fsr=fsr())
     readings = np.random.default_rng(0).uniform(0.0, 65535.0, (50, 4))
     assert profile.force_over_time(readings, np.arange(50.0)) == pytest.approx(profile.force(readings))
 
 
-def test_a_reading_that_is_missing_leaves_the_memory_as_it_was():
-    profile = Profile(tile="t1", fsr=fsr(*(remembering(),) * 4))
+def test_a_reading_that_is_nan_leaves_the_state_as_it_was():
+    profile = Profile(tile="t1", fsr=fsr(*(compensated(),) * 4))
     readings = np.full((6, 4), 20000.0)
     time_s = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3])
     kept = profile.force_over_time(readings[[0, 1, 5]], time_s[[0, 1, 5]])
@@ -119,7 +135,7 @@ def test_a_reading_that_is_missing_leaves_the_memory_as_it_was():
 
 
 def test_the_place_is_the_weighed_centroid_displaced():
-    correction = Correction(gains=(1.2, 0.8, 1.0, 1.0), powers=((0, 0), (1, 0), (1, 1)), scale_m=0.1,
+    correction = CentroidCorrection(gains=(1.2, 0.8, 1.0, 1.0), powers=((0, 0), (1, 0), (1, 1)), scale_m=0.1,
                             displacement_m=((0.002, 0.0), (0.001, 0.003), (0.0, -0.004)),
                             area_m=((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)))  # fmt: skip
     profile = Profile(tile="t1", centroid=Centroid(made="2024-05-01", sensors_m=SENSORS, correction=correction))
@@ -147,7 +163,7 @@ def test_outside_the_area_the_nearest_point_counts():
 
 
 def test_over_time_has_a_correction_of_its_own():
-    shifted = Correction(powers=((0, 0),), displacement_m=((0.01, 0.0),))
+    shifted = CentroidCorrection(powers=((0, 0),), displacement_m=((0.01, 0.0),))
     part = Centroid(made="2024-05-01", sensors_m=SENSORS, over_time=shifted)
     profile = Profile(tile="t1", centroid=part)
     assert profile.position(np.full(4, 50.0)) == pytest.approx([0.0, 0.0])
@@ -158,7 +174,7 @@ def test_over_time_has_a_correction_of_its_own():
 
 
 def test_it_comes_back_from_its_file_as_it_was(tmp_path):
-    profile = whole().with_part(fsr(*(remembering(),) * 4), TODAY)
+    profile = whole().with_part(fsr(*(compensated(),) * 4), TODAY)
     profile.save(tmp_path / "t1.json")
     back = Profile.load(tmp_path / "t1.json")
     assert back == profile
@@ -202,11 +218,11 @@ def test_a_folder_has_a_profile_for_some_tiles(tmp_path):
 
 def test_a_part_never_goes_into_another_tile_s_file(tmp_path):
     whole().save(tmp_path / "t1.json")
-    assert opened(tmp_path / "t1.json", "t1", "A7").serial == "A7"
+    assert load_for_tile(tmp_path / "t1.json", "t1", "A7").serial == "A7"
     with pytest.raises(BadFile, match="profile of tile t1; allowed: t2"):
-        opened(tmp_path / "t1.json", "t2")
+        load_for_tile(tmp_path / "t1.json", "t2")
     with pytest.raises(BadFile, match="serial A7; allowed: B8"):
-        opened(tmp_path / "t1.json", "t1", "B8")
+        load_for_tile(tmp_path / "t1.json", "t1", "B8")
 
 
 # --- its history and its flags ---
@@ -249,7 +265,7 @@ def test_what_speaks_against_a_profile_is_said():
     ("path", "value", "said"),
     [
         (("fsr", "sensors", 0, "slopes", 0), float("inf"), "slopes"),
-        (("fsr", "sensors", 1, "slopes", 1), -0.01, "slopes that go the way the forces go"),
+        (("fsr", "sensors", 1, "slopes", 1), -0.01, "slopes of the sign that the forces have"),
         (("fsr", "sensors", 2, "forces_n", 1), 1e300, "forces_n"),
         (("fsr", "sensors", 0, "memory", "weights", 0), float("inf"), "weights"),
         (("fsr", "sensors", 0, "rest"), float("inf"), "rest"),
@@ -262,11 +278,11 @@ def test_what_speaks_against_a_profile_is_said():
     ],
 )
 def test_numbers_that_cannot_be_are_refused_when_a_file_is_read(path, value, said):
-    memory = Memory(readings=(1000.0, 51000.0), forces_n=(0.0, 500.0), slopes=(0.01, 0.01))
-    correction = Correction(
+    compensation = Compensation(readings=(1000.0, 51000.0), forces_n=(0.0, 500.0), slopes=(0.01, 0.01))
+    correction = CentroidCorrection(
         powers=((0, 0),), displacement_m=((0.001, 0.002),), area_m=((-0.1, -0.1), (0.1, -0.1), (0.0, 0.1))
     )
-    profile = whole().with_part(fsr(*[line(memory=memory)] * 4))
+    profile = whole().with_part(fsr(*[line(compensation=compensation)] * 4))
     profile = profile.with_part(Centroid(made="2024-05-02", sensors_m=SENSORS, correction=correction))
     document = json.loads(profile.dumps())
     place = document

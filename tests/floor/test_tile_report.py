@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import Floor, Tile, default_floor
-from underfoot.floor.simulated_tile import TileParameters
 from underfoot.floor.tile_design import designs
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.floor.tile_report import text, write
 from underfoot.models.tile.plate import Plate
 from underfoot.patch import library
@@ -43,7 +43,7 @@ def quantities(design):
         ("antiresonance_hz", 775.0, 779.0),
     ],
 )
-def test_our_values_for_the_thesiss_tile_are_the_erratas(key, thesis, ours):
+def test_our_values_for_the_thesiss_tile_are_the_corrected_ones(key, thesis, ours):
     row = quantities(designs(default_floor(), TileParameters())[0])[key]
     assert row.thesis == thesis
     assert row.ours == pytest.approx(ours, rel=2e-3)

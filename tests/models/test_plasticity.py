@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from event_rows import rows_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -12,30 +13,33 @@ from scipy.integrate import solve_ivp
 
 from underfoot.errors import BadValue
 from underfoot.models import elasto_plastic
-from underfoot.models.elasto_plastic import power_law, slip, slip_displacement, slip_energy
+from underfoot.models.elasto_plastic import Ground, power_law, slip_displacement, slip_energy
+from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
-NAMES = ("mass_kg", "damping_ns_m", "stiffness_n_m", "plastic_stiffness_n_m", "threshold_n", "spread")
-DEFAULTS = dict(zip(NAMES, (0.5, 400.0, 4e5, 4e5, 100.0, 0.3), strict=True))
+GROUND = {"spread": 0.3, "renewal_s": 0.01}
 
 
-def tuned(gamma=1.5, least_j=1e-5, most_j=1e-2, renewal_s=0.01, **changes):
-    t = np.zeros(elasto_plastic.tuning_size())
-    elasto_plastic.tune(t, RATE, *{**DEFAULTS, **changes}.values())
-    elasto_plastic.tune_energy(t, gamma, least_j, most_j, 1.0, 0.5)
-    elasto_plastic.tune_renewal(t, RATE, renewal_s)
-    return t
+def designed(**changes):
+    ground, coefficients = Ground(**{**GROUND, **changes}), elasto_plastic.COEFFICIENTS.zeros()
+    elasto_plastic.design(ground.parameters(), ground.most_j, 1.0, 0.5, RATE, coefficients)
+    return coefficients
 
 
-def played(t, force, cuts=(), s=None, frame=0):
-    s = np.zeros(elasto_plastic.state_size()) if s is None else s
+def played(coefficients, force, cuts=(), state=None, frame=0):
+    state = elasto_plastic.STATE.zeros() if state is None else state
     moved, found = np.zeros(force.size), []
     for i, j in pairwise([0, *sorted(cuts), force.size]):
-        events = np.zeros(3 * (j - i))
-        count = elasto_plastic.run(s, t, stream_key("slip"), frame + i, force[i:j], moved[i:j], events)
-        found.append(events[: 3 * count].reshape(-1, 3))
-    return moved, np.concatenate(found), s
+        events = event_list(room=j - i)
+        elasto_plastic.run(force[i:j], stream_key("slip"), frame + i, coefficients, state, moved[i:j], events)
+        found.append(rows_of(events))
+    return moved, np.concatenate(found), state
+
+
+def slip(force, seed=0, **ground):
+    """What ground of these values does at `RATE`."""
+    return Ground(**ground).response(force, RATE, seed)
 
 
 def footsteps():
@@ -61,7 +65,7 @@ def test_below_the_threshold_the_ground_moves_as_an_ode_solver_says():
         dense_output=True,
     )
     time_s = np.arange(int(0.2 * RATE)) / RATE
-    got = slip(force(time_s), RATE, threshold_n=1e6)
+    got = slip(force(time_s), threshold_n=1e6)
     wanted = exact.sol(time_s)[0]
     assert got.time_s.size == 0
     assert np.linalg.norm(got.displacement_m - wanted) < 1e-7 * np.linalg.norm(wanted)
@@ -70,7 +74,7 @@ def test_below_the_threshold_the_ground_moves_as_an_ode_solver_says():
 def test_between_two_slips_the_ground_rings_exactly_around_its_new_rest():
     """After the last slip, x - x0 is a free damped oscillation plus the answer to a constant force: a closed form."""
     force = np.concatenate((np.linspace(0.0, 450.0, 4800), np.full(4800, 450.0)))
-    got = slip(force, RATE, seed=2)
+    got = slip(force, seed=2)
     last = int(got.time_s[-1] * RATE)
     x, plastic = got.displacement_m, got.plastic_m[-1]
     start = max(last, 4800) + 5
@@ -87,7 +91,7 @@ def test_between_two_slips_the_ground_rings_exactly_around_its_new_rest():
 def test_a_slow_ramp_slips_as_far_as_statics_say():
     """Quasi-static: the plastic unit's force k2 (F - k1 xi) / K stays near its threshold."""
     force = np.linspace(0.0, 800.0, 96000)
-    got = slip(force, RATE, most_j=1e-4, least_j=1e-5)
+    got = slip(force, most_j=1e-4, least_j=1e-5)
     wanted = np.maximum(force - 100.0 * 8e5 / 4e5, 0.0) / 4e5
     np.testing.assert_allclose(got.plastic_m, wanted, atol=5e-6)
     assert wanted[-1] > 1e-3
@@ -121,7 +125,7 @@ def test_the_power_law_has_its_closed_form(gamma):
 def test_the_energies_of_slips_follow_the_truncated_power_law(gamma):
     force = np.linspace(0.0, 10_000.0, 960_000)  # slow, so that nearly no two slips share a frame
     law_j = {"gamma": gamma, "least_j": 1e-4, "most_j": 1e-2}
-    energies = slip(force, RATE, **law_j, stiffness_n_m=1e6, threshold_n=200.0, seed=3).energy_j
+    energies = slip(force, **law_j, stiffness_n_m=1e6, threshold_n=200.0, seed=3).energy_j
     power = 1.0 - gamma
 
     def law(energy):
@@ -138,7 +142,7 @@ def test_the_energies_of_slips_follow_the_truncated_power_law(gamma):
 
 
 def test_no_slip_takes_more_than_the_plastic_unit_holds():
-    got = slip(np.linspace(0.0, 1000.0, 9600), RATE, least_j=1.0, most_j=10.0)
+    got = slip(np.linspace(0.0, 1000.0, 9600), least_j=1.0, most_j=10.0)
     held = 0.5 * 100.0**2 / 4e5
     assert got.energy_j.size > 2
     assert (got.energy_j >= held).all()
@@ -147,14 +151,14 @@ def test_no_slip_takes_more_than_the_plastic_unit_holds():
 
 def test_slips_that_pile_up_in_a_frame_still_bring_the_force_to_its_threshold():
     force = np.full(4800, 900.0)
-    got = slip(force, RATE, least_j=1e-9, most_j=1e-9)
+    got = slip(force, least_j=1e-9, most_j=1e-9)
     pulled = 4e5 * (got.displacement_m - got.plastic_m)
     assert pulled.max() < 100.0 * (1.0 + 1e-9)
     assert got.energy_j.max() > 30e-9
 
 
 def test_the_energies_are_the_work_that_the_slips_took():
-    got = slip(np.linspace(0.0, 700.0, 48000), RATE, seed=5)
+    got = slip(np.linspace(0.0, 700.0, 48000), seed=5)
     jumps = np.flatnonzero(np.diff(got.plastic_m, prepend=0.0))
     np.testing.assert_array_equal(jumps, np.floor(got.time_s * RATE + 1e-6))
     before = got.plastic_m - np.diff(got.plastic_m, prepend=0.0)
@@ -166,7 +170,7 @@ def test_the_energies_are_the_work_that_the_slips_took():
 
 
 def test_a_slip_lies_where_the_force_passes_its_threshold():
-    got = slip(np.linspace(0.0, 500.0, 4800), RATE)
+    got = slip(np.linspace(0.0, 500.0, 4800))
     i = int(got.time_s[0] * RATE)
     pulled = 4e5 * (got.displacement_m[i - 1 : i + 1] - got.plastic_m[i - 1])
     share = (100.0 - pulled[0]) / (pulled[1] - pulled[0])
@@ -176,7 +180,7 @@ def test_a_slip_lies_where_the_force_passes_its_threshold():
 def test_drawn_thresholds_lie_evenly_within_their_spread():
     first = []
     for seed in range(300):
-        got = slip(np.linspace(0.0, 400.0, 2400), RATE, spread=0.5, seed=seed, damping_ns_m=3000.0)
+        got = slip(np.linspace(0.0, 400.0, 2400), spread=0.5, seed=seed, damping_ns_m=3000.0)
         i = int(got.time_s[0] * RATE)
         share = got.time_s[0] * RATE - i
         first.append(4e5 * (got.displacement_m[i - 1] * (1 - share) + got.displacement_m[i] * share))
@@ -185,7 +189,7 @@ def test_drawn_thresholds_lie_evenly_within_their_spread():
 
 def test_reloading_below_the_former_force_makes_no_slip():
     rise = np.linspace(0.0, 600.0, 9600)
-    got = slip(np.concatenate((rise, rise[::-1], 0.9 * rise)), RATE)
+    got = slip(np.concatenate((rise, rise[::-1], 0.9 * rise)))
     assert got.time_s.size > 20
     assert (got.time_s < 9900 / RATE).all()
 
@@ -194,40 +198,40 @@ def test_reloading_below_the_former_force_makes_no_slip():
 
 
 def test_any_split_gives_the_same_bits():
-    t, force = tuned(), footsteps()
-    moved, events, s = played(t, force, frame=10**7)
+    coefficients, force = designed(), footsteps()
+    moved, events, state = played(coefficients, force, frame=10**7)
     assert len(events) > 50
     frames = np.floor(events[:, 0])
     assert (np.diff(frames) > 0).all()
     assert (events[:, 1] > 0.0).all()
     rng = np.random.default_rng(5)
     for cuts in (range(7, 13000, 7), range(64, 13000, 64), rng.integers(0, 13000, 300)):
-        parted, found, left = played(t, force, cuts, frame=10**7)
+        parted, found, left = played(coefficients, force, cuts, frame=10**7)
         np.testing.assert_array_equal(parted, moved)
         np.testing.assert_array_equal(found, events)
-        np.testing.assert_array_equal(left, s)
+        np.testing.assert_array_equal(left.values, state.values)
 
 
 def test_after_the_renewal_time_the_ground_is_fresh_and_differs():
     force, rest = footsteps()[:6000], np.zeros(9600)
-    moved, events, s = played(tuned(), np.concatenate((force, rest, force, rest)))
+    moved, events, state = played(designed(), np.concatenate((force, rest, force, rest)))
     again = events[events[:, 0] > 15600]
-    slept, found, _ = played(tuned(), force, frame=15600)
+    slept, found, _ = played(designed(), force, frame=15600)
     np.testing.assert_allclose(moved[15600:21600], slept, atol=1e-15)
     np.testing.assert_allclose(again, found, rtol=1e-6)
     assert len(again) > 20
     assert abs(again[0, 0] - 15600 - events[0, 0]) > 1e-3
-    assert elasto_plastic.rest(s, tuned()) < 1e-9
+    assert elasto_plastic.tail(state, designed()) < 1e-9
 
 
-def test_rest_bounds_what_is_left_and_waits_for_the_renewal():
-    t, s = tuned(), np.zeros(elasto_plastic.state_size())
-    assert elasto_plastic.rest(s, t) == 0.0
-    _, _, s = played(t, footsteps()[:5000], s=s)
-    assert elasto_plastic.rest(s, t) == math.inf
-    _, _, s = played(t, np.zeros(481), s=s, frame=5000)
-    bound = elasto_plastic.rest(s, t)
-    moved, events, s = played(t, np.zeros(4800), s=s, frame=5481)
+def test_the_tail_bounds_what_is_left_and_waits_for_the_renewal():
+    coefficients, state = designed(), elasto_plastic.STATE.zeros()
+    assert elasto_plastic.tail(state, coefficients) == 0.0
+    played(coefficients, footsteps()[:5000], state=state)
+    assert elasto_plastic.tail(state, coefficients) == math.inf
+    played(coefficients, np.zeros(481), state=state, frame=5000)
+    bound = elasto_plastic.tail(state, coefficients)
+    moved, events, _ = played(coefficients, np.zeros(4800), state=state, frame=5481)
     assert 0.0 < np.abs(moved).max() <= bound * (1.0 + 1e-9)
     assert len(events) == 0
 
@@ -246,10 +250,10 @@ def test_every_finite_force_is_answered_by_finite_values(data):
         "most_j": data.draw(st.sampled_from([1e-5, 1e6])),
     }
     force = np.array(data.draw(st.lists(st.floats(allow_nan=False, allow_infinity=False), max_size=200)))
-    moved, events, s = played(tuned(**changes), np.concatenate((force, np.repeat(force, 5))))
+    moved, events, state = played(designed(**changes), np.concatenate((force, np.repeat(force, 5))))
     assert np.isfinite(moved).all()
     assert np.isfinite(events).all()
-    assert np.isfinite(s).all()
+    assert np.isfinite(state.values).all()
 
 
 @pytest.mark.parametrize(
@@ -270,5 +274,7 @@ def test_every_finite_force_is_answered_by_finite_values(data):
     ],
 )
 def test_a_value_outside_its_range_is_named(changes):
+    given = {"force_n": [0.0, 1.0], "rate_hz": RATE, **changes}
+    force_n, rate_hz = given.pop("force_n"), given.pop("rate_hz")
     with pytest.raises(BadValue, match=next(iter(changes))):
-        slip(**{"force_n": [0.0, 1.0], "rate_hz": RATE, **changes})
+        Ground(**given).response(force_n, rate_hz)

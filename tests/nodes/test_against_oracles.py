@@ -98,7 +98,7 @@ def test_modal_bank_rings_as_its_modes_from_the_event_on():
 
 @pytest.mark.parametrize(("stiffness", "exponent"), [(1e4, 1.5), (1e7, 1.5), (1e11, 1.8)])
 def test_impact_is_the_tight_solution_to_the_error_that_was_asked(stiffness, exponent):
-    """SCIENCE 2: hammer of 20 g at 1 m/s, mu 0.3 s/m, ten modes; the force is the mean over each frame."""
+    """docs/models.md#impacts: hammer of 20 g at 1 m/s, mu 0.3 s/m, ten modes; the force is the mean over each frame."""
     modes = [[100.0 * (i + 1) ** 1.2, 20.0 + 5.0 * i, 0.1, 1.0] for i in range(10)]
     error = 1e-4
     patch = chain(

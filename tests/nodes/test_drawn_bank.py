@@ -4,21 +4,19 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from underfoot.models.modal import drawn_modes
 from underfoot.nodes import REGISTRY
-from underfoot.nodes.impacts import draw_modes
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
 RATE = 48_000
-BANK = REGISTRY["drawn-bank"]
 
 
 def drawn(draw=1, modes=200, low=100.0, high=5_000.0, alpha=0.0, rolloff=0.0, quality=10.0, damping=1.0):
     """Frequencies, decays and amplitudes of a bank with these parameters."""
-    draws = BANK.prepare(BANK.values({"draw": draw, "modes": modes}), RATE)
-    assert draws[0] == modes
+    draws = drawn_modes.draws(modes, draw)
     table = np.zeros((3, modes))
-    draw_modes(np.array(draws[1:]), low, high, alpha, rolloff, quality, damping, table)
+    drawn_modes.place(draws, low, high, alpha, rolloff, quality, damping, table)
     return table
 
 

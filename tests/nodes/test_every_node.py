@@ -9,9 +9,10 @@ import soundfile
 from underfoot.clock import SPAN
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
-from underfoot.patch.driver import NAP
+from underfoot.patch.building import HOSTS
+from underfoot.patch.driver import SLEEP_INTERVAL
 from underfoot.patch.patch import Patch
-from underfoot.patch.program import HOSTS, Program
+from underfoot.patch.program import Program
 
 RATE = 48_000
 TILES = ("left", "right")
@@ -191,10 +192,10 @@ def test_declared_in_full(type):
 
 def test_a_row_that_slept_wakes_at_the_very_frame():
     patch, hosts = alone("low-pass"), one_step()
-    out, program = run(patch, hosts, [NAP], "low-pass", strike=False)
+    out, program = run(patch, hosts, [SLEEP_INTERVAL], "low-pass", strike=False)
     first = int(np.flatnonzero(hosts["force_n"][0])[0])
     signal = out["low-pass.out"]
     assert signal[0, first] != 0.0
     assert not signal[0, :first].any()
     assert not signal[1].any()
-    assert program.tables.ran[program._index["low-pass"]][1] == 0
+    assert program.tables.ran[program.index["low-pass"]][1] == 0

@@ -1,21 +1,15 @@
-"""The stick-slip node: when it slips, what its statistics are, and where its tables are kept."""
+"""The stick-slip node: when it slips, what its statistics are."""
 
 import numpy as np
 import pytest
 
-from underfoot.models.stick_slip.distribution import SlipLaw
+from underfoot.models.stick_slip.distribution import BlockOnBelt, SlipDistribution
 from underfoot.models.stick_slip.quantile_table import LONGEST
 from underfoot.nodes import REGISTRY, stickslip
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
 RATE, BLOCK = 48_000, 4_800
-
-
-@pytest.fixture(autouse=True)
-def _own_tables(tmp_path, monkeypatch):
-    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
-    stickslip._table.cache_clear()
 
 
 def node(**parameters):
@@ -40,16 +34,16 @@ def play(patch, force, tiles=("t1",)):
     return np.concatenate(signal), np.concatenate(events), program
 
 
-def test_slips_follow_the_law_of_its_parameters():
+def test_slips_follow_the_distribution_of_its_parameters():
     w0 = 2.0 * np.pi * 400.0
     parameters = {"frequency": 400.0, "damping": 40, "noise": 50, "start": 200}
     _, events, _ = play(node(**parameters), np.full(40 * RATE, 700.0))
-    law = SlipLaw.solve(1.0, 0.4, 0.5, 1.0, 2.0, 0.0, LONGEST, 1e-4)
+    slip = SlipDistribution.solve(BlockOnBelt(1.0, 0.4, 0.5, 1.0, 2.0, 0.0), LONGEST, 1e-4)
     durations = np.sort(events[:, 2]) * w0
     risen = (np.arange(durations.size) + 0.5) / durations.size
     assert durations.size > 5_000
     most = 1e-3 + 1.95 / np.sqrt(durations.size)  # the asked error, and Kolmogorov's bound at 0.1 %
-    assert np.abs(np.interp(durations, law.duration.at, law.duration.cdf) - risen).max() < most
+    assert np.abs(np.interp(durations, slip.duration.points, slip.duration.cdf) - risen).max() < most
 
 
 def test_it_is_silent_and_asleep_unless_pressed_and_loud_as_it_is_pressed():
@@ -97,40 +91,3 @@ def test_a_smaller_error_makes_a_larger_table():
     sizes = [stickslip.slip_table(values | {"error": error}).size for error in ("0.03", "0.003", "0.0003")]
     assert sizes == sorted(sizes)
     assert sizes[-1] > 10 * sizes[0]
-
-
-def test_a_table_is_made_once_and_kept_beside_the_kernels(tmp_path, monkeypatch):
-    values = {"damping": 30, "noise": 40, "start": 100, "error": "0.01"}
-    made = stickslip.slip_table(values)
-    (file,) = tmp_path.rglob("*.npy")
-    stickslip._table.cache_clear()
-    monkeypatch.setattr(stickslip.quantile_table, "slip_table", None)
-    assert np.array_equal(stickslip.slip_table(values), made)
-    file.write_bytes(file.read_bytes()[:200])
-    stickslip._table.cache_clear()
-    with pytest.raises(TypeError):  # what is cut short is made anew
-        stickslip.slip_table(values)
-
-
-def test_only_so_many_tables_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(stickslip, "_MOST_KEPT", 2)
-    for start in (100, 110, 120, 130, 140):
-        stickslip.slip_table({"damping": 40, "noise": 30, "start": start, "error": "0.01"})
-    kept = {file.name for file in tmp_path.rglob("*.npy")}
-    assert len(kept) == 3
-    assert "40-30-140-0.01.npy" in kept
-
-
-def test_a_place_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))
-    table = stickslip.slip_table({"damping": 30, "noise": 40, "start": 100, "error": "0.01"})
-    assert table[0] == table.size - 1
-
-
-@pytest.mark.parametrize("corner", range(8))
-def test_every_corner_of_the_law_has_a_table(corner):
-    ranges = ((5, 300), (2, 200), (0, 500))
-    damping, noise, start = (pair[corner >> k & 1] for k, pair in enumerate(ranges))
-    table = stickslip.slip_table({"damping": damping, "noise": noise, "start": start, "error": "0.01"})
-    assert np.isfinite(table).all()

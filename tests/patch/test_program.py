@@ -1,20 +1,24 @@
 """A patch that runs: what is built, what sleeps, how controls move, and what a swap keeps."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from underfoot.clock import FADE, RAMP, SPAN
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.loop import Loop
-from underfoot.engine.messages import Play
+from underfoot.engine.commands import Play, ProgramSwap
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.safety import DC_HZ
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
+from underfoot.layouts import Layout
+from underfoot.models.signals.events import emit
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Count, Number
-from underfoot.patch.driver import NAP
-from underfoot.patch.node import NEVER, Input, Output, emit, node, rest_kernel, run_kernel
+from underfoot.patch.driver import SLEEP_INTERVAL
+from underfoot.patch.node import Input, Output, node
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.program import Program
 
@@ -33,15 +37,13 @@ class Probe:
     slow_now = Output()
     fast_now = Output()
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            y[0][i] = c[1]
-            y[1][i] = x[0][i]
+    def run(slow, fast, slow_now, fast_now):
+        for i in range(slow_now.size):
+            slow_now[i] = slow
+            fast_now[i] = fast[i]
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER
+    def tail():
+        return math.inf
 
 
 @node("total", "Tests")
@@ -50,18 +52,16 @@ class Total:
 
     signal = Input()
     out = Output()
-    state = 2
+    state = Layout("total", "sum", "left")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            s[0] += x[0][i]
-            s[1] = 1000.0 if x[0][i] != 0.0 else max(s[1] - 1.0, 0.0)
-            y[0][i] = s[0]
+    def run(signal, state, out):
+        for i in range(out.size):
+            state.sum += signal[i]
+            state.left = 1000.0 if signal[i] != 0.0 else max(state.left - 1.0, 0.0)
+            out[i] = state.sum
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return s[1]
+    def tail(state):
+        return state.left
 
 
 @node("inverse", "Tests")
@@ -71,10 +71,9 @@ class Inverse:
     force = Input("N")
     out = Output("m/s^2")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            y[0][i] = 1.0 / (500.0 - x[0][i])
+    def run(force, out):
+        for i in range(out.size):
+            out[i] = 1.0 / (500.0 - force[i])
 
 
 @node("beat", "Tests")
@@ -85,11 +84,10 @@ class Beat:
     out = Output(kind="event")
     muted_by = ("signal",)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            if (frame + i) % 1000 == 0 and x[0][i] != 0.0:
-                emit(o[0], frame + i + 0.25, 1.0, 0.0)
+    def run(signal, frame, out):
+        for i in range(signal.size):
+            if (frame + i) % 1000 == 0 and signal[i] != 0.0:
+                emit(out, frame + i + 0.25, 1.0)
 
 
 TYPES = {**REGISTRY, "probe": Probe, "total": Total, "inverse": Inverse, "beat": Beat}
@@ -193,7 +191,7 @@ def test_a_row_wakes_at_the_very_frame_and_sleeps_when_nothing_remains():
     expected = np.cumsum(force[1])
     asleep = next(f for f in range(433, LENGTH) if out[1, f] == 0.0)
     np.testing.assert_array_equal(out[1, :asleep], expected[:asleep])
-    assert 1433 <= asleep <= 1433 + 2 * NAP
+    assert 1433 <= asleep <= 1433 + 2 * SLEEP_INTERVAL
     assert not out[1, asleep:].any()
     assert not out[0].any()
     assert program.awake() == {"tile": 0, "total": 0}
@@ -460,10 +458,11 @@ def test_a_node_of_another_type_or_structure_begins_anew():
 
 def loop_of(patch, blocks, swap=None, length=9600):
     """What a loop plays of a patch on one tile, [frame], and with `swap` of another from that frame on."""
-    loop = Loop(patch, TYPES, SimulatedFloor(default_floor(1, 1), walking=False), block=max(blocks))
+    source = SimulatedFloor(default_floor(1, 1), walking=False)
+    loop = Loop(patch, TYPES, source, LoopOptions(block=max(blocks)))
     loop.send(Play(True), 0)
     if swap is not None:
-        loop.send(loop.build(swap[1]), swap[0])
+        loop.send(ProgramSwap(loop.build(swap[1])), swap[0])
     played, at, turn = np.zeros(length), 0, 0
     while at < length:
         n = min(blocks[turn % len(blocks)], length - at)

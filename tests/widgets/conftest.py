@@ -7,7 +7,7 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from PySide6.QtCore import QCoreApplication, QEvent
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDialog
 
 
 @pytest.fixture(scope="session")
@@ -41,7 +41,7 @@ def workspace(qtbot):
     qtbot.addWidget(made)
     made.resize(1280, 748)
     show(qtbot, made)
-    made.setPatch(sample())
+    made.set_patch(sample())
     made.canvas.setFocus()
     return made
 
@@ -52,3 +52,40 @@ def desk(qtbot, tmp_path):
     from calibrate_desk import Desk
 
     return Desk(qtbot, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with a patch to open and room for what the window keeps."""
+    from windows import hiss
+
+    folder = tmp_path_factory.mktemp("window")
+    hiss().save(folder / "hiss.json")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def playing(qapp, place):
+    """A window whose session plays on the simulated floor, shared by the tests of a file."""
+    from windows import play_on_simulator
+
+    window = play_on_simulator(place)
+    yield window
+    window.leave()
+    window.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+@pytest.fixture
+def window(playing, place, qtbot):
+    """The same window as it was at first: playing, its own patch open and saved, Design on the screen."""
+    from on_screen import show
+
+    show(qtbot, playing)
+    yield playing
+    for dialog in playing.findChildren(QDialog):
+        dialog.close()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    playing.open_patch.read(place / "hiss.json")
+    playing.show_workspace("Design")
+    playing.controller.play()

@@ -17,12 +17,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.calibration.procedures.procedure import Page, Refused, Sound
+from underfoot.calibration.procedure import Page
+from underfoot.calibration.rig import PressRequest, Sound
 from underfoot.engine.target import Target
-from underfoot.errors import DeviceError
+from underfoot.errors import BadMeasurement, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
-from underfoot.widgets.calibrate.measuring import Pace, WatchedBench
+from underfoot.widgets.calibrate.measuring import Pace, WatchedRig
 from underfoot.widgets.calibrate.page_view import PageView
 from underfoot.widgets.calibrate.wizard import going_words
 
@@ -77,7 +78,7 @@ def test_by_keys_from_first_to_last_page(desk):
 def test_it_runs_by_itself_with_no_hands_every_page_seen(desk):
     seen = []
     desk.wizard.shown.connect(lambda snapshot: seen.append(snapshot.page.key))
-    desk.workspace._pace = Pace(0.05, 20.0)
+    desk.workspace.pace = Pace(0.05, 20.0)
     desk.click(desk.workspace.overview.begin_alone)
     desk.wait(lambda: desk.page == "result")
     assert tuple(dict.fromkeys(seen)) == PAGES
@@ -86,7 +87,7 @@ def test_it_runs_by_itself_with_no_hands_every_page_seen(desk):
 
 
 def test_a_run_by_itself_is_paused_and_goes_on(desk):
-    desk.workspace._pace = Pace(0.4, 20.0)
+    desk.workspace.pace = Pace(0.4, 20.0)
     desk.click(desk.workspace.overview.begin_alone)
     desk.wait(lambda: desk.page == "tare")
     desk.click(desk.wizard.running)
@@ -147,6 +148,13 @@ def test_a_page_of_silence_listens_and_does_not_play(qtbot):
         view.show_page(page)
         assert view.where.text() == f"{words} with nothing on the tile"
         assert going_words(page, by_hand=False, waits=True) == ("Play" if signal.any() else "Listen")
+
+
+def test_an_empty_tile_is_read_and_a_press_is_waited_for():
+    empty, loaded = (Page("a", "b", "c", press=PressRequest((0.0, 0.0), force_n)) for force_n in (0.0, 100.0))
+    states = ((True, True), (False, True), (False, False))
+    words = [going_words(page, by_hand, waits) for page in (empty, loaded) for by_hand, waits in states]
+    assert words == ["Reading…", "Read", "Reading…", "Waiting for the press", "Press", "Pressing…"]
 
 
 def test_before_a_first_calibration_the_tile_is_pictured(desk):
@@ -214,12 +222,8 @@ def test_what_cannot_be_typed_is_not_given(desk):
     assert desk.page == "setup"
 
 
-def test_a_bench_that_cannot_be_had_is_said_and_only_cancel_is_left(desk):
-    def fails(target, tile, profile, reference):
-        raise DeviceError("the port is not there")
-
-    kind = desk.workspace._kind
-    object.__setattr__(kind, "make", fails)
+def test_a_rig_that_cannot_be_had_is_said_and_only_cancel_is_left(qtbot, tmp_path):
+    desk = Desk(qtbot, tmp_path, failure=DeviceError("the port is not there"))
     desk.click(desk.workspace.overview.begin)
     desk.wait(lambda: desk.wizard.refusal.text() == "the port is not there")
     assert [b for b in desk.wizard.findChildren(QAbstractButton) if b.isVisible() and b.isEnabled()] == [
@@ -256,8 +260,8 @@ def test_nothing_waits_for_what_is_computed_and_it_can_be_left(qtbot, tmp_path):
         desk.begin()
         desk.go("bell")
         desk.click(desk.wizard.going)
-        desk.wait(lambda: desk.wizard._busy.isVisible())
-        assert "Playing" in desk.wizard._busy_words.text()
+        desk.wait(lambda: desk.wizard.busy.isVisible())
+        assert "Playing" in desk.wizard.busy_words.text()
         desk.click(desk.wizard.leaving)
         assert desk.workspace.overview.isVisible()
         assert not desk.workspace.overview.begin.isEnabled()
@@ -290,13 +294,13 @@ def test_a_panic_stops_the_sound_and_the_page_stays(qtbot, tmp_path):
 
 
 def test_a_sound_that_is_to_begin_after_a_panic_does_not():
-    bench = Scale()
-    watched = WatchedBench(bench)
+    scale = Scale()
+    watched = WatchedRig(scale)
     sound = Sound(np.ones(4), 48_000, "none")
     watched.silence()
-    with pytest.raises(Refused, match="was stopped"):
+    with pytest.raises(BadMeasurement, match="was stopped"):
         watched.play(sound)
-    assert bench.loads == []
+    assert scale.loads == []
     watched.allow()
     assert watched.play(sound).tolist() == [0.5] * 4
 

@@ -6,9 +6,10 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.procedures.fsr import FsrProcedure
-from underfoot.calibration.procedures.procedure import run
-from underfoot.calibration.procedures.simulated_bench import SimulatedBench
+from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, profiles_of
@@ -92,6 +93,12 @@ def hands(qtbot, workspace):
     return Hands(qtbot, workspace)
 
 
+def test_the_choice_shows_what_is_declared(workspace):
+    assert list(workspace.choice.cards) == list(CALIBRATIONS)
+    for kind, declared in CALIBRATIONS.items():
+        assert workspace.choice.cards[kind].accessibleName().startswith(f"{declared.name}:")
+
+
 def test_forces_by_clicks(hands):
     hands.begin("fsr")
     hands.type("loadings", "2")
@@ -99,7 +106,7 @@ def test_forces_by_clicks(hands):
     hands.to_the_end()
     result = hands.wizard.snapshot.result
     assert {page.partition("-")[0] for page in hands.pages[1:-1]} == {f"sensor{j}" for j in (1, 2, 3, 4)}
-    hands.wait(lambda: len(hands.wizard._drawings.views) == len(result.drawings))
+    hands.wait(lambda: len(hands.wizard.drawings.plots) == len(result.drawings))
     profile, kind, folder = hands.save()
     assert (kind, profile) == ("fsr", Profile.load(folder / "t1.json"))
     assert profile.is_calibrated
@@ -111,8 +118,8 @@ def test_forces_by_clicks(hands):
 def newtons():
     """A profile with the forces calibrated, by the same procedure without a window."""
     tile = default_floor().tiles[0]
-    bench = SimulatedBench(SimulatedTile(tile))
-    return run(FsrProcedure(tile), bench, {"loadings": 1, "hold_s": 2.0}).apply(Profile(tile="t1"))
+    hand = SimulatedHand(SimulatedTile(tile))
+    return run(FsrProcedure(tile), hand, {"loadings": 1, "hold_s": 2.0}).apply(Profile(tile="t1"))
 
 
 @pytest.fixture
@@ -138,7 +145,7 @@ def test_places_by_clicks_with_the_keyboard_for_the_form(hands):
     hands.choose("form", "quick")
     hands.to_the_end()
     assert len([page for page in hands.pages if page.startswith("place")]) == 9 * 3
-    assert "Before" in [view.title.text() for view in hands.wizard._drawings.views]
+    assert "Before" in [plot.drawing.title for plot in hands.wizard.drawings.plots]
     profile, kind, folder = hands.save()
     assert (kind, profiles_of(folder, default_floor())["t1"]) == ("centroid", profile)
     assert np.isfinite(profile.position(np.full((1, 4), 100.0))).all()

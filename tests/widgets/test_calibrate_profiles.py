@@ -33,7 +33,7 @@ def test_an_earlier_part_is_compared_and_restored(desk):
     place = choice.history.visualItemRect(choice.history.item(0)).center()
     desk.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
     assert [overview.table.item(1, column).text() for column in range(3)] == ["Level", "20 dB", "10 dB"]
-    desk.wait(lambda: overview.drawings.views and len(overview.drawings.views[0].plot.drawing.series) == 2)
+    desk.wait(lambda: overview.drawings.plots and len(overview.drawings.plots[0].drawing.series) == 2)
     desk.click(choice.restore)
     desk.wait(lambda: desk.written)
     assert Profile.load(desk.file()).response.made == "2026-01-01"
@@ -52,7 +52,7 @@ def test_a_profile_that_is_too_old_is_flagged(desk):
     assert "days old" in lines[0]
     assert lines[1] == "response calibration of t2 errs by 2 dB; 1 allowed"
     desk.workspace.choice.map.set_choice("t2")
-    assert "days old" in desk.workspace.choice._flags.text()
+    assert "days old" in desk.workspace.choice.flags.text()
 
 
 def test_a_profile_that_cannot_be_read_is_said(desk):
@@ -123,13 +123,13 @@ def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
     desk.begin()
     desk.go("weigh")
     desk.click(desk.wizard.projecting)
-    view = desk.workspace._projection
+    view = desk.workspace.projection
     desk.wait(view.isActiveWindow)
     screen = view.screen()
     assert view.px_per_m == pytest.approx(1e3 * screen.geometry().width() / screen.physicalSize().width())
     apart = view.place((0.1, 0.0)) - view.place((-0.1, 0.0))
     assert apart.x() == pytest.approx(0.2 * view.px_per_m)
-    assert view._page.press.at_m == MIDDLE
+    assert view.page.press.at_m == MIDDLE
     before = view.place((0.0, 0.0))
     QTest.keyClick(view, Qt.Key.Key_Plus)
     QTest.keyClick(view, Qt.Key.Key_Up)
@@ -140,6 +140,6 @@ def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
     QTest.keyClick(view, Qt.Key.Key_Return)
     desk.wait(lambda: desk.wizard.snapshot.page.asks == () or desk.page != "weigh")
     QTest.keyClick(view, Qt.Key.Key_Escape)
-    assert desk.workspace._projection is None
+    assert desk.workspace.projection is None
     desk.wait(desk.workspace.isActiveWindow)
     assert desk.wizard.isVisible()

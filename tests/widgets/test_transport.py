@@ -7,7 +7,7 @@ from on_screen import choose, show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu
 
-from underfoot.engine.messages import Health
+from underfoot.engine.reports import Health
 from underfoot.widgets.transport import TransportBar
 
 WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0107, 96_000, 0.25, 1)
@@ -17,8 +17,9 @@ WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0107, 96_000, 0.25, 1)
 def bar(qtbot):
     made = TransportBar(QMenu())
     qtbot.addWidget(made)
-    for name in ("Design", "Monitor", "Calibrate"):
-        made.add_workspace(name)
+    for name, key in (("Design", "Ctrl+1"), ("Monitor", "Ctrl+2"), ("Calibrate", "Ctrl+3")):
+        made.add_workspace(name, key)
+    made.set_workspace("Design")
     made.resize(1280, 48)
     show(qtbot, made)
     return made
@@ -36,13 +37,12 @@ def test_every_button_says_what_was_asked_for(bar, qtbot):
 
 
 def test_tabs_choose_workspaces(bar, qtbot):
-    tab = bar._tabs.button(1)
     with qtbot.waitSignal(bar.workspace_chosen) as chosen:
-        qtbot.mouseClick(tab, Qt.MouseButton.LeftButton)
-    assert chosen.args == [1]
-    bar.set_workspace(0)
-    assert bar._tabs.button(0).isChecked()
-    assert not tab.isChecked()
+        qtbot.mouseClick(bar.tabs["Monitor"], Qt.MouseButton.LeftButton)
+    assert chosen.args == ["Monitor"]
+    assert bar.tabs["Monitor"].toolTip() == "Monitor (Ctrl+2)"
+    bar.set_workspace("Design")
+    assert [name for name, tab in bar.tabs.items() if tab.isChecked()] == ["Design"]
 
 
 def test_targets_are_chosen_by_their_key(bar, qtbot):
@@ -70,7 +70,7 @@ def test_the_level_is_moved_by_keys_and_mouse_in_decibels(bar, qtbot):
     with qtbot.waitSignal(bar.level_chosen) as chosen:
         qtbot.keyClick(bar.level, Qt.Key.Key_Right)
     assert chosen.args == [-29.5]
-    assert bar._level_text.text() == "−29.5 dB"
+    assert bar.level_text.text() == "−29.5 dB"
     right = QPoint(bar.level.width() - 1, bar.level.height() // 2)
     with qtbot.waitSignal(bar.level_chosen) as chosen:
         qtbot.mouseClick(bar.level, Qt.MouseButton.LeftButton, pos=right)
@@ -87,49 +87,51 @@ def test_showing_a_level_does_not_choose_it(bar, qtbot):
 
 def test_health_has_a_unit_with_every_number(bar):
     bar.set_health(WELL, 4)
-    shown = [bar._engine.text(), bar._asleep.text(), bar._xruns.text(), bar._lost.text(), bar._latency.text()]
+    shown = [bar.engine.text(), bar.asleep.text(), bar.xruns.text(), bar.lost.text(), bar.latency.text()]
     assert shown == ["11 %", "3 of 4 tiles", "0", "0", "3.3 + 10.7 ms"]
-    assert "3.30 ms" in bar._latency.toolTip()
-    assert "10.70 ms" in bar._latency.toolTip()
+    assert "3.30 ms" in bar.latency.toolTip()
+    assert "10.70 ms" in bar.latency.toolTip()
 
 
 def test_an_engine_that_is_off_has_no_figures(bar):
     bar.set_health(Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0, 0.0, 0), 4)
-    assert bar._engine.text() == "off"
-    assert bar._latency.text() == "–"
+    assert bar.engine.text() == "off"
+    assert bar.latency.text() == "–"
 
 
 def test_a_new_loss_is_an_alarm_and_an_old_one_is_not(bar, monkeypatch):
     now = 100.0
     monkeypatch.setattr("underfoot.widgets.transport.time.monotonic", lambda: now)
-    bar._xruns.show_count(2)
-    assert bar._xruns._value.property("role") == "alarm"
+    bar.xruns.show_count(2)
+    assert bar.xruns.is_alarm
     now = 111.0
-    bar._xruns.show_count(2)
-    assert bar._xruns._value.property("role") == ""
-    bar._xruns.show_count(3)
-    assert bar._xruns._value.property("role") == "alarm"
+    bar.xruns.show_count(2)
+    assert not bar.xruns.is_alarm
+    bar.xruns.show_count(3)
+    assert bar.xruns.is_alarm
 
 
 def test_the_meter_rises_at_once_and_falls_slowly(bar):
     bar.level.show_peak(0.5)
-    risen = bar.level._peak_db
+    risen = bar.level.peak_db
     bar.level.show_peak(0.0)
     assert risen == pytest.approx(-6.02, abs=0.01)
-    assert risen - 2.0 < bar.level._peak_db < risen
+    assert risen - 2.0 < bar.level.peak_db < risen
     for _ in range(100):
         bar.level.show_peak(0.0)
-    assert bar.level._peak_db < -60.0
+    assert bar.level.peak_db < -60.0
 
 
 def test_flags_are_seen_only_where_there_are_any(bar, qtbot):
     assert not bar.flags.isVisible()
-    bar.set_flags([f"t{i} is too old" for i in range(12)])
+    bar.set_flags("Monitor", [])
+    bar.set_flags("Calibrate", [f"t{i} is too old" for i in range(12)])
     assert bar.flags.isVisible()
     assert bar.flags.toolTip().splitlines()[1::8] == ["t0 is too old", "and 4 more"]
-    with qtbot.waitSignal(bar.flags_clicked):
+    with qtbot.waitSignal(bar.flags_clicked) as clicked:
         qtbot.mouseClick(bar.flags, Qt.MouseButton.LeftButton)
-    bar.set_flags([])
+    assert clicked.args == ["Calibrate"]
+    bar.set_flags("Calibrate", [])
     assert not bar.flags.isVisible()
 
 
@@ -150,7 +152,7 @@ def test_nothing_overlaps_at_the_smallest_width(bar, qtbot):
     qtbot.waitExposed(bar)
     bar.set_health(WELL, 196)
     bar.set_target("Simulated floor  14 × 14")
-    bar.set_flags(["too old"])
+    bar.set_flags("Calibrate", ["too old"])
     places = sorted((w.x(), w.x() + w.width()) for w in bar.children() if hasattr(w, "isVisible") and w.isVisible())
     assert all(left[1] <= right[0] for left, right in itertools.pairwise(places))
     assert places[-1][1] <= 1280

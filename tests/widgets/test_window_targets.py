@@ -1,79 +1,75 @@
-"""The window's targets: floors, simulated tiles, recorded forces, and tiles on a line."""
+"""The window's targets: floors, simulated tiles, recorded forces, and hardware."""
 
 import numpy as np
 import pytest
 from on_screen import choose
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QPushButton
-from windows import LONG_MS, dialog_of, hiss, quiet_window
+from windows import LONG_MS, calibrate, design, dialog_of, quiet_window
 
-from underfoot.devices.emulation.emulator import Emulator, PtyWay
+from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.transports.serial import PtySender
 from underfoot.floor.layout import default_floor
-from underfoot.floor.simulated_tile import TileParameters
-from underfoot.widgets.dialogs.transport_dialog import LineDialog
-from underfoot.widgets.session.player import remembered_target
+from underfoot.floor.tile_parameters import TileParameters
+from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.target_settings import remembered_target
 
 
-@pytest.fixture(scope="module")
-def place(tmp_path_factory):
-    """A folder with a patch to open and room for what the window keeps."""
-    folder = tmp_path_factory.mktemp("window")
-    hiss().save(folder / "hiss.json")
-    return folder
+@pytest.fixture
+def window(qtbot, tmp_path, place):
+    """A window of the test's own, for whose session another one will be opened."""
+    made = quiet_window(qtbot, tmp_path / "kept", place / "hiss.json")
+    with qtbot.waitSignal(made.controller.opened, timeout=LONG_MS):
+        made.start()
+    return made
 
 
-def test_another_target_is_another_session_with_the_same_patch(qtbot, tmp_path, place):
-    window = quiet_window(qtbot, tmp_path, place / "hiss.json")
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
-        window.start()
-    before = window.player.session
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+def test_another_target_is_another_session_with_the_same_patch(window, qtbot):
+    before = window.controller.session
+    with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
         window.transport.target_chosen.emit("simulator 1 3")
-        assert window.player.session is None
-    session = window.player.session
+        assert window.controller.session is None
+    session = window.controller.session
     assert session is not before
     assert [tile.id for tile in session.target.floor.tiles] == ["t1", "t2", "t3"]
-    assert session.patch == window.design.patch()
+    assert session.patch == design(window).patch()
     assert session.level_db == window.settings.level_db
     assert window.transport.target.text() == "Simulated floor  1 × 3"
-    assert "Now on" in window._message.fullText()
+    assert "The target is now" in window.status.message
 
 
-def test_a_target_that_cannot_be_played_is_said_and_the_floor_comes_back(qtbot, tmp_path, place):
+def test_a_target_that_cannot_be_played_is_said_and_the_floor_comes_back(window, qtbot, tmp_path):
     default_floor(1, 1).save(tmp_path / "walk.floor.json")
     (tmp_path / "walk.csv").write_text("time_s,t1.1\n0,1\n")
-    window = quiet_window(qtbot, tmp_path, place / "hiss.json")
-    window.player.use_forces(tmp_path / "walk.csv")
-    with qtbot.waitSignals([window.player.said, window.player.retargeted], timeout=LONG_MS):
-        window.start()
-    assert "no column t1.2" in window._message.fullText()
-    assert window.player.target.kind == "simulator"
+    said = []
+    window.controller.said.connect(said.append)
+    with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
+        window.target_selection.use_forces(tmp_path / "walk.csv")
+    assert any("no column t1.2" in line for line in said)
+    assert window.controller.target.kind == "simulator"
 
 
-def test_a_simulated_tile_is_chosen_by_clicks_and_remembered(qtbot, tmp_path, place):
+def test_a_simulated_tile_is_chosen_by_clicks_and_remembered(window, qtbot):
     """Its sensors err, and its profiles are its own."""
-    window = quiet_window(qtbot, tmp_path, place / "hiss.json")
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
-        window.start()
-    ideal = window.calibrate.profiles.folder
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+    ideal = calibrate(window).profiles.folder
+    with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
         choose(window.transport.target, "Simulated tile", "Plywood tile")
-    target = window.player.target
+    target = window.controller.target
     assert TileParameters.load(target.simulation).title.startswith("A tile of plywood")
     assert target.floor == default_floor()
     assert window.transport.target.text() == "Plywood tile  2 × 2"
-    assert window.calibrate.profiles.folder not in (ideal, tmp_path)
+    assert calibrate(window).profiles.folder != ideal
     loads = []
     window.bridge.forces.connect(lambda forces: loads.append(forces.force_n))
     qtbot.waitUntil(lambda: len(loads) > 20, timeout=LONG_MS)
     assert np.nanstd(np.concatenate(loads)[:200, -1]) > 0.0
     assert remembered_target(window.settings).simulation == target.simulation
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+    with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
         choose(window.transport.target, "Simulated tile", "Ideal sensors")
-    assert window.player.target.simulation == ""
-    assert window.calibrate.profiles.folder == ideal
+    assert window.controller.target.simulation == ""
+    assert calibrate(window).profiles.folder == ideal
 
 
 def test_a_simulated_tile_from_a_file_is_looked_at_first(qtbot, tmp_path):
@@ -88,37 +84,34 @@ def test_a_simulated_tile_from_a_file_is_looked_at_first(qtbot, tmp_path):
         dialog.selectFile(name)
         dialog.accept()
         if name == "bad.json":
-            assert "sensors.creep" in window._message.fullText()
-            assert window.player.target.simulation == ""
-    assert window.player.target.simulation == str(tmp_path / "mine.json")
+            assert "sensors.creep" in window.status.message
+            assert window.controller.target.simulation == ""
+    assert window.controller.target.simulation == str(tmp_path / "mine.json")
 
 
 def test_a_simulated_tile_whose_file_is_gone_is_an_ideal_one(tmp_path):
     assert remembered_target(Settings(simulation=str(tmp_path / "gone.json"))) == remembered_target(Settings())
 
 
-def test_tiles_on_a_line_are_chosen_in_a_dialog(qtbot, tmp_path, place):
+def test_hardware_is_chosen_in_a_dialog(window, qtbot):
     """A real pseudo-terminal, with an emulated floor behind it on which a walker walks."""
-    way = PtyWay()
-    emulator = Emulator(way, SimulatedFloor(default_floor()))
-    window = quiet_window(qtbot, tmp_path, place / "hiss.json")
-    with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
-        window.start()
+    sender = PtySender()
+    emulator = Emulator(sender, SimulatedFloor(default_floor()))
     window.transport.target_chosen.emit("serial")
-    dialog = window.findChild(LineDialog)
-    dialog.line.setEditText("/dev/no such port")
-    qtbot.keyClick(dialog.line, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: "cannot be opened" in window._message.fullText(), timeout=LONG_MS)
-    assert window.player.target.kind == "simulator"
+    dialog = window.findChild(TransportDialog)
+    dialog.address.setEditText("/dev/no such port")
+    qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: "cannot be opened" in window.status.message, timeout=LONG_MS)
+    assert window.controller.target.kind == "simulator"
     window.transport.target_chosen.emit("serial")
-    dialog = next(found for found in window.findChildren(LineDialog) if found.isVisible())
-    dialog.line.setEditText(way.name)
+    dialog = next(found for found in window.findChildren(TransportDialog) if found.isVisible())
+    dialog.address.setEditText(sender.name)
     emulator.start()
     try:
-        with qtbot.waitSignal(window.player.retargeted, timeout=LONG_MS):
+        with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
             connect = next(b for b in dialog.findChildren(QPushButton) if b.text() == "Connect")
             qtbot.mouseClick(connect, Qt.MouseButton.LeftButton)
-        assert window.transport.target.text() == f"Serial port  {way.name}"
+        assert window.transport.target.text() == f"Serial port  {sender.name}"
         heard = []
         window.bridge.forces.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
         qtbot.waitUntil(lambda: bool(heard) and max(heard) > 100.0, timeout=LONG_MS)

@@ -1,1 +1,13 @@
 """The Calibrate workspace: any procedure, one page a step, and what is known of each tile."""
+
+from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
+
+
+def _make(context: WorkspaceContext) -> Workspace:
+    from underfoot.widgets.calibrate.catalogue import KINDS
+    from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
+
+    return CalibrateWorkspace(context.folder / "profiles", context.settings, KINDS)
+
+
+WORKSPACE = WorkspaceDeclaration(name="Calibrate", key="Ctrl+3", make=_make)

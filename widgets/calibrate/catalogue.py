@@ -1,10 +1,14 @@
-"""The calibrations that there are, and how each is made ready for a tile of a target."""
+"""The calibrations as the window shows them, and how each is made ready for a tile of a target."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
-from underfoot.calibration.procedures.procedure import Bench, Procedure, ask
+from underfoot.calibration.declaration import PRESSING, SHAKING, Calibration, Setup
+from underfoot.calibration.procedure import Procedure, ask
+from underfoot.calibration.procedures import CALIBRATIONS
+from underfoot.calibration.rig import Rig
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import Tile
@@ -14,7 +18,7 @@ from underfoot.parameters import Parameter, Text
 if TYPE_CHECKING:
     from underfoot.floor.simulated_tile import SimulatedTile
 
-MakeReady = Callable[[Target, Tile, Profile, str], tuple[Procedure, Bench]]
+MakeReady = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
 """From target, tile, what is known of it, and what was said of the reference beside it."""
 
 
@@ -46,91 +50,65 @@ def why_not(target: Target) -> str:
     return ""
 
 
-def _fsr(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from underfoot.calibration.procedures.fsr import FsrProcedure
-
-    return FsrProcedure(tile), _pressed(target, tile, reference)
-
-
-def _centroid(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from underfoot.calibration.procedures.centroid import CentroidProcedure
-
-    return CentroidProcedure(tile, profile), _pressed(target, tile, reference)
+def _make(
+    declared: type[Calibration], target: Target, tile: Tile, profile: Profile, reference: str
+) -> tuple[Procedure, Rig]:
+    """The procedure of a calibration, and the rig that it needs."""
+    procedure = declared().procedure(Setup(tile, profile, rate_hz=target.rate))
+    return procedure, _RIGS[declared.rig](target, tile, reference)
 
 
-def _response(target: Target, tile: Tile, profile: Profile, reference: str) -> tuple[Procedure, Bench]:
-    from underfoot.calibration.procedures.response import FrequencyResponse
+def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
+    """A rig that presses `tile`: the simulator, or a person, with a load cell where one is named."""
+    from underfoot.calibration.rigs.device import DeviceRig, load_cell_of
+    from underfoot.calibration.rigs.simulated_hand import SimulatedHand
+    from underfoot.devices.transports import transport_of
+
+    if not by_hand(target):
+        return SimulatedHand(_simulated(target, tile))
+    port = transport_of(target.kind, target.source)
+    return DeviceRig(port, target.floor.index(tile.id), load_cell_of(cell) if cell else None)
+
+
+def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
+    """A rig that shakes `tile`: the simulator, or the sound card, with the input that hears the accelerometer."""
     from underfoot.engine.loop import output_channels
     from underfoot.engine.sounding import SimulatedShaker, SoundCard
 
-    procedure = FrequencyResponse(tile, target.rate)
     if not by_hand(target):
-        return procedure, SimulatedShaker(_simulated(target, tile))
+        return SimulatedShaker(_simulated(target, tile))
     if target.sound is None:
         raise DeviceError("no sound device is chosen; choose the one that drives the shakers under Audio")
     channel = output_channels(target.floor)[target.floor.index(tile.id)]
-    return procedure, SoundCard(target.sound, reference, channel)
-
-
-def _pressed(target: Target, tile: Tile, cell: str) -> Bench:
-    """Whoever presses `tile`: the simulator, or a person, with a load cell where one is named."""
-    from underfoot.calibration.procedures.device_bench import LinkBench, cell_of
-    from underfoot.calibration.procedures.simulated_bench import SimulatedBench
-    from underfoot.devices.transports.reader import port_of
-
-    if not by_hand(target):
-        return SimulatedBench(_simulated(target, tile))
-    port = port_of(target.kind, target.source)
-    return LinkBench(port, target.floor.index(tile.id), cell_of(cell) if cell else None)
+    return SoundCard(target.sound, accelerometer, channel)
 
 
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     """The tile as the simulated floor of `target` has it; an ideal floor's is of the usual kind."""
-    from underfoot.floor.simulated_tile import SimulatedTile, TileParameters
+    from underfoot.floor.simulated_tile import SimulatedTile
+    from underfoot.floor.tile_parameters import TileParameters
 
     return SimulatedTile(tile, TileParameters.load(target.simulation) if target.simulation else None)
 
 
-_CELL = ask(
-    "load_cell",
-    Text(
-        "",
-        doc="A load cell on the tile's line: its tile number and sensor, newtons a count, and its reading at rest, as "
-        "9.1:0.05:120. Nothing: known weights.",
+_RIGS = {PRESSING: _pressing_rig, SHAKING: _shaking_rig}
+_REFERENCES = {
+    PRESSING: ask(
+        "load_cell",
+        Text(
+            "",
+            doc="A load cell on the tile's line: its tile number and sensor, newtons a count, and its reading at rest, "
+            "as 9.1:0.05:120. Nothing: known weights.",
+        ),
     ),
-)
-_INPUT = ask(
-    "accelerometer", Text("", doc="The sound card that hears it, by a part of its name. Nothing: the default input.")
-)
+    SHAKING: ask(
+        "accelerometer",
+        Text("", doc="The sound card that hears it, by a part of its name. Nothing: the default input."),
+    ),
+}
+"""What is asked on hardware of the reference of a rig."""
 
-
-KINDS = (
-    Kind(
-        "fsr",
-        "Forces",
-        "Forces: readings to newtons",
-        "Each sensor is loaded with known forces, rising and falling, and held for a while. What comes of it turns its "
-        "readings into newtons. The reference is a load cell, or known weights that are typed in.",
-        _fsr,
-        _CELL,
-    ),
-    Kind(
-        "centroid",
-        "Places",
-        "Places: where a foot stands",
-        "The tile is pressed at places that are shown on it, or on the floor by a projector. What comes of it corrects "
-        "where contacts seem to be, and says how true that is on places it was not learned from.",
-        _centroid,
-        _CELL,
-        "fsr",
-    ),
-    Kind(
-        "response",
-        "Vibration",
-        "Vibration: what the shaker makes of a signal",
-        "A sweep is played through the shaker and heard by an accelerometer, with nothing on the tile, a person, and a "
-        "foot on a corner. What comes of it lets stimuli in m/s² play at that level, and evens the response out.",
-        _response,
-        _INPUT,
-    ),
+KINDS = tuple(
+    Kind(one.kind, one.name, one.title, one.about, partial(_make, one), _REFERENCES[one.rig], one.requires)
+    for one in CALIBRATIONS.values()
 )

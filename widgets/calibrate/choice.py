@@ -18,13 +18,13 @@ from underfoot.floor.profile import Part, Profile
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import part_in_words
 from underfoot.widgets.calibrate.tile_picture import tile_in_words
-from underfoot.widgets.monitor.floor_map import FloorMap
+from underfoot.widgets.floor_map import FloorMap
 
 WIDTH_PX = 34 * theme.GRID
 
 
 class ChoicePanel(QWidget):
-    """Shows a floor and one tile's profile; tells what was chosen."""
+    """Shows a floor and one tile's profile; signals what was chosen."""
 
     tile_chosen = Signal(str)
     kind_chosen = Signal(str)
@@ -39,18 +39,18 @@ class ChoicePanel(QWidget):
         self.setFixedWidth(WIDTH_PX)
         self.map = FloorMap()
         self.map.setFixedHeight(22 * theme.GRID)
-        self.map.setToolTip("Click a tile, or go to it with the arrows")
+        self.map.setToolTip("Click a tile, or choose one with the arrow keys")
         self._tile = theme.label("", "muted")
-        self._flags = theme.label("", "force")
-        self._flags.setWordWrap(True)
-        self._flags.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self.flags = theme.label("", "force")
+        self.flags.setWordWrap(True)
+        self.flags.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.cards: dict[str, Card] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()
         self.history.setAccessibleName("Earlier calibrations")
-        self.history.setToolTip("Choose one to compare it with the one in use")
+        self.history.setToolTip("Select one to compare it with the one in use")
         self.restore = QPushButton("Use this one again")
-        self.restore.setToolTip("Put the chosen earlier calibration back into the profile; the present one is kept")
+        self.restore.setToolTip("Use the selected calibration from now on; the one in use is kept as an earlier one")
         self._none = theme.label("None yet", "small")
         self._places: list[int] = []
         layout = QVBoxLayout(self)
@@ -66,8 +66,8 @@ class ChoicePanel(QWidget):
             self._group.addButton(card)
             self.cards[key] = card
             layout.addWidget(card)
-        layout.addWidget(self._flags)
-        layout.addWidget(theme.label("EARLIER ONES", "heading"))
+        layout.addWidget(self.flags)
+        layout.addWidget(theme.label("EARLIER CALIBRATIONS", "heading"))
         layout.addWidget(self._none)
         layout.addWidget(self.history, 1)
         layout.addWidget(self.restore)
@@ -91,8 +91,8 @@ class ChoicePanel(QWidget):
             card.show_part(profile.part(key))
         self.cards[kind].setChecked(True)
         shown = flags if profile.made else ()
-        self._flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in shown))
-        self._flags.setVisible(bool(shown))
+        self.flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in shown))
+        self.flags.setVisible(bool(shown))
         self._places = [i for i, earlier in enumerate(profile.earlier) if earlier.kind == kind][::-1]
         with QSignalBlocker(self.history):
             self.history.clear()

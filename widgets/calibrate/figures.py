@@ -1,7 +1,6 @@
-"""Figures for the person: names as words, values with their units, now and before."""
+"""Figures for the person: their labels, values with their units, now and before."""
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import Qt
@@ -17,60 +16,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from underfoot.calibration.results.labels import label_of
 from underfoot.floor.profile import Part
+from underfoot.quantities import quantity
 from underfoot.widgets import theme
-from underfoot.widgets.quantities import quantity
 
 Quantities = Sequence[tuple[str, float, str]]
 
-_UNITS = {
-    "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2", "per_unit": "m/s^2", "n": "N",
-    "m": "m", "s": "s",
-}  # fmt: skip
-"""Units as the names of figures have them, behind what they are of."""
-_WORDS = {
-    "bound_percent": "best_of_any_curve",
-    "memory_error_percent": "error_with_memory",
-    "creep_percent_decade": "creep",
-    "acceleration_per_unit": "acceleration_at_full_scale",
-    "usable_low_hz": "usable_from",
-    "usable_high_hz": "usable_up_to",
-    "usable_low_before_hz": "usable_from,_before",
-    "usable_high_before_hz": "usable_up_to,_before",
-    "standing_changes_db": "change_by_standing",
-    "corner_changes_db": "change_by_a_foot_on_a_corner",
-}
-"""Figures whose names say too little."""
 ROW_PX = 24
-
-
-def name_in_words(name: str) -> str:
-    """A figure's name without its unit, which stands behind the value.
-
-    >>> name_in_words("full_scale_n"), name_in_words("error_percent_2"), name_in_words("Force")
-    ('Full scale', 'Error of sensor 2', 'Force')
-    >>> name_in_words("mean_after_mm_at_150_n"), name_in_words("p95_before_mm"), name_in_words("snr_db")
-    ('Mean after at 150 N', '95th percentile before', 'SNR')
-    """
-    plain = re.sub(r"_(\d+)_(n|hz)(?=_|$)", lambda m: f"_{m[1]} {_UNITS[m[2]]}", _WORDS.get(name, name))
-    plain = re.sub(r"^error_percent_(\d)$", r"error of sensor \1", plain)
-    plain = re.sub(r"^distortion_(\d)_percent$", r"distortion, harmonic \1", plain)
-    plain = re.sub(rf"_({'|'.join(_UNITS)})(?=_|$)", "", plain)
-    plain = re.sub(r"\bp(\d\d)(?=_|$)", r"\1th percentile", plain).replace("_", " ").strip()
-    plain = re.sub(r"\b(snr|thd|fsr)\b", lambda m: m[1].upper(), plain)
-    return plain[:1].upper() + plain[1:]
-
-
-def unit_in(name: str) -> str:
-    """The unit that a figure's name ends with.
-
-    >>> unit_in("full_scale_n"), unit_in("error_percent_2"), unit_in("sensors"), unit_in("mean_mm_at_150_n")
-    ('N', '%', '', 'mm')
-    >>> unit_in("distortion_2_percent"), unit_in("at_50_hz_db")
-    ('%', 'dB')
-    """
-    found = re.search(rf"_({'|'.join(_UNITS)})(?=_|$)", re.sub(r"_\d+_(n|hz)(?=_|$)", "", name))
-    return _UNITS[found[1]] if found else ""
 
 
 def part_in_words(part: Part | None) -> str:
@@ -111,7 +64,7 @@ class FigureRow(QWidget):
         """Show the first of these."""
         for place, (name, value) in enumerate(self._pairs):
             what, amount, unit = quantities[place] if place < len(quantities) else ("", math.nan, "")
-            name.setText(name_in_words(what))
+            name.setText(label_of(what))
             name.setToolTip(name.text())
             value.setText(quantity(amount, unit) if what else "")
 
@@ -153,7 +106,7 @@ class FigureTable(QTableWidget):
         self.setRowCount(len(quantities))
         for row, (name, value, unit) in enumerate(quantities):
             old = "" if before is None or name not in before else quantity(before[name], unit)
-            for column, text in enumerate((name_in_words(name), quantity(value, unit), old)):
+            for column, text in enumerate((label_of(name), quantity(value, unit), old)):
                 item = QTableWidgetItem(text)
                 if column == 2:
                     item.setForeground(self.palette().placeholderText())

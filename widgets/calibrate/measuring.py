@@ -1,4 +1,4 @@
-"""A procedure at work on a bench, in a thread of its own; what the window knows of them are snapshots."""
+"""A procedure at work on a rig, in a thread of its own; what the window knows of them are snapshots."""
 
 import queue
 import threading
@@ -7,25 +7,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.calibration.procedures.procedure import (
-    Bench,
-    Live,
-    Page,
-    Press,
-    Procedure,
-    Readings,
-    Refused,
-    Result,
-    Sound,
-    step,
-)
+from underfoot.calibration.procedure import Live, Page, Procedure, step
+from underfoot.calibration.result import Result
+from underfoot.calibration.rig import PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadMeasurement, UnderfootError
 
-Make = Callable[[], tuple[Procedure, Bench]]
+Make = Callable[[], tuple[Procedure, Rig]]
 
 _TELL_S, _DRAW_S = 0.033, 0.25
 """Between two snapshots, and between two of those whose drawings are made anew."""
@@ -57,7 +49,7 @@ class Snapshot:
 
 
 class Measurement(QObject):
-    """Makes a procedure and its bench and works them until `stop`; nothing here waits for either.
+    """Makes a procedure and its rig and works them until `stop`; nothing here waits for either.
 
     On a simulator a page's press or sound begins when it is asked for, or by itself. `by_hand` is for hardware: there
     readings are taken as long as a page wants a press, for a person decides when to press.
@@ -68,7 +60,7 @@ class Measurement(QObject):
     failed = Signal(str)
     """It cannot begin, or cannot go on: why, in one line."""
     ended = Signal()
-    """The bench is let go; this is the last that is heard of it."""
+    """The rig is let go; this is the last that is heard of it."""
 
     def __init__(self, make: Make, *, by_hand: bool, pace: Pace | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -109,18 +101,18 @@ class Measurement(QObject):
     def _allow(self) -> None:
         """At once, not in turn: a panic that comes after the hand is to have the last word."""
         if self._work is not None:
-            self._work.bench.allow()
+            self._work.rig.allow()
 
     def silence(self) -> None:
         """Panic: nothing goes on by itself, and what plays ends."""
         self.run_alone(False)
         if self._work is not None:
-            self._work.bench.silence()
+            self._work.rig.silence()
 
     def stop(self) -> None:
         """Let the tile go as soon as what is computed just now is through; `ended` tells."""
         if self._work is not None:
-            self._work.bench.silence()
+            self._work.rig.silence()
         self._orders.put(None)
 
     def join(self) -> None:
@@ -144,7 +136,7 @@ class Measurement(QObject):
             try:
                 work.run()
             finally:
-                work.bench.close()
+                work.rig.close()
         except Exception as error:
             self.failed.emit(str(error) if self._work is None else f"The measurement ended: {error}")
             if not isinstance(error, UnderfootError):
@@ -166,13 +158,13 @@ class _Work:
     def __init__(
         self,
         procedure: Procedure,
-        bench: Bench,
+        rig: Rig,
         orders: "queue.SimpleQueue[_Order]",
         tell: Callable[[Snapshot], None],
         pace: Pace,
         by_hand: bool,
     ) -> None:
-        self.procedure, self.bench = procedure, WatchedBench(bench)
+        self.procedure, self.rig = procedure, WatchedRig(rig)
         self._orders, self._telling, self._pace, self._by_hand = orders, tell, pace, by_hand
         self._asked = self._alone = False
         self._refused = ""
@@ -248,19 +240,19 @@ class _Work:
         """Do what the page wants, once."""
         self.busy_since = time.monotonic()
         if not self._moves():
-            self.bench.read()  # what comes in between pages is nobody's
+            self.rig.read()  # what comes in between pages is nobody's
             return
         if not self._asked:
             self._asked = True
             self._tell(whole=True)
-        before_s = self.bench.newest_s
+        before_s = self.rig.newest_s
         self._try(self._step)
         if self._alone and self._pace.speed > 0.0:
-            passed_s = max(self.bench.newest_s - before_s, 0.0)
+            passed_s = max(self.rig.newest_s - before_s, 0.0)
             self._rests_s = time.monotonic() + min(passed_s / self._pace.speed, _LONGEST_REST_S)
 
     def _step(self) -> None:
-        if not step(self.procedure, self.bench, self._values):
+        if not step(self.procedure, self.rig, self._values):
             self._rests_s = time.monotonic() + _EMPTY_S
 
     def _try(self, do: Callable[[], None]) -> None:
@@ -302,27 +294,27 @@ _Order = Callable[[_Work], None] | None
 """What the window wants of the thread; None is to end."""
 
 
-class WatchedBench:
-    """A bench, and the time of the newest reading that it brought. Once silenced it plays nothing until `allow`."""
+class WatchedRig:
+    """A rig, and the time of the newest reading that it brought. Once silenced it plays nothing until `allow`."""
 
-    def __init__(self, bench: Bench) -> None:
-        self._bench = bench
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
         self._is_silenced = False
         self.newest_s = 0.0
 
-    def press(self, press: Press | None) -> None:
-        self._bench.press(press)
+    def press(self, press: PressRequest | None) -> None:
+        self._rig.press(press)
 
     def read(self) -> Readings:
-        readings = self._bench.read()
+        readings = self._rig.read()
         if readings.time_s.size:
             self.newest_s = float(readings.time_s[-1])
         return readings
 
-    def play(self, sound: Sound) -> NDArray:
-        heard = None if self._is_silenced else self._bench.play(sound)
+    def play(self, sound: Sound) -> NDArray[np.float64]:
+        heard = None if self._is_silenced else self._rig.play(sound)
         if heard is None or self._is_silenced:
-            raise Refused("the sound was stopped; take it again")
+            raise BadMeasurement("the sound was stopped; take it again")
         return heard
 
     def allow(self) -> None:
@@ -330,11 +322,11 @@ class WatchedBench:
         self._is_silenced = False
 
     def silence(self) -> None:
-        """End what plays, from any thread, where the bench knows how; what was to play just now does not begin."""
+        """End what plays, from any thread, where the rig knows how; what was to play just now does not begin."""
         self._is_silenced = True
-        silence = getattr(self._bench, "silence", None)
+        silence = getattr(self._rig, "silence", None)
         if silence is not None:
             silence()
 
     def close(self) -> None:
-        self._bench.close()
+        self._rig.close()

@@ -1,29 +1,31 @@
 """Before a calibration: what it is for, what the profile knows of it now and knew earlier, and the way to begin."""
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
+from underfoot.calibration.results.labels import label_of, unit_of
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.parameters import Parameter
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.drawing_view import DrawingColumn
-from underfoot.widgets.calibrate.figures import FigureTable, name_in_words, unit_in
-from underfoot.widgets.calibrate.known import drawings_of
+from underfoot.widgets.calibrate.drawing_column import DrawingColumn
+from underfoot.widgets.calibrate.figures import FigureTable
 from underfoot.widgets.calibrate.page_view import FORM_PX
+from underfoot.widgets.calibrate.part_drawings import drawings_of
 from underfoot.widgets.calibrate.tile_picture import TilePicture
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
-from underfoot.widgets.quantities import pretty_text
 
 
 class Overview(QWidget):
-    """Shows one procedure and one tile's part of it; tells when to begin."""
+    """Shows one procedure and what a tile's profile has of it; signals when to begin."""
 
     begin_wanted = Signal(bool)
-    """Whether it is to run by itself."""
+    """Whether it is to run automatically."""
     reference_given = Signal(object)
-    """What was typed of the reference."""
+    """What was typed of the reference that it is measured against."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,7 +39,7 @@ class Overview(QWidget):
         self.begin = QPushButton("Begin")
         self.begin.setProperty("role", "primary")
         self.begin.setToolTip("Go through it page by page (Return)")
-        self.begin_alone = QPushButton("Run by itself")
+        self.begin_alone = QPushButton("Run automatically")
         self.begin_alone.setToolTip("The simulator presses, page after page; it can be paused and stopped")
         self.begin_alone.setIcon(theme.icon("fast-forward"))
         self.reference = QVBoxLayout()
@@ -93,15 +95,15 @@ class Overview(QWidget):
         if parameter is not None and self.editor is None:
             self.editor = editor_for(parameter)
             self.editor.setMaximumWidth(FORM_PX)
-            self.editor.valueChanged.connect(self.reference_given)
+            self.editor.value_changed.connect(self.reference_given)
             self.reference.addWidget(self.editor)
         if self.editor is not None:
-            self.editor.setValue(value)
+            self.editor.set_value(value)
         self.reference_help.setText("" if parameter is None else parameter.doc)
         self.reference_help.setVisible(parameter is not None)
 
     def show_way(self, why_not: str, can_alone: bool) -> None:
-        """Whether it can begin here, or `why_not`; and whether it can run by itself."""
+        """Whether it can begin here, or `why_not`; and whether it can run automatically."""
         self.begin.setEnabled(not why_not)
         theme.set_role(self.begin, "" if why_not else "primary")
         self.begin_alone.setVisible(can_alone)
@@ -112,24 +114,25 @@ class Overview(QWidget):
     def show_part(self, tile: Tile, part: Part | None, earlier: Part | None = None) -> None:
         """What the profile has of it, and an `earlier` one to compare with."""
         self.verdict.setText(
-            pretty_text(part.verdict or f"Calibrated on {part.made}.") if part is not None else "Nothing yet."
+            pretty_text(part.verdict or f"Calibrated on {part.made}.") if part is not None else "Not calibrated yet."
         )
         theme.set_role(self.verdict, "muted" if part is None else "good" if part.good else "alarm")
         self.table.setVisible(part is not None or earlier is not None)
         self.picture.setVisible(part is None and earlier is None)
         self.picture.set_tile(tile)
         now, then = _figures(part), _figures(earlier)
-        units = {"error": (part or earlier).error_unit} if (part or earlier) is not None else {}  # type: ignore[union-attr]
-        quantities = [(name, now.get(name, float("nan")), units.get(name, unit_in(name))) for name in {**now, **then}]
+        shown = part or earlier
+        units = {} if shown is None else {"error": shown.error_unit}
+        quantities = [(name, now.get(name, float("nan")), units.get(name, unit_of(name))) for name in {**now, **then}]
         self.table.show_figures(
             quantities,
             "in use" if part is None else part.made,
             then if earlier is not None else None,
             "" if earlier is None else earlier.made,
         )
-        self.drawings.show_drawings(drawings_of(tile, part, earlier), "What is measured will be drawn here.")
+        self.drawings.show_drawings(drawings_of(tile, part, earlier), "Measurements are drawn here.")
 
-    def keyPressEvent(self, event) -> None:
+    def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             (self.begin_alone if self.begin_alone.hasFocus() else self.begin).click()
         else:
@@ -140,5 +143,5 @@ def _figures(part: Part | None) -> dict[str, float]:
     """The error that counts, and the other figures; one that is called the same is the same."""
     if part is None:
         return {}
-    others = {name: value for name, value in part.figures.items() if name_in_words(name) != name_in_words("error")}
+    others = {name: value for name, value in part.figures.items() if label_of(name) != label_of("error")}
     return {"error": part.error, **others}

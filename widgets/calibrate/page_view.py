@@ -7,15 +7,16 @@ from typing import Any
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.calibration.procedures.procedure import Live, Page
+from underfoot.calibration.procedure import Live, Page
+from underfoot.calibration.results.labels import label_of
 from underfoot.floor.layout import Tile
 from underfoot.parameters import Numbers
+from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.figures import FigureRow, name_in_words
+from underfoot.widgets.calibrate.figures import FigureRow
 from underfoot.widgets.calibrate.tile_picture import TilePicture, where_in_words
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
-from underfoot.widgets.quantities import pretty_text, pretty_unit, quantity
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
@@ -80,7 +81,7 @@ class PageView(QWidget):
             self._make_fields(page)
         self._page, self._complaint = page, ""
         self.title.setText(page.title)
-        self.do.setText(pretty_text(page.do))
+        self.do.setText(pretty_text(page.instruction))
         is_where = not page.asks or page.press is not None
         self.picture.show_load(page.key.removesuffix("-place") if page.sound is None else page.sound.load)
         self.picture.show_press(page.press, page.places_m)
@@ -150,7 +151,7 @@ class PageView(QWidget):
         before = self._given.get(page.key, {})
         for editor in self.editors:
             if editor.parameter.name in before:
-                editor.setValue(before[editor.parameter.name])
+                editor.set_value(before[editor.parameter.name])
             self._fields.addWidget(editor)
             editor.show()  # at once, for the focus goes there next
             for field in editor.findChildren(Field):
@@ -178,10 +179,10 @@ def _labelled(editor: ParameterEditor) -> ParameterEditor:
     name, parameter = editor.parameter.name, editor.parameter
     if parameter.label == name.replace("_", " ").capitalize():
         unit = f", {pretty_unit(parameter.unit)}" if isinstance(parameter, Numbers) and parameter.unit else ""
-        editor.label.setText(f"{name_in_words(name)}{unit}")
+        editor.label.setText(f"{label_of(name)}{unit}")
     return editor
 
 
 def _looks(page: Page) -> tuple[object, ...]:
     """What of a page is seen."""
-    return page.key, page.title, page.do, page.asks, page.press, page.places_m
+    return page.key, page.title, page.instruction, page.asks, page.press, page.places_m

@@ -1,7 +1,5 @@
 """Where a floor's profiles live, and their reading and writing in a thread, for disks can be slow."""
 
-import hashlib
-import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import date
@@ -9,26 +7,11 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.calibration.procedures.procedure import Result
+from underfoot.calibration.result import Result
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
-
-
-def folder_of(root: Path, floor: Floor, simulation: str = "") -> Path:
-    """The folder below `root` of this floor's profiles: its title, and a hash of where its tiles lie.
-
-    Tiles simulated as a file says are others than the real ones, or those of another file.
-
-    >>> from underfoot.floor.layout import default_floor
-    >>> folder_of(Path("profiles"), default_floor()).name.startswith("2-x-2-tiles-")
-    True
-    >>> folder_of(Path("profiles"), default_floor(), "presets/plywood-tile.json").name.endswith("-plywood-tile")
-    True
-    """
-    made_of = f"-{Path(simulation).stem}" if simulation else ""
-    name = re.sub(r"[^A-Za-z0-9]+", "-", floor.title).strip("-").lower() or "floor"
-    return root / f"{name[:40]}-{hashlib.sha256(Floor(floor.tiles).dumps()).hexdigest()[:8]}{made_of}"
+from underfoot.widgets.session.profile_folder import profile_folder
 
 
 def flags_of(profiles: dict[str, Profile], today: date) -> tuple[str, ...]:
@@ -62,7 +45,7 @@ class Profiles(QObject):
 
     def follow(self, floor: Floor, folder: str = "", simulation: str = "") -> None:
         """Read the profiles of this floor, from its own folder or this one."""
-        self.folder = Path(folder) if folder else folder_of(self._root, floor, simulation)
+        self.folder = Path(folder) if folder else profile_folder(self._root, floor, simulation)
         self.by_tile = {}
         self.changed.emit()
         self._submit(self._load, self.folder, floor.ids)

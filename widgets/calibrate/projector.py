@@ -3,24 +3,31 @@
 import math
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QScreen
+from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QScreen
 from PySide6.QtWidgets import QWidget
 
-from underfoot.calibration.procedures.procedure import Page
+from underfoot import quantities
+from underfoot.calibration.procedure import Page
 from underfoot.floor.layout import Tile
-from underfoot.widgets import quantities, theme
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
 from underfoot.widgets.calibrate.tile_picture import place_number
-from underfoot.widgets.quantities import quantity
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
 RULE_M = 0.1
 LEAST, MOST = 0.05, 20.0
-_DIM, _DIMMER = "#4a5462", "#2a323e"
+_DIRECTIONS = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, 1),
+    Qt.Key.Key_Down: (0, -1),
+}
+_DIM = "#4a5462"
 
 
 class FloorProjection(QWidget):
-    """A window that fills a screen. Plus and minus scale it, arrows move it, Return goes on, Escape closes it.
+    """A window that fills a screen. Plus and minus scale it, arrow keys move it, Return continues, Escape closes it.
 
     Panic is Escape in the main window only: who stands on the floor with a keyboard wants to leave this view.
     """
@@ -37,7 +44,7 @@ class FloorProjection(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.BlankCursor)
-        self._tile, self._page, self._ready = tile, Page("", "", ""), 0.0
+        self._tile, self.page, self._ready = tile, Page("", "", ""), 0.0
         self.scale, self.at_m = min(max(scale, LEAST), MOST), at_m
 
     def show_on(self, screen: QScreen) -> None:
@@ -49,7 +56,7 @@ class FloorProjection(QWidget):
 
     def show_page(self, page: Page, ready: float) -> None:
         """Mark the page's press, of which `ready` has come."""
-        self._page, self._ready = page, ready
+        self.page, self._ready = page, ready
         self.update()
 
     @property
@@ -68,12 +75,6 @@ class FloorProjection(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         fine = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
         step = FINE_STEP if fine else SCALE_STEP
-        ways = {
-            Qt.Key.Key_Left: (-1, 0),
-            Qt.Key.Key_Right: (1, 0),
-            Qt.Key.Key_Up: (0, 1),
-            Qt.Key.Key_Down: (0, -1),
-        }
         match event.key():
             case Qt.Key.Key_Escape:
                 self.close()
@@ -85,14 +86,14 @@ class FloorProjection(QWidget):
                 self._adjust(self.scale / step, self.at_m)
             case Qt.Key.Key_0:
                 self._adjust(1.0, (0.0, 0.0))
-            case key if key in ways:
+            case Qt.Key.Key_Left | Qt.Key.Key_Right | Qt.Key.Key_Up | Qt.Key.Key_Down:
                 move = FINE_M if fine else MOVE_M
-                right, up = ways[key]  # type: ignore[index]
+                right, up = _DIRECTIONS[Qt.Key(event.key())]
                 self._adjust(self.scale, (self.at_m[0] + right * move, self.at_m[1] + up * move))
             case _:
                 super().keyPressEvent(event)
 
-    def closeEvent(self, event) -> None:
+    def closeEvent(self, event: QCloseEvent) -> None:
         super().closeEvent(event)
         self.closed.emit()
 
@@ -120,14 +121,14 @@ class FloorProjection(QWidget):
         self._paint_words(painter)
 
     def _paint_places(self, painter: QPainter) -> None:
-        now = place_number(self._page.places_m, self._page.press)
-        for number, at_m in enumerate(self._page.places_m):
+        now = place_number(self.page.places_m, self.page.press)
+        for number, at_m in enumerate(self.page.places_m):
             taken = now is not None and number < now
             painter.setPen(QPen(QColor(theme.mixed(theme.CONTACT, "#000000", 0.5) if taken else _DIM), 1.5))
             painter.drawEllipse(self.place(at_m), 3, 3)
 
     def _paint_press(self, painter: QPainter) -> None:
-        press = self._page.press
+        press = self.page.press
         if press is None or press.force_n <= 0.0:
             return
         here, radius = self.place(press.at_m), max(0.012 * self.px_per_m, 16.0)
@@ -159,8 +160,8 @@ class FloorProjection(QWidget):
     def _paint_words(self, painter: QPainter) -> None:
         right, up = (quantity(part, "m") if part else "0 mm" for part in self.at_m)
         words = (
-            f"Scale {quantities.number(100 * self.scale, 4)} %  (+ and −, with Ctrl finer)      "
-            f"Moved {right} right, {up} up  (arrows)      0: as at first      Return: go on      Esc: close"
+            f"Scale {quantities.number(100 * self.scale, 4)} %  (+ and −; with Ctrl finer)      "
+            f"Moved {right} right, {up} up  (arrows)      0: reset      Return: continue      Esc: close"
         )
         line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
         painter.fillRect(line, QColor("black"))

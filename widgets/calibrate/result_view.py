@@ -2,11 +2,11 @@
 
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.calibration.procedures.procedure import Result
+from underfoot.calibration.result import Result
 from underfoot.floor.profile import Part
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.figures import FigureTable
-from underfoot.widgets.quantities import pretty_text
 
 
 class ResultView(QWidget):

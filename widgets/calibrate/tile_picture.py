@@ -7,10 +7,11 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from underfoot.calibration.procedures.procedure import Press
+from underfoot import quantities
+from underfoot.calibration.rig import PressRequest
 from underfoot.floor.layout import Tile, default_floor
-from underfoot.widgets import quantities, theme
-from underfoot.widgets.quantities import quantity
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
 
 Places = Sequence[tuple[float, float]]
 
@@ -22,14 +23,14 @@ _NEAR_M = 1e-6
 
 
 class TilePicture(QWidget):
-    """Shows where; it takes no hand."""
+    """Shows where to press, or what stands on the tile while a sound is played."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName("Where on the tile")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._tile = default_floor().tiles[0]
-        self._press: Press | None = None
+        self._press: PressRequest | None = None
         self._places: Places = ()
         self._ready = 0.0
         self._load = ""
@@ -39,7 +40,7 @@ class TilePicture(QWidget):
         self._tile = tile
         self.update()
 
-    def show_press(self, press: Press | None, places: Places = ()) -> None:
+    def show_press(self, press: PressRequest | None, places: Places = ()) -> None:
         """Where to press now, if anywhere, among these places of a series."""
         self._press, self._places = press, places
         self.setAccessibleDescription(where_in_words(press) if press is not None else "")
@@ -138,7 +139,7 @@ class TilePicture(QWidget):
         painter.setBrush(sole)
         painter.drawPath(_sole(foot))
 
-    def _paint_press(self, painter: QPainter, press: Press) -> None:
+    def _paint_press(self, painter: QPainter, press: PressRequest) -> None:
         here, amber = self.place(press.at_m), QColor(theme.FORCE)
         ring = QRectF(here.x() - 16, here.y() - 16, 32, 32)
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -180,19 +181,19 @@ _SOLE = (
 """Corners and handles of Bezier curves round a sole, as shares of its box."""
 
 
-def place_number(places: Places, press: Press | None) -> int | None:
+def place_number(places: Places, press: PressRequest | None) -> int | None:
     """Which of `places` a press is at; None where it is at none of them."""
     if press is None:
         return None
     return next((i for i, at_m in enumerate(places) if math.dist(at_m, press.at_m) < _NEAR_M), None)
 
 
-def where_in_words(press: Press) -> str:
+def where_in_words(press: PressRequest) -> str:
     """A press, for the person.
 
-    >>> where_in_words(Press((0.1, -0.02), 400.0, sensor=3)), where_in_words(Press((0.0, 0.0), 0.0))
+    >>> where_in_words(PressRequest((0.1, -0.02), 400.0, sensor=3)), where_in_words(PressRequest((0.0, 0.0), 0.0))
     ('Press 400 N over sensor 4', 'Stand clear of the tile')
-    >>> where_in_words(Press((0.1, -0.02), 400.0))
+    >>> where_in_words(PressRequest((0.1, -0.02), 400.0))
     'Press 400 N at x 100 mm, y −20 mm from the middle'
     """
     if press.force_n <= 0.0:

@@ -1,5 +1,6 @@
 """The wizard: presents any procedure page by page, with what was taken so far beside it."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -16,15 +17,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.calibration.procedures.procedure import Page, Result
+from underfoot.calibration.procedure import Page
+from underfoot.calibration.result import Result
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.drawing_view import DrawingColumn
+from underfoot.widgets.calibrate.drawing_column import DrawingColumn
 from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, sounds
 from underfoot.widgets.calibrate.result_view import ResultView
-from underfoot.widgets.quantities import pretty_text
 
 BUSY_S = 0.4
 """After so long at one thing a page says that something is computed."""
@@ -35,10 +37,10 @@ _LOOK_MS = 100
 
 
 class Wizard(QWidget):
-    """Shows one measurement after another, each given to `begin`; tells when a hand wants to leave, save or report."""
+    """Shows one measurement after another, each given to `begin`; signals when the person leaves, saves or reports."""
 
     left = Signal()
-    """A hand cancelled, or closed the last page."""
+    """The person cancelled, or closed the last page."""
     save_wanted = Signal(object)
     """A `Result`."""
     report_wanted = Signal(object)
@@ -64,13 +66,13 @@ class Wizard(QWidget):
         self.measurement, self.snapshot, self._before, self._is_saved = measurement, None, before, False
         self._heading.setText(heading)
         self.page.set_tile(tile)
-        self.page.show_page(Page("", "One moment", "The tile is made ready."))
+        self.page.show_page(Page("", "One moment", "The tile is being prepared."))
         self._body.setCurrentWidget(self.page)
-        self._drawings.show_drawings((), "What is taken will be drawn here.")
+        self.drawings.show_drawings((), "Measurements are drawn here.")
         self._progress.setValue(0)
         self._share.setText("")
         self._refuse("")
-        self._busy.hide()
+        self.busy.hide()
         measurement.changed.connect(self._take)
         measurement.failed.connect(self._fail)
         self._show_buttons()
@@ -90,7 +92,7 @@ class Wizard(QWidget):
         self._show_buttons()
         self.closing.setFocus()
 
-    # --- the measurement speaks ---
+    # --- what the measurement says ---
 
     def _take(self) -> None:
         measurement = self.measurement
@@ -110,13 +112,13 @@ class Wizard(QWidget):
             self.result.show_result(new.result, self._before)
             self._body.setCurrentWidget(self.result)
             if turned:
-                self._drawings.show_drawings(new.result.drawings or new.drawings, "Nothing is drawn of this.")
+                self.drawings.show_drawings(new.result.drawings or new.drawings, "This result has no drawings.")
         else:
             self.page.show_page(new.page)
             self.page.show_live(new.live)
             self._body.setCurrentWidget(self.page)
             if old is None or old.drawings is not new.drawings:
-                self._drawings.show_drawings(new.drawings, "What is taken will be drawn here.")
+                self.drawings.show_drawings(new.drawings, "Measurements are drawn here.")
         self._progress.setValue(round(1000 * new.page.share))
         self._share.setText(f"{100 * new.page.share:.0f} % done")
         self._refuse(new.refused)
@@ -128,7 +130,7 @@ class Wizard(QWidget):
 
     def _fail(self, why: str) -> None:
         if self.snapshot is None:
-            self.page.show_page(Page("failed", "It cannot begin", "Nothing was measured."))
+            self.page.show_page(Page("failed", "The calibration cannot begin", "Nothing was measured."))
         self._refuse(why)
         self.snapshot = None
         self._show_buttons()
@@ -142,23 +144,23 @@ class Wizard(QWidget):
         """Say that something is computed or played where that takes longer than a blink."""
         measurement, snapshot = self.measurement, self.snapshot
         busy_s = 0.0 if measurement is None else measurement.busy_s
-        sound = None if snapshot is None else snapshot.page.sound
         if busy_s < BUSY_S:
-            self._busy.hide()
-            self._busy_words.setText("")
+            self.busy.hide()
+            self.busy_words.setText("")
             return
-        if sound is not None and not snapshot.waits:  # type: ignore[union-attr]
+        sound = None if snapshot is None or snapshot.waits else snapshot.page.sound
+        if sound is not None and snapshot is not None:
             length_s = len(sound.signal) / sound.rate_hz
-            self._busy.setRange(0, 1000)
-            self._busy.setValue(round(1000 * min(busy_s / length_s, 1.0)))
-            does = "Playing" if sounds(snapshot.page) else "Listening"  # type: ignore[union-attr]
-            self._busy_words.setText(f"{does}  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
+            self.busy.setRange(0, 1000)
+            self.busy.setValue(round(1000 * min(busy_s / length_s, 1.0)))
+            does = "Playing" if sounds(snapshot.page) else "Listening"
+            self.busy_words.setText(f"{does}  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
         else:
-            self._busy.setRange(0, 0)
-            self._busy_words.setText(f"Computing…  {busy_s:.0f} s")
-        self._busy.show()
+            self.busy.setRange(0, 0)
+            self.busy_words.setText(f"Computing…  {busy_s:.0f} s")
+        self.busy.show()
 
-    # --- hands ---
+    # --- what the person does ---
 
     def go_on(self) -> None:
         """What Continue means on the page."""
@@ -239,7 +241,7 @@ class Wizard(QWidget):
     def _order_stops(self) -> None:
         """Let Tab go through the page, the drawings and the buttons: fields made just now are last until then."""
         buttons = self._buttons.findChildren(QPushButton)
-        drawings = [self._drawings] if self._drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
+        drawings = [self.drawings] if self.drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
         for one, next_one in pairwise([*self.page.stops(), *drawings, *buttons]):
             QWidget.setTabOrder(one, next_one)
 
@@ -265,7 +267,7 @@ class Wizard(QWidget):
         self.closing.setVisible(last)
         self.projecting.setVisible(bool(page.places_m) and not last)
         self.running.setVisible(runs and not by_hand and not last)
-        self.running.setText("Pause" if alone else "Run by itself")
+        self.running.setText("Pause" if alone else "Run automatically")
         self.running.setIcon(theme.icon("pause" if alone else "fast-forward"))
         self.backing.setVisible(runs)
         self.backing.setEnabled(not alone and page.share > 0.0 and not self._is_saved)
@@ -296,14 +298,14 @@ class Wizard(QWidget):
         self.refusal = theme.label("", "alarm")
         self.refusal.setWordWrap(True)
         self.refusal.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self._busy = QProgressBar()
-        self._busy.setTextVisible(False)
-        self._busy.setFixedHeight(theme.GRID // 2)
-        self._busy.setAccessibleName("Computing or playing")
-        keep = self._busy.sizePolicy()
+        self.busy = QProgressBar()
+        self.busy.setTextVisible(False)
+        self.busy.setFixedHeight(theme.GRID // 2)
+        self.busy.setAccessibleName("Computing or playing")
+        keep = self.busy.sizePolicy()
         keep.setRetainSizeWhenHidden(True)
-        self._busy.setSizePolicy(keep)
-        self._busy_words = theme.label(" ", "small")
+        self.busy.setSizePolicy(keep)
+        self.busy_words = theme.label(" ", "small")
         head = QHBoxLayout()
         head.addWidget(self._heading, 1)
         head.addWidget(self._share)
@@ -316,13 +318,13 @@ class Wizard(QWidget):
         column.addSpacing(theme.GRID)
         column.addWidget(self._body, 1)
         column.addWidget(self.refusal)
-        column.addWidget(self._busy)
-        column.addWidget(self._busy_words)
-        self._drawings = DrawingColumn()
+        column.addWidget(self.busy)
+        column.addWidget(self.busy_words)
+        self.drawings = DrawingColumn()
         across = QHBoxLayout()
         across.setSpacing(0)
         across.addWidget(left, 1)
-        across.addWidget(self._drawings, 1)
+        across.addWidget(self.drawings, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -337,13 +339,15 @@ class Wizard(QWidget):
             "Show on the floor…", "Fill a screen with the tile at its true size, for a projector", None
         )
         self.projecting.clicked.connect(self.projection_wanted)
-        self.running = _button("Run by itself", "The simulator presses, page after page; or pause it", self._run_alone)
-        self.backing = _button("Back", "The page before; what was taken since is forgotten (Alt+Left)", self._back)
-        self.skipping = _button("Skip", "Leave out what this page measures", self._skip)
+        self.running = _button(
+            "Run automatically", "Let the simulator press, page after page; or pause", self._run_alone
+        )
+        self.backing = _button("Back", "The previous page; what was measured since is discarded (Alt+Left)", self._back)
+        self.skipping = _button("Skip", "Leave out this page's measurement", self._skip)
         self.going = _button("Continue", "Go on (Return)", self.go_on)
         self.going.setProperty("role", "primary")
         self.reporting = _button("Report…", "Write a page with pictures, figures and raw data", self._report)
-        self.saving = _button("Save to the profile", "Use this from now on; what it replaces is kept", self._save)
+        self.saving = _button("Save to the profile", "Use this result from now on; the earlier one is kept", self._save)
         self.saving.setProperty("role", "primary")
         line = QWidget()
         line.setProperty("role", "panel")
@@ -365,9 +369,11 @@ class Wizard(QWidget):
 def going_words(page: Page, by_hand: bool, waits: bool) -> str:
     """What Continue is called on a page: what it does there."""
     if page.press is not None and not page.asks:
+        if page.press.force_n <= 0.0:
+            return "Read" if waits and not by_hand else "Reading…"
         if by_hand:
             return "Waiting for the press"
-        return ("Press" if page.press.force_n > 0.0 else "Read") if waits else "Pressing…"
+        return "Press" if waits else "Pressing…"
     if page.sound is not None and not page.asks:
         if not sounds(page):
             return "Listen" if waits else "Listening…"
@@ -375,7 +381,7 @@ def going_words(page: Page, by_hand: bool, waits: bool) -> str:
     return "Continue"
 
 
-def _button(text: str, tip: str, do) -> QPushButton:
+def _button(text: str, tip: str, do: Callable[[], None] | None) -> QPushButton:
     button = QPushButton(text)
     button.setToolTip(tip)
     button.setAccessibleDescription(tip)

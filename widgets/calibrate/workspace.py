@@ -7,9 +7,9 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
-from underfoot.calibration.procedures.procedure import Result
+from underfoot.calibration.result import Result
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part, Profile
@@ -20,13 +20,22 @@ from underfoot.widgets.calibrate.overview import Overview
 from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
+from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.workspace import Workspace, WorkspaceContext
+
+SHORTCUTS = (
+    ("Begin, continue, or do what the button with the focus says", "Return"),
+    ("The page before", "Alt+Left"),
+    ("On the floor: scale, finer with Ctrl", "+ and −"),
+    ("On the floor: move, finer with Ctrl", "Arrows"),
+    ("On the floor: close it", "Esc"),
+)
 
 
-class CalibrateWorkspace(QWidget):
+class CalibrateWorkspace(Workspace):
     """Runs any of `kinds` on the tiles of the target; profiles live below `root`, a folder for each floor."""
 
-    noticed = Signal(str)
     release_wanted = Signal()
     """The session is to let go of the tiles; `begin_released` when it has."""
     reopen_wanted = Signal()
@@ -35,20 +44,19 @@ class CalibrateWorkspace(QWidget):
     """Whether hardware is taken from the session."""
     profile_changed = Signal(object, str, object)
     """A `Profile` that was written, which part of it, and the folder that it is in: the engine is to use it."""
-    flagged = Signal(object)
-    """Lines on what speaks against the profiles of the floor."""
 
     def __init__(self, root: Path, settings: Settings, kinds: Sequence[Kind], pace: Pace | None = None) -> None:
         super().__init__()
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self._settings, self._pace = settings, pace
+        self._settings, self.pace = settings, pace
         self._kinds = {kind.key: kind for kind in kinds}
         self._kind = kinds[0]
         self._target: Target | None = None
         self._measurement: Measurement | None = None
         self._alone = self._is_waiting = False
-        self._projection: FloorProjection | None = None
+        self.projection: FloorProjection | None = None
+        """The view of the tile on the floor, while it is open."""
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds])
         self.overview, self.wizard = Overview(), Wizard()
@@ -62,6 +70,37 @@ class CalibrateWorkspace(QWidget):
         layout.addWidget(self._stack, 1)
         self.setFocusProxy(self.choice)
         self._connect()
+
+    # --- as a workspace ---
+
+    def listen(self, context: WorkspaceContext) -> None:
+        controller = context.controller
+        self.set_target(controller.target)
+        controller.opened.connect(self.set_target)
+        controller.released.connect(self.begin_released)
+        self.release_wanted.connect(controller.release)
+        self.reopen_wanted.connect(controller.reopen)
+        self.held.connect(controller.target_locked)
+        self.profile_changed.connect(controller.use_profile)
+        self.wizard.ready.connect(self.loaded)
+
+    def shortcuts(self) -> Keys:
+        return SHORTCUTS
+
+    def silence(self) -> None:
+        """End what runs by itself or plays."""
+        if self._measurement is not None:
+            self._measurement.silence()
+
+    def close_down(self) -> None:
+        """End what runs, and wait for it and for what is being written."""
+        self.wizard.end()
+        if self.projection is not None:
+            self.projection.close()
+        if self._measurement is not None:
+            self._measurement.stop()
+            self._measurement.join()
+        self.profiles.close()
 
     # --- what it shows ---
 
@@ -92,7 +131,7 @@ class CalibrateWorkspace(QWidget):
         self.choice.show_profile(profile, self._kind.key, profile.flags(self.tile.id, date.today()))
         self.overview.show_kind(self._kind.title, self._kind.about)
         self.overview.show_part(self.tile, self._part())
-        busy = "The last measurement is coming to its end…" if self.is_measuring else ""
+        busy = "The last measurement is still ending…" if self.is_measuring else ""
         self.overview.show_way(why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target))
         reference = self._settings.references.get(self._kind.key, "")
         self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
@@ -126,14 +165,14 @@ class CalibrateWorkspace(QWidget):
     # --- a measurement ---
 
     def begin(self, alone: bool) -> None:
-        """Begin the chosen calibration of the chosen tile; `alone` lets the simulator run it from first to last."""
+        """Begin the chosen calibration of the chosen tile; `alone`: the simulator runs it from first to last page."""
         if self._target is None or self.is_measuring or why_not(self._target):
             return
         self._alone = alone
         if by_hand(self._target):
             self._is_waiting = True
             self.held.emit(True)
-            self.overview.show_way("The tile is taken from the session…", False)
+            self.overview.show_way("Waiting until the session releases the tile…", False)
             self.release_wanted.emit()
         else:
             self._measure()
@@ -149,7 +188,7 @@ class CalibrateWorkspace(QWidget):
         target, tile, kind = self._target, self.tile, self._kind
         reference = self._settings.references.get(kind.key, "")
         make = partial(kind.make, target, tile, self.profiles.of(tile.id), reference)
-        measurement = Measurement(make, by_hand=by_hand(target), pace=self._pace, parent=self)
+        measurement = Measurement(make, by_hand=by_hand(target), pace=self.pace, parent=self)
         measurement.ended.connect(self._ended)
         self._measurement = measurement
         self.choice.setEnabled(False)
@@ -162,29 +201,14 @@ class CalibrateWorkspace(QWidget):
 
     def leave(self) -> None:
         """Back to the choice; what runs ends, and changes nothing."""
-        if self._projection is not None:
-            self._projection.close()
+        if self.projection is not None:
+            self.projection.close()
         self.wizard.end()
         if self._measurement is not None:
             self._measurement.stop()
         self.choice.setEnabled(True)
         self._stack.setCurrentWidget(self.overview)
         self._show()
-
-    def silence(self) -> None:
-        """Panic: what runs by itself or plays comes to an end."""
-        if self._measurement is not None:
-            self._measurement.silence()
-
-    def close_down(self) -> None:
-        """The window closes: end what runs, and wait for it and for what is being written."""
-        self.wizard.end()
-        if self._projection is not None:
-            self._projection.close()
-        if self._measurement is not None:
-            self._measurement.stop()
-            self._measurement.join()
-        self.profiles.close()
 
     def _ended(self) -> None:
         measurement, self._measurement = self._measurement, None
@@ -225,7 +249,7 @@ class CalibrateWorkspace(QWidget):
         def write() -> str:
             from underfoot.calibration.files.report import write_report
 
-            return f"The report is {write_report(result, folder, result.apply(profile))}"
+            return f"The report is in {write_report(result, folder, result.apply(profile))}"
 
         self._settings.folder = str(folder)
         self.profiles.do(write)
@@ -234,26 +258,26 @@ class CalibrateWorkspace(QWidget):
 
     def project(self) -> None:
         """Show the tile at its true size on the last screen, which is the projector's where there are several."""
-        if self._projection is None:
+        if self.projection is None:
             right_m, up_m = self._settings.projector_at
             projection = FloorProjection(self.tile, self._settings.projector_scale, (right_m, up_m))
             projection.adjusted.connect(self._keep_projection)
             projection.go_wanted.connect(self.wizard.go_on)
             projection.closed.connect(self._projection_closed)
-            self._projection = projection
+            self.projection = projection
             if self.wizard.snapshot is not None:
                 self._project_page(self.wizard.snapshot)
-        self._projection.show_on(QGuiApplication.screens()[-1])
+        self.projection.show_on(QGuiApplication.screens()[-1])
 
     def _project_page(self, snapshot: Snapshot) -> None:
-        if self._projection is not None:
-            self._projection.show_page(snapshot.page, snapshot.live.ready)
+        if self.projection is not None:
+            self.projection.show_page(snapshot.page, snapshot.live.ready)
 
     def _keep_projection(self, scale: float, right_m: float, up_m: float) -> None:
         self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
 
     def _projection_closed(self) -> None:
-        self._projection = None
+        self.projection = None
         self.window().activateWindow()
 
     def _connect(self) -> None:
@@ -270,7 +294,7 @@ class CalibrateWorkspace(QWidget):
         self.wizard.shown.connect(self._project_page)
         self.profiles.changed.connect(self._show_profiles)
         self.profiles.saved.connect(self._saved)
-        self.profiles.said.connect(self.noticed)
+        self.profiles.said.connect(self.said)
 
 
 def _tiles_of(target: Target) -> tuple[object, ...]:

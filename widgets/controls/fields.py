@@ -7,18 +7,18 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from underfoot.parameters import Count, Number, Numbers, Parameter
+from underfoot.quantities import number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.quantities import number, pretty_text, pretty_unit, quantity
 
 
 class ParameterEditor(QWidget):
-    """A labelled control. `valueChanged` follows every change made by a person; `began` comes before a new one, so
+    """A labelled control. `value_changed` follows every change made by a person; `began` comes before a new one, so
     that whoever keeps an undo list knows which changes are one."""
 
     resets = True
     """Whether there is a way back to the default."""
 
-    valueChanged = Signal(object)
+    value_changed = Signal(object)
     began = Signal()
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
@@ -50,7 +50,7 @@ class ParameterEditor(QWidget):
         """The value as the parameter's `check` gives it."""
         return self._value
 
-    def setValue(self, value: Any) -> None:
+    def set_value(self, value: Any) -> None:
         """Show a value, without saying that it changed."""
         self._value = self.parameter.check(value)
         self._show_back()
@@ -72,7 +72,7 @@ class ParameterEditor(QWidget):
         if checked != self._value:
             self._value = checked
             self._show_back()
-            self.valueChanged.emit(checked)
+            self.value_changed.emit(checked)
 
     def _show_back(self) -> None:
         self.back.setVisible(self.resets and self._value != self.parameter.check(self.parameter.default))
@@ -112,10 +112,11 @@ class Field(QLineEdit):
 
     def event(self, event: QEvent) -> bool:
         # While something is being typed Escape belongs to the field, whatever else it does in the window.
-        asks = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
-        if asks and event.key() == Qt.Key.Key_Escape and self.text() != self._before:  # type: ignore[attr-defined]
-            event.accept()
-            return True
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
+            is_typing = self.text() != self._before
+            if is_typing and event.key() == Qt.Key.Key_Escape:
+                event.accept()
+                return True
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -181,8 +182,8 @@ def in_words(parameter: Parameter, value: Any) -> str:
     if isinstance(parameter, Number | Count):
         return quantity(value, parameter.unit, 4)
     if isinstance(value, str):
-        return value or "nothing"
-    return f"{len(value)} of them"
+        return value or "an empty text"
+    return "the default"
 
 
 def help_text(parameter: Parameter) -> str:

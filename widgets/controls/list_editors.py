@@ -1,6 +1,6 @@
 """The controls of parameters that hold several things: rows of a table, and tiles."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import (
@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Rows, Tiles
+from underfoot.quantities import parse_quantity, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor
-from underfoot.widgets.quantities import parse_quantity, pretty_unit
 
 ROW_PX, HEADING_PX = 24, 36
 MOST_SEEN = 8
@@ -29,7 +29,7 @@ class RowsEditor(ParameterEditor):
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
-        self._columns = parameter.columns
+        self._columns, self._most = parameter.columns, parameter.most
         self.table = QTableWidget(0, len(parameter.columns), self)
         self.table.setHorizontalHeaderLabels([heading(name) for name, _, _ in parameter.columns])
         self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
@@ -42,18 +42,23 @@ class RowsEditor(ParameterEditor):
         self.table.setTabKeyNavigation(False)
         self._put(self.table)
         line = QHBoxLayout()
-        for text, help, do in (("+", "Add a row", self._add), ("−", "Take the row away", self._remove)):
-            button = QToolButton(self)
-            button.setText(text)
-            button.setToolTip(help)
-            button.setAccessibleName(help)
-            button.setFixedWidth(32)
-            button.clicked.connect(do)
-            line.addWidget(button)
+        self.adding = self._button("+", "Add a row", self._add)
+        self.removing = self._button("−", "Remove the row", self._remove)
+        line.addWidget(self.adding)
+        line.addWidget(self.removing)
         line.addStretch()
         self.grid.addLayout(line, 2, 0, 1, 3)
         self.table.itemChanged.connect(self._typed)
-        self.setValue(parameter.default)
+        self.set_value(parameter.default)
+
+    def _button(self, text: str, tip: str, do: Callable[[], None]) -> QToolButton:
+        button = QToolButton(self)
+        button.setText(text)
+        button.setToolTip(tip)
+        button.setAccessibleName(tip)
+        button.setFixedWidth(32)
+        button.clicked.connect(do)
+        return button
 
     def _show(self) -> None:
         with QSignalBlocker(self.table):
@@ -76,7 +81,7 @@ class RowsEditor(ParameterEditor):
 
     def _add(self) -> None:
         new = self._value[-1] if self._value else tuple(low for _, low, _ in self._columns)
-        if len(self._value) < self.parameter.most:  # type: ignore[attr-defined]
+        if len(self._value) < self._most:
             self.began.emit()
             self._give([*self._value, new])
             self._show()
@@ -107,7 +112,7 @@ class TilesEditor(ParameterEditor):
     def __init__(self, parameter: Tiles, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
         self._known: tuple[str, ...] = ()
-        self._buttons: dict[str, QToolButton] = {}
+        self.buttons: dict[str, QToolButton] = {}
         self.field = Field(self)
         theme.set_role(self.field, "")
         self.field.given.connect(self._typed)
@@ -118,14 +123,14 @@ class TilesEditor(ParameterEditor):
         self._put(self._holder)
         self.grid.addWidget(self.field, 2, 0, 1, 3)
         self.set_tiles(())
-        self.setValue(parameter.default)
+        self.set_value(parameter.default)
 
     def set_tiles(self, ids: Sequence[str]) -> None:
         """Offer these tiles; many, or none, are typed instead."""
         self._known = tuple(ids)
-        for button in self._buttons.values():
+        for button in self.buttons.values():
             button.deleteLater()
-        self._buttons = {}
+        self.buttons = {}
         few = 0 < len(ids) <= self.MOST_BUTTONS
         for i, id in enumerate(("all", *ids) if few else ()):
             button = QToolButton(self._holder)
@@ -134,14 +139,14 @@ class TilesEditor(ParameterEditor):
             button.setMinimumWidth(44)
             button.clicked.connect(lambda on, id=id: self._toggled(id, on))
             self._cells.addWidget(button, i // 5, i % 5)
-            self._buttons[id] = button
+            self.buttons[id] = button
         self._holder.setVisible(few)
         self.field.setVisible(not few)
         self._show()
 
     def _show(self) -> None:
         self.field.setText(self._value)
-        for id, button in self._buttons.items():
+        for id, button in self.buttons.items():
             button.setChecked(id == self._value or (id != "all" and id in self._value.split("+")))
 
     def _toggled(self, id: str, on: bool) -> None:

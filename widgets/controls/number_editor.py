@@ -7,10 +7,10 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number
+from underfoot.quantities import parse_quantity, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
 from underfoot.widgets.controls.slider import Slider
-from underfoot.widgets.quantities import parse_quantity, quantity
 
 EXACT = 9
 """Significant digits in a field while it is being edited."""
@@ -22,12 +22,13 @@ WIDEST = 100_000_000
 class NumberEditor(ParameterEditor):
     """A slider, and a field that takes a number with or without its unit. Whole numbers too."""
 
-    disconnectWanted = Signal()
+    disconnect_wanted = Signal()
     """The wire that drives the value is to go."""
 
     def __init__(self, parameter: Number | Count, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
         self._is_whole = isinstance(parameter, Count)
+        self._unit = parameter.unit
         self.field = Field(self)
         self.field.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.field.setAccessibleName(f"{parameter.label}, typed")
@@ -35,7 +36,7 @@ class NumberEditor(ParameterEditor):
         self.field.setMinimumWidth(64)
         self.slider = Slider(self)
         self.driver = ElidedButton(self)
-        self.driver.clicked.connect(self.disconnectWanted)
+        self.driver.clicked.connect(self.disconnect_wanted)
         self.driver.hide()
         self.grid.addWidget(self.field, 0, 2)
         self.grid.addWidget(self.driver, 0, 1, 1, 2)
@@ -48,7 +49,7 @@ class NumberEditor(ParameterEditor):
         self.field.entered.connect(lambda: self._show(EXACT))
         self.field.left.connect(self._left)
         self.field.given.connect(self._typed)
-        self.setValue(parameter.default)
+        self.set_value(parameter.default)
 
     def set_driven(self, by: str, colour: str = "") -> None:
         """Show that a wire gives the value; an empty `by` takes that back."""
@@ -58,18 +59,16 @@ class NumberEditor(ParameterEditor):
         self.driver.setVisible(bool(by))
         self.back.setVisible(not by and self._value != self.parameter.default)
         self.driver.set_full_text(f"driven by {by}", "  ×")
-        self.driver.setToolTip(f"Driven by {by}. Click to take the wire away.")
+        self.driver.setToolTip(f"Driven by {by}. Click to disconnect the wire.")
         self.driver.setStyleSheet(f"color: {colour}; text-align: right;")
 
     def _show(self, digits: int = 4) -> None:
-        parameter = self.parameter
-        unit = parameter.unit  # type: ignore[attr-defined]
         if digits == EXACT or not self.field.hasFocus():
             with QSignalBlocker(self.field):
                 whole = max(digits, 9) if self._is_whole else digits
-                self.field.setText(quantity(self._value, unit, whole))
+                self.field.setText(quantity(self._value, self._unit, whole))
             self.field.complain("")
-            self.field.setToolTip(help_text(parameter))
+            self.field.setToolTip(help_text(self.parameter))
         self.slider.set_place(self._place(self._value))
 
     def _left(self) -> None:
@@ -78,11 +77,11 @@ class NumberEditor(ParameterEditor):
     def _slid(self, place: float) -> None:
         self._give(self._rounded(place))
         with QSignalBlocker(self.field):
-            self.field.setText(quantity(self._value, self.parameter.unit, 4))  # type: ignore[attr-defined]
+            self.field.setText(quantity(self._value, self._unit, 4))
 
     def _typed(self, text: str) -> None:
         try:
-            value = parse_quantity(text, self.parameter.unit)  # type: ignore[attr-defined]
+            value = parse_quantity(text, self._unit)
             self.began.emit()
             self._give(round(value, 12) if self._is_whole else value)
         except BadValue as error:

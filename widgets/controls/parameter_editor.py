@@ -32,7 +32,7 @@ class ChoiceEditor(ParameterEditor):
         self.box.addItems(list(parameter.options))
         self._put(self.box)
         self.box.activated.connect(self._picked)
-        self.setValue(parameter.default)
+        self.set_value(parameter.default)
 
     def _show(self) -> None:
         with QSignalBlocker(self.box):
@@ -60,7 +60,7 @@ class TextEditor(ParameterEditor):
         theme.set_role(self.field, "")
         self.field.given.connect(self._typed)
         self._put(self.field)
-        self.setValue(parameter.default)
+        self.set_value(parameter.default)
 
     def _as_text(self, value: Any) -> str:
         return str(value)
@@ -124,10 +124,11 @@ class FileEditor(TextEditor):
         dialog = QFileDialog(self.window(), self.parameter.label, str(self._folder or ""))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(self._chosen)
+        dialog.fileSelected.connect(self.choose)
         dialog.open()
 
-    def _chosen(self, path: str) -> None:
+    def choose(self, path: str) -> None:
+        """Take this file, as a person's change."""
         if self._folder is not None and Path(path).is_relative_to(self._folder):
             path = str(Path(path).relative_to(self._folder))
         self._typed(path)

@@ -1,101 +1,109 @@
-"""What can be done on the canvas, with its keys; and the menu that shows both."""
+"""What can be done on the canvas, with its keys; and the menus that offer it. They know of no canvas."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QMenu, QWidget
 
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
 from underfoot.widgets.design.editing import open_targets
 from underfoot.widgets.design.shape import shown
 
-if TYPE_CHECKING:
-    from underfoot.widgets.design.canvas import Canvas
+_KEY = QKeySequence.StandardKey
 
-ALIGN = (
-    ("left", "Left edges", "Ctrl+Shift+Left"),
-    ("right", "Right edges", "Ctrl+Shift+Right"),
-    ("top", "Top edges", "Ctrl+Shift+Up"),
-    ("bottom", "Bottom edges", "Ctrl+Shift+Down"),
-    ("across", "Equal gaps across", "Ctrl+Shift+H"),
-    ("down", "Equal gaps down", "Ctrl+Shift+V"),
+
+class CanvasAction(NamedTuple):
+    """An action by the name that code calls it, its text, and its keys."""
+
+    name: str
+    text: str
+    keys: QKeySequence.StandardKey | tuple[str, ...]
+
+
+ALIGNMENTS = (
+    CanvasAction("align left", "Left edges", ("Ctrl+Shift+Left",)),
+    CanvasAction("align right", "Right edges", ("Ctrl+Shift+Right",)),
+    CanvasAction("align top", "Top edges", ("Ctrl+Shift+Up",)),
+    CanvasAction("align bottom", "Bottom edges", ("Ctrl+Shift+Down",)),
+    CanvasAction("align across", "Equal horizontal gaps", ("Ctrl+Shift+H",)),
+    CanvasAction("align down", "Equal vertical gaps", ("Ctrl+Shift+V",)),
+)
+
+ACTIONS = (
+    CanvasAction("cut", "Cut", _KEY.Cut),
+    CanvasAction("copy", "Copy", _KEY.Copy),
+    CanvasAction("paste", "Paste", _KEY.Paste),
+    CanvasAction("duplicate", "Duplicate", ("Ctrl+D",)),
+    CanvasAction("delete", "Delete", ("Delete", "Backspace")),
+    CanvasAction("select all", "Select all", _KEY.SelectAll),
+    CanvasAction("next", "Next node", ("N",)),
+    CanvasAction("previous", "Previous node", ("Shift+N",)),
+    CanvasAction("connect", "Connect…", ("C",)),
+    CanvasAction("frame", "Fit selection to view", ("F",)),
+    CanvasAction("frame all", "Fit all to view", ("Home",)),
+    CanvasAction("zoom in", "Zoom in", ("+", "=")),
+    CanvasAction("zoom out", "Zoom out", ("-",)),
+    CanvasAction("actual size", "Actual size", ("0",)),
+    *ALIGNMENTS,
 )
 
 
-def canvas_actions(canvas: "Canvas") -> dict[str, QAction]:
-    """The canvas's actions by name. Their keys work while the canvas has the focus."""
-    key = QKeySequence.StandardKey
-    made: dict[str, QAction] = {}
-
-    def action(name: str, text: str, keys: QKeySequence.StandardKey | list[str], do: Callable[[], None]) -> None:
-        made[name] = QAction(text, canvas)
-        if isinstance(keys, list):
-            made[name].setShortcuts([QKeySequence(k) for k in keys])
+def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) -> dict[str, QAction]:
+    """The actions by name, each with its handler. Their keys work while `canvas` has the focus."""
+    made = {}
+    for name, text, keys in ACTIONS:
+        action = QAction(text, canvas)
+        if isinstance(keys, tuple):
+            action.setShortcuts([QKeySequence(key) for key in keys])
         else:
-            made[name].setShortcuts(keys)
-        made[name].setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        made[name].triggered.connect(do)
-
-    action("cut", "Cut", key.Cut, canvas.cut)
-    action("copy", "Copy", key.Copy, canvas.copy)
-    action("paste", "Paste", key.Paste, canvas.paste)
-    action("duplicate", "Duplicate", ["Ctrl+D"], canvas.duplicate)
-    action("delete", "Delete", ["Delete", "Backspace"], canvas.delete)
-    action("select all", "Select all", key.SelectAll, canvas.select_all)
-    action("next", "Next node", ["N"], lambda: canvas.step_selection(1))
-    action("previous", "Previous node", ["Shift+N"], lambda: canvas.step_selection(-1))
-    action("connect", "Connect…", ["C"], lambda: open_connect_menu(canvas))
-    action("frame", "Frame", ["F"], canvas.frame)
-    action("frame all", "Frame all", ["Home"], lambda: canvas.frame(True))
-    action("zoom in", "Zoom in", ["+", "="], lambda: canvas.zoom_to(canvas.transform().m11() * 1.2))
-    action("zoom out", "Zoom out", ["-"], lambda: canvas.zoom_to(canvas.transform().m11() / 1.2))
-    action("life size", "Life size", ["0"], lambda: canvas.zoom_to(1.0))
-    for side, text, keys in ALIGN:
-        action(f"align {side}", text, [keys], partial(canvas.align, side))
+            action.setShortcuts(keys)
+        action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        action.triggered.connect(lambda _=False, handler=handlers[name]: handler())
+        made[name] = action
     return made
 
 
-def context_menu(canvas: "Canvas", place: QPoint) -> QMenu:
-    """The menu at this place of the canvas; it goes away when it is closed."""
-    some = bool(canvas.selected_ids())
+def context_menu(
+    canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], selected: int, wire_chosen: bool
+) -> QMenu:
+    """The menu where `selected` nodes are selected; it goes away when it is closed. `add` asks for a new node."""
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    menu.addAction("Add a node…", lambda: canvas.open_search(place)).setShortcut("Space")
-    if len(canvas.selected_ids()) == 1:
-        menu.addAction(canvas.commands["connect"])
+    menu.addAction("Add a node…", add).setShortcut("Space")
+    if selected == 1:
+        menu.addAction(actions["connect"])
     menu.addSeparator()
     for name in ("cut", "copy", "duplicate", "delete"):
-        if some or (name == "delete" and canvas.patch_scene.chosen_wires()):
-            menu.addAction(canvas.commands[name])
-    menu.addAction(canvas.commands["paste"])
-    menu.addAction(canvas.commands["select all"])
-    if len(canvas.selected_ids()) > 1:
+        if selected or (name == "delete" and wire_chosen):
+            menu.addAction(actions[name])
+    menu.addAction(actions["paste"])
+    menu.addAction(actions["select all"])
+    if selected > 1:
         align = menu.addMenu("Align")
-        align.addActions([canvas.commands[f"align {side}"] for side, _, _ in ALIGN])
+        align.addActions([actions[alignment.name] for alignment in ALIGNMENTS])
     menu.addSeparator()
-    menu.addActions([canvas.commands[name] for name in ("frame", "frame all", "life size")])
+    menu.addActions([actions[name] for name in ("frame", "frame all", "actual size")])
     return menu
 
 
-def open_connect_menu(canvas: "Canvas") -> None:
-    """Offer, beside the selected node, every input that its outputs may go to: wiring without a mouse."""
-    ids = canvas.selected_ids()
-    if len(ids) != 1:
-        canvas.say("Select the one node whose output is to be connected")
-        return
-    patch, registry = canvas.document.patch, canvas.registry
-    item = canvas.patch_scene.nodes[ids[0]]
+def connect_menu(
+    canvas: QWidget, patch: Patch, registry: Registry, node: str, connect: Callable[[str, str], object]
+) -> QMenu:
+    """Every input that the outputs of `node` may go to: wiring without a mouse. `connect` takes source and target."""
+    type = registry[patch.node(node).type]
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    for output in item.node_type.outputs:
-        source = f"{ids[0]}.{output.name}"
-        into = menu if len(item.node_type.outputs) == 1 else menu.addMenu(shown(output.name))
+    for output in type.outputs:
+        source = f"{node}.{output.name}"
+        into = menu if len(type.outputs) == 1 else menu.addMenu(shown(output.name))
         for target in open_targets(patch, registry, source):
             id, _, port = target.partition(".")
             text = f"{registry[patch.node(id).type].label} ({id}): {shown(port)}"
-            into.addAction(text, partial(canvas.connect_ports, source, target))
+            into.addAction(text, partial(connect, source, target))
     if menu.isEmpty():
         menu.addAction("There is no input that fits").setEnabled(False)
-    menu.popup(canvas.viewport().mapToGlobal(canvas.mapFromScene(item.sceneBoundingRect().topRight())))
+    return menu

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FELT_HZ = (40.0, 1000.0)
-"""What the sole of the foot feels (the band in which vibrations of a floor matter)."""
+from underfoot.drawing import Range
+from underfoot.drawing.axes import scaled
+
 LOWEST_HZ, HIGHEST_HZ = 20.0, 2000.0
 WINDOW_S = 0.04
 """A compromise: 25 Hz apart, and two clicks 40 ms apart are two."""
@@ -22,31 +23,28 @@ class Scale:
     low_hz: float = LOWEST_HZ
     high_hz: float = HIGHEST_HZ
 
-    def place(self, hz: float) -> float:
-        """Where a frequency stands on the axis.
-
-        >>> Scale(log=True).place(1000.0), Scale(log=False).place(1000.0)
-        (3.0, 1000.0)
-        """
-        return float(np.log10(hz)) if self.log else hz
-
     @property
-    def span(self) -> tuple[float, float]:
-        """The ends of the axis."""
-        return self.place(self.low_hz), self.place(self.high_hz)
+    def range_hz(self) -> Range:
+        """The ends of the axis, Hz."""
+        return self.low_hz, self.high_hz
 
     def rows_hz(self, rows: int) -> NDArray[np.float64]:
-        """The middles of `rows` rows, evenly along the axis."""
-        low, high = self.span
-        places = low + (np.arange(rows) + 0.5) / rows * (high - low)
-        return 10.0**places if self.log else places
+        """The middles of `rows` rows, evenly along the axis.
 
-    def ticks(self) -> list[tuple[float, str]]:
-        """Places and texts."""
-        shown = (20, 50, 100, 200, 500, 1000, 2000) if self.log else (0, 500, 1000, 1500, 2000)
-        return [
-            (self.place(hz), f"{hz:,}".replace(",", "\u202f")) for hz in shown if hz >= (self.low_hz if self.log else 0)
-        ]
+        >>> Scale(low_hz=1.0, high_hz=100.0).rows_hz(1)
+        array([10.])
+        """
+        return self._at((np.arange(rows) + 0.5) / rows)
+
+    def starts_hz(self, rows: int) -> NDArray[np.float64]:
+        """Where each of `rows` rows begins."""
+        return self._at(np.arange(rows) / rows)
+
+    def _at(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Frequencies at shares of the axis' length."""
+        low, high = scaled(self.range_hz, self.log)
+        places = low + shares * (high - low)
+        return 10.0**places if self.log else places
 
 
 def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 160) -> NDArray[np.float32]:
@@ -110,9 +108,7 @@ def peak_and_rms(signal: ArrayLike) -> tuple[float, float]:
 
 def _bins(scale: Scale, rows: int, per_hz: float) -> NDArray[np.int64]:
     """The first line of the spectrum in each row."""
-    low, high = scale.span
-    places = low + np.arange(rows) / rows * (high - low)
-    return ((10.0**places if scale.log else places) * per_hz).astype(np.int64)
+    return (scale.starts_hz(rows) * per_hz).astype(np.int64)
 
 
 def _top(scale: Scale, per_hz: float) -> int:
@@ -125,7 +121,7 @@ def _thinning(rate_hz: float) -> int:
     return max(int(rate_hz / (HIGHEST_HZ * 4.0)), 1)
 
 
-def _decimated(signal: NDArray, every: int) -> NDArray:
+def _decimated(signal: NDArray[np.floating], every: int) -> NDArray[np.floating]:
     """Every so many samples, behind a low-pass (a Hann-windowed sinc) that keeps the shown band."""
     if every == 1:
         return signal
@@ -138,5 +134,5 @@ def _decimated(signal: NDArray, every: int) -> NDArray:
     return smooth[8 * every : 8 * every + signal.size : every].astype(signal.dtype)
 
 
-def _db(amplitude: NDArray) -> NDArray[np.float32]:
+def _db(amplitude: NDArray[np.floating]) -> NDArray[np.float32]:
     return (20.0 * np.log10(np.maximum(np.nan_to_num(amplitude), 1e-10))).astype(np.float32)

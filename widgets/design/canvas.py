@@ -1,8 +1,9 @@
 """The canvas: where a patch is wired by hand. It turns what mouse and keys do into edits of the document."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
-from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
@@ -20,10 +21,11 @@ from PySide6.QtWidgets import QApplication, QFrame, QGraphicsView, QWidget
 from underfoot.errors import BadFile
 from underfoot.patch.node import Registry
 from underfoot.widgets import theme
-from underfoot.widgets.design.actions import canvas_actions, context_menu
+from underfoot.widgets.design.actions import connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.editing import aligned, copied, joined, pasted, refusal, snapped
 from underfoot.widgets.design.items import NodeItem
+from underfoot.widgets.design.message import Message
 from underfoot.widgets.design.minimap import MiniMap
 from underfoot.widgets.design.node_list import MIME, NodeSearch
 from underfoot.widgets.design.scene import PatchScene
@@ -32,7 +34,7 @@ from underfoot.widgets.design.undo import Document
 
 CLOSEST, FARTHEST = 2.5, 0.1
 STEP = 1.2
-SAID_FOR_MS = 5000
+"""The factor of one step of zoom."""
 
 
 class Canvas(QGraphicsView):
@@ -42,9 +44,10 @@ class Canvas(QGraphicsView):
     """The ids of the selected nodes."""
 
     refused = Signal(str)
-    """Why a wire was not made, or a paste not taken: what the canvas also says itself."""
+    """Why a wire was not made, or a paste not taken: what the canvas also shows itself."""
 
-    viewMoved = Signal()
+    view_moved = Signal()
+    """Another part of the patch, or another zoom, is seen."""
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -72,20 +75,38 @@ class Canvas(QGraphicsView):
         self._keeps_all = False
         self.search = NodeSearch(registry, self)
         self.map = MiniMap(self.patch_scene, self)
-        self._said = theme.label("", "said")
-        self._said.setParent(self)
-        self._said.setWordWrap(True)
-        self._said.hide()
-        self._quiet = QTimer(self, singleShot=True, interval=SAID_FOR_MS)
-        self._quiet.timeout.connect(self._said.hide)
-        self.commands = canvas_actions(self)
-        self.addActions(list(self.commands.values()))
+        self._message = Message(self)
+        self.actions_by_name = make_actions(self, self._handlers())
+        self.addActions(list(self.actions_by_name.values()))
         self.search.chosen.connect(lambda type: self.add(type, self._new_at))
         self.search.closed.connect(self._close_search)
         self.map.wanted.connect(self._look_at)
         self.patch_scene.selectionChanged.connect(self._selection_changed)
         document.changed.connect(self._show)
         self._show()
+
+    def _handlers(self) -> dict[str, Callable[[], object]]:
+        """What each action does."""
+        return {
+            "cut": self.cut,
+            "copy": self.copy,
+            "paste": self.paste,
+            "duplicate": self.duplicate,
+            "delete": self.delete,
+            "select all": self.select_all,
+            "next": lambda: self.step_selection(1),
+            "previous": lambda: self.step_selection(-1),
+            "connect": self.open_connect_menu,
+            "frame": self.frame,
+            "frame all": lambda: self.frame(everything=True),
+            "zoom in": lambda: self.zoom(STEP),
+            "zoom out": lambda: self.zoom(1.0 / STEP),
+            "actual size": lambda: self.zoom_to(1.0),
+            **{
+                f"align {side}": partial(self.align, side)
+                for side in ("left", "right", "top", "bottom", "across", "down")
+            },
+        }
 
     # --- edits ---
 
@@ -106,10 +127,12 @@ class Canvas(QGraphicsView):
         self.document.edit(patch.remove(self.selected_ids()), "Delete")
 
     def copy(self) -> None:
+        """Put the selected nodes, with the wires between them, on the clipboard."""
         if self.selected_ids():
             QApplication.clipboard().setText(copied(self.document.patch, self.selected_ids()))
 
     def cut(self) -> None:
+        """Copy the selected nodes and take them away."""
         if self.selected_ids():
             self.copy()
             self.document.edit(self.document.patch.remove(self.selected_ids()), "Cut")
@@ -122,6 +145,7 @@ class Canvas(QGraphicsView):
         self._paste(QApplication.clipboard().text(), (place.x(), place.y()) if over else None, "Paste")
 
     def duplicate(self) -> None:
+        """Add the selected nodes once more, beside themselves."""
         if self.selected_ids():
             self._paste(copied(self.document.patch, self.selected_ids()), None, "Duplicate")
 
@@ -135,7 +159,7 @@ class Canvas(QGraphicsView):
         self.patch_scene.select(ids)
 
     def connect_ports(self, source: str, target: str) -> None:
-        """Lay a wire between two ports, or say why it cannot be."""
+        """Connect two ports by a wire, or say why that cannot be."""
         reason = refusal(self.document.patch, self.registry, source, target)
         if reason:
             self.say(reason)
@@ -148,7 +172,7 @@ class Canvas(QGraphicsView):
         self.document.edit(after, "Align")
 
     def nudge(self, dx: int, dy: int) -> None:
-        """Move the selected nodes by steps of the grid; steps in a row are undone at once."""
+        """Move the selected nodes by steps of the grid; steps in a row are one step of undo."""
         ids = set(self.selected_ids())
         places = {
             n.id: (n.at[0] + dx * theme.GRID, n.at[1] + dy * theme.GRID)
@@ -158,15 +182,17 @@ class Canvas(QGraphicsView):
         self.document.edit(self.document.patch.move(places), "Move", f"nudge {sorted(ids)} {self._nudges}")
 
     def select_all(self) -> None:
+        """Select every node."""
         self.patch_scene.select(self.patch_scene.nodes)
 
     def selected_ids(self) -> list[str]:
+        """The selected nodes, in the order of the patch."""
         return self.patch_scene.selected_ids()
 
     # --- the view ---
 
     def zoom(self, factor: float, about: QPoint | None = None) -> None:
-        """Come closer, or go back, while what is at this place of the view, or in its middle, stays there."""
+        """Zoom by a factor; what is at this place of the view, or in its middle, stays there."""
         self._keeps_all = False
         about = about or self.viewport().rect().center()
         held = self.mapToScene(about)
@@ -178,12 +204,13 @@ class Canvas(QGraphicsView):
         self._moved()
 
     def zoom_to(self, scale: float) -> None:
+        """Zoom so that a node is drawn at `scale` times its size."""
         self.zoom(scale / self.transform().m11())
 
     def frame(self, everything: bool = False) -> None:
-        """Bring the selected nodes, or all, into view, never larger than life.
+        """Bring the selected nodes, or all, into view, never larger than actual size.
 
-        Once all are in view they stay so, whatever size the window takes, until somebody looks elsewhere.
+        Once all are in view they stay so, whatever size the window takes, until the view is moved.
         """
         self._keeps_all = everything
         extent = self.patch_scene.extent(() if everything else self.selected_ids())
@@ -211,33 +238,30 @@ class Canvas(QGraphicsView):
         self._new_wire = wire
         self.search.open(place.x(), place.y())
 
+    def open_connect_menu(self) -> None:
+        """Offer, beside the selected node, every input that its outputs may go to."""
+        ids = self.selected_ids()
+        if len(ids) != 1:
+            self.say("Select the one node whose output is to be connected")
+            return
+        menu = connect_menu(self, self.document.patch, self.registry, ids[0], self.connect_ports)
+        corner = self.patch_scene.nodes[ids[0]].sceneBoundingRect().topRight()
+        menu.popup(self.viewport().mapToGlobal(self.mapFromScene(corner)))
+
     def _close_search(self) -> None:
         self._new_wire = None
         self.setFocus()
 
     def say(self, text: str, alarm: bool = True) -> None:
-        """Say a line over the canvas for a few seconds; an empty one clears it."""
-        self._said.setVisible(bool(text))
-        if not text:
-            return
-        accent = theme.ALARM if alarm else theme.CONTACT
-        self._said.setStyleSheet(
-            f"background: {theme.mixed(accent, theme.PANEL, 0.16)}; color: {theme.TEXT};"
-            f"border: 1px solid {accent}; border-radius: 4px; padding: 6px 10px;"
-        )
-        self._said.setText(text)
-        self._said.setFixedWidth(min(self.width() - 32, self._said.fontMetrics().horizontalAdvance(text) + 32))
-        self._said.adjustSize()
-        self._said.move((self.width() - self._said.width()) // 2, self.height() - self._said.height() - 16)
-        self._said.raise_()
-        self._quiet.start()
-        if alarm:
+        """Show a line over the canvas for a few seconds; an empty one clears it."""
+        self._message.show_text(text, alarm)
+        if text and alarm:
             self.refused.emit(text)
 
     @property
     def said(self) -> str:
-        """What the canvas says now."""
-        return "" if self._said.isHidden() else self._said.text()
+        """The line that is shown now."""
+        return self._message.shown
 
     # --- mouse ---
 
@@ -316,7 +340,9 @@ class Canvas(QGraphicsView):
         if isinstance(node, NodeItem) and not node.isSelected():
             self.patch_scene.select([node.node.id])
         self._new_at = self.mapToScene(event.pos())
-        menu = context_menu(self, event.pos())
+        wire_chosen = bool(self.patch_scene.chosen_wires())
+        search = partial(self.open_search, event.pos())
+        menu = context_menu(self, self.actions_by_name, search, len(self.selected_ids()), wire_chosen)
         menu.popup(event.globalPos())
 
     # --- drops from the palette ---
@@ -419,7 +445,7 @@ class Canvas(QGraphicsView):
     def _moved(self) -> None:
         seen = self.mapToScene(self.viewport().rect()).boundingRect()
         self.map.follow(seen)
-        self.viewMoved.emit()
+        self.view_moved.emit()
 
     def visible_ids(self) -> Sequence[str]:
         """Nodes that are in view and large enough to be read."""

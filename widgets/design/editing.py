@@ -7,7 +7,7 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import Number
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
-from underfoot.widgets.quantities import pretty_text
+from underfoot.quantities import pretty_text
 from underfoot.widgets.theme import GRID
 
 Place = tuple[float, float]

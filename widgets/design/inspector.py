@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLay
 from underfoot.parameters import Count, Rows, Text
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.list_editors import TilesEditor
@@ -19,7 +20,6 @@ from underfoot.widgets.design.editing import drivers
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shape import accent, shown
-from underfoot.widgets.quantities import pretty_text
 
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
@@ -32,11 +32,11 @@ class Inspector(QScrollArea):
     edited = Signal(str, str, object, str)
     """Node, parameter, value, and a word that is the same for changes which belong together."""
 
-    patchEdited = Signal(str, object, str)
+    patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
 
-    disconnectWanted = Signal(str)
-    """The input ("node.port") whose wire is to go."""
+    disconnect_wanted = Signal(str)
+    """The input ("node.port") whose wire is to be taken away."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -132,11 +132,11 @@ class Inspector(QScrollArea):
             if isinstance(editor, FileEditor):
                 editor.set_folder(self._folder)
             self._add_editor(column, name, editor)
-            editor.valueChanged.connect(
+            editor.value_changed.connect(
                 lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._gesture}")
             )
             if isinstance(editor, NumberEditor):
-                editor.disconnectWanted.connect(lambda name=name: self.disconnectWanted.emit(f"{id}.{name}"))
+                editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
@@ -155,8 +155,8 @@ class Inspector(QScrollArea):
             editor = editor_for(parameter)
             editor.resets = False
             self._add_editor(column, name, editor)
-            editor.valueChanged.connect(
-                lambda value, name=name: self.patchEdited.emit(name, value, f"patch.{name} {self._gesture}")
+            editor.value_changed.connect(
+                lambda value, name=name: self.patch_edited.emit(name, value, f"patch.{name} {self._gesture}")
             )
         column.addWidget(_line())
         self._nodes, self._wires = theme.label(""), theme.label("")
@@ -190,13 +190,13 @@ class Inspector(QScrollArea):
             for name, editor in self.editors.items():
                 value = node.parameters.get(name, editor.parameter.default)
                 if editor.parameter.check(value) != editor.value():
-                    editor.setValue(value)
+                    editor.set_value(value)
                 if isinstance(editor, NumberEditor):
                     self._show_driver(editor, wired.get(name, ""))
         elif not self._ids:
             for name, editor in self.editors.items():
                 if getattr(self._patch, name) != editor.value():
-                    editor.setValue(getattr(self._patch, name))
+                    editor.set_value(getattr(self._patch, name))
             self._nodes.setText(str(len(self._patch.nodes)))
             self._wires.setText(str(len(self._patch.wires)))
         self._show_cost()

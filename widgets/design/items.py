@@ -9,13 +9,13 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
+from underfoot.drawing.thinning import thinned
 from underfoot.patch.node import NodeType
 from underfoot.patch.patch import PlacedNode, Wire
+from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.design.editing import snapped
 from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, PlacedPort, Shape, accent, drivable, node_shape, shown
-from underfoot.widgets.plots import thinned
-from underfoot.widgets.quantities import pretty_text, pretty_unit
 
 LEGIBLE = 0.45
 """Below this zoom a node shows its name alone: nothing else in it could be read."""

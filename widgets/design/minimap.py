@@ -20,7 +20,7 @@ class MiniMap(QWidget):
         self._view = QRectF()
         self._extent = QRectF()
         self.setFixedSize(176, 112)
-        self.setToolTip("The whole patch; drag to look elsewhere")
+        self.setToolTip("Overview of the patch; drag to move the view")
         self.hide()
 
     def follow(self, view: QRectF) -> None:

@@ -1,6 +1,6 @@
 """The list of node types by family, narrowed by typing: in the palette, and on the canvas where a node is added."""
 
-from PySide6.QtCore import QMimeData, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QPainter
 from PySide6.QtWidgets import (
     QFrame,
@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.patch.node import NodeType, Registry
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.design.shape import accent
-from underfoot.widgets.quantities import pretty_text
 
 MIME = "application/x-underfoot-node"
 FAMILIES = ("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters", "Outputs")
@@ -154,7 +154,7 @@ class NodeSearch(QFrame):
 
 
 class SearchField(QLineEdit):
-    """A field whose arrow keys walk through a list, and that says when it is left."""
+    """A field whose arrow keys step through a list. Escape clears it and leaves it."""
 
     stepped = Signal(int)
     entered = Signal()
@@ -165,6 +165,14 @@ class SearchField(QLineEdit):
         self.setPlaceholderText(hint)
         self.setAccessibleName(hint)
         self.setClearButtonEnabled(False)
+
+    def event(self, event: QEvent) -> bool:
+        # Escape belongs to the field, whatever else it does in the window.
+        asks = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+        if asks and event.key() == Qt.Key.Key_Escape:  # type: ignore[attr-defined]
+            event.accept()
+            return True
+        return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         key = event.key()

@@ -4,23 +4,29 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
-from underfoot.engine.messages import Preview
+from underfoot.drawing import HeatMap
+from underfoot.engine.reports import Preview
 from underfoot.floor.layout import Tile
 from underfoot.patch.node import NodeType, Port
+from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.design import preview_drawings
 from underfoot.widgets.design.analysis import Scale, peak_and_rms, shown_levels, spectrogram_db, spectrum_db
-from underfoot.widgets.design.preview_plots import SpectrogramPlot, SpectrumPlot, WaveformPlot
+from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
 from underfoot.widgets.design.tile_pad import TilePad
-from underfoot.widgets.quantities import quantity
+from underfoot.widgets.plots.plot import Plot
 
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176
 """The column of the tile and the spectrum."""
 LATE_MS = 400
 """A preview that takes longer says that it is being made."""
+
+Array = NDArray[np.float64]
 
 
 class PreviewPanel(QWidget):
@@ -36,7 +42,7 @@ class PreviewPanel(QWidget):
         self._ports: dict[str, Port] = {}
         self._preview: Preview | None = None
         self._values = np.zeros(0)
-        self._kept: tuple[np.ndarray, float] | None = None
+        self._kept: tuple[Array, float] | None = None
         self.node = ""
         self.title = theme.label("", "title")
         self.note = theme.label("", "muted")
@@ -59,7 +65,9 @@ class PreviewPanel(QWidget):
         self.tiles.setAccessibleName("Tile")
         self.tiles.hide()
         self.pad = TilePad(self)
-        self.waveform, self.spectrogram, self.spectrum = WaveformPlot(), SpectrogramPlot(), SpectrumPlot()
+        self.waveform = Plot("Waveform", TIMES)
+        self.spectrogram = Plot("Spectrogram", TIMES)
+        self.spectrum = Plot("Spectrum", NO_FREQUENCIES)
         self._lay_out()
         self._late = QTimer(self, singleShot=True, interval=LATE_MS)
         self._late.timeout.connect(lambda: self.note.setText("being made…"))
@@ -77,13 +85,13 @@ class PreviewPanel(QWidget):
         self._arrange()
         self.clear()
 
-    def _toggle(self, text: str, help: str) -> QToolButton:
+    def _toggle(self, text: str, tip: str) -> QToolButton:
         button = QToolButton(self)
         button.setText(text)
         button.setCheckable(True)
         button.setChecked(True)
         button.setProperty("role", "chip")
-        button.setToolTip(help)
+        button.setToolTip(tip)
         return button
 
     def _lay_out(self) -> None:
@@ -167,9 +175,9 @@ class PreviewPanel(QWidget):
         self.waveform.setVisible(on["Waveform"])
         self.spectrogram.setVisible(on["Spectrogram"])
         self.spectrum.setVisible(on["Spectrum"])
-        self.spectrum.show_frequencies(not on["Spectrogram"])
+        self.spectrum.set_margins(NO_FREQUENCIES if on["Spectrogram"] else FREQUENCIES)
         below = on["Spectrogram"] or on["Spectrum"]
-        self.waveform.show_times(not on["Spectrogram"])
+        self.waveform.set_margins(NO_TIMES if on["Spectrogram"] else TIMES)
         self._plots.setRowStretch(0, 2 if on["Waveform"] or not below else 0)
         self._plots.setRowStretch(1, 3 if below else 0)
         alone = on["Spectrum"] and not on["Spectrogram"]
@@ -179,62 +187,79 @@ class PreviewPanel(QWidget):
 
     def _draw(self) -> None:
         port, preview = self.port, self._preview
+        self._values = np.zeros(0)
         if port is None or preview is None or preview.error:
-            self._values = np.zeros(0)
-            for plot in (self.waveform, self.spectrogram, self.spectrum):
-                plot.clear_data()
+            self.waveform.show_drawing(preview_drawings.no_waveform())
+            self._show_no_levels()
             if preview is not None and preview.error:
                 self.note.setText(preview.error)
             elif self.node and port is None:
                 self.note.setText("it has no output to be seen")
-            return
+        elif port.kind == "event":
+            self._draw_events(preview, port)
+        else:
+            self._draw_signal(preview, port)
+
+    def _draw_events(self, preview: Preview, port: Port) -> None:
         rate = preview.rate_hz
         force = summed(preview.force_n)
-        seconds = force.size / rate
-        if port.kind == "event":
-            self._values = np.zeros(0)
-            events = event_rows(pick(preview.events, self.node, port.name))
-            self.waveform.show_events(events[:, 0] / rate, events[:, 1], force, seconds)
-            self.spectrogram.clear_data("events have no spectrum")
-            self.spectrum.clear_data()
-            came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
-            count = f"{len(events)} event{'' if len(events) == 1 else 's'}"
-            self.note.setText(count if came else "the preview holds no events")
-            return
-        values = np.nan_to_num(np.asarray(pick(preview.signals, self.node, port.name), np.float64))
-        self._values = values
-        seconds = max(seconds, values.size / rate)
-        colour = theme.signal_colour(port.kind, port.unit)
-        self.waveform.show_signal(values, rate, port.unit, colour, force, seconds)
+        rows = event_rows(pick(preview.events, self.node, port.name))
+        times_s, strengths = rows[:, 0] / rate, rows[:, 1]
+        self.waveform.show_drawing(preview_drawings.events(times_s, strengths, force, rate, force.size / rate))
+        self._show_no_levels("events have no spectrum")
+        came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
+        count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
+        self.note.setText(count if came else "the preview holds no events")
+
+    def _draw_signal(self, preview: Preview, port: Port) -> None:
+        rate = preview.rate_hz
+        force = summed(preview.force_n)
+        self._values = values = np.nan_to_num(np.asarray(pick(preview.signals, self.node, port.name), np.float64))
+        seconds = max(force.size, values.size) / rate
+        is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
+        self.waveform.show_drawing(
+            preview_drawings.waveform(values, port.unit, force, rate, seconds, is_force),
+        )
         self._tell(values, port)
-        scale = Scale(self.log.isChecked())
         range_db = float(RANGES_DB[self.range.currentIndex()])
+        scale = self._scale
         if self.shows["Spectrogram"].isChecked():
             levels = spectrogram_db(values, rate, scale)
-            top = max(10.0 * math.ceil(float(levels.max()) / 10.0), -120.0)
-            self.spectrogram.show_levels(shown_levels(levels, top, range_db), scale, seconds)
+            shown = shown_levels(levels, top_of(levels), range_db)
+            heat = HeatMap(shown, (0.0, 1e3 * seconds), scale.range_hz)
+            self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale, seconds))
         if self.shows["Spectrum"].isChecked():
             line = spectrum_db(values, rate, scale)
             kept = spectrum_db(*self._kept, scale) if self._kept else None
-            top = max(10.0 * math.ceil(float(line.max()) / 10.0), -120.0)
-            self.spectrum.show_line(line, kept, scale, top, range_db, port.unit)
+            ends = (top_of(line) - range_db, top_of(line))
+            self.spectrum.show_drawing(preview_drawings.spectrum(line, kept, scale, ends))
+            reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
+            self.spectrum.setToolTip(f"Amplitude in dB of {reference}; the colours are those of the spectrogram")
 
-    def _point(self, time_s: float) -> None:
+    def _show_no_levels(self, why: str = "") -> None:
+        self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, note=why))
+        self.spectrum.show_drawing(preview_drawings.no_spectrum(self._scale))
+
+    @property
+    def _scale(self) -> Scale:
+        return Scale(self.log.isChecked())
+
+    def _point(self, time_ms: float) -> None:
         """Tell the values under the mouse."""
-        self.waveform.point_at(time_s)
-        self.spectrogram.point_at(time_s)
+        self.waveform.point_at(time_ms)
+        self.spectrogram.point_at(time_ms)
         preview, port = self._preview, self.port
         if preview is None or port is None or not self._values.size:
             return
-        if math.isnan(time_s):
+        if math.isnan(time_ms):
             self._tell(self._values, port)
             return
-        i = min(max(round(time_s * preview.rate_hz), 0), self._values.size - 1)
+        i = min(max(round(1e-3 * time_ms * preview.rate_hz), 0), self._values.size - 1)
         force = summed(preview.force_n)
-        text = f"{time_s * 1000:.0f} ms: {quantity(float(self._values[i]), port.unit)}"
+        text = f"{time_ms:.0f} ms: {quantity(float(self._values[i]), port.unit)}"
         self.note.setText(text + (f", {quantity(float(force[i]), 'N')}" if i < force.size else ""))
 
-    def _tell(self, values: np.ndarray, port: Port) -> None:
+    def _tell(self, values: Array, port: Port) -> None:
         peak, rms = peak_and_rms(values)
         text = f"peak {quantity(peak, port.unit)}, RMS {quantity(rms, port.unit)}"
         if self._kept:
@@ -251,18 +276,27 @@ class PreviewPanel(QWidget):
         self._draw()
 
 
-def pick(values: Mapping[str, np.ndarray], node: str, port: str) -> np.ndarray:
+def top_of(levels_db: NDArray[np.float32]) -> float:
+    """The level at which the colours end: the largest, rounded up to 10 dB.
+
+    >>> top_of(np.array([-33.0, -71.0], np.float32))
+    -30.0
+    """
+    return max(10.0 * math.ceil(float(levels_db.max()) / 10.0), -120.0)
+
+
+def pick(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:
     """What a preview holds of an output, under its own name or behind its node's."""
     found = values.get(f"{node}.{port}")
     return found if found is not None else values.get(port, np.zeros(0))
 
 
-def summed(force_n: np.ndarray) -> np.ndarray:
+def summed(force_n: NDArray[np.floating]) -> Array:
     """The force on the tile, whether the four corners came or their sum."""
-    force_n = np.asarray(force_n, np.float64)
-    return force_n.sum(axis=1) if force_n.ndim == 2 else force_n
+    total_n = np.asarray(force_n, np.float64)
+    return total_n.sum(axis=1) if total_n.ndim == 2 else total_n
 
 
-def event_rows(events: np.ndarray) -> np.ndarray:
+def event_rows(events: NDArray[np.floating]) -> Array:
     """Events as rows of frame, strength and duration."""
     return np.asarray(events, np.float64).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""A rhythm on its bar of 24 steps: notes are set, moved, stretched and made louder with the mouse or the keys."""
+"""A rhythm on its bar of 24 steps: notes are added, moved, lengthened and given an amplitude by mouse or keys."""
 
 from collections.abc import Sequence
 
@@ -42,13 +42,15 @@ def placed(notes: Sequence[Note], index: int, note: Note) -> list[Note] | None:
 class RhythmBar(QWidget):
     """24 steps from left to right; a note's height is its amplitude.
 
-    Mouse: click on an empty step sets a note; drag its body to move it, its right edge to stretch it, up and down to
-    make it louder and softer; right click takes it away. Keys: N and P choose a note, arrows move and turn it up and
-    down, Shift with arrows stretches it, Enter sets one in the first gap, Delete takes it away.
+    Mouse: a click on an empty step adds a note; dragging moves it, its right edge changes its length, up and down its
+    amplitude; a right click deletes it. Keys: N and P select a note, arrows move it or change its amplitude, Shift with
+    arrows changes its length, Enter adds one in the first gap, Delete deletes it.
     """
 
     changed = Signal(object)
+    """The notes, after every change that a person made."""
     began = Signal()
+    """A new change begins: those that follow belong to it."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -63,9 +65,11 @@ class RhythmBar(QWidget):
         self.setAccessibleName("Rhythm")
 
     def notes(self) -> list[Note]:
+        """The notes in order of their steps."""
         return list(self._notes)
 
     def set_notes(self, notes: Sequence[Sequence[float]]) -> None:
+        """Show these notes, without emitting `changed`."""
         self._notes = [(float(n[0]), float(n[1]), float(n[2])) for n in notes]
         self._chosen = min(self._chosen, len(self._notes) - 1)
         self.update()
@@ -78,22 +82,23 @@ class RhythmBar(QWidget):
 
     # --- where things are ---
 
-    def _bar(self) -> QRectF:
+    def area(self) -> QRectF:
+        """Where the steps are drawn, in pixels."""
         return QRectF(self.rect()).adjusted(1.0, 1.0, -1.0, -17.0)
 
     def _note_rect(self, note: Note) -> QRectF:
-        bar = self._bar()
+        bar = self.area()
         wide = bar.width() / STEPS
         height = note[2] * bar.height()
         return QRectF(bar.x() + note[0] * wide + 0.5, bar.bottom() - height, note[1] * wide - 1.0, height)
 
     def _step_at(self, place: QPointF) -> int:
-        bar = self._bar()
+        bar = self.area()
         return min(max(int((place.x() - bar.x()) / bar.width() * STEPS), 0), STEPS - 1)
 
     def _note_at(self, place: QPointF) -> int:
         """The note whose column this is, however low it is; its right edge reaches a little over."""
-        at = (place.x() - self._bar().x()) / self._bar().width() * STEPS
+        at = (place.x() - self.area().x()) / self.area().width() * STEPS
         over = next((i for i, (step, length, _) in enumerate(self._notes) if step <= at < step + length), -1)
         if over >= 0:
             return over
@@ -103,7 +108,7 @@ class RhythmBar(QWidget):
         return abs(place.x() - self._note_rect(self._notes[index]).right()) <= _EDGE_PX
 
     def _loudness(self, place: QPointF) -> float:
-        bar = self._bar()
+        bar = self.area()
         return round(min(max((bar.bottom() - place.y()) / bar.height(), QUIETEST), 1.0), 2)
 
     # --- mouse ---
@@ -135,9 +140,9 @@ class RhythmBar(QWidget):
             edge = over >= 0 and self._on_edge(place, over)
             self.setCursor(Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor)
             return
-        wide = self._bar().width() / STEPS
+        wide = self.area().width() / STEPS
         by = round((place.x() - self._from.x()) / wide)
-        rise = (self._from.y() - place.y()) / self._bar().height()
+        rise = (self._from.y() - place.y()) / self.area().height()
         step, length, loud = self._was
         if self._drag == "length":
             new = (step, max(length + by, 1.0), loud)
@@ -211,7 +216,7 @@ class RhythmBar(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        bar = self._bar()
+        bar = self.area()
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(theme.RAISED))
         painter.drawRoundedRect(bar, 3.0, 3.0)
@@ -246,12 +251,13 @@ class RhythmEditor(ParameterEditor):
         self.bar = RhythmBar(self)
         self._put(self.bar)
         self.bar.setToolTip(
-            "Click: a note. Drag: move, louder, softer. Drag the right edge: length. Right click: away.\n"
-            "Keys: N, P choose; arrows move and turn up; Shift+arrows stretch; Enter adds; Delete."
+            "Click: add a note. Drag a note: move it or change its amplitude. Drag its right edge: change its length.\n"
+            "Right click: delete a note. Keys: N and P select a note, arrows move it or change its amplitude,\n"
+            "Shift+arrows change its length, Enter adds a note, Delete deletes the selected one."
         )
         self.bar.began.connect(self.began)
         self.bar.changed.connect(self._give)
-        self.setValue(parameter.default)
+        self.set_value(parameter.default)
 
     def _show(self) -> None:
         self.bar.set_notes(self._value)

@@ -1,14 +1,14 @@
-"""A tile from above, to be felt out with the mouse: a click strikes it, a drag presses it."""
+"""A tile from above, to be tried with the mouse: a click strikes it, a drag presses it."""
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, QTimerEvent, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from underfoot.floor.layout import Tile, default_floor
+from underfoot.quantities import quantity
 from underfoot.widgets import theme
-from underfoot.widgets.quantities import quantity
 
 FULL_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""
@@ -16,13 +16,13 @@ CLICK_PX = 4.0
 
 
 class TilePad(QWidget):
-    """Where the drag began is where the tile is pressed; the further the mouse goes, the harder."""
+    """A drag presses the tile where it began; the longer it is, the greater the force."""
 
     struck = Signal(str, float)
     """Tile and strength."""
 
     pressed = Signal(str, float, float, float)
-    """Tile, place in the tile's frame in metres, force in newtons; 0 lets go."""
+    """Tile, place in the tile's frame in metres, force in newtons; 0 ends the press."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -34,15 +34,18 @@ class TilePad(QWidget):
         self._flash = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Tile")
-        self.setToolTip("Click: strike the tile.\nDrag: press it there; further is harder.\nSpace strikes its middle.")
+        self.setToolTip(
+            "Click: strike the tile.\nDrag: press it; a longer drag presses harder.\nSpace: strike its middle."
+        )
         self.setMinimumSize(96, 96)
 
     @property
     def tile(self) -> Tile:
+        """The tile that is shown."""
         return self._tiles[self._index]
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
-        """The tiles that there are; the same one stays in the picture where it is still among them."""
+        """The tiles that there are; the one that is shown stays where it is still among them."""
         ids = [tile.id for tile in tiles]
         self._index = ids.index(self.tile.id) if self.tile.id in ids else 0
         self._tiles = tuple(tiles)
@@ -50,7 +53,7 @@ class TilePad(QWidget):
 
     def set_tile(self, id: str) -> None:
         """Show this tile."""
-        self._let_go()
+        self._end_press()
         self._index = next((i for i, tile in enumerate(self._tiles) if tile.id == id), 0)
         self.update()
 
@@ -79,13 +82,13 @@ class TilePad(QWidget):
             return
         if self._force_n == 0.0:
             self._strike()
-        self._let_go()
+        self._end_press()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             self._strike()
         elif event.key() == Qt.Key.Key_Escape:
-            self._let_go()
+            self._end_press()
         else:
             super().keyPressEvent(event)
 
@@ -95,12 +98,12 @@ class TilePad(QWidget):
         self.startTimer(120)
         self.struck.emit(self.tile.id, 1.0)
 
-    def timerEvent(self, event) -> None:
+    def timerEvent(self, event: QTimerEvent) -> None:
         self.killTimer(event.timerId())
         self._flash = False
         self.update()
 
-    def _let_go(self) -> None:
+    def _end_press(self) -> None:
         if self._began is not None and self._force_n > 0.0:
             self.pressed.emit(self.tile.id, *self._place(self._began), 0.0)
         self._began, self._force_n = None, 0.0

@@ -1,4 +1,4 @@
-"""The Design workspace: palette, canvas, inspector and preview around one document. It knows of no process."""
+"""The Design workspace: palette, canvas, inspector and preview around one document."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +8,9 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
-from underfoot.engine.messages import Costs, Fault, Health, Preview
+from underfoot.engine.commands import PressTile, Strike
+from underfoot.engine.reports import Costs, Fault, Health, Preview
+from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -18,6 +20,8 @@ from underfoot.widgets.design.inspector import Inspector, edited_patch
 from underfoot.widgets.design.palette import Palette
 from underfoot.widgets.design.preview import PreviewPanel, event_rows, pick
 from underfoot.widgets.design.undo import Document
+from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
+from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 SOON_MS = 30
 """Edits in a row, as from a slider, ask for one preview."""
@@ -27,26 +31,23 @@ PATIENCE_MS = 5000
 """A preview that has not come by then is asked for again: whoever renders it may not have been there yet."""
 
 
-class DesignWorkspace(QWidget):
-    """Edits a patch: `setPatch`, `patch`, `patchEdited`. What the engine knows is shown by the `show...` methods."""
+class DesignWorkspace(Workspace):
+    """Edits a patch: `set_patch`, `patch`, `patch_edited`. The `show...` methods show what the engine reports."""
 
-    patchEdited = Signal(object)
-    """The patch after every edit, undo and redo; not after `setPatch`."""
+    patch_edited = Signal(object)
+    """The patch after every edit, undo and redo; not after `set_patch`."""
 
-    previewWanted = Signal(str)
-    """A preview of this node of `patch()` should be rendered and handed to `showPreview`."""
+    preview_wanted = Signal(str, str)
+    """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`."""
 
     struck = Signal(str, float)
     """Tile and strength: the person clicked on the tile."""
 
     pressed = Signal(str, float, float, float)
-    """Tile, place in the tile's frame in metres, force in newtons (0: let go)."""
+    """Tile, place in the tile's frame in metres, force in newtons (0: released)."""
 
     refused = Signal(str)
-    """Why something was not done; the canvas says it too."""
-
-    modifiedChanged = Signal(bool)
-    """Whether the patch differs from what `markSaved` saw."""
+    """Why something was not done; the canvas shows it, too."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -71,7 +72,32 @@ class DesignWorkspace(QWidget):
         self.undo_action = self._history("undo", self.document.stack.createUndoAction(self, "Undo"))
         self.redo_action = self._history("redo", self.document.stack.createRedoAction(self, "Redo"))
         self._connect()
-        self.setFloor(default_floor().tiles)
+        self.set_floor(default_floor().tiles)
+
+    # --- as a workspace ---
+
+    def listen(self, context: WorkspaceContext) -> None:
+        controller, open_patch = context.controller, context.open_patch
+        self.set_folder(open_patch.folder)
+        self.set_patch(open_patch.patch)
+        open_patch.opened.connect(self.set_patch)
+        open_patch.folder_changed.connect(self.set_folder)
+        open_patch.paths_changed.connect(lambda patch: self.document.edit(patch, "Save in another folder"))
+        self.patch_edited.connect(open_patch.take)
+        controller.opened.connect(self._set_target)
+        controller.bridge.costs.connect(self.show_costs)
+        controller.bridge.health.connect(self.show_health)
+        controller.bridge.faulted.connect(self.show_fault)
+        controller.previewed.connect(self.show_preview)
+        self.preview_wanted.connect(controller.request_preview)
+        self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
+        self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
+
+    def menu_actions(self) -> Sequence[QAction]:
+        return self.undo_action, self.redo_action
+
+    def shortcuts(self) -> Keys:
+        return keys_of([self.undo_action, self.redo_action, *self.canvas.actions_by_name.values()])
 
     # --- the document ---
 
@@ -79,7 +105,7 @@ class DesignWorkspace(QWidget):
         """The patch as it is now."""
         return self.document.patch
 
-    def setPatch(self, patch: Patch) -> None:
+    def set_patch(self, patch: Patch) -> None:
         """Edit this patch from now on; the undo list begins anew and the whole patch is brought into view."""
         patch.check(self.registry)
         self._loading = True
@@ -88,22 +114,10 @@ class DesignWorkspace(QWidget):
         self.canvas.patch_scene.select([])
         self.canvas.frame(everything=True)
 
-    def markSaved(self) -> None:
-        """The patch as it is now is on disk."""
-        self.document.stack.setClean()
+    # --- what the engine reports ---
 
-    def isModified(self) -> bool:
-        """Whether there is anything that `markSaved` has not seen."""
-        return not self.document.stack.isClean()
-
-    def actions_by_name(self) -> dict[str, QAction]:
-        """Everything that the canvas can do, with undo and redo: for a menu."""
-        return {"undo": self.undo_action, "redo": self.redo_action, **self.canvas.commands}
-
-    # --- what the engine says ---
-
-    def showPreview(self, preview: Preview, node: str = "") -> None:
-        """A preview has come, of `node` or of the one that was asked for last."""
+    def show_preview(self, preview: Preview, node: str = "") -> None:
+        """Show a preview of `node`, or of the one that was asked for last."""
         node = node or self._waiting or self._previewed
         if node == self._waiting:
             self._waiting = ""
@@ -114,34 +128,39 @@ class DesignWorkspace(QWidget):
             self.preview.show_preview(preview)
         self._idle.start()
 
-    def showCosts(self, costs: Costs | None) -> None:
-        """What each node costs, and which sleep; None when nothing runs."""
+    def show_costs(self, costs: Costs | None) -> None:
+        """Show what each node costs, and which are asleep; None when nothing runs."""
         share, awake = (costs.share, costs.awake) if costs else (None, {})
         self.canvas.patch_scene.show_costs(share, awake)
         self.inspector.show_costs(share, awake)
 
-    def showHealth(self, health: Health) -> None:
-        """How the engine is; nodes cost nothing while it does not run."""
+    def show_health(self, health: Health) -> None:
+        """Show no costs while the engine does not run."""
         if not health.running:
-            self.showCosts(None)
+            self.show_costs(None)
 
-    def showFault(self, fault: Fault | None) -> None:
-        """A node made a value that is not finite; its mark stays until it is edited, or until None."""
+    def show_fault(self, fault: Fault | None) -> None:
+        """Mark the node that produced a value that is not finite; None takes the mark away."""
         self.canvas.patch_scene.show_fault(fault.node if fault else None)
         if fault:
-            self.canvas.say(f"{fault.node} made a value that is not finite; its output was silenced")
+            self.canvas.say(f"{fault.node} produced a value that is not finite; its output is silenced")
 
-    def setFloor(self, tiles: Sequence[Tile]) -> None:
-        """The tiles of the target."""
+    def set_floor(self, tiles: Sequence[Tile]) -> None:
+        """The tiles of the target. A preview that is awaited, or was of a tile that is gone, is asked for again."""
+        before = self.preview_tile()
         self.inspector.set_tiles([tile.id for tile in tiles])
         self.preview.set_tiles(tiles)
+        if self._waiting:
+            self._want(self._waiting)
+        elif self.preview_tile() != before:
+            self._tile_changed()
 
-    def setFolder(self, folder: Path | None) -> None:
-        """Where the patch lies on disk; paths of files are told from there."""
+    def set_folder(self, folder: Path | None) -> None:
+        """Where the patch lies on disk; paths of files below it are stored relative to it."""
         self.inspector.set_folder(folder)
 
-    def previewTile(self) -> str:
-        """The tile whose step is previewed."""
+    def preview_tile(self) -> str:
+        """The tile whose step is previewed: the one that is chosen beside the preview."""
         return self.preview.pad.tile.id
 
     # --- inside ---
@@ -176,20 +195,25 @@ class DesignWorkspace(QWidget):
 
     def _connect(self) -> None:
         self.document.changed.connect(self._changed)
-        self.document.stack.cleanChanged.connect(self._clean_changed)
         self.palette_panel.chosen.connect(lambda type: self.canvas.add(type))
         self.canvas.selected.connect(self._selected)
         self.canvas.refused.connect(self.refused)
-        self.canvas.viewMoved.connect(self._idle_again)
+        self.canvas.view_moved.connect(self._idle_again)
         self.inspector.edited.connect(self._set)
-        self.inspector.patchEdited.connect(self._set_patch_field)
-        self.inspector.disconnectWanted.connect(self._disconnect)
+        self.inspector.patch_edited.connect(self._set_patch_field)
+        self.inspector.disconnect_wanted.connect(self._disconnect)
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
-        self.preview.tiles.activated.connect(lambda: self._soon.start())
+        self.preview.tiles.activated.connect(self._tile_changed)
 
-    def _clean_changed(self, clean: bool) -> None:
-        self.modifiedChanged.emit(not clean)
+    def _set_target(self, target: Target) -> None:
+        self.set_floor(target.floor.tiles)
+
+    def _tile_changed(self) -> None:
+        """All previews were of another tile: ask for that of the selected node, then for the small plots."""
+        self._stale = [node.id for node in self.patch().nodes]
+        self._soon.start()
+        self._idle.start()
 
     def _set(self, id: str, name: str, value: object, together: str) -> None:
         patch = self.patch()
@@ -215,7 +239,7 @@ class DesignWorkspace(QWidget):
         self.inspector.show_selection(patch, self.canvas.selected_ids())
         self._idle_again()
         if not self._loading:
-            self.patchEdited.emit(patch)
+            self.patch_edited.emit(patch)
 
     def _selected(self, ids: list[str]) -> None:
         self.inspector.show_selection(self.patch(), ids)
@@ -245,7 +269,7 @@ class DesignWorkspace(QWidget):
     def _want(self, id: str) -> None:
         self._waiting = id
         self._again.start()
-        self.previewWanted.emit(id)
+        self.preview_wanted.emit(id, self.preview_tile())
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):

@@ -2,9 +2,9 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -30,19 +30,24 @@ _COLUMNS = 6
 
 
 class AudioDialog(QDialog):
-    """Edits device, rate and block; Apply says so. The tiles' buttons ask for a pulse at once."""
+    """Edits device, rate and block; Apply emits them. The tiles' buttons ask for a pulse at once.
+
+    `find` looks for sound devices, which can take a second: it runs in a thread, for which the dialog waits when it is
+    closed.
+    """
 
     applied = Signal(object, int, int)
     """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block."""
     pulse_wanted = Signal(str)
+    """The tile whose shaker is to be heard."""
     found = Signal(list)
-    """The devices that there are; looking for them can take a second, and is done in a thread."""
+    """The devices that there are."""
 
     def __init__(self, find: Callable[[], Sequence[Device]], floor: Floor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Audio")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._devices: list[Device] | None = None
+        self.devices: list[Device] | None = None
         self.device, self.rate, self.block = QComboBox(), QComboBox(), QComboBox()
         self.note = theme.label("", "muted")
         self.note.setWordWrap(True)
@@ -62,9 +67,7 @@ class AudioDialog(QDialog):
         layout.addLayout(form)
         layout.addWidget(self.note)
         layout.addWidget(theme.label("Which tile is which", "title"))
-        layout.addWidget(
-            theme.label("A click sends a short 60 Hz burst to one tile, at the level of the slider.", "muted")
-        )
+        layout.addWidget(theme.label("A click plays a short 60 Hz burst on one tile, at the output level.", "muted"))
         layout.addWidget(self._tiles(floor), 1)
         layout.addWidget(self.buttons)
         self.block.currentIndexChanged.connect(self._explain)
@@ -72,7 +75,14 @@ class AudioDialog(QDialog):
         self.device.currentIndexChanged.connect(self._explain)
         self.resize(60 * theme.GRID, 56 * theme.GRID)
         self.found.connect(self._show_devices)
-        threading.Thread(target=self._look, args=(find,), name="look for sound cards", daemon=True).start()
+        self._search = threading.Thread(
+            target=lambda: self.found.emit(list(find())), name="look for sound devices", daemon=True
+        )
+        self._search.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        self._search.join()
+        super().hideEvent(event)
 
     def set_values(self, device: str | None, rate_hz: int, block: int) -> None:
         """What is in use."""
@@ -88,19 +98,15 @@ class AudioDialog(QDialog):
 
     def _fill(self) -> None:
         self.device.addItem("Default device of this computer", "")
-        self.device.addItem("No sound: run silently, by the clock", None)
+        self.device.addItem("No sound", None)
         for rate_hz in RATES_HZ:
             self.rate.addItem(f"{rate_hz / 1000:g} kHz", rate_hz)
         for block in BLOCKS:
             self.block.addItem(f"{block} frames", block)
 
-    def _look(self, find: Callable[[], Sequence[Device]]) -> None:
-        devices = list(find())
-        with suppress(RuntimeError):  # the dialog may be gone by now
-            self.found.emit(devices)
-
     def _show_devices(self, devices: list[Device]) -> None:
-        self._devices = devices
+        self._search.join()
+        self.devices = devices
         chosen = self.device.currentData()
         known = [name for name, _, _ in devices]
         for index in range(self.device.count()):
@@ -117,16 +123,19 @@ class AudioDialog(QDialog):
 
     def _explain(self) -> None:
         device, rate_hz, block = self.values()
-        self.length.setText(f"A block is {1e3 * block / rate_hz:.2f} ms; a short one answers sooner and costs more.")
-        if self._devices is None:
-            self.note.setText("Looking for sound cards…")
-        elif not self._devices:
+        lasts_ms = 1e3 * block / rate_hz
+        self.length.setText(
+            f"A block lasts {lasts_ms:.2f} ms. Short blocks respond sooner and cost more computing time."
+        )
+        if self.devices is None:
+            self.note.setText("Looking for sound devices…")
+        elif not self.devices:
             self.note.setText(
-                "No sound card was found here, or PortAudio is not installed. "
-                "Everything works, only nothing is heard or felt."
+                "No sound device was found, or PortAudio is not installed. "
+                "Everything else works, but nothing is heard or felt."
             )
         elif device is None:
-            self.note.setText("Everything runs, only nothing is heard or felt.")
+            self.note.setText("Everything else works, but nothing is heard or felt.")
         else:
             self.note.setText("")
         self.note.setVisible(bool(self.note.text()))

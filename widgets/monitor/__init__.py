@@ -1,1 +1,12 @@
 """The Monitor workspace: the floor from above, forces, vibration and footsteps, live."""
+
+from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
+
+
+def _make(context: WorkspaceContext) -> Workspace:
+    from underfoot.widgets.monitor.workspace import MonitorWorkspace
+
+    return MonitorWorkspace()
+
+
+WORKSPACE = WorkspaceDeclaration(name="Monitor", key="Ctrl+2", make=_make)

@@ -5,76 +5,79 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.widgets import theme
-from underfoot.widgets.plots import Plot, round_top, thinned
-from underfoot.widgets.quantities import number
+from underfoot.drawing import Drawing, ReferenceLine, Series
+from underfoot.drawing.axes import round_top
+from underfoot.drawing.layout import Margins
+from underfoot.drawing.look import COLOURS
+from underfoot.drawing.thinning import thinned
+from underfoot.widgets.plots.plot import Plot
 
-CORNERS = ("#e0705a", "#d8bb54", "#a8794a", "#e3a7a0")
-"""The corners' colours, in the order of the sensors: neighbours of the amber of force."""
+CORNERS = tuple(COLOURS[f"corner {number}"] for number in (1, 2, 3, 4))
+"""The corners' colours, in the order of the sensors."""
 
 LEAST_TOP_N = 200.0
 BELOW = 0.1
 """How far the axis goes below zero, as a share of its top: real corners are pulled up, too."""
+MARGINS = Margins(bottom=8.0)
+"""The times are written under the spectrogram below."""
+
+_CURVES = ("corner 1", "corner 2", "corner 3", "corner 4", "force")
+_STEPS_PX = 2.0
+"""A curve has two points in so many pixels."""
 
 
 class ForcePlot(Plot):
-    """The curves of the seconds before now. The vertical axis grows in steps, and shrinks when it has been too large
+    """The forces of the seconds before now. The vertical axis grows in steps, and shrinks when it has been too large
     for as long as the plot is wide."""
 
     def __init__(self) -> None:
-        super().__init__("Force of the chosen tile")
-        self._corners = [self.add_curve(colour, z=1.0) for colour in CORNERS]
-        self._sum = self.add_curve(theme.FORCE, z=2.0)
-        self._onsets = self.add_line(theme.mixed(theme.EVENTS, theme.GROUND, 0.55))
-        self._zero = self.add_line(theme.FAINT)
+        super().__init__("Force of the chosen tile", MARGINS)
         self._seconds = 8.0
-        self._top_n = 0.0
+        self._top_n = 1000.0
         self._large_until = -math.inf
-        self._set_top(1000.0)
+        self.clear_forces()
 
-    def set_span(self, seconds: float, ticks: list[tuple[float, str]]) -> None:
+    def set_span(self, seconds: float) -> None:
         """Show this many seconds before now."""
         self._seconds = seconds
-        self.set_axis("bottom", -seconds, 0.0, [(at, "") for at, _ in ticks])
-        self._zero.place_y(0.0)
+        self.clear_forces()
 
     def show_forces(
-        self, time_s: NDArray[np.float64], force_n: NDArray, now_s: float, onsets_s: NDArray[np.float64]
+        self, time_s: NDArray[np.float64], force_n: NDArray[np.float32], now_s: float, onsets_s: NDArray[np.float64]
     ) -> None:
-        """Draw corner forces (n, 4) at `time_s` (n,), with `now_s` at the right edge, and marks at `onsets_s`."""
+        """Draw corner forces [n, 4] at `time_s` [n], with `now_s` at the right edge, and marks at `onsets_s`."""
         first = int(np.searchsorted(time_s, now_s - self._seconds - 0.1))
         time_s, force_n = time_s[first:], force_n[first:]
-        step = self._seconds / max(100.0, self.box.width() / 2.0)
         curves = np.empty((len(force_n), 5), np.float32)
         curves[:, :4] = force_n
         force_n.sum(axis=1, out=curves[:, 4])
-        x, y = thinned(time_s, curves, step)
-        x = x - now_s
-        for curve, points in zip((*self._corners, self._sum), np.ascontiguousarray(y.T), strict=True):
-            curve.setData(x, points, connect="finite", skipFiniteCheck=False)
+        x, y = thinned(time_s, curves, self._seconds / max(100.0, self.frame.area.width / _STEPS_PX))
         self._fit(float(np.nanmax(y[:, 4], initial=0.0)), now_s)
         shown = onsets_s[(onsets_s > now_s - self._seconds) & (onsets_s < now_s)]
-        self._onsets.place_x(*(shown - now_s))
+        self._show(x - now_s, y.astype(np.float64), shown - now_s)
 
     def clear_forces(self) -> None:
         """Show nothing."""
-        for curve in (*self._corners, self._sum):
-            curve.setData([], [])
-        self._onsets.place_x()
+        self._show(np.zeros(0), np.zeros((0, 5)), np.zeros(0))
+
+    def _show(self, x: NDArray[np.float64], y: NDArray[np.float64], onsets: NDArray[np.float64]) -> None:
+        curves = zip(_CURVES, y.T, strict=True)
+        marks = (ReferenceLine("x", at, "onset") for at in onsets.tolist())
+        self.show_drawing(
+            Drawing(
+                "Force of the chosen tile",
+                "time, s",
+                "force, N",
+                tuple(Series("", x, values, colour=colour) for colour, values in curves),
+                x_range=(-self._seconds, 0.0),
+                y_range=(-BELOW * self._top_n, self._top_n),
+                lines=(*marks, ReferenceLine("y", 0.0, "faint")),
+            )
+        )
 
     def _fit(self, largest_n: float, now_s: float) -> None:
         needed = max(LEAST_TOP_N, round_top(1.05 * largest_n))
         if needed >= self._top_n or now_s < self._large_until - 2.0 * self._seconds:
             self._large_until = now_s + self._seconds
         if needed > self._top_n or now_s > self._large_until:
-            self._set_top(needed)
-
-    def _set_top(self, top_n: float) -> None:
-        self._top_n = top_n
-        first = int(f"{top_n:e}"[0])
-        count = {1: 5, 2: 4, 5: 5}[first]
-        ticks = [(top_n * i / count, number(top_n * i / count)) for i in range(count)]
-        ticks.append((top_n, f"{number(top_n)} N"))
-        self.set_axis("left", -BELOW * top_n, top_n, ticks)
-        if hasattr(self, "_zero"):
-            self._zero.place_y(0.0)
+            self._top_n = needed

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
-from PySide6.QtGui import QColor, QGuiApplication, QKeySequence
+from PySide6.QtGui import QColor, QGuiApplication, QKeyEvent, QKeySequence, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableView, QWidget
 
 from underfoot.floor.footsteps import Step
@@ -15,7 +15,7 @@ from underfoot.widgets import theme
 
 
 class Column(NamedTuple):
-    """A column: its name in files, its heading and unit on the screen, its decimals and what it says."""
+    """A column: its name in files, its heading and unit on the screen, its decimals and what it means."""
 
     name: str
     heading: str
@@ -27,35 +27,38 @@ class Column(NamedTuple):
 COLUMNS = (
     Column("step", "Step", "", 0, "Number of the step since the start"),
     Column("tile", "Tile", "", 0, "The tile that took most of the impulse"),
-    Column("side", "Side", "", 0, "Left or right foot, where the walk tells"),
-    Column("start_s", "Start", "s", 2, "When the foot came down, since the start of the session"),
+    Column("side", "Side", "", 0, "Left or right foot, where it can be told from the walk"),
+    Column("start_s", "Start", "s", 2, "Onset of the contact, since the start of the session"),
     Column("contact_ms", "Contact", "ms", 0, "From heel strike to toe off"),
     Column("peak1_n", "Peak 1", "N", 0, "Largest force in the first half of the contact"),
     Column("valley_n", "Valley", "N", 0, "Least force between the peaks"),
     Column("peak2_n", "Peak 2", "N", 0, "Largest force in the second half of the contact"),
-    Column("impulse_ns", "Impulse", "N·s", 1, "Force summed over the contact"),
-    Column("loading_kn_s", "Loading", "kN/s", 1, "How fast the force rose, from 20 to 80 % of the first peak"),
-    Column("path_mm", "Path", "mm", 0, "How far the centroid of pressure went"),
-    Column("net_mm", "Net", "mm", 0, "How far the centroid of pressure got"),
+    Column("impulse_ns", "Impulse", "N·s", 1, "Integral of the force over the contact"),
+    Column("loading_kn_s", "Loading", "kN/s", 1, "Loading rate: slope of the force from 20 to 80 % of the first peak"),
+    Column("path_mm", "Path", "mm", 0, "Length of the path of the contact centroid"),
+    Column("net_mm", "Net", "mm", 0, "Distance of the contact centroid from its first place to its last"),
 )
-"""As the step table of files has them (DESIGN)."""
+"""The columns of the step table in files (docs/contracts.md#files)."""
 
-_MOST = 10_000
+MOST_STEPS = 10_000
+"""So many steps are kept."""
+
 _Index = QModelIndex | QPersistentModelIndex
 
 
 class StepModel(QAbstractTableModel):
-    """Footsteps as rows, oldest first; the latest `_MOST` are kept."""
+    """Footsteps as rows, oldest first; the latest `most` are kept."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = MOST_STEPS) -> None:
         super().__init__()
         self.steps: list[Step] = []
+        self._most = most
 
     def add(self, steps: Sequence[Step]) -> None:
         """Append steps."""
         if not steps:
             return
-        surplus = len(self.steps) + len(steps) - _MOST
+        surplus = len(self.steps) + len(steps) - self._most
         if surplus > 0:
             self.beginRemoveRows(QModelIndex(), 0, surplus - 1)
             del self.steps[:surplus]
@@ -66,7 +69,7 @@ class StepModel(QAbstractTableModel):
         self.endInsertRows()
 
     def clear(self) -> None:
-        """Forget all steps."""
+        """Remove all steps."""
         self.beginResetModel()
         self.steps.clear()
         self.endResetModel()
@@ -77,7 +80,7 @@ class StepModel(QAbstractTableModel):
     def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
         return 0 if parent.isValid() else len(COLUMNS)
 
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         if orientation != Qt.Orientation.Horizontal:
             return None
         column = COLUMNS[section]
@@ -89,7 +92,7 @@ class StepModel(QAbstractTableModel):
             return _side(column)
         return None
 
-    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         step, column = self.steps[index.row()], COLUMNS[index.column()]
         spike = column.name == "loading_kn_s" and step.spike
         if role == Qt.ItemDataRole.DisplayRole:
@@ -99,17 +102,17 @@ class StepModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ForegroundRole and (spike or getattr(step, column.name) == "unknown"):
             return QColor(theme.FORCE if spike else theme.MUTED)
         if role == Qt.ItemDataRole.ToolTipRole and spike:
-            return "The first peak is that of the impact, within 50 ms: it is steeper than taking on weight."
+            return "The first peak is the impact transient: it rises more steeply than weight is taken on."
         return None
 
 
 class StepTable(QTableView):
-    """The table. It stays at its end, unless someone has scrolled up to read."""
+    """The table; the latest `most` steps are kept. It stays at its end, unless someone has scrolled up to read."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = MOST_STEPS) -> None:
         super().__init__()
         self.setAccessibleName("Footsteps")
-        self.steps = StepModel()
+        self.steps = StepModel(most)
         self.steps.setParent(self)
         self.setModel(self.steps)
         self.setShowGrid(False)
@@ -132,19 +135,19 @@ class StepTable(QTableView):
         with step_table(path) as write:
             write(self.steps.steps)
 
-    def keyPressEvent(self, event) -> None:
+    def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.matches(QKeySequence.StandardKey.Copy):
             self._copy()
         elif event.key() == Qt.Key.Key_Space:
-            event.ignore()  # it plays and stops, here as elsewhere
+            event.ignore()  # Space plays and stops, here as elsewhere
         else:
             super().keyPressEvent(event)
 
     def keyboardSearch(self, search: str) -> None:
-        """Typing searches nothing here: the keys are the window's."""
+        """Typing does not search here: keys are left to the window."""
 
     def _copy(self) -> None:
-        """Put the selected rows, or all, on the clipboard, as a spreadsheet takes them."""
+        """Put the selected rows, or all, on the clipboard, with tabs between columns as a spreadsheet takes them."""
         rows = sorted({index.row() for index in self.selectionModel().selectedRows()}) or range(self.steps.rowCount())
         lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in COLUMNS)]
         for row in rows:
@@ -161,7 +164,7 @@ class StepTable(QTableView):
 
 
 class WholeRows(QWidget):
-    """Holds the table as high as so many whole rows take."""
+    """Holds the table at a height of whole rows, so that none is cut."""
 
     def __init__(self, table: StepTable) -> None:
         super().__init__()
@@ -171,7 +174,7 @@ class WholeRows(QWidget):
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
 
-    def resizeEvent(self, event) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         header = self._table.horizontalHeader().sizeHint().height()
         row = self._table.verticalHeader().defaultSectionSize()
         rows = max(1, (self.height() - header) // row)

@@ -1,1 +1,1 @@
-"""What binds the window to a session: target, player, the open patch, settings, and reports as signals."""
+"""What binds the window to a session: target, controller, the open patch, settings, and reports as signals."""

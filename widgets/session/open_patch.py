@@ -5,12 +5,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.widgets.session.settings import Autosave, Settings
+from underfoot.widgets.dialogs.file_question import FileQuestion
+from underfoot.widgets.session.autosave import Autosave
+from underfoot.widgets.session.file_paths import with_files_kept
+from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000
 """How long after the last edit unsaved work is written down."""
@@ -20,22 +23,31 @@ _Answer = QMessageBox.StandardButton
 
 
 class OpenPatch(QObject):
-    """Knows one patch and its file. Whoever edits it calls `take`; who shows it listens to `opened` and `changed`."""
+    """One patch and its file. Whoever edits it calls `take`; who shows it listens to the signals."""
 
     opened = Signal(object)
     """Another `Patch`, to be edited from now on."""
-    changed = Signal()
+    patch_changed = Signal(object)
+    """The `Patch`, when it is another one and after every edit."""
+    paths_changed = Signal(object)
+    """The `Patch` with other paths to the same files, when it was saved in another folder; to be edited on."""
+    folder_changed = Signal(object)
+    """The folder that the patch lies in, or None."""
+    title_changed = Signal()
     """Name or unsaved mark may have changed."""
     said = Signal(str)
+    """A line for the person."""
 
     def __init__(self, registry: Registry, settings: Settings, folder: Path, window: QWidget) -> None:
+        """`folder` is where copies of unsaved work are kept; `window` is that of the dialogs."""
         super().__init__(window)
         self.patch = Patch()
         self.path: Path | None = None
         self.keeps_unsaved = False
+        self.autosave = Autosave(folder)
         self._saved = self.patch
         self._registry, self._settings, self._window = registry, settings, window
-        self._autosave = Autosave(folder)
+        self._files = FileQuestion(window, lambda: settings.folder, self.said.emit)
         self._writer = ThreadPoolExecutor(1, "autosave")
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
@@ -44,6 +56,7 @@ class OpenPatch(QObject):
 
     @property
     def is_saved(self) -> bool:
+        """Whether the patch is on disk as it is now, or was never edited."""
         return self.patch == self._saved
 
     @property
@@ -51,24 +64,30 @@ class OpenPatch(QObject):
         """What the title shows: the patch's own title, else its file's name."""
         return self.patch.title or (self.path.stem if self.path else "Untitled")
 
+    @property
+    def folder(self) -> Path | None:
+        """The folder that the patch lies in; None while it has no file."""
+        return self.path.absolute().parent if self.path else None
+
     def take(self, patch: Patch) -> None:
         """The patch after an edit."""
         self.patch = patch
         self._timer.start()
-        self.changed.emit()
+        self.patch_changed.emit(patch)
+        self.title_changed.emit()
 
     # --- begin ---
 
     def begin(self, path: Path | None, otherwise: Patch) -> None:
         """At the start: what a crash left, else the file that was asked for, else this patch."""
-        rescued = self._autosave.rescue(self._registry)
+        rescued = self.autosave.rescue(self._registry)
         if path is not None and self.read(path):
             if rescued is not None:
-                self._autosave.put_aside()
-                self.said.emit("Unsaved work of last time waits until the window is opened without a file.")
+                self.autosave.put_aside()
+                self.said.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
         elif rescued is not None:
             self._begin_with(rescued.patch, rescued.path, saved=self._on_disk(rescued.path))
-            self.said.emit("Last time the window did not close by itself: here is the work as it was.")
+            self.said.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
         else:
             self._begin_with(otherwise, None, saved=otherwise)
 
@@ -84,10 +103,17 @@ class OpenPatch(QObject):
         return True
 
     def _begin_with(self, patch: Patch, path: Path | None, saved: Patch) -> None:
-        self.patch, self.path, self._saved = patch, path, saved
+        self.patch, self._saved = patch, saved
+        self._set_path(path)
         self.opened.emit(patch)
-        self.changed.emit()
+        self.patch_changed.emit(patch)
+        self.title_changed.emit()
         self._timer.start()
+
+    def _set_path(self, path: Path | None) -> None:
+        before, self.path = self.folder, path
+        if self.folder != before:
+            self.folder_changed.emit(self.folder)
 
     def _on_disk(self, path: Path | None) -> Patch:
         try:
@@ -106,7 +132,7 @@ class OpenPatch(QObject):
         if path is not None:
             self.when_safe(lambda: self.read(path))
         else:
-            self.when_safe(lambda: self.ask_file("Open a patch", FILTER, self.read))
+            self.when_safe(lambda: self._files.ask("Open a patch", FILTER, self.read))
 
     def use(self, path: Path) -> None:
         """Begin with a copy of the patch in a file, such as a preset."""
@@ -126,7 +152,7 @@ class OpenPatch(QObject):
             if self._write(path) and then is not None:
                 then()
 
-        self.ask_file("Save the patch", FILTER, write, save=True)
+        self._files.ask("Save the patch", FILTER, write, f"{self.name}.json")
 
     def _copy(self, path: Path) -> None:
         try:
@@ -137,16 +163,21 @@ class OpenPatch(QObject):
             self._begin_with(patch, None, saved=patch)
 
     def _write(self, path: Path) -> bool:
+        before, folder = self.patch, path.absolute().parent
         try:
-            self.patch.save(path)
+            patch = before if folder == self.folder else with_files_kept(before, self._registry, self.folder, folder)
+            patch.save(path)
         except UnderfootError as error:
             self.said.emit(str(error))
             return False
-        self.path, self._saved = path, self.patch
+        self.patch = self._saved = patch
+        self._set_path(path)
+        if patch != before:
+            self.paths_changed.emit(patch)
         self._settings.remember_file(path)
         self._timer.start()
         self.said.emit(f"Saved as {path}")
-        self.changed.emit()
+        self.title_changed.emit()
         return True
 
     # --- questions ---
@@ -172,33 +203,14 @@ class OpenPatch(QObject):
             self._saved = self.patch
             then()
 
-    def ask_file(self, title: str, filter: str, then: Callable[[Path], object], *, save: bool = False) -> None:
-        """Ask for a file, and go on with it; an error of ours is said."""
-
-        def chosen(name: str) -> None:
-            try:
-                then(Path(name))
-            except UnderfootError as error:
-                self.said.emit(str(error))
-
-        dialog = QFileDialog(self._window, title, self._settings.folder, filter)
-        dialog.setFileMode(QFileDialog.FileMode.AnyFile if save else QFileDialog.FileMode.ExistingFile)
-        if save:
-            dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-            dialog.setDefaultSuffix("json")
-            dialog.selectFile(f"{self.name}.json")
-        dialog.fileSelected.connect(chosen)
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.open()
-
     # --- the copy ---
 
     def keep(self) -> None:
         """Write unsaved work down, or take the copy away where all is saved: in a thread, for disks can be slow."""
         if self.is_saved:
-            self._writer.submit(self._autosave.forget)
+            self._writer.submit(self.autosave.forget)
         else:
-            self._writer.submit(self._autosave.keep, self.patch, self.path)
+            self._writer.submit(self.autosave.keep, self.patch, self.path)
 
     def close(self) -> None:
         """The window closes. Unsaved work is forgotten, for the person was asked; or kept, if nobody was."""
@@ -206,6 +218,6 @@ class OpenPatch(QObject):
         if self.keeps_unsaved:
             self.keep()
         else:
-            self._writer.submit(self._autosave.forget)
+            self._writer.submit(self.autosave.forget)
         self._writer.shutdown()
-        self._autosave.close()
+        self.autosave.close()

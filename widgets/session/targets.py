@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from underfoot.devices.transports import TRANSPORTS
 from underfoot.patch import library
 from underfoot.widgets.transport import Choices
 
@@ -24,8 +25,7 @@ def choices() -> Choices:
         ("", ""),
         ("forces", "Recorded forces from a file…"),
         ("", ""),
-        ("serial", "Tiles on a serial port…"),
-        ("udp", "Tiles over UDP…"),
+        *((scheme, f"{transport.title}…") for scheme, transport in TRANSPORTS.items()),
     )
 
 

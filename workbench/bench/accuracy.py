@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench import naive
-from underfoot.models import elasto_plastic
-from underfoot.models.fibre_bundle import bundle as fracture
-from underfoot.models.modal import bank, contact_motion, impact
-from underfoot.models.modal import hammer as impact_row
+from underfoot.bench import naive, rows
+from underfoot.kernels import Floats
+from underfoot.models.elasto_plastic import Ground
+from underfoot.models.fibre_bundle.bundle import FibreBundle
+from underfoot.models.modal import bank, hammer
+from underfoot.models.modal.impact import Hammer, ModalObject, strike
 from underfoot.models.signals import envelopes, noise, waveshaping
 from underfoot.models.signals.random import stream_key
 from underfoot.models.stick_slip import distribution
@@ -128,44 +129,45 @@ def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np
 
 
 def impacts(quick: bool) -> Iterable[Task]:
-    """The hammer of SCIENCE 2 on ten modes."""
+    """The hammer of docs/models.md#impacts on ten modes."""
     draw = np.random.default_rng(3)
     frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
-    modes = (frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
+    modes = ModalObject(frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
     frames = 960 if quick else 2400
     times = np.arange(frames) / RATE
     for name, stiffness, exponent in (("soft", 1e4, 1.5), ("medium", 1e7, 1.5), ("hard", 1e11, 1.8)):
-        blow = (0.02, 1.0, stiffness, exponent, 0.3)
-        truth = naive.struck_object(blow, modes, times, "DOP853", 1e-11, 0.25 / RATE)
-
-        def asked(error, blow=blow):
-            return impact.blow(*blow, *modes, frames / RATE, RATE, error).displacement_m
-
-        def stepped(steps, blow=blow):
-            mass, velocity, stiffness, exponent, damping = blow
-            order = np.argsort(modes[1])
-            s, t = np.zeros(contact_motion.state_size(10)), np.zeros(contact_motion.tuning_size(10))
-            impact_row.tune(t, *(np.ascontiguousarray(values[order]) for values in modes), float(RATE), 0.0)
-            hammer = np.array([mass, stiffness, exponent, damping, 0.0, 1e-3, steps])
-            force, acceleration, displacement = np.empty((3, frames))
-            throw = np.array([0.0, velocity, 0.0])
-            impact_row.ring(s, t, hammer, throw, 1, force, acceleration, displacement, 0, frames)
-            return displacement
-
-        def solved(tolerance, blow=blow):
-            return naive.struck_object(blow, modes, times, "RK45", tolerance)
-
+        by = Hammer(0.02, 1.0, stiffness, exponent, 0.3)
+        truth = naive.struck_object(by, modes, times, "DOP853", 1e-11, 0.25 / RATE)
         yield Task(
             "impact",
             f"{name} blow on 10 modes, {frames / RATE * 1e3:.0f} ms",
             "relative L2 of the displacement against DOP853 at 1e-11",
             partial(_from_truth, truth),
             [
-                Method("impact.blow", "error asked", (1e-1, 1e-2, 1e-4, 1e-6, 1e-8), asked),
-                Method("impact_row", "sub-steps a frame", (1, 2, 4, 8, 16, 32), stepped),
-                Method("solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), solved, True),
+                Method(
+                    "impact.strike", "error asked", (1e-1, 1e-2, 1e-4, 1e-6, 1e-8), partial(_asked, by, modes, frames)
+                ),
+                Method("hammer.ring", "sub-steps a frame", (1, 2, 4, 8, 16, 32), partial(_stepped, by, modes, frames)),
+                Method("solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), partial(_solved, by, modes, times), True),
             ],
         )
+
+
+def _asked(by: Hammer, modes: ModalObject, frames: int, error: float) -> NDArray[np.float64]:
+    return strike(by, modes, frames / RATE, RATE, error).displacement_m
+
+
+def _stepped(by: Hammer, modes: ModalObject, frames: int, substeps: float) -> NDArray[np.float64]:
+    values = np.array(modes)
+    numbers = {"mass": by.mass_kg, "stiffness": by.stiffness, "exponent": by.exponent, "damping": by.damping_s_m}
+    row = rows.hit(values[:, np.argsort(values[1])], RATE, [(0.0, by.velocity_m_s)], **numbers, substeps=substeps)
+    out = hammer.Response(np.empty(frames), np.empty(frames), np.empty(frames))
+    hammer.ring(row.events, row.hammer, 0, row.object, row.state, out)
+    return out.displacement
+
+
+def _solved(by: Hammer, modes: ModalObject, times: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
+    return naive.struck_object(by, modes, times, "RK45", tolerance)
 
 
 def modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -192,7 +194,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
     strikes[::4800] = 1.0
     counts = (10, 64, 200)
 
-    def after_strikes(count):
+    def after_strikes(count: float) -> Any:
         return sum(
             a * _poles_to(f, b, last - at).imag
             for f, b, a in zip(*modes(count), strict=True)
@@ -200,7 +202,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
             if at < last[0]
         )
 
-    def after_a_step(count):
+    def after_a_step(count: float) -> Any:
         return sum(
             a * ((1.0 - _poles_to(f, b, last + 1)) / (1.0 - _poles_to(f, b, np.array([1])))).imag
             for f, b, a in zip(*modes(count), strict=True)
@@ -234,7 +236,7 @@ def tones(quick: bool) -> Iterable[Task]:
     at = np.arange(frames)
     counts = (1, 3, 10, 30) if quick else (1, 3, 10, 30, 60)
 
-    def amplitudes(count):
+    def amplitudes(count: float) -> NDArray[np.float64]:
         return 1.0 / np.arange(1.0, count + 1.0)
 
     turns = 50 * at[:, None] * np.arange(1, counts[-1] + 1) % RATE / RATE
@@ -267,17 +269,17 @@ def bundles(quick: bool) -> Iterable[Task]:
     """A slow ramp to 95 % of the critical load; for endless bundles, load / N = x exp(-(x / scale)^shape)."""
     shape, scale = 4.0, 2.5
     share = np.linspace(0.0, 0.95, RATE)
-    critical = fracture.critical_stress(1, shape, scale)
+    critical = FibreBundle(1, shape, scale).critical_stress
     truth = np.zeros(RATE)
     for _ in range(200):
         truth = share * critical * np.exp((truth / scale) ** shape)
     counts = (2e3, 2e4, 2e5) if quick else (2e3, 2e4, 2e5, 2e6, 1e7)
 
-    def bundle(count, model):
-        load = share * fracture.critical_stress(int(count), shape, scale)
-        return fracture.bundle(load, RATE, int(count), shape, scale, mass=0.0, damping=0.0, model=model).strain
+    def strain(model: str, count: float) -> NDArray[np.float64]:
+        bundle = FibreBundle(int(count), shape, scale, mass=0.0, damping=0.0, model=model)
+        return bundle.response(share * bundle.critical_stress, RATE).strain
 
-    def first(method):
+    def first(method: Callable[..., NDArray[np.float64]]) -> Callable[[float], NDArray[np.float64]]:
         return lambda count: method(share * critical * count, int(count), shape, scale, 0)
 
     yield Task(
@@ -286,8 +288,8 @@ def bundles(quick: bool) -> Iterable[Task]:
         "relative L2 against an endless bundle: falls as 1/sqrt(N) by nature",
         lambda result, _: _apart(result, truth),
         [
-            Method("fracture.bundle", "fibres", counts, lambda n: bundle(n, "exact")),
-            Method("fracture.bundle, mean", "fibres", counts[:1], lambda n: bundle(n, "mean")),
+            Method("FibreBundle.response", "fibres", counts, partial(strain, "exact")),
+            Method("FibreBundle.response, mean", "fibres", counts[:1], partial(strain, "mean")),
             Method("sorting fibres", "fibres", counts, first(naive.sorted_fibres), True),
             Method("scanning fibres", "fibres", counts[: 1 if quick else 2], first(naive.scanned_fibres), True),
         ],
@@ -306,10 +308,10 @@ def _slips_solved(times: NDArray[np.float64]) -> NDArray[np.float64]:
     out = np.zeros(times.size)
     while begin < times[-1]:
 
-        def motion(t, y, place=place):
+        def motion(t: float, y: NDArray[np.float64], place: float = place) -> list[float]:
             return [y[1], (_slip_force(t) - 400.0 * y[1] - 4e5 * y[0] - plastic * (y[0] - place)) / 0.5]
 
-        def reaches(t, y, place=place):
+        def reaches(t: float, y: NDArray[np.float64], place: float = place) -> Any:
             return plastic * (y[0] - place) - 100.0
 
         reaches.terminal, reaches.direction = True, 1.0  # type: ignore[attr-defined]
@@ -328,15 +330,15 @@ def slips(quick: bool) -> Iterable[Task]:
     times = np.arange(200) / 1000.0
     truth = _slips_solved(times)
 
-    def slip(rate):
+    def slip(rate: float) -> NDArray[np.float64]:
         frames = np.arange(int(0.2 * rate)) / rate
-        moved = elasto_plastic.slip(_slip_force(frames), rate, least_j=5e-3, most_j=5e-3).displacement_m
+        moved = Ground(least_j=5e-3, most_j=5e-3).response(_slip_force(frames), rate).displacement_m
         return moved[:: int(rate) // 1000]
 
-    def euler(rate):
+    def euler(rate: float) -> NDArray[np.float64]:
         frames = np.arange(int(0.2 * rate)) / rate
         moved = np.empty(frames.size)
-        naive.slip_by_euler(_slip_force(frames), 1.0 / rate, 0.5, 400.0, 4e5, 4e5, 100.0, 5e-3, moved)
+        naive.slip_by_euler(_slip_force(frames), 1.0 / rate, Ground().parameters(), 5e-3, moved)
         return moved[:: int(rate) // 1000]
 
     rates = (12e3, 48e3, 192e3, 1536e3)
@@ -346,31 +348,31 @@ def slips(quick: bool) -> Iterable[Task]:
         "relative L2 at each ms against DOP853 from slip to slip; a slip late by a frame may miss its ms",
         lambda result, _: _apart(result, truth),
         [
-            Method("plasticity.slip", "rate, Hz", rates, slip),
+            Method("Ground.response", "rate, Hz", rates, slip),
             Method("semi-implicit Euler", "rate, Hz", rates, euler, True),
         ],
     )
 
 
 def frictions(quick: bool) -> Iterable[Task]:
-    slip = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # thesis, figure 8.6
-    reference = distribution.first_passage(*slip, error=1e-6)
+    block, t_end = distribution.BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0  # thesis, figure 8.6
+    reference = distribution.first_passage(block, t_end, error=1e-6)
 
-    def error(result, _):
+    def error(result: tuple[Floats, Floats], _: float) -> float:
         at, cdf = result
-        return float(np.abs(cdf - np.interp(at, reference.t, reference.cdf)).max())
+        return float(np.abs(cdf - np.interp(at, reference.points, reference.cdf)).max())
 
-    def law(asked):
-        found = distribution.first_passage(*slip, error=asked)
-        return found.t, found.cdf
+    def law(asked: float) -> tuple[Floats, Floats]:
+        found = distribution.first_passage(block, t_end, error=asked)
+        return found.points, found.cdf
 
-    def counted(durations):
+    def counted(durations: Floats) -> tuple[Floats, Floats]:
         at = np.linspace(0.0, 20.0, 2001)[:-1]
         return at, np.searchsorted(np.sort(durations), at, side="right") / durations.size
 
-    def euler(step):
+    def euler(step: float) -> tuple[Floats, Floats]:
         durations = np.empty(20_000 if quick else 200_000)
-        naive.slips_by_euler_maruyama(*slip, step, np.random.default_rng(1), durations)
+        naive.slips_by_euler_maruyama(block, t_end, step, np.random.default_rng(1), durations)
         return counted(durations)
 
     yield Task(
@@ -386,7 +388,7 @@ def frictions(quick: bool) -> Iterable[Task]:
                 "friction.paths",
                 "paths",
                 (1e3, 1e4, 1e5) if quick else (1e3, 1e4, 1e5, 1e6),
-                lambda n: counted(distribution.paths(*slip, count=int(n), seed=1).duration),
+                lambda n: counted(distribution.paths(block, t_end, count=int(n), seed=1).duration),
             ),
             Method("Euler-Maruyama", "step, s", (0.1, 0.03, 0.01) if quick else (0.1, 0.03, 0.01, 0.002), euler, True),
         ],
@@ -396,17 +398,17 @@ def frictions(quick: bool) -> Iterable[Task]:
 def noises(quick: bool) -> Iterable[Task]:
     lengths = (0.1, 1.0, 10.0) if quick else (0.1, 1.0, 10.0, 100.0)
 
-    def band(seconds):
-        rms = []
-        t = np.zeros(noise.BAND_TUNING)
-        noise.tune_band(t, noise.LOW_HZ, noise.HIGH_HZ, float(RATE))
+    def band(seconds: float) -> list[float]:
+        rms: list[float] = []
+        coefficients = noise.BAND_COEFFICIENTS.zeros()
+        noise.design_band(noise.LOW_HZ, noise.HIGH_HZ, float(RATE), coefficients)
         for seed in range(8):
             y = np.empty(round(seconds * RATE))
-            noise.run_band(np.zeros(noise.BAND_STATE), t, stream_key(seed, "bench"), 0, y, y.size)
-            rms.append(y.std())
+            noise.run_band(stream_key(seed, "bench"), 0, coefficients, noise.BAND_STATE.zeros(), y)
+            rms.append(float(y.std()))
         return rms
 
-    def filtered(seconds):
+    def filtered(seconds: float) -> list[float]:
         from scipy.signal import butter, sosfilt
 
         sections = butter(2, (noise.LOW_HZ, noise.HIGH_HZ), "bandpass", fs=RATE, output="sos")
@@ -434,22 +436,22 @@ def strain_rates(quick: bool) -> Iterable[Task]:
     w0, mass = 2.0 * math.pi * envelopes.STRAIN_HZ, envelopes.STRAIN_MASS_KG
     times = np.arange(600) / 1000.0
 
-    def force(t):
+    def force(t: NDArray[np.float64] | float) -> Any:
         return 700.0 * np.sin(np.pi * t / 0.6) ** 2
 
-    def motion(t, y):
+    def motion(t: float, y: NDArray[np.float64]) -> list[float]:
         return [y[1], force(t) / mass - 2.0 * w0 * y[1] - w0 * w0 * y[0]]
 
     truth = solve_ivp(motion, (0.0, 0.6), [0.0, 0.0], "DOP853", times, rtol=1e-12, atol=1e-15).y[1]
 
-    def strain_rate(rate):
+    def strain_rate(rate: float) -> NDArray[np.float64]:
         push = force(np.arange(int(0.6 * rate)) / rate)
-        t, out = np.zeros(envelopes.STRAIN_TUNING), np.empty(push.size)
-        envelopes.tune_strain_rate(t, envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, mass, rate)
-        envelopes.run_strain_rate(np.zeros(envelopes.STRAIN_STATE), t, push, envelopes.SIGNED, out, out.size)
+        coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(push.size)
+        envelopes.design_strain_rate(envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, mass, rate, coefficients)
+        envelopes.run_strain_rate(push, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
         return out[:: int(rate) // 1000]
 
-    def euler(rate):
+    def euler(rate: float) -> NDArray[np.float64]:
         push = force(np.arange(int(0.6 * rate)) / rate)
         out = np.empty(push.size)
         naive.strain_rate_by_euler(push, 1.0 / rate, w0, envelopes.STRAIN_DAMPING, mass, out)

@@ -4,37 +4,38 @@ Loops are compiled as the models are, so that methods are compared and not langu
 """
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
-
-Modes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""Frequencies (Hz), decays (1/s), modal masses (kg) and shapes, one number a mode."""
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Memory
+from underfoot.models.modal.impact import Hammer, ModalObject
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
 
 
 def struck_object(
-    hammer: tuple[float, float, float, float, float],
-    modes: Modes,
+    by: Hammer,
+    target: ModalObject,
     times_s: NDArray[np.float64],
     method: Literal["RK45", "DOP853"],
     tolerance: float,
     longest_step_s: float = math.inf,
 ) -> NDArray[np.float64]:
-    """Displacement (m) of a struck object at `times_s`, by SciPy's solve_ivp.
-
-    `hammer`: mass (kg), velocity (m/s), stiffness (N/m^a), exponent a, damping mu (s/m).
-    """
+    """Displacement (m) of a struck object at `times_s`, by SciPy's solve_ivp; there is no load on the hammer."""
     from scipy.integrate import solve_ivp
 
-    mass, velocity, stiffness, exponent, damping = hammer
-    frequencies, decays, masses, shapes = modes
+    mass, velocity, stiffness, exponent, damping = (
+        *(by.mass_kg, by.velocity_m_s, by.stiffness),
+        *(by.exponent, by.damping_s_m),
+    )
+    frequencies, decays, masses, shapes = (np.asarray(values, np.float64) for values in target)
     n = frequencies.size
     squares = (2.0 * math.pi * frequencies) ** 2 + decays**2
 
-    def motion(_, y):
+    def motion(_: float, y: Floats) -> Floats:
         q, v = y[2 : 2 + n], y[2 + n :]
         x, closing = y[0] - shapes @ q, y[1] - shapes @ v
         force = max(stiffness * max(x, 0.0) ** exponent * (1.0 + damping * closing), 0.0)
@@ -60,7 +61,13 @@ def struck_object(
     return shapes @ np.concatenate([*parts, start[:, None]], axis=1)[2 : 2 + n]
 
 
-def filter_per_mode(frequencies_hz, decays_per_s, amplitudes, excitation, rate: float) -> NDArray[np.float64]:
+def filter_per_mode(
+    frequencies_hz: Sequence[float] | Floats,
+    decays_per_s: Sequence[float] | Floats,
+    amplitudes: Sequence[float] | Floats,
+    excitation: Floats,
+    rate: float,
+) -> Floats:
     """A bank of modes as a sum of second-order filters, one after the other, by SciPy's lfilter."""
     from scipy.signal import lfilter
 
@@ -101,7 +108,7 @@ def scanned_fibres(
 
 
 @kernel
-def _break_in_order(load, thresholds, strain):
+def _break_in_order(load: Floats, thresholds: Floats, strain: Floats) -> None:
     broken, count = 0, thresholds.size
     for i in range(load.size):
         x = load[i] / max(count - broken, 1)
@@ -112,7 +119,7 @@ def _break_in_order(load, thresholds, strain):
 
 
 @kernel
-def _scan(load, thresholds, strain):
+def _scan(load: Floats, thresholds: Floats, strain: Floats) -> None:
     whole = thresholds.size
     for i in range(load.size):
         x = load[i] / max(whole, 1)
@@ -124,21 +131,25 @@ def _scan(load, thresholds, strain):
 
 
 @kernel
-def slip_by_euler(force, h, mass, damping, stiffness, plastic, threshold, energy, out):
-    """Elasto-plastic slip by the semi-implicit Euler method, one step of `h` seconds a value of `force`."""
+def slip_by_euler(force: Floats, h: float, ground: Memory, energy: float, out: Floats) -> None:
+    """Elasto-plastic slips of one `energy` by the semi-implicit Euler method, a step of `h` seconds a value of `force`.
+
+    `ground` is `Ground.parameters()`.
+    """
     x = v = xi = 0.0
+    mass, damping, stiffness, plastic = ground.mass, ground.damping, ground.stiffness, ground.plastic_stiffness
     for i in range(force.size):
         v += h / mass * (force[i] - damping * v - stiffness * x - plastic * (x - xi))
         x += h * v
         held = plastic * (x - xi)
-        if held > threshold:
+        if held > ground.threshold:
             left = max(held * held - 2.0 * plastic * energy, 0.0)
             xi += 2.0 * energy / (held + math.sqrt(left))
         out[i] = x
 
 
 @kernel
-def strain_rate_by_euler(force, h, w0, damping, mass, out):
+def strain_rate_by_euler(force: Floats, h: float, w0: float, damping: float, mass: float, out: Floats) -> None:
     """The strain rate of a compressible layer (6.1) by the semi-implicit Euler method."""
     x = v = 0.0
     for i in range(force.size):
@@ -148,8 +159,11 @@ def strain_rate_by_euler(force, h, w0, damping, mass, out):
 
 
 @kernel
-def slips_by_euler_maruyama(w0, zeta, noise, belt, x0, v0, t_end, h, generator, durations):
+def slips_by_euler_maruyama(
+    block: BlockOnBelt, t_end: float, h: float, generator: np.random.Generator, durations: NDArray[np.float64]
+) -> None:
     """Durations of slips, paths drawn by Euler and Maruyama's method in steps of `h` seconds; t_end where one lasts."""
+    w0, zeta, noise, belt, x0, v0 = block
     kick = math.sqrt(2.0 * noise * h)
     for k in range(durations.size):
         x, v, t = x0, v0, 0.0

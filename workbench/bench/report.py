@@ -13,8 +13,10 @@ from underfoot.bench.accuracy import Comparison
 from underfoot.bench.reach import TO_COMPARE, Reach
 from underfoot.bench.scale import Cost
 from underfoot.bench.stability import Stability
-from underfoot.drawing import Drawing, Series, page, series, svg
-from underfoot.errors import BadFile
+from underfoot.drawing import Drawing, Series, series
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
+from underfoot.files import make_folder, write_file, written
 
 _OURS, _NAIVE = ("vibration", "events", "contact"), ("force", "alarm")
 _LEAST = 1e-17
@@ -61,22 +63,20 @@ def text(bench: Bench) -> str:
 
 def write(bench: Bench, folder: Path) -> None:
     """Write `bench.json`, `index.html`, a picture of each task as SVG, and each failure as a patch, into `folder`."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
+    with written(folder):
         for former in folder.glob("failure-*.json"):
             former.unlink()
-        (folder / "bench.json").write_text(json.dumps(bench.data(), indent=1))
-        pictures = []
-        for k, comparison in enumerate(bench.comparisons, 1):
-            pictures.append(svg(picture(comparison)))
-            (folder / f"{k:02}-{comparison.model}.svg").write_text(pictures[-1])
-        for k, failure in enumerate(bench.stability.failures, 1):
-            (folder / f"failure-{k:02}.json").write_bytes(failure.patch.dumps())
-        body = ["<p>Lower and further to the left is better. Naive methods are dashed.</p>", *pictures]
-        body.append(f"<pre>{html.escape(text(bench))}</pre>")
-        (folder / "index.html").write_text(page("Underfoot: bench", body))
-    except OSError as error:
-        raise BadFile(f"{folder} cannot be written: {error.strerror}") from None
+    write_file(folder / "bench.json", json.dumps(bench.data(), indent=1).encode())
+    pictures = []
+    for k, comparison in enumerate(bench.comparisons, 1):
+        pictures.append(svg(picture(comparison)))
+        write_file(folder / f"{k:02}-{comparison.model}.svg", pictures[-1].encode())
+    for k, failure in enumerate(bench.stability.failures, 1):
+        write_file(folder / f"failure-{k:02}.json", failure.patch.dumps())
+    body = ["<p>Lower and further to the left is better. Naive methods are dashed.</p>", *pictures]
+    body.append(f"<pre>{html.escape(text(bench))}</pre>")
+    write_file(folder / "index.html", page("Underfoot: bench", body).encode())
 
 
 def picture(comparison: Comparison) -> Drawing:

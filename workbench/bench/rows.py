@@ -1,93 +1,138 @@
-"""Rows of models as a program runs them: block by block, their memory on cache lines and known by its address.
+"""Rows of models as a program runs them: block by block, all of their memory in one, known by its address.
 
-An array that Python made costs a kernel more: each part that is taken of it is counted, with locked instructions.
+A call from Python with a dozen arrays takes longer than a block; and an array that Python made costs a kernel more:
+each part that is taken of it is counted, with locked instructions.
 """
 
 import ctypes
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
-from numba import carray, types
-from numpy.typing import NDArray
+from numba import types
+from numba.core.ccallback import CFunc
+from numpy.typing import ArrayLike
 
-from underfoot.kernels import callback, kernel
-from underfoot.models.modal import driven_bank, struck_bank
-from underfoot.models.modal import hammer as impact_row
+from underfoot.kernels import Floats, callback, kernel
+from underfoot.layouts import Layout, Memory
+from underfoot.models.modal import contact_motion, driven_bank, hammer, phasors, struck_bank
+from underfoot.models.modal.impact import ModalObject
+from underfoot.models.signals.events import EVENTS, append, event_list
 
 BLOCK = 960
 """Frames; a fiftieth of a second at 48 kHz."""
-_FLOATS, _COUNT = types.CPointer(types.float64), types.int64
-Floats = NDArray[np.float64]
+
+STRUCK = Layout(
+    "struck_row",
+    state=struck_bank.STATE,
+    coefficients=struck_bank.COEFFICIENTS,
+    events=EVENTS,
+    events_of_block=EVENTS,
+    out=BLOCK,
+)
+DRIVEN = Layout(
+    "driven_row", state=driven_bank.STATE, coefficients=driven_bank.COEFFICIENTS, excitation=BLOCK, out=BLOCK
+)
+HIT = Layout(
+    "hit_row",
+    state=contact_motion.STATE,
+    object=contact_motion.OBJECT,
+    hammer=hammer.HAMMER,
+    events=EVENTS,
+    events_of_block=EVENTS,
+    force=BLOCK,
+    acceleration=BLOCK,
+)
+
+_struck_at, _driven_at, _hit_at = STRUCK.at, DRIVEN.at, HIT.at
+_POINTER, _COUNT = types.CPointer(types.float64), types.int64
 
 
-def memory(size: int) -> Floats:
-    """Zeros on a cache line.
+def struck(modes: ArrayLike, rate: float, floor: float, events: Sequence[Sequence[float]]) -> Memory:
+    """A `struck_bank` at rest that is struck at `events`: (time, strength), from session frame 0 on.
 
-    >>> memory(3), memory(3).ctypes.data % 64
-    (array([0., 0., 0.]), 0)
+    `modes` [3, m] are rows of frequency (Hz), decay (1/s) and amplitude.
     """
-    space = np.zeros(size + 8)
-    start = -space.ctypes.data % 64 // 8
-    return space[start : start + size]
+    values = np.array(modes, np.float64)
+    row = STRUCK.zeros(**phasors.sizes(values.shape[1]), room=max(len(events), 1))
+    struck_bank.design(values, 1.0, 1.0, float(rate), floor, row.coefficients)
+    row.events.values[:] = event_list(*events, room=row.room).values
+    return row
 
 
-def strike(s: Floats, t: Floats, events: Floats, blocks: int) -> Callable[[], None]:
-    """What lets a modal bank ring that is struck by `events`, from session frame 0 on."""
-    arguments = *_sized(s), *_sized(t), *_sized(events), *_sized(memory(BLOCK)), blocks
-    return lambda: _strike.ctypes(*arguments)
+def driven(modes: ArrayLike, rate: float, floor: float, excitation: Floats) -> Memory:
+    """A `driven_bank` at rest that is driven in every frame, by the same block again and again; `modes` as above."""
+    values = np.array(modes, np.float64)
+    row = DRIVEN.zeros(**driven_bank.sizes(values.shape[1]))
+    driven_bank.design(values, float(rate), floor, row.coefficients)
+    row.excitation[:] = excitation
+    return row
 
 
-def drive(s: Floats, t: Floats, excitation: Floats, blocks: int) -> Callable[[], None]:
-    """What lets a modal bank ring that is driven in every frame, by the same block again and again."""
-    arguments = *_sized(s), *_sized(t), *_sized(excitation), *_sized(memory(BLOCK)), blocks
-    return lambda: _drive.ctypes(*arguments)
+def hit(modes: ArrayLike | ModalObject, rate: float, events: Sequence[Sequence[float]], **of_hammer: float) -> Memory:
+    """An object at rest that is hit at `events`: (time, velocity), by a hammer with the numbers of `hammer.HAMMER`.
+
+    `modes` [4, m] are rows of frequency (Hz), decay (1/s), modal mass (kg) and shape.
+    """
+    values = np.array(tuple(modes) if isinstance(modes, ModalObject) else modes, np.float64)
+    row = HIT.zeros(**phasors.sizes(values.shape[1]), room=max(len(events), 1))
+    hammer.design(values, 1.0, 1.0, float(rate), 0.0, row.object)
+    row.events.values[:] = event_list(*events, room=row.room).values
+    for name, value in of_hammer.items():
+        setattr(row.hammer, name, value)
+    return row
 
 
-def hit(s: Floats, t: Floats, hammer: Floats, events: Floats, first: int, blocks: int) -> Callable[[], None]:
-    """What lets an object ring that is hit by a hammer at `events`, from block `first` on."""
-    arguments = *_sized(s), *_sized(t), *_sized(hammer), *_sized(events), *_sized(memory(2 * BLOCK)), first, blocks
-    return lambda: _hit.ctypes(*arguments)
+def ringing(row: Memory, first: int, blocks: int) -> Callable[[], None]:
+    """What lets a row run so many blocks from block `first` on.
+
+    >>> row = driven([[12_000.0], [0.0], [2.0]], 48_000.0, 0.0, np.eye(1, BLOCK)[0])
+    >>> ringing(row, 0, 1)()
+    >>> row.out[:5].round(9) + 0.0
+    array([ 0.,  2.,  0., -2.,  0.])
+    """
+    address = row.values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+    return partial(_compiled(row.layout).ctypes, address, *row.sizes.values(), first, blocks)
 
 
-def _sized(values: Floats):
-    return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), values.size
+@cache
+def _compiled(layout: Layout) -> CFunc:
+    """The kernel that runs rows of a layout: its address, the layout's sizes, the first block and how many."""
+    run = {STRUCK: _strike, DRIVEN: _drive, HIT: _hit}[layout]
+    return callback(types.void(_POINTER, *[_COUNT] * (len(layout.symbols) + 2)), run)
 
 
 @kernel
-def _in_block(events, k):
-    """How many of the events that are left are in block `k`."""
-    count = 0
-    while 3 * count < events.size and events[3 * count] < (k + 1) * BLOCK:
-        count += 1
-    return count
+def _take(events: Memory, following: int, end: int, taken: Memory) -> int:
+    """Copy the events from number `following` on that come before frame `end`; the number of the next one."""
+    taken.count = 0.0
+    while following < len(events) and events.time[following] < end:
+        append(taken, events.time[following], events.strength[following], events.duration[following])
+        following += 1
+    return following
 
 
-@partial(callback, types.void(*[_FLOATS, _COUNT] * 4, _COUNT))
-def _strike(s, s_size, t, t_size, events, e_size, out, o_size, blocks):
-    state, tuning, heard = carray(s, s_size), carray(t, t_size), carray(out, o_size)
-    strikes = carray(events, e_size)
-    for k in range(blocks):
-        count = _in_block(strikes, k)
-        struck_bank.ring(state, tuning, strikes, count, heard, k * BLOCK, BLOCK)
-        strikes = strikes[3 * count :]
-
-
-@partial(callback, types.void(*[_FLOATS, _COUNT] * 4, _COUNT))
-def _drive(s, s_size, t, t_size, excitation, e_size, out, o_size, blocks):
-    state, tuning, heard = carray(s, s_size), carray(t, t_size), carray(out, o_size)
-    for k in range(blocks):
-        driven_bank.ring(state, tuning, carray(excitation, e_size), heard, k * BLOCK, BLOCK)
-
-
-@partial(callback, types.void(*[_FLOATS, _COUNT] * 5, _COUNT, _COUNT))
-def _hit(s, s_size, t, t_size, hammer, h_size, events, e_size, out, o_size, first, blocks):
-    state, tuning, heard = carray(s, s_size), carray(t, t_size), carray(out, o_size)
-    force, acceleration = heard[:BLOCK], heard[BLOCK:]
-    throws = carray(events, e_size)
+def _strike(address: Any, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
+    memory = _struck_at(address, (row, wave_values, room))
+    events = memory.events_of_block
+    following = _take(memory.events, 0, first * BLOCK, events)
     for k in range(first, first + blocks):
-        count = _in_block(throws, k)
-        impact_row.ring(
-            state, tuning, carray(hammer, h_size), throws, count, force, acceleration, heard[:0], k * BLOCK, BLOCK
-        )
-        throws = throws[3 * count :]
+        following = _take(memory.events, following, (k + 1) * BLOCK, events)
+        struck_bank.ring(events, k * BLOCK, memory.coefficients, memory.state, memory.out)
+
+
+def _drive(address: Any, row: int, first: int, blocks: int) -> None:
+    memory = _driven_at(address, (row,))
+    for k in range(first, first + blocks):
+        driven_bank.ring(memory.excitation, k * BLOCK, memory.coefficients, memory.state, memory.out)
+
+
+def _hit(address: Any, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
+    memory = _hit_at(address, (row, wave_values, room))
+    events = memory.events_of_block
+    out = hammer.Response(memory.force, memory.acceleration, memory.force[:0])
+    following = _take(memory.events, 0, first * BLOCK, events)
+    for k in range(first, first + blocks):
+        following = _take(memory.events, following, (k + 1) * BLOCK, events)
+        hammer.ring(events, memory.hammer, k * BLOCK, memory.object, memory.state, out)

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from underfoot.bench import laws
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.loop import Loop
-from underfoot.engine.messages import Play, Strike
+from underfoot.engine.commands import Play, Strike
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.safety import Limits, Safety
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
@@ -102,7 +102,7 @@ def run(
         tell(f"stability: {type}")
         result.nodes += 1
         until = time.monotonic() + budget_s
-        for tried, patch in enumerate(_points(type, registry, str(sound), corners, points, draw)):
+        for tried, patch in enumerate(random_points(type, registry, str(sound), corners, points, draw)):
             if tried and time.monotonic() > until:
                 result.cut_short[type] = tried
                 break
@@ -151,7 +151,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         seen[:, :, at : at + n] = program.tables.scope[:, :, :n]
         if not np.isfinite(program.output[:, :n]).all():
             return "the output is not finite"
-        safety.apply(program.output, program.tables.still, at, 0, n)
+        safety.apply(program.output, program.tables.silent, at, 0, n)
         if not (np.abs(safety.out[:n]) <= Limits().peak).all():
             return f"{np.abs(safety.out[:n]).max()} of full scale reaches a shaker"
         fault = program.fault()
@@ -177,7 +177,7 @@ def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: i
     """What fails while a walker walks over `patch` for `seconds` from session frame `frame` on; "" if nothing does."""
     source = SimulatedFloor(default_floor(1, 2), rate, patch.seed)
     source.skip(frame)
-    loop = Loop(patch, registry, source, rate=rate, block=1024, frame=frame)
+    loop = Loop(patch, registry, source, LoopOptions(rate_hz=rate, block=1024, frame=frame))
     loop.send(Play(True))
     for k in range(round(seconds * rate) // 1024):
         if k % 64 == 0:
@@ -186,7 +186,7 @@ def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: i
         if not (np.abs(loop.out) <= Limits().peak).all():  # false where it is not a number
             return f"{np.abs(loop.out).max()} of full scale reaches a shaker at frame {loop.frame}"
         fault = loop.program.fault()
-        if fault and np.abs(loop.program.tables.lanes).max(initial=0.0) < _FARTHEST:
+        if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _FARTHEST:
             return f"{fault[0]} makes a value that is not finite at frame {fault[2]}, tile {fault[1]}"
     return ""
 
@@ -280,19 +280,20 @@ def _lawless(
         type = registry[node.type]
         values = type.values(node.parameters)
 
-        def at_inputs(found: dict[str, NDArray[np.float64]], node=node, type=type) -> dict[str, NDArray[np.float64]]:
-            ends = {name: sources.get(f"{node.id}.{name}") for name in type.input_ports}
-            return {name: found[end] for name, end in ends.items() if end in found}
-
-        def at_outputs(found: dict[str, NDArray[np.float64]], node=node, type=type) -> dict[str, NDArray[np.float64]]:
-            return {name: found[end] for name in type.output_ports if (end := f"{node.id}.{name}") in found}
-
         steady = {name: value for name, value in values.items() if f"{node.id}.{name}" not in sources}
-        seen = laws.Seen(rate, steady, at_inputs(signals), at_outputs(signals), at_inputs(events), at_outputs(events))
+        ins = {name: sources.get(f"{node.id}.{name}", "") for name in type.input_ports}
+        outs = {name: f"{node.id}.{name}" for name in type.output_ports}
+        ports = (_named(ins, signals), _named(outs, signals), _named(ins, events), _named(outs, events))
+        seen = laws.Seen(rate, steady, *ports)
         what = laws.broken(node.type, seen)
         if what:
             return f"{node.id} {what}"
     return ""
+
+
+def _named(ends: dict[str, str], found: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """What was found at the ends of wires, by the names of the ports there."""
+    return {name: found[end] for name, end in ends.items() if end in found}
 
 
 def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int, ...]) -> bool:
@@ -305,7 +306,7 @@ def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int,
     return False
 
 
-def _points(
+def random_points(
     type: str, registry: Registry, sound: str, corners: int, points: int, draw: np.random.Generator
 ) -> Iterator[Patch]:
     """Patches with a node at the corners of its box, then at random points, some of its parameters driven by wires."""

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from underfoot.kernels import modal_kernel, widest
+from underfoot.kernels import Floats, modal_kernel, widest
 
 FLOOR_NS = 0.030
 """Two fused multiply-adds on the processor whose times the reaches were set from: the least a mode can cost a frame."""
@@ -14,7 +15,7 @@ FLOOR_NS = 0.030
 _ROUNDS, _LANES = 16, 64
 PAIRS = _LANES * 2 * _ROUNDS
 """Pairs of multiply-adds in a round of the floor."""
-_LEAST_REPEATS, _MOST_REPEATS = 100, 100_000
+_LEAST_REPEATS, MAX_REPEATS = 100, 100_000
 
 
 class Timed(NamedTuple):
@@ -45,7 +46,7 @@ def timed(run: Callable[[], object], budget_s: float = 0.2, most: int = 20) -> T
     run()
     # As long as a run: a shorter look would catch moments of a quicker clock that no run can.
     repeats = round((time.perf_counter() - began) / (FLOOR_NS * 1e-9 * PAIRS))
-    repeats = min(max(repeats, _LEAST_REPEATS), _MOST_REPEATS)
+    repeats = min(max(repeats, _LEAST_REPEATS), MAX_REPEATS)
     spent: list[float] = []
     floor: list[float] = []
     while not spent or (len(spent) < most and sum(spent) < budget_s):
@@ -68,7 +69,7 @@ def least_s(run: Callable[[], object], budget_s: float = 0.2, most: int = 20) ->
 
 
 @modal_kernel
-def _fused(factors, terms, values, repeats):
+def _fused(factors: Floats, terms: Floats, values: NDArray[np.float64], repeats: int) -> None:
     # Four chains beside each other in each lane, so that none waits for its last result.
     widest()
     first, second, third, fourth = values[0], values[1], values[2], values[3]

@@ -1,11 +1,29 @@
-"""The commands that need no screen, one a file."""
+"""The commands that need no screen, one a file: `NAME.py` here defines the click command `NAME`.
 
-from underfoot.commands.bench import bench
-from underfoot.commands.calibrate import calibrate
-from underfoot.commands.emulate import emulate
-from underfoot.commands.monitor import monitor
-from underfoot.commands.nodes import nodes
-from underfoot.commands.render import render
-from underfoot.commands.tile import tile
+A new file is a new command; there is no list to add it to. Files that define no command of their own name are what
+several commands share.
+"""
 
-COMMANDS = (calibrate, render, monitor, nodes, bench, emulate, tile)
+from importlib import import_module
+from pkgutil import iter_modules
+
+import click
+
+
+class CommandGroup(click.Group):
+    """A group whose commands are the files of this package, each imported only when it is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names of all commands, in alphabetical order."""
+        return [name for name in _modules() if self.get_command(ctx, name) is not None]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of this name; None where there is none."""
+        if cmd_name not in _modules():
+            return None
+        found = getattr(import_module(f"{__name__}.{cmd_name}"), cmd_name, None)
+        return found if isinstance(found, click.Command) else None
+
+
+def _modules() -> list[str]:
+    return sorted(module.name for module in iter_modules(__path__))

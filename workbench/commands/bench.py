@@ -11,10 +11,10 @@ from underfoot.errors import BadFile, BadValue, UnderfootError
 
 
 @click.command()
-@click.option("--quick", is_flag=True, help="About a minute. In full: minutes a table, and ten at most for each node.")
+@click.option("--quick", is_flag=True, help="In about a minute. In full: minutes per table, at most ten per node.")
 @click.option("--report", type=FILE, help="Folder for a page with pictures, the figures as JSON, and what failed.")
 @click.option("--figures", type=FILE, help="Folder for the thesis's figures drawn anew; nothing else is measured.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the random points and patches.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Seed of the random points and patches.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 def bench(quick: bool, report: Path | None, figures: Path | None, seed: int, as_json: bool) -> None:
     """What every model reaches, run time against error beside naive methods, a large floor's cost, and stability."""

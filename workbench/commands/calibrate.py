@@ -1,201 +1,107 @@
-"""`underfoot calibrate fsr|centroid|response`: the wizards, on a target or on measurements in a file."""
+"""`underfoot calibrate fsr|centroid|response`: calibrations without the window, on a target or from files.
+
+Each subcommand is made of what a calibration declares (`calibration.declaration`), of the options of the rig that it
+needs, and of those that every calibration of a tile has.
+"""
 
 import sys
-from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.calibrate_response import response
-from underfoot.commands.files import FILE
-from underfoot.commands.profiles import (
-    conclude,
-    floor_of,
-    of_a_tile,
-    own_profile,
-    require_writable,
-    simulated_tile,
-    tile_of,
-)
-from underfoot.errors import BadFile, BadValue
+from underfoot.commands.options import chosen, click_options
+from underfoot.errors import BadMeasurement, BadValue
 
 if TYPE_CHECKING:
-    from underfoot.calibration.procedures.procedure import Bench, Page, Procedure, Result
-    from underfoot.floor.layout import Tile
+    from underfoot.calibration.declaration import Calibration, Setup
+    from underfoot.calibration.procedure import Page
+    from underfoot.calibration.result import Result
+    from underfoot.commands.rigs import PressingRig, ShakingRig
+    from underfoot.commands.tile_options import TileOptions
+    from underfoot.floor.layout import Floor
 
 
-@click.group()
+class Calibrations(click.Group):
+    """A command for each calibration; what they need is imported when one is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        from underfoot.calibration.procedures import CALIBRATIONS
+
+        return sorted(CALIBRATIONS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        from underfoot.calibration.procedures import CALIBRATIONS
+
+        return command_of(CALIBRATIONS[cmd_name]) if cmd_name in CALIBRATIONS else None
+
+
+@click.group(cls=Calibrations)
 def calibrate() -> None:
-    """Turn readings into newtons, newtons into places, and drive into accelerations that can be trusted."""
+    """Calibrate a tile: readings to newtons, newtons to places, and signals to accelerations."""
 
 
-calibrate.add_command(response)
+def command_of(declared: "type[Calibration]") -> click.Command:
+    """The command of one calibration."""
+    from underfoot.commands.rigs import RIGS
+    from underfoot.commands.tile_options import TileOptions
 
-_TARGET = click.option(
-    "--target",
-    default="",
-    help="Measure there: simulator[:PARAMETERS.json] (which presses), serial:PORT, udp:HOST:PORT.",
-)
-_CELL = click.option(
-    "--cell", default="", help="Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120."
-)
+    rig_options = RIGS[declared.rig]
 
+    def run(**given: object) -> None:
+        calibration, rig, tile = chosen(declared, given), chosen(rig_options, given), chosen(TileOptions, given)
+        calibration.check(rig.target)
+        tile.require_writable()
+        if rig.target:
+            _on_target(calibration, rig, tile)
+            return
+        measured = calibration.from_files(tile.floor, tile.tile)
+        known = tile.known(measured.tile)
+        tile.conclude(measured.analyse(known), known)
 
-@calibrate.command()
-@click.option("--pairs", type=FILE, help="CSV of readings beside a reference: time_s,tile,sensor,reading,force_n.")
-@_TARGET
-@_CELL
-@click.option("--divider-ohm", type=float, help="Resistor in series with a sensor; R = Rs/F + R0 is tried then, too.")
-@click.option("--divider-falling", is_flag=True, help="The reading falls with force.")
-@of_a_tile
-def fsr(
-    pairs: Path | None,
-    target: str,
-    cell: str,
-    floor: Path | None,
-    tile: str,
-    serial: str,
-    divider_ohm: float | None,
-    divider_falling: bool,
-    seed: int,
-    profile: Path | None,
-    report: Path | None,
-    as_json: bool,
-) -> None:
-    """Linearise force sensing resistors against a reference."""
-    from underfoot.calibration.files.tables import read_pairs
-    from underfoot.calibration.procedures.fsr import FsrProcedure, result_of
-    from underfoot.calibration.science.linearisation import Divider, linearise
-
-    _require_one("--pairs", pairs, target)
-    require_writable(profile, report)
-    if divider_ohm is not None and not divider_ohm > 0.0:
-        raise BadValue(f"--divider-ohm is {divider_ohm:g}; allowed: above 0")
-    divider = None if divider_ohm is None else Divider(divider_ohm, falling=divider_falling)
-    if pairs is not None:
-        table = read_pairs(pairs, tile)
-        known = own_profile(profile, table.tile, serial)
-        try:
-            found = linearise(table, divider)
-        except BadValue as error:
-            raise BadFile(f"{pairs}: {error}") from None
-        conclude(result_of(found, f"pairs of {pairs.name}"), known, profile, report, as_json)
-        return
-    everything = floor_of(floor)
-    one = tile_of(everything, tile)
-    known = own_profile(profile, one.id, serial)
-    place = (everything.index(one.id), cell)
-    values = {"reference": "load cell" if cell or _presses(target) else "known weights"}
-    result = _measured(FsrProcedure(one, divider), target, one, seed, values, place)
-    conclude(result, known, profile, report, as_json)
+    parameters = [one for group in (declared, rig_options, TileOptions) for one in click_options(group)]
+    return click.Command(declared.kind, params=parameters, callback=run, help=declared.summary)
 
 
-@calibrate.command()
-@click.option("--presses", type=FILE, help="CSV of loads at known places: tile,x_m,y_m,force_n,r1,r2,r3,r4.")
-@_TARGET
-@_CELL
-@click.option("--quick", is_flag=True, help="Nine places instead of fifty, on a target.")
-@of_a_tile
-def centroid(
-    presses: Path | None,
-    target: str,
-    cell: str,
-    floor: Path | None,
-    tile: str,
-    serial: str,
-    quick: bool,
-    seed: int,
-    profile: Path | None,
-    report: Path | None,
-    as_json: bool,
-) -> None:
-    """Measure how true the contact centroid is, and learn what corrects it."""
-    from underfoot.calibration.files.tables import read_presses
-    from underfoot.calibration.procedures.centroid import CentroidProcedure, result_of
-    from underfoot.calibration.procedures.fsr import FsrProcedure
-    from underfoot.calibration.science.centroid import assessed
+def _on_target(calibration: "Calibration", rig: "PressingRig | ShakingRig", options: "TileOptions") -> None:
+    """Measure on a target, and put the result into the profile; first what the calibration requires."""
+    from underfoot.calibration.declaration import Setup
+    from underfoot.calibration.procedures import CALIBRATIONS
 
-    _require_one("--presses", presses, target)
-    require_writable(profile, report)
-    if presses is not None and floor is None:
-        raise BadValue("--presses needs --floor: the sensors' places are in the floor JSON")
-    everything = floor_of(floor)
-    if presses is not None:
-        table = read_presses(presses, tile)
-        one = tile_of(everything, table.tile)
-        known = own_profile(profile, one.id, serial)
-        try:
-            found = assessed(table, one, known)
-        except BadValue as error:
-            raise BadFile(f"{presses}: {error}") from None
-        conclude(result_of(found, table), known, profile, report, as_json)
-        return
-    one = tile_of(everything, tile)
-    known = own_profile(profile, one.id, serial)
-    values = {"form": "quick" if quick else "full"}
-    place = (everything.index(one.id), cell)
-    if not known.is_calibrated:
-        if not _presses(target):
-            raise BadValue("readings of a target are counts; calibrate fsr first, and give its --profile")
-        result = _measured(FsrProcedure(one), target, one, seed, {}, place)
-        known = result.apply(known)
-    result = _measured(CentroidProcedure(one, known, seed), target, one, seed, values, place)
-    conclude(result, known, profile, report, as_json)
+    floor, tile = options.chosen()
+    known = options.known(tile.id)
+    if calibration.requires and known.part(calibration.requires) is None:
+        if not rig.is_simulated:
+            raise BadValue(
+                f"{calibration.kind} needs the part {calibration.requires} of the profile; "
+                f"calibrate {calibration.requires} first, and give its --profile"
+            )
+        required = CALIBRATIONS[calibration.requires]()
+        known = _measured(required, rig, floor, Setup(tile, known, options.seed)).apply(known)
+    options.conclude(_measured(calibration, rig, floor, Setup(tile, known, options.seed)), known)
 
 
-def _presses(target: str) -> bool:
-    """Whether the target presses by itself."""
-    from underfoot.engine.target import simulation_of
+def _measured(calibration: "Calibration", rig: "PressingRig | ShakingRig", floor: "Floor", setup: "Setup") -> "Result":
+    """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused."""
+    from underfoot.calibration.declaration import SHAKING
+    from underfoot.calibration.procedure import run
 
-    return simulation_of(target) is not None
+    by_hand, shakes = not rig.is_simulated, calibration.rig == SHAKING
 
+    def show(page: "Page") -> None:
+        instruction = f". {page.instruction}" if by_hand or shakes else ""
+        print(f"underfoot: {page.title}{instruction}", file=sys.stderr, flush=True)
+        if by_hand and shakes and page.sound is None and sys.stdin.isatty():
+            click.pause("underfoot: press any key", err=True)
 
-def _require_one(option: str, file: Path | None, target: str) -> None:
-    if (file is None) == (not target):
-        raise BadValue(f"give either {option} or --target")
-
-
-def _measured(
-    procedure: "Procedure",
-    target: str,
-    tile: "Tile",
-    seed: int,
-    values: Mapping[str, object],
-    place: tuple[int, str],
-) -> "Result":
-    """Run on a target. The simulator's refusals end it; a person is told, and tries again."""
-    from underfoot.calibration.procedures.procedure import Refused, run
-
-    by_hand = not _presses(target)
-
-    def seen(page: "Page") -> None:
-        print(f"underfoot: {page.title}" + (f". {page.do}" if by_hand else ""), file=sys.stderr, flush=True)
-
-    bench = _bench(target, tile, seed, *place)
+    opened = rig.open(floor, setup.tile, setup.seed)
     try:
+        procedure, answers = calibration.procedure(setup), calibration.answers(rig.has_load_cell)
         while True:
             try:
-                return run(procedure, bench, values, seen)
-            except Refused as error:
+                return run(procedure, opened, answers, show, calibration.skips_optional)
+            except BadMeasurement as error:
                 if not by_hand or procedure.page.press is None:
                     raise
                 print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
     finally:
-        bench.close()
-
-
-def _bench(target: str, tile: "Tile", seed: int, row: int, cell: str) -> "Bench":
-    from underfoot.calibration.procedures.device_bench import LinkBench, cell_of
-    from underfoot.calibration.procedures.simulated_bench import SimulatedBench
-    from underfoot.devices.transports.reader import port_of
-
-    simulated = simulated_tile(target, tile, seed)
-    if simulated is not None:
-        if cell:
-            raise BadValue("--cell is for hardware; the simulator has a load cell of its own")
-        return SimulatedBench(simulated, seed)
-    kind, colon, source = target.partition(":")
-    if kind not in ("serial", "udp") or not colon:
-        raise BadValue(f"--target is {target!r}; allowed: simulator[:PARAMETERS.json], serial:PORT, udp:HOST:PORT")
-    return LinkBench(port_of(kind, source), row, cell_of(cell) if cell else None)
+        opened.close()

@@ -3,26 +3,73 @@
 import signal
 import sys
 import threading
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from underfoot.commands.files import FILE
+from underfoot.commands.options import grouped
+from underfoot.devices.transport import Sender
+from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from underfoot.devices.device import ForceSource
-    from underfoot.devices.emulation.emulator import Way
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from underfoot.devices.emulation.emulator import Emulator
+    from underfoot.devices.emulation.faults import FaultInjector
+    from underfoot.devices.force_source import ForceSource
     from underfoot.floor.layout import Floor
 
 _SHARE = "share of the frames, 0 to 1"
+_BATCH = 1 << 15
+_SENDERS = [transport.sender for transport in TRANSPORTS.values()]
+
+
+@dataclass(frozen=True)
+class EmulateOptions:
+    """What the command line says of emulating; None is what was not given. `senders` have the values of theirs."""
+
+    senders: Mapping[type[Sender], str]
+    floor: Path | None
+    tile: int | None
+    force: Path | None
+    rate: float | None
+    sensors: Path | None
+    csv_lines: bool
+    lost: float
+    doubled: float
+    reordered: float
+    corrupted: float
+    late: float
+    unplug: tuple[str, ...]
+    drift: float
+    seed: int
+    seconds: float | None
+
+
+def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the option of each transport; those that were given are one argument, `senders`."""
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        values = {sender: given.pop(sender.option) for sender in _SENDERS}
+        command(senders={sender: str(value) for sender, value in values.items() if value not in (None, False)}, **given)
+
+    for sender in reversed(_SENDERS):
+        takes: dict[str, Any] = {"metavar": sender.option_value} if sender.option_value else {"is_flag": True}
+        run = click.option(f"--{sender.option}", help=sender.help, **takes)(run)
+    return run
 
 
 @click.command()
-@click.option("--pty", is_flag=True, help="On a pseudo-terminal; its name is printed.")
-@click.option("--udp", metavar="[HOST:]PORT", help="Datagrams to this port, of this machine by default.")
+@_sender_options
 @click.option("--floor", type=FILE, help="Floor JSON; 2 x 2 tiles by default. Beside a force CSV it finds itself.")
 @click.option("--tile", type=int, help="Send only this tile of the floor, counted from 0.")
 @click.option("--force", type=FILE, help="Force CSV, once, or over and over for --seconds; by default a walker walks.")
@@ -38,64 +85,64 @@ _SHARE = "share of the frames, 0 to 1"
 @click.option("--drift", type=float, default=0.0, help="By how many ppm the tiles' clock is slow.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of walker, sensors and faults.")
 @click.option("--seconds", type=float, help="Stop after this long.")
-def emulate(
-    pty: bool,
-    udp: str | None,
-    floor: Path | None,
-    tile: int | None,
-    force: Path | None,
-    rate: float | None,
-    sensors: Path | None,
-    csv_lines: bool,
-    lost: float,
-    doubled: float,
-    reordered: float,
-    corrupted: float,
-    late: float,
-    unplug: tuple[str, ...],
-    drift: float,
-    seed: int,
-    seconds: float | None,
-) -> None:
+@grouped(EmulateOptions)
+def emulate(options: EmulateOptions) -> None:
     """Send what tiles send, as hardware does, until Ctrl-C or for --seconds.
 
     Ideal sensors read 1000 counts at rest and 20 counts a newton. Faults are counted, and said at the end.
     """
-    from underfoot.devices.emulation.emulator import Emulator, PtyWay, UdpWay
-    from underfoot.devices.emulation.faults import KINDS, Faults, FaultyLine
-    from underfoot.devices.transports.udp import address
+    from underfoot.devices.emulation.emulator import Emulator, TileClock
 
-    if pty == (udp is not None):
-        raise BadValue("where to is not said; allowed: --pty, or --udp PORT")
-    if seconds is not None and not seconds > 0.0:
-        raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")
-    if not abs(drift) < 20_000.0:
-        raise BadValue(f"--drift is {drift:g}; allowed: -20000 to 20000 ppm")
-    faults = Faults(lost, doubled, reordered, corrupted, late, unplugged=tuple(map(_stretch, unplug)))
-    source, length = _source(force, floor, rate, seed, repeats=seconds is not None)
-    line = FaultyLine(faults, seed, csv_lines)
-    readings = _sensors(sensors, source.floor, seed, rate or source.rate_hz)
-    last = len(source.floor.tiles) - 1
-    if tile is not None and not 0 <= tile <= last:
-        raise BadValue(f"--tile is {tile}; allowed: 0 to {last}")
+    if len(options.senders) != 1:
+        forms = ", ".join(f"--{sender.option} {sender.option_value}".strip() for sender in _SENDERS)
+        raise BadValue(f"{len(options.senders) or 'no'} transports are given; allowed: one of {forms}")
+    if options.seconds is not None and not options.seconds > 0.0:
+        raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
+    if not abs(options.drift) < 20_000.0:
+        raise BadValue(f"--drift is {options.drift:g}; allowed: -20000 to 20000 ppm")
+    injector = _injector(options)
+    source, length_s = _source(options)
+    readings = _readings(options.sensors, source.floor, options.seed, options.rate or source.rate_hz)
+    only, last = options.tile, len(source.floor.tiles) - 1
+    if only is not None and not 0 <= only <= last:
+        raise BadValue(f"--tile is {only}; allowed: 0 to {last}")
+    ((sender, value),) = options.senders.items()
+    emulator = Emulator(
+        sender.of(value), source, injector, seconds=options.seconds or length_s, readings=readings,
+        clock=TileClock(drift_ppm=options.drift), only=only,
+    )  # fmt: skip
+    ids = source.floor.ids
+    _run(emulator, f"tiles 0 to {last} are {ids[0]} to {ids[-1]}" if only is None else f"tile {only} is {ids[only]}")
+
+
+def _run(emulator: "Emulator", tiles: str) -> None:
+    """Send until it is over, or until a signal; then say what was sent."""
+    from underfoot.devices.emulation.faults import KINDS
+
     with ExitStack() as stack:
-        way: Way = PtyWay() if udp is None else UdpWay(*address(udp))
-        emulator = Emulator(way, source, line, seconds=seconds or length, drift_ppm=drift, only=tile, **readings)
         stack.callback(emulator.close)
         stop = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             stack.callback(signal.signal, number, signal.signal(number, lambda *_: stop.set()))
-        print(way.name, flush=True)
-        ids = source.floor.ids
-        whose = f"tiles 0 to {last} are {ids[0]} to {ids[-1]}" if tile is None else f"tile {tile} is {ids[tile]}"
-        print(f"underfoot: {whose}", file=sys.stderr)
+        print(emulator.sender.name, flush=True)
+        print(f"underfoot: {tiles}", file=sys.stderr)
         emulator.start()
         while not (stop.wait(0.05) or emulator.over):
             pass
         stop.wait(0.2)  # whoever reads may be a moment behind
-    made = line.made
-    faulty = ", ".join(f"{getattr(made, kind)} {kind}" for kind in KINDS)
-    print(f"underfoot: {made.frames} frames, {faulty}; {emulator.unheard} samples unheard", file=sys.stderr)
+    counts = emulator.injector.counts
+    faulty = ", ".join(f"{getattr(counts, kind)} {kind}" for kind in KINDS)
+    print(f"underfoot: {counts.frames} frames, {faulty}; {emulator.unheard} samples unheard", file=sys.stderr)
+
+
+def _injector(options: EmulateOptions) -> "FaultInjector":
+    from underfoot.devices.emulation.faults import FaultInjector, Faults
+
+    faults = Faults(
+        options.lost, options.doubled, options.reordered, options.corrupted, options.late,
+        unplugged=tuple(map(_stretch, options.unplug)),
+    )  # fmt: skip
+    return FaultInjector(faults, options.seed, options.csv_lines)
 
 
 def _stretch(text: str) -> tuple[float, float]:
@@ -106,9 +153,7 @@ def _stretch(text: str) -> tuple[float, float]:
         raise BadValue(f"--unplug is {text!r}; allowed: AT:FOR in seconds, as 5:0.5") from None
 
 
-def _source(
-    force: Path | None, floor: Path | None, rate_hz: float | None, seed: int, repeats: bool
-) -> "tuple[ForceSource, float | None]":
+def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
     """What the tiles feel, and how long that lasts."""
     from underfoot.clock import RATE_HZ
     from underfoot.devices.replay import Replay
@@ -118,39 +163,43 @@ def _source(
     from underfoot.floor.layout import Floor, default_floor
 
     source: ForceSource
-    length = None
+    length_s = None
+    force, floor = options.force, options.floor
     if force is None:
-        source = SimulatedFloor(Floor.load(floor) if floor else default_floor(), RATE_HZ, seed)
+        source = SimulatedFloor(Floor.load(floor) if floor else default_floor(), RATE_HZ, options.seed)
     else:
         beside = floor_beside(force)
         if floor is None and not beside.is_file():
             raise BadFile(f"{force} has no floor beside it ({beside.name}); say --floor FILE")
-        forces = read_forces(force, Floor.load(floor or beside))
-        source = Replay(forces, Floor.load(floor or beside), RATE_HZ, repeats=repeats)
-        length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
-    if rate_hz is not None and rate_hz != source.rate_hz:
-        source = Resampled(source, rate_hz, RATE_HZ)
-    return source, length
+        layout = Floor.load(floor or beside)
+        forces = read_forces(force, layout)
+        source = Replay(forces, layout, RATE_HZ, repeats=options.seconds is not None)
+        length_s = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
+    if options.rate is not None and options.rate != source.rate_hz:
+        source = Resampled(source, options.rate, RATE_HZ)
+    return source, length_s
 
 
-def _sensors(parameters: Path | None, floor: "Floor", seed: int, rate_hz: float) -> dict:
-    """How newtons become counts: as the emulator does it by itself, or as simulated sensors do."""
+def _readings(
+    parameters: Path | None, floor: "Floor", seed: int, rate_hz: float
+) -> "Callable[[NDArray[np.float64]], NDArray[np.int64]]":
+    """How newtons become counts: as ideal sensors read, or as simulated ones do."""
     import numpy as np
 
-    from underfoot.floor.simulated_sensors import FloorSensors
-    from underfoot.floor.simulated_tile import TileParameters
+    from underfoot.devices.conversion import nominal_readings
+    from underfoot.floor.simulated_sensors import SimulatedSensors
+    from underfoot.floor.tile_parameters import TileParameters
 
     if parameters is None:
-        return {}
+        return nominal_readings
     made_of = TileParameters() if str(parameters) == "default" else TileParameters.load(parameters)
-    most = 1 << 15
-    sensing = FloorSensors(floor, made_of, seed, rate_hz, most)
+    sensing = SimulatedSensors(floor, made_of, seed, rate_hz, _BATCH)
     first = 0
 
-    def readings(force_n: np.ndarray) -> np.ndarray:
+    def readings(force_n: "NDArray[np.float64]") -> "NDArray[np.int64]":
         nonlocal first
         sensing.read(force_n, first, len(force_n))
         first += len(force_n)
         return sensing.counts[: len(force_n)].astype(np.int64)
 
-    return {"readings": readings}
+    return readings

@@ -1,4 +1,4 @@
-"""What the commands' options for files have in common."""
+"""Options of commands that name files, and the check that outputs can be written."""
 
 import os
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ FILE = click.Path(path_type=Path)
 
 
 def require_room(*outputs: Path | None, inputs: Sequence[str | Path | None] = ()) -> None:
-    """Say before the work, and not after it, that what comes of it cannot be written, or would be written over.
+    """Raise `BadFile` before the work, and not after it, for outputs that cannot be written.
 
-    No output may be one of `inputs`, nor another output.
+    No output may be a folder, one of `inputs`, or another output.
     """
     taken = {os.path.realpath(path) for path in inputs if path is not None}
     for path in outputs:

@@ -16,8 +16,8 @@ from underfoot.commands.files import FILE
 def tile(floor: Path, report: Path | None, simulation: Path | None, as_json: bool) -> None:
     """Resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values."""
     from underfoot.floor.layout import Floor
-    from underfoot.floor.simulated_tile import TileParameters
     from underfoot.floor.tile_design import designs
+    from underfoot.floor.tile_parameters import TileParameters
     from underfoot.floor.tile_report import data, text, write
 
     parameters = TileParameters.load(simulation) if simulation else TileParameters()

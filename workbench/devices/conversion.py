@@ -1,4 +1,4 @@
-"""What tiles on a line send, as newtons: by the tiles' profiles, and nominally where there is none."""
+"""What tiles of hardware send, as newtons: by the tiles' profiles, and nominally where there is none."""
 
 from collections.abc import Mapping
 from datetime import date
@@ -7,7 +7,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.floor.layout import Floor
-from underfoot.floor.live_readings import COUNTS, Floats, Whole, correct_all, tables_of, uncalibrated
+from underfoot.floor.live_readings import (
+    COUNTS,
+    ConversionTables,
+    Floats,
+    Whole,
+    conversion_tables,
+    correct_all,
+    reset_sensors,
+    uncalibrated,
+)
 from underfoot.floor.profile import Profile
 from underfoot.kernels import kernel
 
@@ -38,49 +47,50 @@ def nominal_readings(force_n: ArrayLike) -> NDArray[np.int64]:
 class Conversion:
     """Newtons of what the tiles of `floor` send; `profiles` by tile id, as `profiles_of` gives them.
 
-    With what sensors remember taken out and centroids in their place, where a profile knows how (`floor.reading`).
-    `lines` say which tiles are not calibrated, and what their profiles have against themselves today.
+    Hysteresis and creep are compensated and centroids are corrected where a profile has that (`floor.live_readings`).
+    `notices` say which tiles are not calibrated, and what speaks against their profiles today.
 
     >>> from underfoot.floor.layout import default_floor
     >>> conversion = Conversion(default_floor(1, 2), {})
     >>> conversion.newtons(np.array([1]), np.array([[1000, 3000, 5000, 1020]]), np.zeros(1), np.zeros(1, int))
     array([[  0., 100., 200.,   1.]])
-    >>> conversion.lines
+    >>> conversion.notices
     ('uncalibrated: t1, t2 (20 counts a newton are assumed)',)
     """
 
     def __init__(self, floor: Floor, profiles: Mapping[str, Profile], today: date | None = None) -> None:
-        lines = list(uncalibrated(floor, profiles, "20 counts a newton are assumed"))
+        notices = list(uncalibrated(floor, profiles, "20 counts a newton are assumed"))
         for tile in floor.tiles:
             profile = profiles.get(tile.id)
             if profile is not None and profile.is_calibrated:
-                lines += profile.flags(tile.id, today or date.today())
-        self.lines = tuple(lines)
-        self._tables = tables_of(floor, profiles, nominal_force(np.arange(COUNTS)))
-        self._learned = bool(self._tables.learned.any())
-        self._lives = np.zeros(len(floor.tiles), np.int64)
+                notices += profile.flags(tile.id, today or date.today())
+        self.notices = tuple(notices)
+        self._tables = conversion_tables(floor, profiles, nominal_force(np.arange(COUNTS)))
+        self._is_corrected = bool(self._tables.corrected.any())
+        self._epochs = np.zeros(len(floor.tiles), np.int64)
         nothing = np.zeros(0, np.int64)
         self.newtons(nothing, np.zeros((0, 4), np.int64), np.zeros(0), nothing)  # loads the kernel
 
-    def newtons(self, rows: Whole, readings: Whole, time_s: Floats, lives: Whole) -> Floats:
+    def newtons(self, rows: Whole, readings: Whole, time_s: Floats, epochs: Whole) -> Floats:
         """Newtons (n, 4) of readings (n, 4), each of the floor's tile in `rows` (n,), in the order they came.
 
-        `time_s` is the tile's own clock; a tile with another number in `lives` was switched on again, and has rested.
+        `time_s` is the tile's own clock; a tile with another number in `epochs` has restarted, and its sensors were at
+        rest.
         """
         out = np.empty((len(rows), 4))
-        p, rows = self._tables, np.ascontiguousarray(rows)
-        _look_up(rows, np.ascontiguousarray(readings), np.ascontiguousarray(lives), self._lives, p, out)
-        if self._learned:
-            correct_all(p, rows, time_s, out)
+        tables, rows = self._tables, np.ascontiguousarray(rows)
+        _look_up(tables, rows, np.ascontiguousarray(readings), np.ascontiguousarray(epochs), self._epochs, out)
+        if self._is_corrected:
+            correct_all(tables, rows, time_s, out)
         return out
 
 
 @kernel
-def _look_up(rows, readings, lives, known, p, out):
+def _look_up(tables: ConversionTables, rows: Whole, readings: Whole, epochs: Whole, known: Whole, out: Floats) -> None:
     for i in range(len(rows)):
         k = rows[i]
         for j in range(4):
-            out[i, j] = p.curves[p.curve[k, j], readings[i, j]]
-        if known[k] != lives[i]:
-            known[k] = lives[i]
-            p.memory[k] = 0.0
+            out[i, j] = tables.curves[tables.curve[k, j], readings[i, j]]
+        if known[k] != epochs[i]:
+            known[k] = epochs[i]
+            reset_sensors(tables, k)

@@ -1,9 +1,10 @@
 """Forces that were recorded, played back at their own pace."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from underfoot.devices.device import MOST, room
-from underfoot.floor.forces import Forces
+from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 
@@ -11,9 +12,10 @@ from underfoot.kernels import kernel
 class Replay:
     """Samples of a force table, the first of them at session frame `start`. Over and over if `repeats`."""
 
-    def __init__(self, forces: Forces, floor: Floor, rate: float, start: int = 0, repeats: bool = False) -> None:
+    def __init__(self, forces: ForceSeries, floor: Floor, rate: float, start: int = 0, repeats: bool = False) -> None:
         self.floor, self.rate_hz = floor, forces.rate_hz
-        self.stamps, self.arrivals, self.forces = room(floor)
+        self.stamps, _, self.forces = sample_buffers(floor)
+        self.arrivals = self.stamps  # what will come is known
         self._frames = (forces.time_s - forces.time_s[0]) * rate + start
         self._force_n = np.ascontiguousarray(forces.force_n)
         self._length = self._frames[-1] - start + rate / forces.rate_hz
@@ -32,20 +34,33 @@ class Replay:
         count = 0
         while True:
             count, self._next = _play(
-                self.stamps, self.arrivals, self.forces, self._frames, self._force_n, count, self._next, self._shift,
-                end,
-            )  # fmt: skip
-            if not (self.over and self._repeats) or count == MOST:
+                self.stamps, self.forces, self._frames, self._force_n, count, self._next, self._shift, end
+            )
+            if not (self.over and self._repeats) or count == MAX_SAMPLES:
                 return count
             self._next, self._shift = 0, self._shift + self._length
 
 
 @kernel
-def _play(stamps, arrivals, forces, frames, given, count, i, shift, end):
-    """Hand over samples from number i on, behind the `count` that are there: how many there are now, and the next."""
+def _play(
+    stamps: NDArray[np.float64],
+    forces: NDArray[np.float64],
+    frames: NDArray[np.float64],
+    force_n: NDArray[np.float64],
+    count: int,
+    first: int,
+    shift: float,
+    end: float,
+) -> tuple[int, int]:
+    """Hand over samples from number `first` on, behind the `count` that are there.
+
+    `frames` (n,) and `force_n` (n, tiles, 4) are what was recorded; it is played `shift` frames later. Returns how many
+    there are then, and the number of the next sample.
+    """
+    i = first
     while count < len(stamps) and i < len(frames) and frames[i] + shift < end:
-        stamps[count] = arrivals[count] = frames[i] + shift
-        forces[count] = given[i]
+        stamps[count] = frames[i] + shift
+        forces[count] = force_n[i]
         count += 1
         i += 1
     return count, i

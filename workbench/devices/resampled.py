@@ -1,12 +1,12 @@
-"""A source of force at another rate: straight between its samples."""
+"""A source of force at another rate: linear between its samples."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.device import ForceSource
+from underfoot.devices.force_source import ForceSource
 from underfoot.errors import require
 
-_MOST = 1 << 15
+_MAX_SAMPLES = 1 << 15
 
 
 class Resampled:
@@ -14,11 +14,11 @@ class Resampled:
     it allocates.
 
     >>> from underfoot.devices.replay import Replay
-    >>> from underfoot.floor.forces import Forces
+    >>> from underfoot.floor.forces import ForceSeries
     >>> from underfoot.floor.layout import default_floor
     >>> floor = default_floor(1, 1)
     >>> forces = np.arange(5.0)[:, None, None] * np.ones((1, 1, 4))
-    >>> slow = Replay(Forces(np.arange(5) * 0.01, forces, 100.0), floor, 48_000.0)
+    >>> slow = Replay(ForceSeries(np.arange(5) * 0.01, forces, 100.0), floor, 48_000.0)
     >>> fast = Resampled(slow, 200.0, 48_000.0)
     >>> fast.forces[: fast.pull(2000), 0, 0]
     array([0. , 0.5, 1. , 1.5, 2. , 2.5, 3. , 3.5, 4. ])
@@ -32,18 +32,18 @@ class Resampled:
         self._stamps: NDArray[np.float64] = np.zeros(0)
         self._forces: NDArray[np.float64] = np.zeros((0, len(source.floor.tiles), 4))
         self._next = 0
-        self.stamps = self.arrivals = np.zeros(_MOST)
-        self.forces = np.zeros((_MOST, len(source.floor.tiles), 4))
+        self.stamps = self.arrivals = np.zeros(_MAX_SAMPLES)
+        self.forces = np.zeros((_MAX_SAMPLES, len(source.floor.tiles), 4))
 
     def pull(self, end: int) -> int:
-        """The samples before session frame `end` that lie between samples of the source, at most as there is room."""
+        """The samples before session frame `end` that lie between the source's, at most as many as the buffers hold."""
         while count := self._source.pull(end):
             self._stamps = np.append(self._stamps, self._source.stamps[:count])
             self._forces = np.append(self._forces, self._source.forces[:count], axis=0)
         if not len(self._stamps):
             return 0
         last = int(np.floor(self._stamps[-1] / self._period + 1e-9))
-        wanted = np.arange(self._next, min(last + 1, self._next + _MOST)) * self._period
+        wanted = np.arange(self._next, min(last + 1, self._next + _MAX_SAMPLES)) * self._period
         self._next += len(wanted)
         behind = np.clip(np.searchsorted(self._stamps, wanted - 1e-6), 1, max(len(self._stamps) - 1, 1))
         behind = np.minimum(behind, len(self._stamps) - 1)

@@ -7,18 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ
-from underfoot.devices.device import MOST, room
-from underfoot.floor import simulated_loads, tracking
+from underfoot.devices.force_source import MAX_SAMPLES, SENSOR_HZ, sample_buffers
+from underfoot.floor import simulated_loads
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulated_sensors import FloorSensors
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.simulated_sensors import SimulatedSensors
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import kernel
 
-SENSOR_HZ = 1000.0
-"""Readings a second, as the thesis's tiles."""
-LONGEST_S = 600.0
+WALK_S = 600.0
 """The walk is drawn for this long, then begins again."""
 
 
@@ -26,9 +24,9 @@ class SimulatedFloor:
     """Forces on `floor`, the same for the same seed. Without `simulation` its sensors are ideal: noise-free and tared.
 
     With `simulation` they err as real ones do, and are read by `profiles` (by tile id) or, where a tile has none, by
-    their kind's nominal law: `lines` say so, and `sensors` has the counts. The walker, or a recording, is then the one
-    that the parameters name. Everything a walker will do is known, so every sample arrives in time. `walk` and `press`
-    act from the next one on.
+    the nominal curve of their kind: `notices` say so, and `sensors` has the counts. The walker, or a recording, is then
+    the one that the parameters name. Everything a walker will do is known, so every sample arrives in time. `walk` and
+    `press` act from the next sample on.
     """
 
     def __init__(
@@ -41,55 +39,57 @@ class SimulatedFloor:
         profiles: Mapping[str, Profile] | None = None,
     ) -> None:
         self.floor, self.rate_hz = floor, SENSOR_HZ
-        self.stamps, self.arrivals, self.forces = room(floor)
+        self.stamps, _, self.forces = sample_buffers(floor)
+        self.arrivals = self.stamps  # what will come is known
         self._period = rate / SENSOR_HZ
         self._rate = float(rate)
-        self._plates = tracking.plates(floor)
+        self._plates = floor.plates()
         walker = simulation.walker if simulation else None
         path = simulation.path_m if simulation else ()
-        self._steps = simulated_loads.footfall_table(floor, LONGEST_S, seed, walker, path)
-        self._shapes = simulated_loads.curves(walker)
-        self._walking = np.array([1.0 if walking else 0.0])
-        self._hands = np.zeros((len(floor.tiles), 4))  # x, y, force asked for, force now
-        self._leans_m = np.zeros(len(floor.tiles))
+        self._steps = simulated_loads.footfall_table(floor, WALK_S, seed, walker, path)
+        self._shapes = simulated_loads.gait_curves(walker)
+        self._is_walking = walking
+        self._hands = np.zeros(len(floor.tiles), simulated_loads.HAND)
+        self._foot_shift_m = np.zeros(len(floor.tiles))
         self._recorded = np.zeros((0, len(floor.tiles), 4))
         self._sample = 0
-        self.sensors: FloorSensors | None = None
-        self.lines: tuple[str, ...] = ()
+        self.sensors: SimulatedSensors | None = None
+        self.notices: tuple[str, ...] = ()
         if simulation is not None:
-            self.sensors = FloorSensors(floor, simulation, seed, SENSOR_HZ, MOST, profiles)
-            self._leans_m, self.lines = self.sensors.leans_m, self.sensors.lines
+            self.sensors = SimulatedSensors(floor, simulation, seed, SENSOR_HZ, MAX_SAMPLES, profiles)
+            self._foot_shift_m, self.notices = self.sensors.foot_shift_m, self.sensors.lines
             if simulation.recording:
                 self._recorded = recorded(simulation.recording, floor)
 
     def skip(self, frame: int) -> None:
-        """Begin at session frame `frame`, with sensors that have rested."""
+        """Begin at session frame `frame`, with sensors at rest until then."""
         self._sample = math.ceil(frame / self._period)
 
     def walk(self, on: bool) -> None:
         """Let the walker walk, or stand aside."""
-        self._walking[0] = float(on)
+        self._is_walking = on
 
     def press(self, row: int, x_m: float, y_m: float, force_n: float) -> None:
         """Press on a tile at a place in its frame; 0 lets go."""
         if force_n > 0.0:
-            self._hands[row, :2] = x_m, y_m
+            place = np.array([x_m, y_m])
             if self.sensors is not None:
-                self._hands[row, :2] += self.sensors.lean_m[row]
-        self._hands[row, 2] = force_n
+                place += self.sensors.hand_shift_m[row]
+            self._hands[row]["x_m"], self._hands[row]["y_m"] = place
+        self._hands[row]["target_n"] = force_n
 
     def pull(self, end: int) -> int:
         """The samples before session frame `end`."""
-        count = min(max(math.ceil(end / self._period) - self._sample, 0), MOST)
+        count = min(max(math.ceil(end / self._period) - self._sample, 0), MAX_SAMPLES)
         if count:
-            _stand(self.forces, self.stamps, self.arrivals, self._sample, count, self._period)
-            if self._walking[0] > 0.0:
+            _clear(self.stamps, self.forces, self._sample, count, self._period)
+            if self._is_walking:
                 if len(self._recorded):
-                    _tread_again(self.forces, self._recorded, self._sample, count)
+                    _add_recorded(self.forces, self._recorded, self._sample, count)
                 else:
                     simulated_loads.walk(
                         self.forces, self.stamps, count, self._rate, self._plates, self._steps, self._shapes,
-                        self._leans_m,
+                        self._foot_shift_m,
                     )  # fmt: skip
             simulated_loads.press(self.forces, count, self._plates, self._hands)
             if self.sensors is not None:
@@ -109,13 +109,14 @@ def recorded(path: str, floor: Floor) -> NDArray[np.float64]:
 
 
 @kernel
-def _stand(forces, stamps, arrivals, first, count, period):
+def _clear(stamps: NDArray[np.float64], forces: NDArray[np.float64], first: int, count: int, period: float) -> None:
+    """Stamp `count` samples from number `first` on, with no force."""
     for i in range(count):
-        stamps[i] = arrivals[i] = (first + i) * period
+        stamps[i] = (first + i) * period
         forces[i] = 0.0
 
 
 @kernel
-def _tread_again(forces, recorded, first, count):
+def _add_recorded(forces: NDArray[np.float64], recorded: NDArray[np.float64], first: int, count: int) -> None:
     for i in range(count):
         forces[i] += recorded[(first + i) % len(recorded)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from underfoot.clock import FADE
 from underfoot.errors import DeviceError
 
-MOST_CHANNELS = 32
+MAX_CHANNELS = 32
 """Channels that one stream carries (PulseAudio's limit)."""
 
 
@@ -52,19 +52,19 @@ def devices() -> list[Card]:
     ]
 
 
-def most_channels(name: str) -> int:
-    """Channels that the device can play in one stream; `MOST_CHANNELS` also where there is no such device to ask."""
+def max_channels(name: str) -> int:
+    """Channels that the device can play in one stream; `MAX_CHANNELS` also where there is no such device to ask."""
     try:
         import sounddevice
 
         device = sounddevice.query_devices(name or None, "output")
     except (OSError, ImportError, RuntimeError, ValueError):
-        return MOST_CHANNELS
+        return MAX_CHANNELS
     except Exception as error:  # as above
         if type(error).__name__ != "PortAudioError":
             raise
-        return MOST_CHANNELS
-    return min(int(device["max_output_channels"]), MOST_CHANNELS)
+        return MAX_CHANNELS
+    return min(int(device["max_output_channels"]), MAX_CHANNELS)
 
 
 class Exchange:
@@ -89,7 +89,9 @@ class Exchange:
         # Silence behind the ramp: a stream that ends drops what is in the device's buffer.
         down, rest = np.linspace(1.0, 0.0, FADE), np.zeros(round(2.0 * latency_s * rate_hz))
         self._ramp = np.append(down, rest).astype(np.float32)[:, None]
-        self._at = self._faded = 0
+        self.played_frames = 0
+        """How many frames of `played` went out."""
+        self._faded = 0
         self._over = threading.Event()
 
     def run(self, patience_s: float = 5.0) -> None:
@@ -112,24 +114,25 @@ class Exchange:
             name = next((name for name in self._devices if name), "default")
             words = " ".join(str(error).split())
             raise DeviceError(f"sound device {name!r} cannot play and record: {words}") from None
-        self.lost |= self._at < len(self._played) and not self.silenced
+        self.lost |= self.played_frames < len(self._played) and not self.silenced
 
     def silence(self) -> None:
         """Ramp down within 10 ms of what is not yet in the device's buffer, and end; before `run`, play nothing."""
         self.silenced = True
 
     def _block(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
-        at, n = self._at, min(frames, len(self._played) - self._at)
+        at = self.played_frames
+        n = min(frames, len(self._played) - at)
         self.lost |= bool(status.input_overflow or status.output_underflow)
         out[:n], out[n:] = self._played[at : at + n], 0.0
         self.recorded[at : at + n] = heard[:n]
-        self._at += n
+        self.played_frames += n
         if self.silenced:
             faded, m = self._faded, min(frames, len(self._ramp) - self._faded)
             np.multiply(out[:m], self._ramp[faded : faded + m], out=out[:m])
             out[m:] = 0.0
             self._faded += m
-        if self._at == len(self._played) or self._faded == len(self._ramp):
+        if self.played_frames == len(self._played) or self._faded == len(self._ramp):
             raise self._sounddevice.CallbackStop
 
 
@@ -184,7 +187,7 @@ class Stream:
         self._stream.abort(ignore_errors=True)
 
     def close(self) -> None:
-        """Let go of the device."""
+        """Close the device."""
         self._stream.close(ignore_errors=True)
 
     def _callback(self, out: Any, frames: int, time: Any, status: Any) -> None:

@@ -5,14 +5,20 @@ audio rate is delayed by exactly one sample period, live and offline. A sample t
 within a period of its arrival, and where several came at once, only the newest. Where samples are missing the last
 force is held for 20 ms and then ramped to 0 in 20 ms: on the whole floor, or on a tile that is NaN in them. A tile's
 signals are exactly 0 while nobody stands on it; between, a gate opens or closes in 5 ms.
+
+Times are in session frames, and are of the samples: what is played at frame f is what the samples say of f - period.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.device import MOST, ForceSource
+from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
+from underfoot.engine.loss_concealment import LossConcealment, conceal
 from underfoot.floor import tracking
-from underfoot.floor.contacts import GAP_S, ContactTracker
+from underfoot.floor.contacts import ContactTracker
 from underfoot.kernels import kernel
 
 HOLD_S = 0.020
@@ -20,166 +26,213 @@ HOLD_S = 0.020
 GATE_S = 0.005
 """How long the gate takes to open or to close."""
 
-_QUEUE = 1024
-_SIGNALS = 3
-# A queued sample: from which frame it is gone to, at which frame it is reached, force, x, y, in contact or not.
-_FROM, _TO, _FORCE, _X, _Y, _ON, _ENTRY = range(7)
-# A row: the two ends of its present line (frame, then force, x, y), its gate, where the gate goes, head and tail.
-_T0, _V0, _T1, _V1, _GATE, _OPEN, _HEAD, _TAIL, _LAST, _ROW = 0, 1, 4, 5, 8, 9, 10, 11, 12, 13
+_QUEUE = 1024  # samples of a tile that can wait
+_LONG_AGO = -1e18
 
+SAMPLE = np.dtype(
+    [("from_frame", np.float64), ("at_frame", np.float64), ("values", np.float64, (3,)), ("contact", np.bool_)],
+    align=True,
+)
+"""A tile's sample in its queue. The signals go to its `values` (force in newtons, then the centroid's x and y in
+metres, tile frame) from `from_frame` on and reach them at `at_frame`; `contact`: whether somebody stands on the tile.
+"""
 
-class Missing:
-    """Fills in what a floor's tracker is to see of tiles of which no sample came (NaN), so that it need not begin anew.
+SEGMENT = np.dtype(
+    [
+        ("from_frame", np.float64),
+        ("from_values", np.float64, (3,)),
+        ("at_frame", np.float64),
+        ("at_values", np.float64, (3,)),
+        ("gate", np.float64),
+        ("gate_target", np.float64),
+        ("queue_head", np.int64),
+        ("queue_tail", np.int64),
+        ("last_frame", np.float64),
+    ],
+    align=True,
+)
+"""The straight line on which a tile's signals are, its gate (0 to 1) with where that goes, and its queue: samples taken
+out so far, samples put in so far, and the latter's last `at_frame`."""
 
-    A tile stays as it was for 40 ms, the time in which its force goes to 0, and then reads as it does when nobody
-    stands on it; one that was never heard stays NaN. One that is first heard after the stream's opening is tared with
-    what it reads then, unless that is a load.
-    """
-
-    def __init__(self, tracker: ContactTracker, most: int) -> None:
-        _, _, tiles, self._clock, *_ = tracker.memory
-        self._tiles = tiles
-        self._last = np.zeros((len(tiles), 4))
-        self._since = np.full(len(tiles), -np.inf)
-        self.absent = np.zeros((most, len(tiles)), np.bool_)
-        """Which tiles of the samples that were filled in had none of their own."""
-
-    def fill(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64], count: int) -> None:
-        """Fill in the first `count` samples of `force_n` (n, tiles, 4). Allocates nothing."""
-        _fill_in(time_s, force_n, count, self._tiles, self._clock, self._last, self._since, self.absent)
+TIMING = np.dtype(
+    [("frame_s", np.float64), ("period", np.float64), ("hold", np.float64), ("gate_step", np.float64)], align=True
+)
+"""Seconds of a frame; the sample period and `HOLD_S`, in frames; what the gate moves in a frame."""
 
 
 class Intake:
-    """Turns the samples of `source` into force and centroid (tile frame) of each tile, frame by frame."""
+    """Turns the samples of `source` into force and centroid (tile frame) of each tile, frame by frame.
 
-    def __init__(self, source: ForceSource, rate: float) -> None:
+    `on_samples` is called with the number of samples whenever some came, while the source still holds them.
+    """
+
+    def __init__(self, source: ForceSource, rate_hz: float) -> None:
         self.source = source
         self.tracker = ContactTracker(source.floor, source.rate_hz)
-        self._memory = self.tracker.memory
-        self._missing = Missing(self.tracker, MOST)
+        self.on_samples: Callable[[int], None] = _ignore
+        self._memory = tuple(self.tracker.memory)  # Numba makes new strings for each named tuple that it is given
+        self._concealment = LossConcealment(self.tracker, MAX_SAMPLES)
+        absent = self._concealment.absent
+        self._samples = (np.zeros(MAX_SAMPLES), source.stamps, source.arrivals, source.forces, absent)
         tiles = len(source.floor.tiles)
-        self._seconds = np.zeros(MOST)
-        self._rate = rate
-        self._period = rate / source.rate_hz
-        self._queue = np.zeros((tiles, _QUEUE, _ENTRY))
-        self._rows = np.zeros((tiles, _ROW))
-        self._rows[:, [_T0, _T1, _LAST]] = -1e18
-        self.hear = _nobody
+        self._timing = np.zeros(1, TIMING)
+        self._timing["frame_s"] = 1.0 / rate_hz
+        self._timing["period"] = rate_hz / source.rate_hz
+        self._timing["hold"] = HOLD_S * rate_hz
+        self._timing["gate_step"] = 1.0 / (GATE_S * rate_hz)
+        self._queue = np.zeros((tiles, _QUEUE), SAMPLE)
+        self._segments = np.zeros(tiles, SEGMENT)
+        for name in ("from_frame", "at_frame", "last_frame"):
+            self._segments[name] = _LONG_AGO
 
     def take(self, end: int) -> None:
-        """Take the samples before session frame `end` from the source, and tell `hear` how many it holds each time."""
-        count = MOST
-        while count == MOST:
+        """Take the samples before session frame `end` from the source, and follow contacts through them."""
+        count = MAX_SAMPLES
+        while count == MAX_SAMPLES:
             count = self.source.pull(end)
             if count:
-                self.hear(count)
-                np.multiply(self.source.stamps, 1.0 / self._rate, out=self._seconds)
-                self._missing.fill(self._seconds, self.source.forces, count)
-                self._follow(count)
+                self.on_samples(count)
+                if self.tracker.opening:
+                    self._open(count)
+                else:
+                    self._take(count)
 
-    def _follow(self, count: int) -> None:
-        begin = 0
-        while self.tracker.opening and begin < count:
-            self.tracker.feed(self._seconds[begin : begin + 1], self.source.forces[begin : begin + 1])
-            begin += 1
-        source = self.source
-        _follow(
-            begin, count, self._seconds, source.stamps, source.arrivals, source.forces, self._missing.absent,
-            *self._memory, self._queue, self._rows, self._period,
-        )  # fmt: skip
+    def fill(self, signals: NDArray[np.float64], frame: int, n: int) -> None:
+        """Write `n` frames from session frame `frame` on into `signals`, float64 [signal, tile, frame].
 
-    def fill(self, force_n: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, frame: int, n: int) -> None:
-        """Write `n` frames from session frame `frame` on: three float64 arrays [tile, frame]."""
-        _fill(
-            force_n, x_m, y_m, self._queue, self._rows, frame, n, self._period, HOLD_S * self._rate,
-            1.0 / (GATE_S * self._rate),
-        )  # fmt: skip
+        The signals are force in newtons, and the centroid's x and y in metres.
+        """
+        _fill(signals, self._queue, self._segments, self._timing, frame, n)
 
     def tare(self) -> None:
         """Take what every tile reads now as its zero."""
         self.tracker.tare()
 
+    def _take(self, count: int) -> None:
+        last = self._concealment.last
+        _take(count, self._samples, last, self._memory, self._queue, self._segments, self._timing)
 
-def _nobody(count: int) -> None:
-    """Who hears of samples until someone else does."""
+    def _open(self, count: int) -> None:
+        """Let the tracker collect the stream's first samples, until it knows with what each tile begins."""
+        seconds, forces = self._samples[0], self.source.forces
+        np.multiply(self.source.stamps, self._timing["frame_s"], out=seconds)
+        self._concealment.fill(seconds, forces, count)
+        begin = 0
+        while self.tracker.opening and begin < count:
+            self.tracker.feed(seconds[begin : begin + 1], forces[begin : begin + 1])
+            begin += 1
+        _follow(begin, count, self._samples, self._memory, self._queue, self._segments, self._timing)
+
+
+def _ignore(count: int) -> None:
+    """What is called for samples until somebody wants to know of them."""
+
+
+_Samples = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]
+"""Times in seconds, and the source's stamps, arrivals and forces; which tiles had no sample of their own."""
 
 
 @kernel
-def _fill_in(time_s, force_n, count, tiles, clock, last, since, absent):
+def _take(
+    count: int,
+    samples: _Samples,
+    last: NDArray[np.void],
+    memory: tuple[NDArray[Any], ...],
+    queue: NDArray[np.void],
+    segments: NDArray[np.void],
+    timing: NDArray[np.void],
+) -> None:
+    """Fill in what is lost of the source's `count` samples, and follow contacts through them."""
+    seconds, stamps, _, forces, absent = samples
+    tracked = tracking.TrackerMemory(*memory)
     for i in range(count):
-        for k in range(len(tiles)):
-            total = 0.0
-            for sensor in range(4):
-                total += force_n[i, k, sensor]
-            absent[i, k] = not np.isfinite(total)
-            if not absent[i, k]:
-                if since[k] == -np.inf and clock[0].count > 0:
-                    tiles[k].untared = total >= tracking.TARE_N
-                    for sensor in range(4):
-                        tiles[k].base_n[sensor] = 0.0 if tiles[k].untared else force_n[i, k, sensor]
-                since[k] = time_s[i]
-                for sensor in range(4):
-                    last[k, sensor] = force_n[i, k, sensor]
-            elif since[k] > -np.inf:
-                held = time_s[i] - since[k] <= GAP_S
-                for sensor in range(4):
-                    force_n[i, k, sensor] = last[k, sensor] if held else tiles[k].base_n[sensor]
+        seconds[i] = stamps[i] * timing[0].frame_s
+    conceal(seconds, forces, count, tracked.tiles, tracked.stream, last, absent)
+    _follow(0, count, samples, memory, queue, segments, timing)
 
 
 @kernel
 def _follow(
-    begin, count, seconds, stamps, arrivals, forces, absent, plates, gaps_m, tiles, clock, ring, window, rows, events,
-    queue, lines, period,
-):  # fmt: skip
+    begin: int,
+    count: int,
+    samples: _Samples,
+    memory: tuple[NDArray[Any], ...],
+    queue: NDArray[np.void],
+    segments: NDArray[np.void],
+    timing: NDArray[np.void],
+) -> None:
+    """Follow contacts through samples `begin` to `count`, and put each tile's into its queue."""
+    seconds, stamps, arrivals, forces, absent = samples
+    tracked = tracking.TrackerMemory(*memory)
     for i in range(begin, count):
-        tracking.follow(seconds[i : i + 1], forces[i : i + 1], plates, gaps_m, tiles, clock, ring, window, rows, events)
-        for k in range(len(tiles)):
-            tile, plate, line = tiles[k], plates[k], lines[k]
-            if absent[i, k]:
-                continue
-            start = max(line[_LAST], stamps[i] - period, arrivals[i] - period)
-            entry = queue[k, int(line[_TAIL] - 1.0) % queue.shape[1]]
-            waits = line[_HEAD] < line[_TAIL] and entry[_FROM] >= arrivals[i] - period
-            if stamps[i] > start or not waits:
-                entry = queue[k, int(line[_TAIL]) % queue.shape[1]]
-                entry[_FROM] = start
-                entry[_TO] = stamps[i] if stamps[i] > start else start + period
-                line[_TAIL] += 1.0
-            entry[_FORCE] = tile.load_n
-            dx, dy = tile.x_m - plate.centre_m[0], tile.y_m - plate.centre_m[1]
-            entry[_X] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy if tile.on else 0.0
-            entry[_Y] = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy if tile.on else 0.0
-            entry[_ON] = 1.0 if tile.on else 0.0
-            line[_LAST] = entry[_TO]
+        tracking.follow(seconds[i : i + 1], forces[i : i + 1], tracked)
+        for k in range(len(tracked.tiles)):
+            if not absent[i, k]:
+                _enqueue(
+                    queue[k], segments[k], tracked.tiles[k], tracked.plates[k], stamps[i], arrivals[i], timing[0].period
+                )
 
 
 @kernel
-def _fill(force_n, x_m, y_m, queue, lines, frame, n, period, hold, step):
-    for k in range(len(lines)):
-        line = lines[k]
+def _enqueue(
+    queue: NDArray[np.void],
+    segment: np.record,
+    tile: np.record,
+    plate: np.record,
+    stamp: float,
+    arrival: float,
+    period: float,
+) -> None:
+    """Put a tile's sample behind those that wait, or in the place of one that came at once with it."""
+    start = max(segment.last_frame, stamp - period, arrival - period)
+    sample = queue[(segment.queue_tail - 1) % len(queue)]
+    waits = segment.queue_head < segment.queue_tail and sample.from_frame >= arrival - period
+    if stamp > start or not waits:
+        sample = queue[segment.queue_tail % len(queue)]
+        sample.from_frame = start
+        sample.at_frame = stamp if stamp > start else start + period
+        segment.queue_tail += 1
+    sample.contact = tile.on
+    sample.values[0] = tile.load_n
+    dx, dy = tile.x_m - plate.centre_m[0], tile.y_m - plate.centre_m[1]
+    sample.values[1] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy if tile.on else 0.0
+    sample.values[2] = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy if tile.on else 0.0
+    segment.last_frame = sample.at_frame
+
+
+@kernel
+def _fill(
+    signals: NDArray[np.float64],
+    queue: NDArray[np.void],
+    segments: NDArray[np.void],
+    timing: NDArray[np.void],
+    frame: int,
+    n: int,
+) -> None:
+    for k in range(len(segments)):
+        segment = segments[k]
         begin = 0
         while begin < n:
-            # One straight stretch at a time: up to the frame at which the next sample's line begins.
+            # One straight stretch at a time: up to the frame at which the next sample's segment begins.
             end = n
-            while line[_HEAD] < line[_TAIL]:
-                entry = queue[k, int(line[_HEAD]) % queue.shape[1]]
-                first = _first_frame(entry[_FROM], period) - frame
+            while segment.queue_head < segment.queue_tail:
+                sample = queue[k, segment.queue_head % queue.shape[1]]
+                first = _first_frame(sample.from_frame, timing[0].period) - frame
                 if first > begin:
                     end = min(n, first)
                     break
-                _next_line(line, entry, hold)
-            if line[_GATE] == 0.0 and line[_OPEN] == 0.0:
-                for i in range(begin, end):
-                    force_n[k, i] = 0.0
-                    x_m[k, i] = 0.0
-                    y_m[k, i] = 0.0
+                _next_segment(segment, sample, timing[0].hold)
+            if segment.gate == 0.0 and segment.gate_target == 0.0:
+                for j in range(3):
+                    for i in range(begin, end):
+                        signals[j, k, i] = 0.0
             else:
-                _draw(force_n[k], x_m[k], y_m[k], line, frame, begin, end, period, hold, step)
+                _draw(signals[:, k], segment, timing[0], frame, begin, end)
             begin = end
 
 
 @kernel
-def _first_frame(start, period):
+def _first_frame(start: float, period: float) -> int:
     """The first frame that lies no less than a period behind `start`, whichever way the sum is rounded."""
     frame = int(np.ceil(start + period))
     while frame - 1 - period >= start:
@@ -190,45 +243,52 @@ def _first_frame(start, period):
 
 
 @kernel
-def _next_line(line, entry, hold):
-    """Go on from where the signals are as the entry's line begins."""
-    share = _share(line, entry[_FROM])
-    held = _held(line, entry[_FROM], hold)
-    for j in range(_SIGNALS):
-        line[_V0 + j] += (line[_V1 + j] - line[_V0 + j]) * share
+def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
+    """Go on to a sample from where the signals are when its segment begins."""
+    now = sample.from_frame
+    share = _share(segment, now)
+    held = _held(segment, now, hold)
+    for j in range(3):
+        segment.from_values[j] += (segment.at_values[j] - segment.from_values[j]) * share
         # A centroid is held where there is no contact: on its way to 0 it would wander over the tile.
-        line[_V1 + j] = entry[_FORCE + j] if j == 0 or entry[_ON] != 0.0 else line[_V0 + j]
-        if j > 0 and line[_OPEN] == 0.0 and entry[_ON] != 0.0:
-            line[_V0 + j] = entry[_FORCE + j]
-    line[_V0] *= held
-    line[_T0], line[_T1] = entry[_FROM], entry[_TO]
-    line[_OPEN] = entry[_ON]
-    line[_HEAD] += 1.0
+        segment.at_values[j] = sample.values[j] if j == 0 or sample.contact else segment.from_values[j]
+        if j > 0 and segment.gate_target == 0.0 and sample.contact:
+            segment.from_values[j] = sample.values[j]
+    segment.from_values[0] *= held
+    segment.from_frame, segment.at_frame = now, sample.at_frame
+    segment.gate_target = 1.0 if sample.contact else 0.0
+    segment.queue_head += 1
 
 
 @kernel
-def _share(line, now):
-    return min(max((now - line[_T0]) / (line[_T1] - line[_T0]), 0.0), 1.0) if line[_T1] > line[_T0] else 1.0
+def _share(segment: np.record, now: float) -> float:
+    """How much of the segment lies behind: 0 to 1."""
+    length = segment.at_frame - segment.from_frame
+    return min(max((now - segment.from_frame) / length, 0.0), 1.0) if segment.at_frame > segment.from_frame else 1.0
 
 
 @kernel
-def _held(line, now, hold):
+def _held(segment: np.record, now: float, hold: float) -> float:
     """What is left of a force that no sample has renewed: 1, then down to 0 over as long again."""
-    return min(max(2.0 - (now - line[_T1]) / hold, 0.0), 1.0)
+    return min(max(2.0 - (now - segment.at_frame) / hold, 0.0), 1.0)
 
 
 @kernel
-def _draw(force, x, y, line, frame, begin, end, period, hold, step):
+def _draw(
+    signals: NDArray[np.float64], segment: np.record, timing: np.record, frame: int, begin: int, end: int
+) -> None:
+    """Write frames `begin` to `end` of one tile's `signals` [signal, frame], all on one segment."""
+    start, target = segment.from_values, segment.at_values
     for i in range(begin, end):
-        now = frame + i - period
-        share, held = _share(line, now), _held(line, now, hold)
-        target = line[_OPEN] if held > 0.0 else 0.0
-        gate = line[_GATE]
-        gate = min(gate + step, target) if gate < target else max(gate - step, target)
-        line[_GATE] = gate
+        now = frame + i - timing.period
+        share, held = _share(segment, now), _held(segment, now, timing.hold)
+        goal = segment.gate_target if held > 0.0 else 0.0
+        gate = segment.gate
+        gate = min(gate + timing.gate_step, goal) if gate < goal else max(gate - timing.gate_step, goal)
+        segment.gate = gate
         if gate == 0.0:
-            force[i], x[i], y[i] = 0.0, 0.0, 0.0
+            signals[0, i], signals[1, i], signals[2, i] = 0.0, 0.0, 0.0
             continue
-        force[i] = (line[_V0] + (line[_V1] - line[_V0]) * share) * held * gate
-        x[i] = line[_V0 + 1] + (line[_V1 + 1] - line[_V0 + 1]) * share
-        y[i] = line[_V0 + 2] + (line[_V1 + 2] - line[_V0 + 2]) * share
+        signals[0, i] = (start[0] + (target[0] - start[0]) * share) * held * gate
+        signals[1, i] = start[1] + (target[1] - start[1]) * share
+        signals[2, i] = start[2] + (target[2] - start[2]) * share

@@ -6,44 +6,54 @@ meanwhile is dropped, and said. A writer that takes the place of one that died g
 were never written, and no reader is given them.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.shared_memory import SharedMemory
+from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 from underfoot.kernels import kernel
 
-_HEADER = 64  # bytes: a cache line of its own
-_WRITTEN, _GAP, _GAP_END = range(3)
+HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64)], align=True)
+"""How many rows were ever written; and the rows, from `gap` to before `gap_end`, that never were."""
+
+_HEADER_BYTES = 64  # a cache line of its own
 
 
 @intrinsic
-def publish(context, header, count):
+def publish(context: Any, header: Any, count: Any) -> tuple[Any, Callable[..., Any]]:
     """Let readers see that `count` rows were written."""
 
-    def code(context, builder, signature, args):
-        array = context.make_array(signature.args[0])(context, builder, args[0])
-        builder.store_atomic(args[1], array.data, "release", 8)
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        builder.store_atomic(args[1], _written_pointer(context, builder, signature, args), "release", 8)
         return context.get_dummy_value()
 
     return types.void(header, types.int64), code
 
 
 @intrinsic
-def _written(context, header):
-    def code(context, builder, signature, args):
-        array = context.make_array(signature.args[0])(context, builder, args[0])
-        return builder.load_atomic(array.data, "acquire", 8)
+def _written(context: Any, header: Any) -> tuple[Any, Callable[..., Any]]:
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.load_atomic(_written_pointer(context, builder, signature, args), "acquire", 8)
 
     return types.int64(header), code
 
 
+def _written_pointer(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    """Where the first field of the header is, which is `written`."""
+    array = context.make_array(signature.args[0])(context, builder, args[0])
+    return builder.bitcast(array.data, ir.IntType(64).as_pointer())
+
+
 @kernel
-def write_rows(header, rows, new, n):
+def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], n: int) -> None:
     """Append the first `n` rows of `new` to the ring and publish them."""
-    at = header[_WRITTEN]
+    at = header[0].written
     for i in range(n):
         for j in range(rows.shape[1]):
             rows[(at + i) % rows.shape[0], j] = new[i, j]
@@ -51,7 +61,7 @@ def write_rows(header, rows, new, n):
 
 
 @kernel
-def _copy(header, rows, first, out):
+def _copy(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
     """Copy rows from `first` on into `out`; the number of rows ever written when the copy was done."""
     for i in range(out.shape[0]):
         for j in range(rows.shape[1]):
@@ -60,13 +70,13 @@ def _copy(header, rows, first, out):
 
 
 @kernel
-def _count(header):
+def _count(header: NDArray[np.void]) -> int:
     return _written(header)
 
 
 @kernel
-def _skip(header, count):
-    header[_GAP], header[_GAP_END] = header[_WRITTEN], count
+def _skip(header: NDArray[np.void], count: int) -> None:
+    header[0].gap, header[0].gap_end = header[0].written, count
     publish(header, count)
 
 
@@ -86,21 +96,23 @@ class Ring:
     def __init__(self, memory: SharedMemory, where: RingName, owned: bool) -> None:
         self._memory, self.where, self._owned = memory, where, owned
         buffer = memory.buf
-        self.header = np.ndarray((_GAP_END + 1,), np.int64, buffer)
-        self.rows = np.ndarray((where.capacity, where.width), where.dtype, buffer, offset=_HEADER)
+        self.header = np.ndarray((1,), HEADER, buffer)
+        self.rows = np.ndarray((where.capacity, where.width), where.dtype, buffer, offset=_HEADER_BYTES)
 
     @staticmethod
     def create(width: int, capacity: int, dtype: str = "float32") -> "Ring":
-        size = _HEADER + capacity * width * np.dtype(dtype).itemsize
+        """A new ring, empty."""
+        size = _HEADER_BYTES + capacity * width * np.dtype(dtype).itemsize
         memory = SharedMemory(create=True, size=size)
-        np.ndarray((_GAP_END + 1,), np.int64, memory.buf)[:] = 0
+        np.ndarray((1,), HEADER, memory.buf)[:] = 0
         return Ring(memory, RingName(memory.name, dtype, width, capacity), owned=True)
 
     @staticmethod
     def open(where: RingName) -> "Ring":
+        """The ring that another process created."""
         return Ring(SharedMemory(where.name), where, owned=False)
 
-    def write(self, new: np.ndarray, n: int) -> None:
+    def write(self, new: NDArray[Any], n: int) -> None:
         """Append the first `n` rows of `new`, which has the ring's type and width. Allocates nothing."""
         write_rows(self.header, self.rows, new, n)
 
@@ -129,7 +141,7 @@ class Reader:
         self.ring = ring
         self.next = ring.written if start is None else start
 
-    def read(self, most: int | None = None) -> tuple[int, np.ndarray]:
+    def read(self, most: int | None = None) -> tuple[int, NDArray[Any]]:
         """The number of the first row, and the rows that are new since the last read, at most `most` of them.
 
         Rows that were overwritten before they could be read, or never written, are missing: the first row's number
@@ -138,7 +150,7 @@ class Reader:
         ring = self.ring
         capacity = ring.where.capacity
         end = ring.written
-        gap, gap_end = int(ring.header[_GAP]), int(ring.header[_GAP_END])
+        gap, gap_end = int(ring.header["gap"][0]), int(ring.header["gap_end"][0])
         first = max(self.next, end - capacity + capacity // 8)
         if gap <= first < gap_end:
             first = gap_end

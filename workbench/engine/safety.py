@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.clock import FADE, RAMP
 from underfoot.kernels import kernel
@@ -23,8 +24,46 @@ RELEASE_SECONDS = 0.1
 PANIC = 48
 """Frames in which a panic ramps down."""
 
-_X, _Y, _POWER, _HEAT, _PEAK_GAIN, _WIDTH = range(6)
-_STILL, _LARGEST = 1e-12, 100.0
+_NEGLIGIBLE, _LARGEST = 1e-12, 100.0  # a state below the one is 0; input beyond the other is held to it
+
+GAIN_RAMP = np.dtype(
+    [("start", np.float64), ("target", np.float64), ("frame", np.float64), ("frames", np.float64)], align=True
+)
+"""A gain that goes straight from `start` to `target` in `frames` frames from session frame `frame` on."""
+
+ROW = np.dtype(
+    [
+        ("channel", np.int64),
+        ("peak_limit", np.float64),
+        ("rms_limit", np.float64),
+        ("scale", GAIN_RAMP),
+        ("dc_in", np.float64),
+        ("dc_out", np.float64),
+        ("burst_square", np.float64),
+        ("mean_square", np.float64),
+        ("peak_gain", np.float64),
+        ("peak", np.float64),
+    ],
+    align=True,
+)
+"""A tile's limits, of full scale, and its `scale`, full scale per m/s^2; then its state: the DC block's last input and
+output, the mean squares over `BURST_SECONDS` and `RMS_SECONDS`, the peak limiter's gain, and a peak meter that falls by
+half in a tenth of a second."""
+
+STAGE = np.dtype(
+    [
+        ("dc_pole", np.float64),
+        ("burst_share", np.float64),
+        ("rms_share", np.float64),
+        ("release_share", np.float64),
+        ("level", GAIN_RAMP),
+        ("opening", GAIN_RAMP),
+        ("faults", np.int64),
+    ],
+    align=True,
+)
+"""What all rows share: the DC block's pole; what a frame adds to the two means and to a limited gain; level, opening,
+and how many values were not finite."""
 
 
 @dataclass(frozen=True)
@@ -42,78 +81,68 @@ class Safety:
     `channels[row]` is the channel of a row, or -1 for a tile that has none.
     """
 
-    def __init__(self, limits: list[Limits], channels: list[int], rate: float, block: int, width: int) -> None:
+    def __init__(self, limits: list[Limits], channels: list[int], rate_hz: float, block: int, width: int) -> None:
         self.out = np.zeros((block, width), np.float32)
-        self._limits = np.array([(m.peak, m.rms) for m in limits])
-        # Full scale a m/s^2: from, to, first frame, length; so are the level and the opening.
-        self._scales = np.array([(1.0 / m.acceleration_per_unit,) * 2 + (0.0, 1.0) for m in limits])
         self.channels = np.array(channels, np.int64)
-        self._state = np.zeros((len(limits), _WIDTH))
-        self._state[:, _PEAK_GAIN] = 1.0
-        self._coefficients = np.array(
-            [
-                math.exp(-2.0 * math.pi * DC_HZ / rate),
-                1.0 - math.exp(-1.0 / (BURST_SECONDS * rate)),
-                1.0 - math.exp(-1.0 / (RMS_SECONDS * rate)),
-                1.0 - math.exp(-1.0 / (RELEASE_SECONDS * rate)),
-            ]
-        )
-        self._level = np.array([1.0, 1.0, 0.0, 1.0])
-        self._open = np.array([0.0, 0.0, 0.0, 1.0])
-        self.faults = np.zeros(1, np.int64)
-        self.peaks = np.zeros(len(limits))
+        self._rows = np.zeros(len(limits), ROW)
+        self._rows["channel"], self._rows["peak_gain"] = channels, 1.0
+        for row, limit in zip(self._rows, limits, strict=True):
+            row["peak_limit"], row["rms_limit"] = limit.peak, limit.rms
+            row["scale"] = (1.0 / limit.acceleration_per_unit, 1.0 / limit.acceleration_per_unit, 0.0, 1.0)
+        self.peaks = self._rows["peak"]
+        """The largest sample of each row in the last tenth of a second, of full scale."""
+        self._stage = np.zeros(1, STAGE)
+        self._stage["dc_pole"] = math.exp(-2.0 * math.pi * DC_HZ / rate_hz)
+        for name, seconds in (("burst", BURST_SECONDS), ("rms", RMS_SECONDS), ("release", RELEASE_SECONDS)):
+            self._stage[f"{name}_share"] = 1.0 - math.exp(-1.0 / (seconds * rate_hz))
+        self._stage["level"], self._stage["opening"] = (1.0, 1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)
+        self._level, self._opening = self._stage["level"], self._stage["opening"]
 
     def rescale(self, row: int, acceleration_per_unit: float, frame: int) -> None:
         """Let full scale of a row be so many m/s^2, in a ramp of 10 ms from `frame` on."""
-        self._turn(self._scales[row], 1.0 / acceleration_per_unit, frame, FADE)
+        _turn(self._rows["scale"][row : row + 1], 1.0 / acceleration_per_unit, frame, FADE)
 
     def level(self, gain: float, frame: int) -> None:
         """Go to `gain`, 0 to 1, in a ramp from `frame` on; to silence if it is not a number."""
-        self._turn(self._level, min(max(gain, 0.0), 1.0) if math.isfinite(gain) else 0.0, frame, RAMP)
+        _turn(self._level, min(max(gain, 0.0), 1.0) if math.isfinite(gain) else 0.0, frame, RAMP)
 
     def open(self, on: bool, frame: int) -> None:
         """Let sound out, or close, in a ramp of 10 ms from `frame` on. What is closing goes on as it was."""
-        if on or self._open[1] != 0.0:
-            self._turn(self._open, float(on), frame, FADE)
+        if on or self._opening["target"][0] != 0.0:
+            _turn(self._opening, float(on), frame, FADE)
 
     def panic(self, frame: int) -> None:
         """Close in a ramp of 1 ms from `frame` on."""
-        self._turn(self._open, 0.0, frame, PANIC)
+        _turn(self._opening, 0.0, frame, PANIC)
 
     def closed(self, frame: int) -> bool:
         """Whether nothing is let out from `frame` on."""
-        return bool(self._open[1] == 0.0 and frame >= self._open[2] + self._open[3])
+        _, target, begun, length = self._opening[0].item()
+        return bool(target == 0.0 and frame >= begun + length)
 
-    @staticmethod
-    def _turn(ramp: np.ndarray, target: float, frame: int, length: int) -> None:
-        now = ramp[0] + (ramp[1] - ramp[0]) * min(max((frame - ramp[2]) / ramp[3], 0.0), 1.0)
-        ramp[:] = now, target, frame, length
+    @property
+    def faults(self) -> int:
+        """How many values that were not finite have been silenced."""
+        return int(self._stage["faults"][0])
 
-    def apply(self, acceleration: np.ndarray, still: np.ndarray, frame: int, at: int, n: int) -> None:
+    def apply(
+        self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, at: int, n: int
+    ) -> None:
         """Turn `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out` from its row `at` on.
 
-        `still` marks rows that are zero throughout. Rows on one channel add. Allocates nothing.
+        `zero_rows` marks rows that are zero throughout. Rows on one channel add. Allocates nothing.
         """
-        _protect(
-            acceleration,
-            still,
-            self.out,
-            self._limits,
-            self._scales,
-            self.channels,
-            self._state,
-            self._coefficients,
-            self._level,
-            self._open,
-            self.faults,
-            self.peaks,
-            frame,
-            at,
-            n,
-        )
+        _limit(acceleration, zero_rows, self.out, self._rows, self._stage, frame, at, n)
 
 
-def limited(signal: np.ndarray, rate_hz: float) -> np.ndarray:
+def _turn(ramp: NDArray[np.void], target: float, frame: int, frames: int) -> None:
+    """Let the one ramp in an array go to `target` from where it is at `frame`."""
+    start, goal, begun, length = ramp[0].item()
+    now = start + (goal - start) * min(max((frame - begun) / length, 0.0), 1.0)
+    ramp[0] = (now, target, frame, frames)
+
+
+def limited(signal: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
     """A measuring signal (frames,), of full scale, as this stage lets it out: float64 (frames,).
 
     >>> bool(np.abs(limited(np.full(4800, 5.0), 48000.0)).max() <= Limits().peak)
@@ -128,54 +157,84 @@ def limited(signal: np.ndarray, rate_hz: float) -> np.ndarray:
 
 
 @kernel
-def _along(ramp, frame):
-    share = min(max((frame - ramp[2]) / ramp[3], 0.0), 1.0)
-    return ramp[0] + (ramp[1] - ramp[0]) * share
+def _along(ramp: np.record, frame: float) -> float:
+    """Where a ramp is at a session frame."""
+    share = min(max((frame - ramp.frame) / ramp.frames, 0.0), 1.0)
+    return ramp.start + (ramp.target - ramp.start) * share
 
 
 @kernel
-def _protect(x, still, out, limits, scales, channels, state, coefficients, level, opening, faults, peaks, frame, at, n):
-    keep, quick, slow, release = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+def _limit(
+    acceleration: NDArray[np.float64],
+    zero_rows: NDArray[np.uint8],
+    out: NDArray[np.float32],
+    rows: NDArray[np.void],
+    stages: NDArray[np.void],
+    frame: int,
+    at: int,
+    n: int,
+) -> None:
     for i in range(at, at + n):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
-    for row in range(x.shape[0]):
-        channel = channels[row]
-        s = state[row]
-        peaks[row] *= 0.5 ** (n / 4800.0)
-        if channel < 0 or (still[row] != 0 and s[_PEAK_GAIN] == 1.0 and s[_X] == s[_Y] == s[_POWER] == s[_HEAT] == 0.0):
+    for k in range(acceleration.shape[0]):
+        row = rows[k]
+        fallen = row.peak * 0.5 ** (n / 4800.0)
+        row.peak = fallen
+        if row.channel < 0 or (zero_rows[k] != 0 and _is_at_rest(row)):
             continue
-        most, square = limits[row, 0], limits[row, 1] ** 2
-        scale, settled = scales[row, 1], scales[row, 2] + scales[row, 3]
-        largest = 0.0
-        for i in range(n):
-            now = x[row, i] * (scale if frame + i >= settled else _along(scales[row], float(frame + i)))
-            if not math.isfinite(now):
-                faults[0] += 1
-                now = 0.0
-            now = min(max(now, -_LARGEST), _LARGEST) * _along(level, float(frame + i))
-            y = now - s[_X] + keep * s[_Y]
-            s[_X] = now
-            s[_Y] = y if abs(y) > _STILL else 0.0
-            s[_POWER] = _toward(s[_POWER], y * y, quick)
-            # What has not been used of the mean square may be spent in a burst, so that the mean itself keeps to it.
-            allowed = square + max(square - s[_HEAT], 0.0) * (quick / slow - 1.0)
-            if s[_POWER] > allowed:
-                y *= math.sqrt(allowed / s[_POWER])
-            s[_PEAK_GAIN] += release * (1.0 - s[_PEAK_GAIN])
-            if s[_PEAK_GAIN] > 1.0 - _STILL:
-                s[_PEAK_GAIN] = 1.0
-            if abs(y) * s[_PEAK_GAIN] > most:
-                s[_PEAK_GAIN] = most / abs(y)
-            y *= s[_PEAK_GAIN] * _along(opening, float(frame + i))
-            s[_HEAT] = _toward(s[_HEAT], y * y, slow)
-            y = min(max(y + out[at + i, channel], -most), most)
-            largest = max(largest, abs(y))
-            out[at + i, channel] = y
-        peaks[row] = max(peaks[row], largest)
+        row.peak = max(fallen, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
 
 
 @kernel
-def _toward(mean, value, share):
+def _is_at_rest(row: np.record) -> bool:
+    """Whether a row with no input puts out nothing more."""
+    return row.peak_gain == 1.0 and row.dc_in == row.dc_out == row.burst_square == row.mean_square == 0.0
+
+
+@kernel
+def _limit_row(
+    acceleration: NDArray[np.float64],
+    out: NDArray[np.float32],
+    row: np.record,
+    stage: np.record,
+    frame: int,
+    at: int,
+    n: int,
+) -> float:
+    """Add one row's frames to its channel; returns the largest sample there."""
+    most, square = row.peak_limit, row.rms_limit**2
+    scale, settled = row.scale.target, row.scale.frame + row.scale.frames
+    largest = 0.0
+    for i in range(n):
+        now = acceleration[i] * (scale if frame + i >= settled else _along(row.scale, float(frame + i)))
+        if not math.isfinite(now):
+            stage.faults += 1
+            now = 0.0
+        now = min(max(now, -_LARGEST), _LARGEST) * _along(stage.level, float(frame + i))
+        y = now - row.dc_in + stage.dc_pole * row.dc_out
+        row.dc_in = now
+        row.dc_out = y if abs(y) > _NEGLIGIBLE else 0.0
+        row.burst_square = _toward(row.burst_square, y * y, stage.burst_share)
+        # What has not been used of the mean square may be spent in a burst, so that the mean itself keeps to it.
+        allowed = square + max(square - row.mean_square, 0.0) * (stage.burst_share / stage.rms_share - 1.0)
+        if row.burst_square > allowed:
+            y *= math.sqrt(allowed / row.burst_square)
+        gain = row.peak_gain + stage.release_share * (1.0 - row.peak_gain)
+        if gain > 1.0 - _NEGLIGIBLE:
+            gain = 1.0
+        if abs(y) * gain > most:
+            gain = most / abs(y)
+        row.peak_gain = gain
+        y *= gain * _along(stage.opening, float(frame + i))
+        row.mean_square = _toward(row.mean_square, y * y, stage.rms_share)
+        y = min(max(y + out[at + i, row.channel], -most), most)
+        largest = max(largest, abs(y))
+        out[at + i, row.channel] = y
+    return largest
+
+
+@kernel
+def _toward(mean: float, value: float, share: float) -> float:
     mean += share * (value - mean)
-    return mean if mean > _STILL else 0.0
+    return mean if mean > _NEGLIGIBLE else 0.0

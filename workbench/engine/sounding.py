@@ -1,4 +1,4 @@
-"""Benches that sound: a sound card that plays to a shaker and records its accelerometer, or the simulated tile.
+"""Rigs that shake: a sound card that plays to a shaker and records its accelerometer, or the simulated tile.
 
 Both play what the engine's safety stage lets out, and nothing else: no sound reaches a shaker past it.
 """
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.procedures.procedure import Press, Readings, Refused, Sound
+from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
 from underfoot.devices.sound import Exchange, portaudio
 from underfoot.engine.safety import limited
-from underfoot.errors import DeviceError, require
+from underfoot.errors import BadMeasurement, DeviceError, require
 from underfoot.floor.simulated_tile import SimulatedTile
 
 _TAIL_S = 0.5
@@ -35,17 +35,17 @@ class SoundCard:
         # Pairs of channels are opened: a server would spread a single one over all.
         self._channels = self._require_channel(output, "output", channel)
 
-    def press(self, press: Press | None) -> None:
-        """A person presses; this bench cannot."""
+    def press(self, press: PressRequest | None) -> None:
+        """A person presses; this rig cannot."""
 
     def read(self) -> Readings:
         """No readings: there is no force on a sound card."""
-        return Readings(np.empty(0), np.empty((0, 4)))
+        return NO_READINGS
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """Play through the shaker, past the limiter; the accelerometer's signal, of full scale, and half a second more.
 
-        Raises `DeviceError` where the device fails, and `Refused` where samples were lost or `silence` was called.
+        Raises `DeviceError` where the device fails, `BadMeasurement` where samples were lost or `silence` was called.
         """
         signal = np.append(limited(sound.signal, sound.rate_hz), np.zeros(round(_TAIL_S * sound.rate_hz)))
         played = np.zeros((signal.size, min(self._channel + 2 - self._channel % 2, self._channels)), np.float32)
@@ -57,13 +57,13 @@ class SoundCard:
         finally:
             self._exchange = None
         if exchange.silenced:
-            raise Refused("the sound was stopped; take it again")
+            raise BadMeasurement("the sound was stopped; take it again")
         if exchange.lost:
-            raise Refused("the sound card lost samples while it played; take it again")
+            raise BadMeasurement("the sound card lost samples while it played; take it again")
         return exchange.recorded[:, self._heard_on].astype(np.float64)
 
     def silence(self) -> None:
-        """Ramp down what plays, if anything does, and end it; from any thread. `play` raises `Refused`."""
+        """Ramp down what plays, if anything does, and end it; from any thread. `play` raises `BadMeasurement`."""
         exchange = self._exchange
         if exchange is not None:
             exchange.silence()
@@ -99,12 +99,12 @@ class SimulatedShaker:
     def __init__(self, tile: SimulatedTile) -> None:
         self._tile = tile
 
-    def press(self, press: Press | None) -> None:
+    def press(self, press: PressRequest | None) -> None:
         """Nothing to press: loads come with the sounds."""
 
     def read(self) -> Readings:
         """No readings."""
-        return Readings(np.empty(0), np.empty((0, 4)))
+        return NO_READINGS
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """The accelerometer's signal, of its full scale, under the load that the sound is for."""

@@ -1,47 +1,56 @@
 """How the engine is, in shared memory: written at each block, read by anyone at any time; and the panic byte."""
 
+from enum import IntEnum, auto
 from multiprocessing.shared_memory import SharedMemory
 
 import numpy as np
 
-from underfoot.engine.messages import Health
+from underfoot.engine.reports import Health
 
-_FIELDS = (
-    "running",
-    "load",
-    "worst",
-    "xruns",
-    "lost",
-    "latency_s",
-    "stream_latency_s",
-    "frame",
-    "peak",
-    "awake",
-)
-_COUNT = len(_FIELDS) + 1
-_PANIC = 8 * _COUNT
+
+class Field(IntEnum):
+    """The numbers in shared memory: those of `Health`, and the frame before which every command was reported."""
+
+    RUNNING = 0
+    LOAD = auto()
+    WORST = auto()
+    XRUNS = auto()
+    LOST = auto()
+    LATENCY_S = auto()
+    STREAM_LATENCY_S = auto()
+    FRAME = auto()
+    PEAK = auto()
+    AWAKE = auto()
+    REPORTED = auto()
+
+
+_WHOLE = {Field.RUNNING: bool, Field.XRUNS: int, Field.LOST: int, Field.FRAME: int, Field.AWAKE: int}
+_PANIC = 8 * len(Field)  # where the byte is
 
 
 class Status:
-    """The numbers of `Health`, the frame before which every command was reported, and one byte for panic."""
+    """A number for each `Field`, and one byte for panic."""
 
     def __init__(self, memory: SharedMemory, owned: bool) -> None:
         self._memory, self._owned = memory, owned
-        self._numbers = np.ndarray((_COUNT,), np.float64, memory.buf)
+        self._numbers = np.ndarray((len(Field),), np.float64, memory.buf)
         self._panic = np.ndarray((1,), np.uint8, memory.buf, offset=_PANIC)
 
     @staticmethod
     def create() -> "Status":
+        """New memory, all zero."""
         memory = SharedMemory(create=True, size=_PANIC + 8)
         np.ndarray((memory.size,), np.uint8, memory.buf)[:] = 0
         return Status(memory, owned=True)
 
     @staticmethod
     def open(name: str) -> "Status":
+        """The memory that another process created."""
         return Status(SharedMemory(name), owned=False)
 
     @property
     def name(self) -> str:
+        """Where another process finds it."""
         return self._memory.name
 
     @property
@@ -53,24 +62,23 @@ class Status:
     def panic(self, on: bool) -> None:
         self._panic[0] = on
 
-    def put(self, field: int, value: float) -> None:
-        """Write one number; `field` is one of the constants below."""
+    def put(self, field: Field, value: float) -> None:
+        """Write one number."""
         self._numbers[field] = value
 
-    def get(self, field: int) -> float:
+    def get(self, field: Field) -> float:
         """Read one number."""
         return float(self._numbers[field])
 
     def stopped(self) -> None:
         """Note that the engine is gone, whatever it wrote last."""
-        self._numbers[[RUNNING, LOAD, PEAK, AWAKE]] = 0.0
+        self._numbers[[Field.RUNNING, Field.LOAD, Field.PEAK, Field.AWAKE]] = 0.0
 
     def health(self) -> Health:
         """All numbers."""
-        whole = {"running": bool, "xruns": int, "lost": int, "frame": int, "awake": int}
-        return Health(
-            **{name: whole.get(name, float)(v) for name, v in zip(_FIELDS, self._numbers[:-1].tolist(), strict=True)}
-        )
+        numbers = dict(zip(Field, self._numbers.tolist(), strict=True))
+        del numbers[Field.REPORTED]
+        return Health(**{field.name.lower(): _WHOLE.get(field, float)(value) for field, value in numbers.items()})
 
     def close(self) -> None:
         """Let go of the memory; the one who created it removes it."""
@@ -78,6 +86,3 @@ class Status:
         self._memory.close()
         if self._owned:
             self._memory.unlink()
-
-
-RUNNING, LOAD, WORST, XRUNS, LOST, LATENCY, STREAM_LATENCY, FRAME, PEAK, AWAKE, TOLD = range(_COUNT)

@@ -2,30 +2,27 @@
 
 from dataclasses import dataclass
 
-from underfoot.devices.device import ForceSource
-from underfoot.devices.device_floor import LinkedFloor
+from underfoot.devices.device_floor import DeviceFloor
+from underfoot.devices.force_source import SENSOR_HZ, ForceSource
 from underfoot.devices.replay import Replay
-from underfoot.devices.simulated_floor import SENSOR_HZ, SimulatedFloor
-from underfoot.devices.transports.reader import port_of
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.transports import TRANSPORTS, transport_of
 from underfoot.errors import DeviceError
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, profiles_of
-from underfoot.floor.simulated_tile import TileParameters
-
-LINKS = ("serial", "udp")
-"""Kinds of target whose force comes over a line."""
+from underfoot.floor.tile_parameters import TileParameters
 
 
 @dataclass(frozen=True)
 class Target:
     """Where force comes from and vibration goes.
 
-    `kind` is "simulator", "replay" (of the force CSV `source`), "serial" (the port `source`, PORT or PORT@BAUD) or
-    "udp" (`source` is HOST:PORT to listen at). `sound` is None for no sound card, "" for the default one, else a
-    device's name. `latency_s` is what to ask of the sound device, 0 for its own low latency. `profiles` is a folder
-    with the tiles' calibration files, "" for none. `simulation` is a file of a simulated floor's parameters, "" for
-    ideal sensors; `sensor_hz` is how often tiles on a line send.
+    `kind` is "simulator", "replay" (of the force CSV `source`), or a scheme of `TRANSPORTS` (of the address `source`).
+    `sound` is None for no sound card, "" for the default one, else a device's name. `latency_s` is what to ask of the
+    sound device, 0 for its own low latency. `profiles` is a folder with the tiles' calibration files, "" for none.
+    `simulation` is a file of a simulated floor's parameters, "" for ideal sensors; `sensor_hz` is how often tiles of
+    hardware send.
     """
 
     floor: Floor
@@ -41,16 +38,6 @@ class Target:
     sensor_hz: float = SENSOR_HZ
 
 
-def link_of(text: str) -> tuple[str, str] | None:
-    """Kind and source of a target on a line, as commands name it; None for anything else.
-
-    >>> link_of("udp:127.0.0.1:9000"), link_of("walk.csv")
-    (('udp', '127.0.0.1:9000'), None)
-    """
-    kind, colon, source = text.partition(":")
-    return (kind, source) if colon and kind in LINKS else None
-
-
 def simulation_of(text: str) -> str | None:
     """The parameter file of a simulator, as commands name it, "" for ideal sensors; None for anything else.
 
@@ -62,34 +49,35 @@ def simulation_of(text: str) -> str | None:
 
 
 def force_rate_hz(target: Target) -> float:
-    """Force samples a second of a target; `BadFile` for a file that cannot be played back, `BadValue` for no port."""
+    """Force samples a second of a target; `BadFile` where its file, `BadValue` where its address cannot be."""
     if target.kind == "replay":
         return read_forces(target.source, target.floor).rate_hz
-    if target.kind in LINKS:
-        port_of(target.kind, target.source)
+    if target.kind in TRANSPORTS:
+        transport_of(target.kind, target.source)
         return target.sensor_hz
     return SENSOR_HZ
 
 
 def require_source(target: Target) -> None:
-    """Say before a session begins that there is nothing to listen to, `DeviceError`, or to simulate, `BadFile`."""
+    """Say before a session begins that a transport cannot be opened, `DeviceError`, or a file be read, `BadFile`."""
     if target.simulation:
         TileParameters.load(target.simulation)
-    if target.kind in LINKS:
-        port = port_of(target.kind, target.source)
-        port.open()
-        port.close()
+    if target.kind in TRANSPORTS:
+        transport = transport_of(target.kind, target.source)
+        transport.open()
+        transport.close()
 
 
 def source_of(target: Target, frame: int = 0) -> ForceSource:
-    """What brings the force of a target, from session frame `frame` on. A line is read as soon as it is started."""
+    """What brings the force of a target, from session frame `frame` on. A `DeviceFloor` reads once it is started."""
     if target.kind == "replay":
         return Replay(read_forces(target.source, target.floor), target.floor, target.rate, start=frame, repeats=True)
-    if target.kind in LINKS:
-        port = port_of(target.kind, target.source)
-        return LinkedFloor(port, target.floor, target.rate, _profiles(target), target.sensor_hz, frame)
+    if target.kind in TRANSPORTS:
+        transport = transport_of(target.kind, target.source)
+        return DeviceFloor(transport, target.floor, target.rate, _profiles(target), target.sensor_hz, frame)
     if target.kind != "simulator":
-        raise DeviceError(f"there is no target of kind {target.kind!r}; allowed: simulator, replay, serial, udp")
+        allowed = ", ".join(("simulator", "replay", *TRANSPORTS))
+        raise DeviceError(f"there is no target of kind {target.kind!r}; allowed: {allowed}")
     simulation = TileParameters.load(target.simulation) if target.simulation else None
     simulated = SimulatedFloor(
         target.floor, target.rate, walking=target.walker, simulation=simulation, profiles=_profiles(target)

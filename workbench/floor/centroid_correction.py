@@ -1,51 +1,159 @@
-"""Where a load stands, of corner forces and what a centroid calibration learned (`curves.Correction`): kernels."""
+"""From corner forces to the centroid of the load, with what a centroid calibration corrects."""
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import require
+from underfoot.floor.curves import require_numbers
 from underfoot.kernels import kernel
 
+_MOST_M = 100.0
+"""No length of a correction is larger, in metres."""
+
+Floats = NDArray[np.float64]
+
+
+class CorrectionArrays(NamedTuple):
+    """A `CentroidCorrection` as kernels take it."""
+
+    gains: Floats  # (4,)
+    nonlinearity_scales_n: Floats  # (scales,)
+    nonlinearity: Floats  # (4, 1 + scales); (0, 0) for none
+    powers: NDArray[np.int64]  # (terms, 2)
+    displacement_m: Floats  # (terms, 2)
+    scale_m: float
+    area_m: Floats  # (corners, 2)
+
+
+class CentroidCorrection(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """From corner forces to the centroid: each force is linearised, and the centroid displaced by a polynomial.
+
+    A force is multiplied by its sensor's gain. Where there is `nonlinearity`, a row of it belongs to each sensor: the
+    first coefficient is of the force where that is below 0 (a corner that lifts), the others of s (1 - exp(-force / s))
+    above 0, for each s of `nonlinearity_scales_n`: what the sensor's curve gets wrong of light loads.
+
+    The rows of `displacement_m` belong to the products x^i y^j of `powers`, x and y in units of `scale_m` about the
+    tile's centre. Outside the convex `area_m` of the places that it was fitted to, the displacement is that of the
+    nearest point of the area. In a file the nonlinearity is "bends" and its scales "bends_n".
+    """
+
+    gains: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    nonlinearity_scales_n: tuple[float, ...] = msgspec.field(default=(), name="bends_n")
+    nonlinearity: tuple[tuple[float, ...], ...] = msgspec.field(default=(), name="bends")
+    powers: tuple[tuple[int, int], ...] = ()
+    displacement_m: tuple[tuple[float, float], ...] = ()
+    scale_m: float = 0.1
+    area_m: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        require(all(0.0 < gain <= 1e3 for gain in self.gains), "gains", self.gains, "four numbers above 0, up to 1000")
+        scales_n, rows = self.nonlinearity_scales_n, self.nonlinearity
+        require(all(scale > 0.0 for scale in scales_n), "bends_n", scales_n, "numbers above 0")
+        shape = [len(scales_n) + 1] * 4 if rows else []
+        require([len(row) for row in rows] == shape, "bends", rows, "four rows, one longer than bends_n")
+        count = len(self.powers)
+        require(
+            len(self.displacement_m) == count, "displacement_m", self.displacement_m, f"{count} rows, as powers has"
+        )
+        require(all(0 <= i <= 8 for pair in self.powers for i in pair), "powers", self.powers, "whole numbers 0 to 8")
+        require(0.001 <= self.scale_m <= _MOST_M, "scale_m", self.scale_m, f"0.001 to {_MOST_M:g}")
+        for row in rows:
+            require_numbers("bends", row, 1e3)
+        for name, points in (("displacement_m", self.displacement_m), ("area_m", self.area_m)):
+            for point in points:
+                require_numbers(name, point, _MOST_M)
+
+    def position(self, forces_n: Floats, sensors_m: Floats, least_n: float) -> Floats:
+        """Centroids (..., 2), metres, of corner forces (..., 4) on sensors (4, 2); NaN for loads below `least_n`.
+
+        >>> sensors = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
+        >>> forces = np.array([[30.0, 10.0, 0.0, 40.0], [1.0, 0.0, 0.0, 0.0]])
+        >>> CentroidCorrection().position(forces, sensors, 20.0).round(3) + 0.0
+        array([[0.075, 0.   ],
+               [  nan,   nan]])
+        """
+        linear = self.linearised(forces_n)
+        out = np.empty((*linear.shape[:-1], 2))
+        _centroids(linear.reshape(-1, 4), np.asarray(sensors_m, np.float64), least_n, self.arrays(), out.reshape(-1, 2))
+        return out
+
+    def linearised(self, forces_n: Floats) -> Floats:
+        """Corner forces (..., 4) with their gains and nonlinearity corrected.
+
+        >>> light = CentroidCorrection(nonlinearity_scales_n=(5.0,), nonlinearity=((0.5, 0.1),) * 4)
+        >>> light.linearised(np.array([-2.0, 0.0, 5.0, 500.0])).round(2)
+        array([ -3.  ,   0.  ,   5.32, 500.5 ])
+        """
+        forces = np.ascontiguousarray(forces_n, np.float64)
+        out = np.empty_like(forces)
+        _linearise_all(forces.reshape(-1, 4), self.arrays(), out.reshape(-1, 4))
+        return out
+
+    def arrays(self) -> CorrectionArrays:
+        """The correction as kernels take it."""
+        return CorrectionArrays(
+            np.array(self.gains, np.float64),
+            np.array(self.nonlinearity_scales_n, np.float64),
+            np.array(self.nonlinearity, np.float64) if self.nonlinearity else np.zeros((0, 0)),
+            np.array(self.powers, np.int64).reshape(-1, 2),
+            np.array(self.displacement_m, np.float64).reshape(-1, 2),
+            self.scale_m,
+            np.array(self.area_m, np.float64).reshape(-1, 2),
+        )
+
+
+def nonlinear_terms(forces_n: Floats, scales_n: Sequence[float]) -> Floats:
+    """What the coefficients of a `CentroidCorrection`'s nonlinearity are of: shape (..., 1 + scales)."""
+    above = np.maximum(forces_n, 0.0)
+    return np.stack([np.minimum(forces_n, 0.0), *(scale * -np.expm1(-above / scale) for scale in scales_n)], axis=-1)
+
 
 @kernel
-def weigh(forces_n, gains, bends_n, bends, out):
-    """Four corner forces as they count for the centroid: times their gains, and bent."""
+def linearise(forces_n: Floats, c: CorrectionArrays, out: Floats) -> None:
+    """Write four corner forces with their gains and nonlinearity corrected."""
     for j in range(4):
         force = forces_n[j]
-        out[j] = force * gains[j]
-        if bends.size > 0:
-            out[j] += bends[j, 0] * min(force, 0.0)
-            for b in range(bends_n.size):
-                out[j] -= bends[j, b + 1] * bends_n[b] * math.expm1(-max(force, 0.0) / bends_n[b])
+        out[j] = force * c.gains[j]
+        if c.nonlinearity.size > 0:
+            out[j] += c.nonlinearity[j, 0] * min(force, 0.0)
+            for k in range(c.nonlinearity_scales_n.size):
+                scale_n = c.nonlinearity_scales_n[k]
+                out[j] -= c.nonlinearity[j, k + 1] * scale_n * math.expm1(-max(force, 0.0) / scale_n)
 
 
 @kernel
-def place(weighed, sensors_m, least_n, powers, displacement_m, scale_m, area_m):
-    """The place (x, y) of weighed corner forces on sensors (4, 2); NaN where the load is below `least_n`."""
-    total = weighed[0] + weighed[1] + weighed[2] + weighed[3]
+def centroid(linear_n: Floats, sensors_m: Floats, least_n: float, c: CorrectionArrays) -> tuple[float, float]:
+    """The centroid (x, y) of linearised corner forces on sensors (4, 2), displaced; NaN for loads below `least_n`."""
+    total = linear_n[0] + linear_n[1] + linear_n[2] + linear_n[3]
     if not total >= max(least_n, 1e-9):
         return math.nan, math.nan
     x = y = 0.0
     for j in range(4):
-        x += weighed[j] * sensors_m[j, 0]
-        y += weighed[j] * sensors_m[j, 1]
+        x += linear_n[j] * sensors_m[j, 0]
+        y += linear_n[j] * sensors_m[j, 1]
     x /= total
     y /= total
-    if len(powers) == 0:
+    if len(c.powers) == 0:
         return x, y
-    u, v = nearest_within(x, y, area_m)
-    u /= scale_m
-    v /= scale_m
-    for k in range(len(powers)):
-        term = u ** powers[k, 0] * v ** powers[k, 1]
-        x += term * displacement_m[k, 0]
-        y += term * displacement_m[k, 1]
+    u, v = nearest_within(x, y, c.area_m)
+    u /= c.scale_m
+    v /= c.scale_m
+    for k in range(len(c.powers)):
+        term = u ** c.powers[k, 0] * v ** c.powers[k, 1]
+        x += term * c.displacement_m[k, 0]
+        y += term * c.displacement_m[k, 1]
     return x, y
 
 
 @kernel
-def nearest_within(x, y, area_m):
-    """A point of a convex area as it is, another moved to its edge; its corners (k, 2) counter-clockwise.
+def nearest_within(x: float, y: float, area_m: Floats) -> tuple[float, float]:
+    """The point of a convex area that is nearest to (x, y); its corners (k, 2) counter-clockwise.
 
-    >>> import numpy as np
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> [nearest_within(x, y, square) for x, y in ((0.5, 0.5), (2.0, 0.5), (2.0, 3.0))]
     [(0.5, 0.5), (1.0, 0.5), (1.0, 1.0)]
@@ -71,14 +179,12 @@ def nearest_within(x, y, area_m):
 
 
 @kernel
-def place_all(weighed, sensors_m, least_n, powers, displacement_m, scale_m, area_m, out):
-    """The places (n, 2) of weighed corner forces (n, 4)."""
-    for i in range(len(weighed)):
-        out[i, 0], out[i, 1] = place(weighed[i], sensors_m, least_n, powers, displacement_m, scale_m, area_m)
+def _centroids(linear_n: Floats, sensors_m: Floats, least_n: float, c: CorrectionArrays, out: Floats) -> None:
+    for i in range(len(linear_n)):
+        out[i, 0], out[i, 1] = centroid(linear_n[i], sensors_m, least_n, c)
 
 
 @kernel
-def weigh_all(forces_n, gains, bends_n, bends, out):
-    """Corner forces (n, 4) as they count for the centroid."""
+def _linearise_all(forces_n: Floats, c: CorrectionArrays, out: Floats) -> None:
     for i in range(len(forces_n)):
-        weigh(forces_n[i], gains, bends_n, bends, out[i])
+        linearise(forces_n[i], c, out[i])

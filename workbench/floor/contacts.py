@@ -1,7 +1,7 @@
-"""Contacts: what stands on the floor, followed sample by sample under ids that last.
+"""Contacts: where somebody stands on the floor, followed sample by sample under ids that last.
 
 Corner forces come in as they are read, with whatever tare the sensors have. A tile in contact has one centroid
-(thesis 5.3, with the signs of the errata): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines.
+(thesis 5.3; docs/models.md#contact-centroid): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines.
 Nothing is clipped, because real corner forces go negative. Tiles that carry one foot are merged (thesis 5.2.1): `x =
 sum F_k x_k / sum F_k`.
 
@@ -31,10 +31,12 @@ from underfoot.floor import tracking
 from underfoot.floor.layout import Floor
 
 GAP_S = 0.040
-"""No sample for longer than this is a gap: force at audio rate has been ramped to 0 by then (CONTRACTS)."""
+"""More time than this without a sample is a gap: force at audio rate has been ramped to 0 by then
+(docs/contracts.md#signals-events-rows)."""
 
 OPENING_S, STEADY_N = 0.050, 5.0
-"""What a tile begins with is decided from this much; a tare keeps within this (or five sigma) for half of it."""
+"""The baseline a tile begins with is decided from so much time; a tare stays within so much (or five sigma) for half
+of it."""
 
 CURVE_S = 10.0
 """How much of a contact's curve is kept. No step is longer; a person may stand for hours."""
@@ -95,7 +97,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Present:
+class OngoingContact:
     """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own."""
 
     id: int
@@ -106,8 +108,8 @@ class Present:
 
 
 @dataclass(frozen=True)
-class Followed:
-    """What a chunk of forces brought to light: rows, and contacts that are over, in the order in which they ended."""
+class TrackedContacts:
+    """What a chunk of forces added: rows, and contacts that are over, in the order in which they ended."""
 
     rows: ContactRows
     finished: tuple[Contact, ...]
@@ -118,7 +120,7 @@ class ContactTracker:
 
     Whatever chunks the stream comes in, the rows and contacts given out are the same. They are held back while it is
     open whether two tiles carry one foot: until the later one has reached 50 N, for 0.4 s at most; and for the first
-    50 ms of the stream. `present` and the loads are never held back otherwise.
+    50 ms of the stream. `ongoing` and the loads are never held back otherwise.
 
     >>> from underfoot.floor.layout import default_floor
     >>> tracker = ContactTracker(default_floor(1, 1), rate_hz=1000.0)
@@ -140,26 +142,32 @@ class ContactTracker:
         def taken(seconds: float) -> int:
             return max(5, math.ceil(seconds * rate_hz / every))
 
-        self._clock = np.zeros(1, tracking.CLOCK)
-        self._clock["every"] = every
-        self._clock["guard"] = taken(tracking.GUARD_S)
-        self._clock["first"] = taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S)
-        self._clock["renewal"] = max(taken(tracking.RENEW_S), taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S))
-        self._clock["recent"] = taken(tracking.RECENT_S)
-        self._clock["gap_s"] = max(GAP_S, 2.5 / rate_hz)
-        self._ring = np.zeros((count, taken(tracking.GUARD_S) + taken(tracking.WINDOW_S) + 1, 5))
-        self._window = np.zeros((count, 5, taken(tracking.WINDOW_S)))
-        self._plates = tracking.plates(floor)
-        self._gaps_m = floor.gaps_m()
+        stream = np.zeros(1, tracking.STREAM)
+        stream["every"] = every
+        stream["guard"] = taken(tracking.GUARD_S)
+        stream["first"] = taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S)
+        stream["renewal"] = max(taken(tracking.RENEW_S), taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S))
+        stream["recent"] = taken(tracking.RECENT_S)
+        stream["gap_s"] = max(GAP_S, 2.5 / rate_hz)
         self._tiles = np.zeros(count, tracking.TILE)
-        self._tiles["need"] = self._clock["first"]
+        self._tiles["need"] = stream["first"]
         self._tiles["negative_s"] = math.nan
-        self._rows = np.zeros(SLAB * count, tracking.ROW)
-        self._events = np.zeros(4 * SLAB * count, tracking.EVENT)
-        self._held = self._rows[:0]
-        self._told: list[np.void] = []
+        self.memory = tracking.TrackerMemory(
+            plates=floor.plates(),
+            gaps_m=floor.gaps_m(),
+            tiles=self._tiles,
+            stream=stream,
+            ring=np.zeros((count, taken(tracking.GUARD_S) + taken(tracking.WINDOW_S) + 1, 5)),
+            window=np.zeros((count, 5, taken(tracking.WINDOW_S))),
+            rows=np.zeros(SLAB * count, tracking.ROW),
+            events=np.zeros(4 * SLAB * count, tracking.EVENT),
+        )
+        """What `tracking.follow` takes beside the samples. Callers that may allocate nothing give a kernel of theirs
+        `tuple(memory)`, which makes a `TrackerMemory` of it: for a named tuple Numba makes new strings at each call."""
+        self._held = self.memory.rows[:0]
+        self._pending: list[np.void] = []
         self._foot_of = np.zeros(256, np.int64)
-        self._open: dict[int, _Open] = {}
+        self._ongoing: dict[int, _Ongoing] = {}
         self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
         self._opening_length = max(8, math.ceil(OPENING_S * rate_hz))
         # Kernels are loaded here, not when the first foot comes down.
@@ -167,7 +175,7 @@ class ContactTracker:
         self._join(self._held)
         self.tare()
 
-    def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> Followed:
+    def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> TrackedContacts:
         """Follow the next samples: `time_s` (n,), ascending, and `force_n` (n, tiles, 4), in newtons.
 
         A tile of which a sample is NaN is taken to be as it was before. Raises `BadValue` for
@@ -185,30 +193,23 @@ class ContactTracker:
             times, forces = self._open_stream(self._opening)
         return self._follow(times, forces)
 
-    def finish(self) -> Followed:
+    def finish(self) -> TrackedContacts:
         """End the stream: what was held back, and the contacts that still last, which are cut."""
         opened = [self._follow(*self._open_stream(self._opening))] if self._opening else []
-        happened = tracking.end_all(self._tiles, self._clock, self._events)
-        self._learn(self._events[:happened])
-        return _chain([*opened, self._flush(int(self._clock["count"][0]) + 1)], len(self._tiles))
+        happened = tracking.end_all(self.memory)
+        self._note(self.memory.events[:happened])
+        return _joined([*opened, self._flush(int(self.memory.stream["count"][0]) + 1)], len(self._tiles))
 
     @property
     def opening(self) -> bool:
         """Whether the stream's first 50 ms are still being collected."""
         return self._opening is not None
 
-    @property
-    def memory(self) -> tuple[NDArray, ...]:
-        """The arrays that `tracking.follow` takes behind the samples: for callers that may allocate nothing."""
-        return (
-            self._plates, self._gaps_m, self._tiles, self._clock, self._ring, self._window, self._rows, self._events
-        )  # fmt: skip
-
     def tare(self) -> None:
         """Take what every tile read in the last 0.1 s as its baseline. Contacts end with the next sample."""
-        tracking.renew_all(self._tiles, self._clock, self._ring, self._window)
+        tracking.renew_all(self.memory)
 
-    def present(self) -> tuple[Present, ...]:
+    def ongoing(self) -> tuple[OngoingContact, ...]:
         """The contacts at the latest sample, provisional ones as they stand."""
         on: dict[int, list[int]] = {}
         for k in np.flatnonzero(self._tiles["on"]):
@@ -216,7 +217,7 @@ class ContactTracker:
             while self._tiles["foot"][root] == 0 and self._tiles["partner"][root] >= 0:
                 root = self._tiles["partner"][root]
             on.setdefault(int(self._tiles["foot"][root]) or -1 - int(root), []).append(int(k))
-        return tuple(self._present(max(foot, 0), tiles) for foot, tiles in on.items())
+        return tuple(self._ongoing_contact(max(foot, 0), tiles) for foot, tiles in on.items())
 
     @property
     def loads_n(self) -> NDArray[np.float64]:
@@ -263,47 +264,44 @@ class ContactTracker:
                 tile["noise_n"] = noise
         return times, forces
 
-    def _follow(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> Followed:
+    def _follow(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
         slabs = (slice(i, i + SLAB) for i in range(0, len(times), SLAB))
-        return _chain([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
+        return _joined([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
 
-    def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> Followed:
-        written, happened, until = tracking.follow(
-            times, forces, self._plates, self._gaps_m, self._tiles, self._clock, self._ring, self._window, self._rows,
-            self._events,
-        )  # fmt: skip
+    def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
+        written, happened, until = tracking.follow(times, forces, self.memory)
         if written:
-            rows = self._rows[:written]
+            rows = self.memory.rows[:written]
             self._held = np.concatenate([self._held, rows]) if len(self._held) else rows.copy()
         if happened:
-            self._learn(self._events[:happened])
+            self._note(self.memory.events[:happened])
         return self._flush(until)
 
-    def _learn(self, events: NDArray[np.void]) -> None:
-        """Keep events until they may be told, and note which foot each contact of a tile was decided to be."""
-        self._told.extend(events.copy())
+    def _note(self, events: NDArray[np.void]) -> None:
+        """Keep events until they may be given out, and note which foot each contact of a tile was decided to be."""
+        self._pending.extend(events.copy())
         for event in events[events["kind"] == tracking.DECIDED]:
             token = int(event["token"])
             if token >= len(self._foot_of):
                 self._foot_of = np.concatenate([self._foot_of, np.zeros(max(token, 256), np.int64)])
             self._foot_of[token] = event["foot"]
 
-    def _flush(self, until: int = 0) -> Followed:
+    def _flush(self, until: int = 0) -> TrackedContacts:
         """Give out what happened before sample `until`."""
-        if not len(self._held) and not self._told:
-            return Followed(_no_rows(len(self._tiles)), ())
+        if not len(self._held) and not self._pending:
+            return TrackedContacts(_no_rows(len(self._tiles)), ())
         ready = int(np.searchsorted(self._held["sample"], until))
         rows = self._join(self._held[:ready])
         self._held = self._held[ready:]
-        over: list[_Open] = []
-        while self._told and self._told[0]["sample"] < until:
-            event = self._told.pop(0)
+        over: list[_Ongoing] = []
+        while self._pending and self._pending[0]["sample"] < until:
+            event = self._pending.pop(0)
             foot = int(self._foot_of[event["token"]])
             if event["kind"] == tracking.BEGAN:
-                one = self._open.setdefault(foot, _Open(foot, event["cut"], event["time_s"], event["value"]))
+                one = self._ongoing.setdefault(foot, _Ongoing(foot, event["cut"], event["time_s"], event["value"]))
                 one.standing += 1
             elif event["kind"] == tracking.ENDED:
-                one = self._open[foot]
+                one = self._ongoing[foot]
                 one.standing -= 1
                 one.cut = bool(one.cut or event["cut"])
                 one.end_s = max(one.end_s, float(event["time_s"]))
@@ -312,27 +310,27 @@ class ContactTracker:
                 if one.standing == 0:
                     over.append(one)
         if len(rows):
-            for foot, one in self._open.items():
+            for foot, one in self._ongoing.items():
                 one.take(rows, foot)
         for one in over:
-            del self._open[one.id]
-        return Followed(rows, tuple(one.close() for one in over))
+            del self._ongoing[one.id]
+        return TrackedContacts(rows, tuple(one.close() for one in over))
 
     def _join(self, rows: NDArray[np.void]) -> ContactRows:
         joined = _no_rows(len(self._tiles), len(rows))
         columns = (getattr(joined, name) for name in joined.__dataclass_fields__)
         return joined.select(slice(tracking.join(rows, self._foot_of[rows["token"]], *columns)))
 
-    def _present(self, id: int, tiles: Sequence[int]) -> Present:
+    def _ongoing_contact(self, id: int, tiles: Sequence[int]) -> OngoingContact:
         rows = self._tiles[list(tiles)]
         force_n = float(rows["load_n"].sum())
         share = rows["load_n"] / force_n
-        return Present(id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles))
+        return OngoingContact(id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles))
 
 
 @dataclass
-class _Open:
-    """A contact that lasts, on `standing` tiles."""
+class _Ongoing:
+    """A contact that has not ended: on `standing` tiles now."""
 
     id: int
     cut: bool
@@ -377,9 +375,9 @@ def _no_rows(tiles: int, length: int = 0) -> ContactRows:
     return ContactRows(zeros(), np.zeros(length, np.int64), zeros(), zeros(), zeros(), on_tile)
 
 
-def _chain(parts: Sequence[Followed], tiles: int) -> Followed:
+def _joined(parts: Sequence[TrackedContacts], tiles: int) -> TrackedContacts:
     if len(parts) == 1:
         return parts[0]
     rows = [part.rows for part in parts if len(part.rows)] or [_no_rows(tiles)]
     columns = (np.concatenate([getattr(row, name) for row in rows]) for name in ContactRows.__dataclass_fields__)
-    return Followed(ContactRows(*columns), tuple(contact for part in parts for contact in part.finished))
+    return TrackedContacts(ContactRows(*columns), tuple(contact for part in parts for contact in part.finished))

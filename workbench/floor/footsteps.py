@@ -39,8 +39,8 @@ WAIT_S, LATE_S = 0.8, 1.0
 
 @dataclass(frozen=True)
 class Step:
-    """One footstep. The first twelve fields are the columns of the step table (DESIGN); a figure that there is not is
-    NaN.
+    """One footstep. The first twelve fields are the columns of the step table (docs/contracts.md#files); a figure
+    that there is not is NaN.
 
     `tile` took most of the impulse; `side` is left, right or unknown. `contact_ms` is from the first sample at or
     above the on-threshold to the last at or above the off-threshold. `peak1_n` and `peak2_n` are the largest forces
@@ -124,8 +124,8 @@ class StepCounter:
     def __init__(self, floor: Floor) -> None:
         self._floor = floor
         self._count = 0
-        self._walkers: list[_Walker] = []
-        self._waiting: deque[_Footfall] = deque()
+        self._walkers: list[_Walk] = []
+        self._waiting: deque[_WalkedStep] = deque()
 
     def feed(self, contacts: Iterable[Contact], now_s: float) -> list[Step]:
         """The steps known by now: `contacts` ended since the last call, and `now_s` is the latest sample's time."""
@@ -148,39 +148,39 @@ class StepCounter:
             steps.append(replace(footfall.step, step=self._count, side=footfall.side))
         return steps
 
-    def _place(self, contact: Contact) -> "_Footfall":
+    def _place(self, contact: Contact) -> "_WalkedStep":
         """The contact as the next step of the walker who is nearest, or as the first of a new one."""
-        footfall = _Footfall.of(contact, self._floor)
+        footfall = _WalkedStep.of(contact, self._floor)
         self._walkers = [w for w in self._walkers if footfall.end_s - w.steps[-1].end_s <= 2.0 * LONGEST_S]
         near = [walker for walker in self._walkers if walker.may_take(footfall)]
         if near:
             min(near, key=lambda walker: walker.steps[-1].distance_m(footfall)).take(footfall)
         else:
-            walker = _Walker()
+            walker = _Walk()
             walker.take(footfall)
             self._walkers.append(walker)
         return footfall
 
 
 @dataclass(eq=False)
-class _Footfall:
+class _WalkedStep:
     """A step in its walker's walk: where it lies, and how the foot rolled on it, in metres."""
 
     step: Step
     end_s: float
     place_m: NDArray[np.float64]
     roll_m: NDArray[np.float64]
-    walker: "_Walker | None" = None
+    walker: "_Walk | None" = None
     number: int = 0
 
     @classmethod
-    def of(cls, contact: Contact, floor: Floor) -> "_Footfall":
+    def of(cls, contact: Contact, floor: Floor) -> "_WalkedStep":
         track = np.column_stack([contact.x_m, contact.y_m])
         weight = contact.force_n / contact.force_n.sum()
         loaded = np.flatnonzero(contact.force_n >= PATH_N)
         return cls(measure(contact, floor), contact.end_s, weight @ track, track[loaded[-1]] - track[loaded[0]])
 
-    def distance_m(self, other: "_Footfall") -> float:
+    def distance_m(self, other: "_WalkedStep") -> float:
         return float(np.hypot(*(other.place_m - self.place_m)))
 
     @property
@@ -194,19 +194,19 @@ class _Footfall:
 
 
 @dataclass(eq=False)
-class _Walker:
+class _Walk:
     """Someone who walks: the last three steps, and how far the even ones lie to the left of the odd ones, summed."""
 
-    steps: deque[_Footfall] = field(default_factory=lambda: deque(maxlen=3))
+    steps: deque[_WalkedStep] = field(default_factory=lambda: deque(maxlen=3))
     count: int = 0
     votes_m: float = 0.0
 
-    def may_take(self, footfall: _Footfall) -> bool:
+    def may_take(self, footfall: _WalkedStep) -> bool:
         last = self.steps[-1]
         later_s = footfall.step.start_s - last.step.start_s
         return INTERVAL_S[0] <= later_s <= INTERVAL_S[1] and last.distance_m(footfall) <= REACH_M
 
-    def take(self, footfall: _Footfall) -> None:
+    def take(self, footfall: _WalkedStep) -> None:
         footfall.walker, footfall.number = self, self.count
         if self.steps:
             later_s = footfall.step.start_s - self.steps[-1].step.start_s
@@ -232,7 +232,7 @@ class _Walker:
         return float(along[0] * onwards[1] - along[1] * onwards[0]) / length_m
 
 
-def _rolled(first: _Footfall, second: _Footfall) -> NDArray[np.float64]:
+def _rolled(first: _WalkedStep, second: _WalkedStep) -> NDArray[np.float64]:
     """The way on which two feet rolled from heel to toe; toes that point outwards point to both sides and cancel."""
     if min(float(np.hypot(*footfall.roll_m)) for footfall in (first, second)) < ROLL_M:
         return np.zeros(2)
@@ -269,13 +269,13 @@ def _path(contact: Contact) -> tuple[float, float]:
     place = np.arange(len(force_n))
     # The mean reaches equally far to both sides, so that it begins and ends where the centroid does.
     reach_of = np.minimum(reach, np.minimum(place, place[::-1]))
-    weight = _over(force_n, place, reach_of)
+    weight = _moving_sum(force_n, place, reach_of)
     smooth = np.column_stack(
-        [_over(force_n * along[loaded], place, reach_of) / weight for along in (contact.x_m, contact.y_m)]
+        [_moving_sum(force_n * along[loaded], place, reach_of) / weight for along in (contact.x_m, contact.y_m)]
     )
     return float(np.hypot(*np.diff(smooth, axis=0).T).sum()), float(np.hypot(*(smooth[-1] - smooth[0])))
 
 
-def _over(values: NDArray[np.float64], place: NDArray[np.intp], reach: NDArray[np.intp]) -> NDArray[np.float64]:
+def _moving_sum(values: NDArray[np.float64], place: NDArray[np.intp], reach: NDArray[np.intp]) -> NDArray[np.float64]:
     sums = np.concatenate([[0.0], np.cumsum(values)])
     return sums[place + reach + 1] - sums[place - reach]

@@ -19,7 +19,7 @@ LARGEST = 1e12
 
 
 @dataclass(frozen=True)
-class Forces:
+class ForceSeries:
     """Corner forces of a whole floor: `time_s` (n,) ascending, `force_n` (n, tiles, 4) with the floor's tiles in
     order.
 
@@ -33,7 +33,7 @@ class Forces:
     def gaps(self) -> NDArray[np.intp]:
         """The samples that a gap follows: shape (gaps,).
 
-        >>> Forces(np.array([0.0, 0.1, 0.2, 0.5, 0.6]), np.zeros((5, 1, 4)), 10.0).gaps()
+        >>> ForceSeries(np.array([0.0, 0.1, 0.2, 0.5, 0.6]), np.zeros((5, 1, 4)), 10.0).gaps()
         array([2])
         """
         return np.flatnonzero(np.diff(self.time_s) > GAP_PERIODS / self.rate_hz)
@@ -48,7 +48,7 @@ def floor_beside(path: str | Path) -> Path:
     return Path(path).with_suffix(".floor.json")
 
 
-def read_forces(path: str | Path, floor: Floor) -> Forces:
+def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     """The forces in a CSV file, at least two samples of every sensor of `floor`, in any order of columns.
 
     Raises `BadFile`, one line that names the file and the line in it: a file that cannot be read or is not text, a
@@ -80,7 +80,7 @@ def read_forces(path: str | Path, floor: Floor) -> Forces:
         raise _fault(path, lines) or BadFile(f"{path} is no force CSV that can be read")
     time_s = np.ascontiguousarray(table[:, order[0]])
     force_n = np.ascontiguousarray(table[:, order[1:]]).reshape(len(table), len(floor.tiles), 4)
-    return Forces(time_s, force_n, float(1.0 / np.median(np.diff(time_s))))
+    return ForceSeries(time_s, force_n, float(1.0 / np.median(np.diff(time_s))))
 
 
 def _columns(path: str | Path, names: list[str], floor: Floor) -> list[int]:

@@ -21,6 +21,17 @@ VERSION = 1
 
 Point = tuple[float, float]
 
+PLATE = np.dtype(
+    [
+        ("sensors_m", np.float64, (4, 2)),
+        ("centre_m", np.float64, (2,)),
+        ("axes", np.float64, (2, 2)),
+        ("half_m", np.float64, (2,)),
+    ],
+    align=True,
+)
+"""A tile's geometry as kernels read it: as in `Tile`, and half its size."""
+
 
 class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One rigid plate on four sensors. Raises `BadValue` for what cannot be a tile.
@@ -119,6 +130,14 @@ class Floor(msgspec.Struct, frozen=True):
     def sensors_m(self) -> NDArray[np.float64]:
         """All sensors, each in its tile's frame: shape (tiles, 4, 2)."""
         return np.array([tile.sensors_m for tile in self.tiles], dtype=np.float64)
+
+    def plates(self) -> NDArray[np.void]:
+        """The tiles' geometry as kernels read it: shape (tiles,) of `PLATE`."""
+        table = np.zeros(len(self.tiles), PLATE)
+        for plate, tile in zip(table, self.tiles, strict=True):
+            plate["sensors_m"], plate["centre_m"], plate["axes"] = tile.sensors_m, tile.centre_m, tile.axes
+            plate["half_m"] = np.array(tile.size_m) / 2.0
+        return table
 
     def gaps_m(self) -> NDArray[np.float64]:
         """How far each tile's edge is from each other's, shape (tiles, tiles); 0 where they touch or overlap.

@@ -1,4 +1,4 @@
-"""Live readings of a whole floor to newtons: each sensor's curve, what it remembers, and where the load really stands.
+"""Live readings of a whole floor to newtons: each sensor's curve, its hysteresis and creep, and the centroid.
 
 What a centroid calibration corrects is a place; here it is given back as corner forces: of the same sum, and with the
 centroid where it should be, so that whoever has the forces has the place.
@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.centroid_correction import place, weigh
-from underfoot.floor.curves import MOST_PLAYS, Correction
-from underfoot.floor.layout import Floor
-from underfoot.floor.profile import Profile
+from underfoot.floor.centroid_correction import CentroidCorrection, CorrectionArrays, centroid, linearise
+from underfoot.floor.curves import Curve
+from underfoot.floor.layout import Floor, Tile
+from underfoot.floor.profile import Centroid, Profile
 from underfoot.kernels import kernel
 from underfoot.models.tile import fsr_hysteresis
+from underfoot.models.tile.fsr_hysteresis import LAGS_S, MOST_PLAYS
 
 COUNTS = 0x10000
 """How many readings there are: 0 to 65535."""
@@ -27,32 +28,44 @@ Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 
-class Tables(NamedTuple):
-    """What is known of a floor's sensors; the first axis of most is the tile, the second the sensor."""
+PLACING = np.dtype(
+    [
+        ("least_n", np.float64),
+        ("sensors_m", np.float64, (4, 2)),
+        ("floor_sensors_m", np.float64, (4, 2)),
+        ("gains", np.float64, (4,)),
+        ("scale_m", np.float64),
+        ("corners", np.int64),
+        ("per_moment", np.float64, (4, 2)),
+    ],
+    align=True,
+)
+"""The centroid correction of a tile, but for the arrays of `ConversionTables`. Below `least_n` there is none; infinite
+for a tile without a correction. `sensors_m` are those that it was fitted with, `floor_sensors_m` those of the floor.
+`per_moment` are corner forces of sum 0 with a moment of 1 N m along x, and along y."""
+
+
+class ConversionTables(NamedTuple):
+    """What is known of a floor's sensors; the first axis of most arrays is the tile, the second the sensor."""
 
     curve: Whole  # (tiles, 4): which of `curves` a sensor has; `NOMINAL` for one without
-    curves: Floats  # (curves, COUNTS): newtons of every reading, before what is remembered is taken out
-    learned: Whole  # (tiles,): whether there is more than curves
-    plays: Whole  # (tiles, 4): of a sensor's memory; -1 without one
-    creep: Floats
-    relative: Whole
-    widths: Floats  # (tiles, 4, plays)
-    weights: Floats  # (tiles, 4, 1 + plays)
-    limits_n: Floats  # (tiles, 4, 2)
-    memory: Floats  # (tiles, 4, state)
-    least_n: Floats  # (tiles,): the least load that is put in its place; infinite without a correction
-    sensors_m: Floats  # (tiles, 4, 2): those that it was learned with
-    gains: Floats  # (tiles, 4)
-    bends_n: Floats  # (tiles, bends): 1 where there are fewer
-    bends: Floats  # (tiles, 4, 1 + bends): 0 where there are fewer
+    curves: Floats  # (curves, COUNTS): newtons of every reading, before compensation
+    corrected: NDArray[np.bool_]  # (tiles,): whether there is more than curves
+    compensated: NDArray[np.bool_]  # (tiles, 4): whether hysteresis and creep are known
+    models: NDArray[np.void]  # (tiles, 4) of `fsr_hysteresis.MODEL`
+    states: NDArray[np.void]  # (tiles, 4) of `fsr_hysteresis.STATE`
+    limits_n: Floats  # (tiles, 4, 2): the least and the most force of a compensated sensor
+    placings: NDArray[np.void]  # (tiles,) of `PLACING`
+    nonlinearity_scales_n: Floats  # (tiles, scales): 1 where there are fewer
+    nonlinearity: Floats  # (tiles, 4, 1 + scales): 0 where there are fewer
     powers: Whole  # (tiles, terms, 2)
     displacement_m: Floats  # (tiles, terms, 2): 0 where there are fewer
-    scale_m: Floats  # (tiles,)
-    corners: Whole  # (tiles,): of the area
     area_m: Floats  # (tiles, corners, 2)
-    pushes: Floats  # (tiles, 4, 2): corner forces of sum 0 that move a load of 1 N by a metre along x, and along y
-    place_m: Floats  # (tiles, 4, 2): the floor's own sensors
-    work: Floats  # (4, ...): to work in
+    apparent_n: Floats  # (1,): to work in, as all that follow
+    time_s: Floats  # (1,)
+    steps: Floats  # (lags,)
+    terms: Floats  # (1, 1 + plays)
+    linear_n: Floats  # (4,)
 
 
 def uncalibrated(floor: Floor, profiles: Mapping[str, Profile], instead: str) -> tuple[str, ...]:
@@ -67,122 +80,144 @@ def uncalibrated(floor: Floor, profiles: Mapping[str, Profile], instead: str) ->
     return (f"uncalibrated: {', '.join(some)} ({instead})",) if bare else ()
 
 
-def tables_of(floor: Floor, profiles: Mapping[str, Profile], nominal: Floats) -> Tables:
+def conversion_tables(floor: Floor, profiles: Mapping[str, Profile], nominal: Floats) -> ConversionTables:
     """The tables of a floor whose tiles have these `profiles`, by id; `nominal` (COUNTS,) reads all other sensors."""
     tiles = len(floor.tiles)
     known = [profiles.get(tile.id, Profile(tile=tile.id)) for tile in floor.tiles]
-    learned = [_correction(profile) for profile in known]
-    bends, terms, corners = (
-        max((len(getattr(one, name)) for one in learned if one is not None), default=0)
-        for name in ("bends_n", "powers", "area_m")
+    corrections = [_correction(profile) for profile in known]
+    scales, terms, corners = (
+        max((len(getattr(one, name)) for one in corrections if one is not None), default=0)
+        for name in ("nonlinearity_scales_n", "powers", "area_m")
     )
     curves = [nominal]
-    p = Tables(
+    tables = ConversionTables(
         curve=np.full((tiles, 4), NOMINAL, np.int64),
         curves=nominal[None],
-        learned=np.zeros(tiles, np.int64),
-        plays=np.full((tiles, 4), -1, np.int64),
-        creep=np.zeros((tiles, 4)),
-        relative=np.zeros((tiles, 4), np.int64),
-        widths=np.zeros((tiles, 4, MOST_PLAYS)),
-        weights=np.zeros((tiles, 4, MOST_PLAYS + 1)),
+        corrected=np.zeros(tiles, np.bool_),
+        compensated=np.zeros((tiles, 4), np.bool_),
+        models=np.zeros((tiles, 4), fsr_hysteresis.MODEL),
+        states=np.zeros((tiles, 4), fsr_hysteresis.STATE),
         limits_n=np.zeros((tiles, 4, 2)),
-        memory=np.zeros((tiles, 4, fsr_hysteresis.state_size())),
-        least_n=np.full(tiles, np.inf),
-        sensors_m=np.zeros((tiles, 4, 2)),
-        gains=np.ones((tiles, 4)),
-        bends_n=np.ones((tiles, bends)),
-        bends=np.zeros((tiles, 4, bends + 1)),
+        placings=np.zeros(tiles, PLACING),
+        nonlinearity_scales_n=np.ones((tiles, scales)),
+        nonlinearity=np.zeros((tiles, 4, scales + 1)),
         powers=np.zeros((tiles, terms, 2), np.int64),
         displacement_m=np.zeros((tiles, terms, 2)),
-        scale_m=np.ones(tiles),
-        corners=np.zeros(tiles, np.int64),
         area_m=np.zeros((tiles, corners, 2)),
-        pushes=np.zeros((tiles, 4, 2)),
-        place_m=np.array([tile.sensors_m for tile in floor.tiles]),
-        work=np.zeros((4, max(MOST_PLAYS + 1, fsr_hysteresis.LAGS_S.size))),
+        apparent_n=np.zeros(1),
+        time_s=np.zeros(1),
+        steps=np.zeros(LAGS_S.size),
+        terms=np.zeros((1, 1 + MOST_PLAYS)),
+        linear_n=np.zeros(4),
     )
-    for k, (profile, correction) in enumerate(zip(known, learned, strict=True)):
+    tables.placings["least_n"] = np.inf
+    for k, (tile, profile, correction) in enumerate(zip(floor.tiles, known, corrections, strict=True)):
         for j, curve in enumerate(profile.fsr.sensors if profile.fsr is not None else ()):
             if not curve.uncalibrated:  # else the profile says so
-                p.curve[k, j] = len(curves)
-                every = np.arange(COUNTS, dtype=np.float64)
-                curves.append(curve.force(every) if curve.memory is None else curve.apparent(every))
-                p.limits_n[k, j] = curve.limits_n
-                if curve.memory is not None:
-                    p.plays[k, j] = plays = len(curve.memory.widths)
-                    p.creep[k, j], p.relative[k, j] = curve.memory.creep, curve.memory.relative
-                    p.widths[k, j, :plays], p.weights[k, j, : plays + 1] = curve.memory.widths, curve.memory.weights
+                tables.curve[k, j] = len(curves)
+                curves.append(_set_sensor(tables, k, j, curve))
         if correction is not None and profile.centroid is not None:
-            p.least_n[k] = profile.centroid.least_n
-            p.sensors_m[k] = profile.centroid.sensors_m
-            _set_correction(p, k, correction)
-    p.learned[:] = (p.plays >= 0).any(axis=1) | np.isfinite(p.least_n)
-    return p._replace(curves=np.array(curves))
+            _set_placing(tables, k, tile, profile.centroid, correction.arrays())
+    tables.corrected[:] = tables.compensated.any(axis=1) | np.isfinite(tables.placings["least_n"])
+    return tables._replace(curves=np.array(curves))
 
 
-def _correction(profile: Profile) -> Correction | None:
-    """What was learned for the newtons that the profile's curves give live."""
+def _correction(profile: Profile) -> CentroidCorrection | None:
+    """The correction of the newtons that the profile's curves give live."""
     part = profile.centroid
     if part is None:
         return None
-    remembers = profile.fsr is not None and any(curve.memory is not None for curve in profile.fsr.sensors)
-    return part.over_time if remembers and part.over_time is not None else part.correction
+    compensated = profile.fsr is not None and any(curve.compensation is not None for curve in profile.fsr.sensors)
+    return part.over_time if compensated and part.over_time is not None else part.correction
 
 
-def _set_correction(p: Tables, k: int, correction: Correction) -> None:
-    gains, bends_n, bends = correction.weights()
-    powers, displacement, p.scale_m[k], area = correction.terms()
-    p.gains[k], p.bends_n[k, : bends_n.size] = gains, bends_n
-    if bends.size:
-        p.bends[k, :, : bends_n.size + 1] = bends
-    p.powers[k, : len(powers)], p.displacement_m[k, : len(powers)] = powers, displacement
-    p.corners[k], p.area_m[k, : len(area)] = len(area), area
-    levers = np.vstack([np.ones(4), p.place_m[k].T])
-    p.pushes[k] = np.linalg.pinv(levers)[:, 1:]
+def _set_sensor(tables: ConversionTables, k: int, j: int, curve: Curve) -> Floats:
+    """Put the compensation of a sensor into the tables; its newtons of every reading, (COUNTS,)."""
+    every = np.arange(COUNTS, dtype=np.float64)
+    tables.limits_n[k, j] = curve.limits_n
+    if curve.compensation is None:
+        return curve.force(every)
+    tables.compensated[k, j] = True
+    tables.models[k, j] = curve.compensation.model().record()
+    return curve.apparent(every)
+
+
+def _set_placing(tables: ConversionTables, k: int, tile: Tile, part: Centroid, c: CorrectionArrays) -> None:
+    placing = tables.placings[k]
+    placing["least_n"], placing["gains"], placing["scale_m"] = part.least_n, c.gains, c.scale_m
+    placing["sensors_m"], placing["floor_sensors_m"] = part.sensors_m, tile.sensors_m
+    placing["corners"] = len(c.area_m)
+    levers = np.vstack([np.ones(4), np.array(tile.sensors_m).T])
+    placing["per_moment"] = np.linalg.pinv(levers)[:, 1:]
+    scales = c.nonlinearity_scales_n.size
+    tables.nonlinearity_scales_n[k, :scales] = c.nonlinearity_scales_n
+    if c.nonlinearity.size:
+        tables.nonlinearity[k, :, : scales + 1] = c.nonlinearity
+    tables.powers[k, : len(c.powers)], tables.displacement_m[k, : len(c.powers)] = c.powers, c.displacement_m
+    tables.area_m[k, : len(c.area_m)] = c.area_m
 
 
 @kernel
-def correct_all(p, rows, time_s, newtons):
+def correct_all(tables: ConversionTables, rows: Whole, time_s: Floats, newtons: Floats) -> None:
     """Correct newtons (n, 4) that the curves gave, each of the tile in `rows` (n,) at `time_s` (n,), in that order."""
     for i in range(len(rows)):
-        if p.learned[rows[i]] != 0:
-            _correct(p, rows[i], time_s[i], newtons[i])
+        if tables.corrected[rows[i]]:
+            _correct(tables, rows[i], time_s[i], newtons[i])
 
 
 @kernel
-def correct_floor(p, first, count, period_s, newtons):
+def correct_floor(tables: ConversionTables, first: int, count: int, period_s: float, newtons: Floats) -> None:
     """Correct newtons (n, tiles, 4) that the curves gave: `count` samples from the absolute number `first` on."""
-    for k in range(len(p.learned)):
-        if p.learned[k] != 0:
+    for k in range(len(tables.corrected)):
+        if tables.corrected[k]:
             for i in range(count):
-                _correct(p, k, (first + i) * period_s, newtons[i, k])
+                _correct(tables, k, (first + i) * period_s, newtons[i, k])
 
 
 @kernel
-def _correct(p, k, time_s, newtons):
-    """Take out what the sensors of a tile remember, and put the centroid in its place. Allocates nothing.
+def reset_sensors(tables: ConversionTables, k: int) -> None:
+    """Make the sensors of a tile as they are when they have rested: no hysteresis or creep of loads before."""
+    for j in range(4):
+        fsr_hysteresis.reset(tables.states[k, j])
 
-    Time that runs back is none.
+
+@kernel
+def _correct(tables: ConversionTables, k: int, time_s: float, newtons: Floats) -> None:
+    """Compensate hysteresis and creep of a tile's sensors and correct its centroid. Allocates nothing.
+
+    Time that runs back counts as none passed.
     """
     for j in range(4):
-        plays = p.plays[k, j]
-        if plays >= 0:
-            u, t, share, terms = p.work[0, :1], p.work[1, :1], p.work[2, : fsr_hysteresis.LAGS_S.size], p.work[3:]
-            u[0], t[0] = newtons[j], time_s
-            widths, weights = p.widths[k, j, :plays], p.weights[k, j, : plays + 1]
-            fsr_hysteresis.remember(u, t, p.creep[k, j], p.relative[k, j] != 0, widths, p.memory[k, j], share, terms)
-            fsr_hysteresis.weigh(terms, weights, u)
-            newtons[j] = min(max(u[0], p.limits_n[k, j, 0]), p.limits_n[k, j, 1])
+        if tables.compensated[k, j]:
+            apparent_n, model = tables.apparent_n, tables.models[k, j]
+            apparent_n[0], tables.time_s[0] = newtons[j], time_s
+            fsr_hysteresis.play_operators(
+                apparent_n, tables.time_s, model, tables.states[k, j], tables.steps, tables.terms
+            )
+            fsr_hysteresis.weighted_sum(tables.terms, model, apparent_n)
+            newtons[j] = min(max(apparent_n[0], tables.limits_n[k, j, 0]), tables.limits_n[k, j, 1])
     total = newtons[0] + newtons[1] + newtons[2] + newtons[3]
-    if total > 0.0 and math.isfinite(p.least_n[k]):
-        weighed = p.work[0, :4]
-        weigh(newtons, p.gains[k], p.bends_n[k], p.bends[k], weighed)
-        area_m = p.area_m[k, : p.corners[k]]
-        x, y = place(weighed, p.sensors_m[k], p.least_n[k], p.powers[k], p.displacement_m[k], p.scale_m[k], area_m)
-        if math.isfinite(x):
-            for j in range(4):
-                x -= newtons[j] * p.place_m[k, j, 0] / total
-                y -= newtons[j] * p.place_m[k, j, 1] / total
-            for j in range(4):
-                newtons[j] += total * (p.pushes[k, j, 0] * x + p.pushes[k, j, 1] * y)
+    if total > 0.0 and math.isfinite(tables.placings[k].least_n):
+        _correct_centroid(tables, k, total, newtons)
+
+
+@kernel
+def _correct_centroid(tables: ConversionTables, k: int, total_n: float, newtons: Floats) -> None:
+    placing = tables.placings[k]
+    correction = CorrectionArrays(
+        placing.gains,
+        tables.nonlinearity_scales_n[k],
+        tables.nonlinearity[k],
+        tables.powers[k],
+        tables.displacement_m[k],
+        placing.scale_m,
+        tables.area_m[k, : placing.corners],
+    )
+    linearise(newtons, correction, tables.linear_n)
+    x, y = centroid(tables.linear_n, placing.sensors_m, placing.least_n, correction)
+    if math.isfinite(x):
+        for j in range(4):
+            x -= newtons[j] * placing.floor_sensors_m[j, 0] / total_n
+            y -= newtons[j] * placing.floor_sensors_m[j, 1] / total_n
+        for j in range(4):
+            newtons[j] += total_n * (placing.per_moment[j, 0] * x + placing.per_moment[j, 1] * y)

@@ -1,8 +1,8 @@
-"""What calibration knows of one tile, in one file: newtons, centimetres and accelerations that can be trusted.
+"""The calibration of one tile, in one file: from readings to newtons, to a centroid, and from drive to acceleration.
 
 A profile has up to three parts. `fsr` turns readings into newtons, `centroid` newtons into a place, and `response` says
-how the plate answers its shaker. Each part keeps its date, its reference, its measured error and its verdict; a part
-that is replaced goes to `earlier` and can be restored.
+how the plate responds to its shaker. Each part keeps its date, its reference, its measured error and its verdict; a
+part that is replaced goes to `earlier` and can be restored.
 """
 
 from datetime import date
@@ -16,8 +16,11 @@ from underfoot import __version__
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
-from underfoot.floor.curves import Correction, Curve, require_numbers
+from underfoot.floor.centroid_correction import CentroidCorrection
+from underfoot.floor.curves import Curve, require_numbers
 from underfoot.floor.layout import Floor
+from underfoot.models.filtering import cascade
+from underfoot.models.tile.fsr_hysteresis import STATE
 from underfoot.parameters import IDENTIFIER
 
 FORMAT = "underfoot-profile"
@@ -26,11 +29,11 @@ PARTS = ("fsr", "centroid", "response")
 OLD_DAYS = 90
 """A part older than this is flagged: rubber creeps, resistors wear, screws work loose."""
 NOMINAL_ACCELERATION = 20.0
-"""m/s^2 a full-scale unit until the response is measured (CONTRACTS.md)."""
+"""m/s^2 a full-scale unit until the response is measured (docs/contracts.md#output)."""
 
 
 class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What every part says of itself: when and against what it was made, how far it errs, and what it is good for.
+    """What every part has: its date and reference, its error, and whether the error is acceptable.
 
     `error` is in `error_unit`, measured on data that was not used to fit; `error_allowed` is what the verdict allows.
     `figures` are all that was measured, by name with the unit in it.
@@ -64,8 +67,8 @@ class Centroid(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
     sensors_m: tuple[tuple[float, float], ...]
-    correction: Correction = Correction()
-    over_time: Correction | None = None
+    correction: CentroidCorrection = CentroidCorrection()
+    over_time: CentroidCorrection | None = None
     least_n: float = 20.0
 
     def __post_init__(self) -> None:
@@ -77,7 +80,7 @@ class Centroid(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What the plate makes of the shaker's signal: `magnitude` in m/s^2 a full-scale unit at `frequencies_hz`.
+    """The response of the plate to its shaker: `magnitude` in m/s^2 a full-scale unit at `frequencies_hz`.
 
     `acceleration_per_unit` is the level at which a stimulus in m/s^2 plays, with the equaliser before it; `equaliser`
     are second-order sections (b0, b1, b2, a0, a1, a2) at `rate_hz`; `band_hz` is the band that can be used.
@@ -104,7 +107,7 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
             require_numbers("equaliser", section, 1e9)
         level = self.acceleration_per_unit
         require(0.0 < level < 1e6, "acceleration_per_unit", level, "above 0, below 1e6 m/s^2")
-        stable = all(s[3] == 1.0 and abs(s[5]) < 1.0 and abs(s[4]) < 1.0 + s[5] for s in self.equaliser)
+        stable = all(cascade.is_stable(section) for section in self.equaliser)
         require(stable, "equaliser", self.equaliser, "stable second-order sections with a0 = 1")
 
 
@@ -127,7 +130,7 @@ class Earlier(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
 
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What calibration knows of one tile. Raises `BadValue` for what cannot be a profile.
+    """The calibration of one tile. Raises `BadValue` for values that are not allowed.
 
     >>> profile = Profile(tile="t1")
     >>> profile.acceleration_per_unit, profile.equaliser.shape, profile.is_calibrated
@@ -171,26 +174,26 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
             newtons[..., j] = curve.force(counts[..., j])
         return newtons
 
-    def memory(self) -> NDArray[np.float64]:
-        """The state of `force_over_time` for a tile that has rested; hand it on from block to block."""
-        from underfoot.models.tile.fsr_hysteresis import state_size
-
-        return np.zeros((4, state_size()))
+    @staticmethod
+    def rested() -> NDArray[np.void]:
+        """The states of `force_over_time`, (4,), for sensors that have rested; to be passed on from block to block."""
+        return np.zeros(4, STATE)
 
     def force_over_time(
-        self, readings: ArrayLike, time_s: ArrayLike, memory: NDArray[np.float64] | None = None
+        self, readings: ArrayLike, time_s: ArrayLike, states: NDArray[np.void] | None = None
     ) -> NDArray[np.float64]:
-        """Newtons of `readings`, shape (n, 4), taken at `time_s` (n,), with hysteresis and creep taken out.
+        """Newtons of `readings`, shape (n, 4), taken at `time_s` (n,), with hysteresis and creep compensated.
 
-        Begins at rest, or where `memory` of the block before left off; any split gives the same newtons. A sensor whose
-        recording did not show what it remembers is as in `force`. Time that runs back counts as none passed.
+        The sensors have rested before, or are as the block before left their `states` (see `rested`); any split gives
+        the same newtons. A sensor whose calibration has no compensation is as in `force`. Time that runs back counts as
+        none passed.
         """
         counts, times = _four(readings, "readings"), np.asarray(time_s, dtype=np.float64)
         require(counts.ndim == 2, "readings", counts.shape, "shape (n, 4)")
         require(times.shape == counts.shape[:1], "time_s", times.shape, f"as many as readings, {counts.shape[:1]}")
         if self.fsr is None:
             return counts.copy()
-        states = self.memory() if memory is None else memory
+        states = self.rested() if states is None else states
         columns = [
             curve.force_over_time(np.ascontiguousarray(counts[:, j]), times, states[j])
             for j, curve in enumerate(self.fsr.sensors)
@@ -209,7 +212,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         if part is None:
             raise BadValue(f"the profile of {self.tile} has no centroid part; calibrate the centroid first")
         correction = part.over_time if over_time and part.over_time is not None else part.correction
-        return correction.place(newtons, np.array(part.sensors_m), part.least_n)
+        return correction.position(newtons, np.array(part.sensors_m), part.least_n)
 
     @property
     def equaliser(self) -> NDArray[np.float64]:
@@ -223,7 +226,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return NOMINAL_ACCELERATION if self.response is None else self.response.acceleration_per_unit
 
     def flags(self, tile: str, today: date, serial: str = "") -> tuple[str, ...]:
-        """What speaks against using this profile on `tile` today: one line each.
+        """The reasons against using this profile on `tile` today: one line each.
 
         >>> Profile(tile="t1").flags("t2", date(2024, 5, 1))
         ('profile of t1 is used on t2', 'profile of t1 has no calibrated part')
@@ -327,7 +330,7 @@ def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
     return {tile: Profile.load(path) for tile, path in paths.items() if path.exists()}
 
 
-def opened(path: str | Path, tile: str, serial: str = "") -> Profile:
+def load_for_tile(path: str | Path, tile: str, serial: str = "") -> Profile:
     """The profile in a file that a part of `tile` is to go into.
 
     `BadFile` where the file is not a profile, or is one of another tile or serial number: a part of one tile never goes

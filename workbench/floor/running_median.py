@@ -1,13 +1,16 @@
-"""A window of values in ascending order, one kernel a step: its median and its spread are read off it."""
+"""Running median and median absolute deviation: a window of values, kept in ascending order."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.kernels import kernel
 
+Floats = NDArray[np.float64]
+
 
 @kernel
-def insert(ascending, n, value):
-    """Put a value among the first n."""
+def insert(ascending: Floats, n: int, value: float) -> None:
+    """Put a value among the first n, which are in ascending order."""
     while n > 0 and ascending[n - 1] > value:
         ascending[n] = ascending[n - 1]
         n -= 1
@@ -15,8 +18,8 @@ def insert(ascending, n, value):
 
 
 @kernel
-def exchange(ascending, goes, comes):
-    """Put one value in another's stead: only what lies between the two moves."""
+def exchange(ascending: Floats, goes: float, comes: float) -> None:
+    """Replace one value of a full window by another: only what lies between the two moves."""
     place = np.searchsorted(ascending, goes)
     while place + 1 < ascending.size and ascending[place + 1] < comes:
         ascending[place] = ascending[place + 1]
@@ -28,8 +31,8 @@ def exchange(ascending, goes, comes):
 
 
 @kernel
-def median(ascending, n):
-    """The middle of the first n.
+def median(ascending: Floats, n: int) -> float:
+    """The median of the first n.
 
     >>> median(np.array([1.0, 2.0, 4.0, 9.0]), 4)
     3.0
@@ -38,8 +41,12 @@ def median(ascending, n):
 
 
 @kernel
-def spread(ascending, n):
-    """The median of the distances from the median: the nearer half is a stretch of the row, found from its middle."""
+def median_deviation(ascending: Floats, n: int) -> float:
+    """The median absolute deviation of the first n: the nearer half is a stretch of the row, found from its middle.
+
+    >>> median_deviation(np.array([1.0, 2.0, 4.0, 9.0, 10.0]), 5)
+    3.0
+    """
     middle = median(ascending, n)
     below, above = (n - 1) // 2, (n - 1) // 2 + 1
     distance = 0.0

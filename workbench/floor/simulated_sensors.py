@@ -1,25 +1,30 @@
-"""The sensors of a whole simulated floor, honest ones, in real time: from the forces on its tiles to what is read."""
+"""The non-ideal sensors of a whole simulated floor, in real time: from the forces on its tiles to what is read."""
 
 from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.floor.corner_split import hand_shift_m, lift_corners
 from underfoot.floor.layout import Floor
-from underfoot.floor.live_readings import COUNTS, NOMINAL, correct_floor, tables_of, uncalibrated
+from underfoot.floor.live_readings import COUNTS, NOMINAL, conversion_tables, correct_floor, uncalibrated
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulated_tile import SimulatedTile, TileParameters, hand_lean_m, seat
+from underfoot.floor.simulated_tile import SimulatedTile
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import kernel
 from underfoot.models.tile import fsr
 
+Floats = NDArray[np.float64]
 
-class FloorSensors:
+
+class SimulatedSensors:
     """Every tile is a `SimulatedTile` of its own, drawn by `seed` and its id; `profiles` by tile id turn counts into
-    newtons, with what sensors remember taken out and centroids in their place (`reading`).
+    newtons, with hysteresis and creep compensated and centroids corrected (`live_readings`).
 
-    A tile without one is read by the nominal law of its kind of sensor, with the nominal weight of the plate taken off;
-    `lines` name these. `counts` (most, tiles, 4) are the last readings. `lean_m` (tiles, 2) is where a hand's shear
-    moves it, `leans_m` (tiles,) how far a foot's does.
+    A tile without one is read by the nominal curve of its kind of sensor, with the nominal weight of the plate taken
+    off; `lines` name these. `counts` (most, tiles, 4) are the last readings. `hand_shift_m` (tiles, 2) is how far a
+    hand's shear moves its centroid, `foot_shift_m` (tiles,) how far a foot's does.
     """
 
     def __init__(
@@ -33,51 +38,69 @@ class FloorSensors:
     ) -> None:
         self.tiles = [SimulatedTile(tile, parameters, seed) for tile in floor.tiles]
         self.counts = np.zeros((most, len(floor.tiles), 4))
-        self.lean_m = np.array([hand_lean_m(tile, parameters.split, seed) for tile in floor.tiles])
-        self.leans_m = np.array([tile.sensor_depth_m * parameters.split.shear for tile in floor.tiles])
-        self._splits = np.array([one.split for one in self.tiles])
-        self._alike = np.array([np.eye(4)] * len(floor.tiles))
-        self._preloads = np.array([one.preload_n for one in self.tiles])
-        self._twists = np.array([one.twist for one in self.tiles])
-        self._keys = np.array([one.noise_keys for one in self.tiles])
-        self._tunings = np.array([one.tunings(rate_hz) for one in self.tiles])
-        self._memory = np.zeros((len(floor.tiles), 4, fsr.state_size()))
-        for k in range(len(floor.tiles)):
-            for sensor in range(4):
-                fsr.settle(self._memory[k, sensor], self._tunings[k, sensor], self._preloads[k])
-        self.lines = uncalibrated(floor, profiles or {}, "the nominal law of the sensors is assumed")
-        self._tables = tables_of(floor, profiles or {}, parameters.sensors.corner_n(np.arange(COUNTS)))
-        self._learned = bool(self._tables.learned.any())
-        self._zeros = np.where(self._tables.curve == NOMINAL, self._preloads[:, None], 0.0)
+        self.hand_shift_m = np.array([hand_shift_m(tile, parameters.split, seed) for tile in floor.tiles])
+        self.foot_shift_m = np.array([tile.sensor_depth_m * parameters.split.shear for tile in floor.tiles])
+        self.lines = uncalibrated(floor, profiles or {}, "the nominal curve of the sensors is assumed")
+        self._tables = conversion_tables(floor, profiles or {}, parameters.sensors.corner_n(np.arange(COUNTS)))
+        self._is_corrected = bool(self._tables.corrected.any())
+        preloads_n = np.array([one.preload_n for one in self.tiles])
+        arrays = _Arrays(
+            states=np.zeros((len(floor.tiles), 4), fsr.STATE),
+            coefficients=np.array([one.coefficients(rate_hz) for one in self.tiles]),
+            keys=np.array([one.noise_keys for one in self.tiles]),
+            splits=np.array([one.split for one in self.tiles]),
+            preloads_n=preloads_n,
+            twists=np.array([one.twist for one in self.tiles]),
+            curve=self._tables.curve,
+            curves=self._tables.curves,
+            zeros_n=np.where(self._tables.curve == NOMINAL, preloads_n[:, None], 0.0),
+        )
+        for k, preload_n in enumerate(preloads_n):
+            fsr.settle(arrays.states[k], arrays.coefficients[k], preload_n)
+        # For a named tuple Numba makes new strings at each call.
+        self._arrays = tuple(arrays)
+        self._already_split = tuple(arrays._replace(splits=np.array([np.eye(4)] * len(floor.tiles))))
         self._period_s = 1.0 / rate_hz
         self.read(np.zeros((0, len(floor.tiles), 4)), 0, 0)  # loads the kernels
 
-    def read(self, forces_n: NDArray[np.float64], first: int, count: int, is_split: bool = False) -> None:
+    def read(self, forces_n: Floats, first: int, count: int, is_split: bool = False) -> None:
         """Put in place of the first `count` of `forces_n` (n, tiles, 4) the newtons that are read of them.
 
         `first` is the absolute number of the first sample. Forces are split bilinearly, or, if `is_split`, as a real
         plate did; a corner that would pull lifts off. Allocates nothing.
         """
-        _read(
-            self._memory, self._tunings, self._keys, self._alike if is_split else self._splits, self._preloads,
-            self._twists, self._tables.curve, self._tables.curves, self._zeros, forces_n, self.counts, first, count,
-        )  # fmt: skip
-        if self._learned:
+        _read(self._already_split if is_split else self._arrays, forces_n, self.counts, first, count)
+        if self._is_corrected:
             correct_floor(self._tables, first, count, self._period_s, forces_n)
 
 
+class _Arrays(NamedTuple):
+    """The sensors of a floor as the kernel reads them; the first axis is the tile, the second the sensor."""
+
+    states: NDArray[np.void]  # (tiles, 4) of `fsr.STATE`
+    coefficients: NDArray[np.void]  # (tiles, 4) of `fsr.COEFFICIENTS`
+    keys: NDArray[np.uint64]  # (tiles, 4): of the noise
+    splits: Floats  # (tiles, 4, 4): what each sensor carries of each bilinear corner force
+    preloads_n: Floats  # (tiles,): the plate's own weight on a sensor
+    twists: Floats  # (tiles, 4)
+    curve: NDArray[np.int64]  # (tiles, 4): which of `curves` a sensor has
+    curves: Floats  # (curves, COUNTS): newtons of every reading
+    zeros_n: Floats  # (tiles, 4): newtons of the unloaded tile, taken off
+
+
 @kernel
-def _read(memory, tunings, keys, splits, preloads, twists, curve, curves, zeros, forces, counts, first, count):
-    for k in range(len(splits)):
+def _read(arrays: tuple[Any, ...], forces_n: Floats, counts: Floats, first: int, count: int) -> None:
+    a = _Arrays(*arrays)
+    for k in range(len(a.splits)):
         for i in range(count):
             # Loads stand where the counts will: what is sensed may be written over it.
             for sensor in range(4):
-                load = preloads[k]
+                load_n = a.preloads_n[k]
                 for other in range(4):
-                    load += splits[k, sensor, other] * forces[i, k, other]
-                counts[i, k, sensor] = load
-            seat(counts[i, k], twists[k])
-        fsr.sense_tile(memory[k], tunings[k], keys[k], counts[:, k], counts[:, k], first, count)
+                    load_n += a.splits[k, sensor, other] * forces_n[i, k, other]
+                counts[i, k, sensor] = load_n
+            lift_corners(counts[i, k], a.twists[k])
+        fsr.sense(a.states[k], a.coefficients[k], a.keys[k], counts[:, k], counts[:, k], first, count)
         for i in range(count):
             for sensor in range(4):
-                forces[i, k, sensor] = curves[curve[k, sensor], int(counts[i, k, sensor])] - zeros[k, sensor]
+                forces_n[i, k, sensor] = a.curves[a.curve[k, sensor], int(counts[i, k, sensor])] - a.zeros_n[k, sensor]

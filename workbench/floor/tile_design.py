@@ -1,9 +1,11 @@
 """What a tile will do before it is built: suspension, plate and response from material and size, beside the thesis's.
 
-Where our value differs from the thesis's (chapter 4, whose equations ERRATA corrects), a sentence says why.
+Where our value differs from the thesis's (chapter 4, corrected as docs/models.md#plate has it), a sentence
+says why.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor, Tile
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import deflection_at_resonance_m
 
@@ -40,7 +42,7 @@ _MILLI = 1000.0
 class Row:
     """A quantity with its unit: the thesis's value (None: not given), ours for the thesis's tile, and this tile's.
 
-    NaN stands for what a tile does not have.
+    NaN is the value of a quantity that a tile does not have.
     """
 
     key: str
@@ -90,7 +92,7 @@ def designs(floor: Floor, parameters: TileParameters) -> list[Design]:
     >>> [(row.key, row.thesis, round(row.ours, 2)) for row in design.rows[:2]]
     [('f0_hz', 49.0, 49.01), ('deflection_corner_mm', 4.5, 11.72)]
     """
-    kinds: dict[tuple[Any, ...], list[Tile]] = {}
+    kinds: dict[tuple[object, ...], list[Tile]] = {}
     for tile in floor.tiles:
         kinds.setdefault((tile.size_m, tile.sensors_m), []).append(tile)
     thesis = Measured(_THESIS_TILE, TileParameters())
@@ -132,7 +134,7 @@ class Measured:
 
     def response_db(self, load: str) -> NDArray[np.float64]:
         """Acceleration at the accelerometer's place, dB re 1 m/s^2 a full-scale unit."""
-        body = self.parameters.assembly(self.tile, load).poles(self._heard_at_m).transfer(self.frequencies_hz)
+        body = self.parameters.assembly(self.tile, load).poles(self._accelerometer_m).transfer(self.frequencies_hz)
         return _db(self.parameters.shaker.transfer(self.frequencies_hz) * body)
 
     def places_db(self) -> dict[str, NDArray[np.float64]]:
@@ -148,11 +150,11 @@ class Measured:
         return {name: _db(mass * assembly.poles(at).transfer(self.frequencies_hz)) for name, at in places.items()}
 
     def plate_with(self, stiffness: str) -> Plate:
-        """The plate with another law of stiffness."""
+        """The plate with another model of its stiffness."""
         return msgspec.structs.replace(self.plate, stiffness=stiffness)
 
     def sandwich(self, stiffness: str, quantity: str) -> float:
-        """`rigidity_nm` or `frequency_hz` by one of the laws for sandwiches; NaN for a solid plate."""
+        """`rigidity_nm` or `frequency_hz` by one of the models of a sandwich; NaN for a solid plate."""
         if self.plate.stiffness == "solid":
             return math.nan
         plate = self.plate_with(stiffness)
@@ -169,7 +171,7 @@ class Measured:
     def bend_hz(self, is_peak: bool) -> float:
         """The deepest dip from 3 f0 on, or the highest peak, of the body at the accelerometer; NaN without one."""
         grid = np.linspace(3.0 * self.suspension.resonance_hz(), 3000.0, 5401)
-        body = self.parameters.assembly(self.tile).poles(self._heard_at_m)
+        body = self.parameters.assembly(self.tile).poles(self._accelerometer_m)
         level = _db(body.transfer(grid)) * (1.0 if is_peak else -1.0)
         tops = np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1
         return float(grid[tops[np.argmax(level[tops])]]) if tops.size else math.nan
@@ -189,15 +191,15 @@ class Measured:
         return int(np.argmin(np.abs(self.resonances_hz[:3] - self.suspension.resonance_hz())))
 
     @property
-    def _heard_at_m(self) -> tuple[float, float]:
-        return self.parameters.heard_at_m(self.tile)
+    def _accelerometer_m(self) -> tuple[float, float]:
+        return self.parameters.accelerometer_m(self.tile)
 
 
-def _sag_mm(load: str) -> Any:
+def _sag_mm(load: str) -> Callable[[Measured], float]:
     return lambda t: _MILLI * t.suspension.deflection_m(LOAD_N, load)
 
 
-_QUANTITIES: tuple[tuple[str, str, str, float | None, Any, str], ...] = (
+_QUANTITIES: tuple[tuple[str, str, str, float | None, Callable[[Measured], float], str], ...] = (
     ("f0_hz", "suspension resonance f0", "Hz", 49.0, lambda t: t.suspension.resonance_hz(), ""),
     (
         "deflection_corner_mm", "deflection, 1000 N over one corner", "mm", 4.5, _sag_mm("corner"),
@@ -282,5 +284,5 @@ _QUANTITIES: tuple[tuple[str, str, str, float | None, Any, str], ...] = (
 """Key, name, unit, the thesis's value, how ours is got, and why the two differ."""
 
 
-def _db(response: NDArray[Any]) -> NDArray[np.float64]:
+def _db(response: NDArray[np.complex128]) -> NDArray[np.float64]:
     return np.asarray(20.0 * np.log10(np.abs(response)))

@@ -13,13 +13,14 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.drawing import Drawing, page, series, svg
-from underfoot.errors import BadFile
-from underfoot.files import write_file
-from underfoot.floor.simulated_tile import LOADS
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
+from underfoot.files import make_folder, write_file
 from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
+from underfoot.floor.tile_parameters import LOADS
 from underfoot.models.tile.plate import Plate
-from underfoot.models.tile.suspension import deflection_at_resonance_m
+from underfoot.models.tile.suspension import Suspension, deflection_at_resonance_m
 
 _MILLI = 1000.0
 _ROOM_CM = 7.5
@@ -46,10 +47,7 @@ def data(found: list[Design]) -> dict[str, Any]:
 
 def write(found: list[Design], folder: Path) -> None:
     """Write `index.html`, `tile.json` and every picture as SVG into `folder`; `BadFile` where that cannot be."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadFile(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}") from None
+    make_folder(folder)
     body = []
     for design in found:
         body += _section(design)
@@ -64,74 +62,68 @@ def write(found: list[Design], folder: Path) -> None:
 
 def drawings(here: Measured) -> list[tuple[str, Drawing]]:
     """The report's pictures, each with the name of its file."""
-    return [*_suspension_drawings(here), _plate_drawing(here), _places_drawing(here), _loads_drawing(here)]
+    drawn = (
+        _resonance_drawing, _deflection_drawing, _trade_off_drawing, _plate_drawing, _places_drawing, _loads_drawing
+    )  # fmt: skip
+    return [draw(here) for draw in drawn]
 
 
-def _suspension_drawings(here: Measured) -> list[tuple[str, Drawing]]:
-    """Figure 4.9: resonance and deflection over Young's modulus, and what no choice of it can escape."""
-    modulus = np.geomspace(0.3, 20.0, 200)
-    variants = [msgspec.structs.replace(here.suspension, modulus_pa=1e6 * one) for one in modulus]
+def _resonance_drawing(here: Measured) -> tuple[str, Drawing]:
+    """Figure 4.9: resonance over Young's modulus."""
+    modulus, variants = _suspensions(here)
     f0 = np.array([one.resonance_hz() for one in variants])
-    sag = {load: [_MILLI * one.deflection_m(LOAD_N, load) for one in variants] for load in ("shared", "corner")}
     chosen = here.suspension.modulus_pa / 1e6
-    ends = [float(modulus[0]), float(modulus[-1])]
+    lines = (
+        series("f0", modulus, f0),
+        series("50 Hz", modulus[[0, -1]], [F0_LIMIT_HZ] * 2, "dashed", "alarm"),
+        series("this tile", [chosen] * 2, [float(f0[0]), float(f0[-1])], "dashed", "muted"),
+    )
+    words = "Suspension resonance (figure 4.9)"
+    return "suspension-resonance", Drawing(words, "Young's modulus, MPa", "f0, Hz", lines, x_log=True)
+
+
+def _deflection_drawing(here: Measured) -> tuple[str, Drawing]:
+    """Figure 4.9: deflection over Young's modulus."""
+    modulus, variants = _suspensions(here)
+    shared, corner = ([_MILLI * one.deflection_m(LOAD_N, load) for one in variants] for load in ("shared", "corner"))
+    chosen = here.suspension.modulus_pa / 1e6
+    lines = (
+        series("over one corner", modulus, corner, colour="force"),
+        series("shared by four", modulus, shared, colour="contact"),
+        series("5 mm", modulus[[0, -1]], [_MILLI * SAG_LIMIT_M] * 2, "dashed", "alarm"),
+        series("this tile", [chosen] * 2, [shared[-1], corner[0]], "dashed", "muted"),
+    )
+    words = "Deflection under 1000 N (figure 4.9)"
+    return "suspension-deflection", Drawing(
+        words, "Young's modulus, MPa", "deflection, mm", lines, x_log=True, y_log=True
+    )
+
+
+def _trade_off_drawing(here: Measured) -> tuple[str, Drawing]:
+    """Deflection over resonance, which no choice of material can change."""
     hz = np.linspace(20.0, 120.0, 200)
     shared = _MILLI * deflection_at_resonance_m(hz, here.suspension.mass_kg, LOAD_N)
-    mine = here.suspension.resonance_hz()
-    limit = _MILLI * SAG_LIMIT_M
-    return [
-        (
-            "suspension-resonance",
-            Drawing(
-                "Suspension resonance (figure 4.9)",
-                "Young's modulus, MPa",
-                "f0, Hz",
-                (
-                    series("f0", modulus, f0),
-                    series("50 Hz", ends, [F0_LIMIT_HZ] * 2, "dashed", "alarm"),
-                    series("this tile", [chosen] * 2, [float(f0[0]), float(f0[-1])], "dashed", "muted"),
-                ),
-                x_log=True,
-            ),
-        ),
-        (
-            "suspension-deflection",
-            Drawing(
-                "Deflection under 1000 N (figure 4.9)",
-                "Young's modulus, MPa",
-                "deflection, mm",
-                (
-                    series("over one corner", modulus, sag["corner"], colour="force"),
-                    series("shared by four", modulus, sag["shared"], colour="contact"),
-                    series("5 mm", ends, [limit] * 2, "dashed", "alarm"),
-                    series("this tile", [chosen] * 2, [sag["shared"][-1], sag["corner"][0]], "dashed", "muted"),
-                ),
-                x_log=True,
-                y_log=True,
-            ),
-        ),
-        (
-            "suspension-trade-off",
-            Drawing(
-                "What f0 costs: deflection under 1000 N, any material",
-                "f0, Hz",
-                "deflection, mm",
-                (
-                    series("one mount alone", hz, 4.0 * shared, colour="alarm"),
-                    series("over one corner", hz, 3.0 * shared, colour="force"),
-                    series("shared by four", hz, shared, colour="contact"),
-                    series("5 mm", [20.0, 120.0], [limit] * 2, "dashed", "alarm"),
-                    series("thesis: 49 Hz, 4.5 mm", [49.0], [4.5], "dots", "events"),
-                    series("this tile", [mine] * 2, [float(shared[-1]), 4.0 * float(shared[0])], "dashed", "muted"),
-                ),
-                y_log=True,
-            ),
-        ),
-    ]
+    f0 = here.suspension.resonance_hz()
+    lines = (
+        series("one mount alone", hz, 4.0 * shared, colour="alarm"),
+        series("over one corner", hz, 3.0 * shared, colour="force"),
+        series("shared by four", hz, shared, colour="contact"),
+        series("5 mm", [20.0, 120.0], [_MILLI * SAG_LIMIT_M] * 2, "dashed", "alarm"),
+        series("thesis: 49 Hz, 4.5 mm", [49.0], [4.5], "dots", "events"),
+        series("this tile", [f0] * 2, [float(shared[-1]), 4.0 * float(shared[0])], "dashed", "muted"),
+    )
+    words = "Deflection under 1000 N over f0, whatever the material"
+    return "suspension-trade-off", Drawing(words, "f0, Hz", "deflection, mm", lines, y_log=True)
+
+
+def _suspensions(here: Measured) -> tuple[NDArray[np.float64], list[Suspension]]:
+    """Young's moduli, MPa, and the tile's suspension with each."""
+    modulus = np.geomspace(0.3, 20.0, 200)
+    return modulus, [msgspec.structs.replace(here.suspension, modulus_pa=1e6 * one) for one in modulus]
 
 
 def _plate_drawing(here: Measured) -> tuple[str, Drawing]:
-    """How f1 grows with thickness, by material: a sandwich grows slower, and is lighter."""
+    """First bending mode over thickness, by material."""
     thickness = np.linspace(0.004, 0.05, 100)
     sandwich = msgspec.structs.replace(here.plate, stiffness="textbook")
     if here.plate.stiffness == "solid":

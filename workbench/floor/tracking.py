@@ -1,51 +1,40 @@
 """The kernels that follow contacts: baselines, thresholds, and which tiles carry one foot. `contacts.py` says what
 they do.
 
-Everything here goes sample by sample, so that the result does not depend on how a stream is cut into chunks. State is
-in arrays of records: one `TILE` a tile, one `CLOCK` in all. For baselines about 250 values a second are taken, each the
-mean of the samples since the one before; `ring` (tiles, length, 5) holds the latest of them, four sensors and the sum
-of the last sample alone, whose noise is asked for, and `window` (tiles, 5, n) those that count, each row in ascending
-order.
+Everything here goes sample by sample, so that the result does not depend on how a stream is cut into chunks. All state
+is in a `TrackerMemory`. For baselines about 250 values a second are taken, each the mean of the samples since the one
+before.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.layout import Floor
-from underfoot.floor.running_median import exchange, insert, median, spread
+from underfoot.floor.running_median import exchange, insert, median, median_deviation
 from underfoot.kernels import kernel
 
+Floats = NDArray[np.float64]
+
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
-"""On at `max(ON_N, ON_SIGMAS` times the noise`)`, off at `OFF_SHARE` of that (SCIENCE 14)."""
+"""A contact begins at the larger of `ON_N` and `ON_SIGMAS` times the noise, and ends below `OFF_SHARE` of that."""
 
 GUARD_S, WINDOW_S, RENEW_S, RECENT_S, MINIMUM_S = 0.2, 2.0, 0.5, 0.1, 0.1
 """A baseline leaves out the last `GUARD_S` and is of `WINDOW_S` before that, of `MINIMUM_S` at least; after a contact
-it waits for `RENEW_S` of quiet; begun anew it is of the last `RECENT_S`."""
+it waits for `RENEW_S` of quiet; a tare by hand is of the last `RECENT_S`."""
 
 BLIP_S = 0.05
-"""A contact shorter than this is no end of quiet: noise that has been thought too small must not keep itself so."""
+"""A contact shorter than this does not end a quiet stretch: it may be noise that is larger than estimated so far."""
 
 TARE_N, SETTLED_S, SETTLED_N, SETTLED_SIGMAS, NEGATIVE_S = 100.0, 0.5, 10.0, 8.0, 0.1
 """No tare exceeds `TARE_N`. A load within `SETTLED_N` or `SETTLED_SIGMAS` times the noise for `SETTLED_S` is steady;
 one below minus the on-threshold for `NEGATIVE_S` is not real."""
 
 GAP_M, EDGE_M, APART_M, ONSETS_S, DECIDED_N = 0.030, 0.15, 0.20, 0.4, 50.0
-"""One foot or two (CONTRACTS): tiles at most `GAP_M` apart, centroids at most `EDGE_M` from the shared edge and
-`APART_M` from each other, onsets within `ONSETS_S`; decided once the later contact has reached `DECIDED_N`, or is
-`ONSETS_S` old."""
-
-PLATE = np.dtype(
-    [
-        ("sensors_m", np.float64, (4, 2)),
-        ("centre_m", np.float64, (2,)),
-        ("axes", np.float64, (2, 2)),
-        ("half_m", np.float64, (2,)),
-    ],
-    align=True,
-)
-"""Where a tile lies, as `layout.Tile` has it."""
+"""One foot or two (docs/contracts.md#forces-contacts-steps): tiles at most `GAP_M` apart, centroids at most `EDGE_M`
+from the shared edge and `APART_M` from each other, onsets within `ONSETS_S`; decided once the later contact has reached
+`DECIDED_N`, or is `ONSETS_S` old."""
 
 TILE = np.dtype(
     [
@@ -79,7 +68,7 @@ counts its thinned quiet samples in a row and `need` is how many a baseline want
 contacts, `foot` is 0 until decided, `partner` the tile it shares a foot with or -1, and from `steady_s` on its load
 stayed between `low_n` and `high_n`."""
 
-CLOCK = np.dtype(
+STREAM = np.dtype(
     [
         ("count", np.int64),
         ("taken", np.int64),
@@ -95,7 +84,9 @@ CLOCK = np.dtype(
     ],
     align=True,
 )
-"""Samples so far; those `taken` for baselines, each `every`th, and lengths in them; tokens and feet given out."""
+"""The stream of samples: how many there were, and the time of the last one; after `gap_s` without one there is a gap.
+Every `every`th sample is `taken` for baselines; `guard`, `first`, `renewal` and `recent` are lengths in those. `tokens`
+and `feet` are the numbers given out."""
 
 ROW = np.dtype(
     [
@@ -128,71 +119,69 @@ EVENT = np.dtype(
 """A tile's contact began (time and load of the sample before), was decided, or ended (its last time, its impulse)."""
 
 
-def plates(floor: Floor) -> NDArray[np.void]:
-    """Where the tiles lie, as kernels read it: shape (tiles,) of `PLATE`."""
-    table = np.zeros(len(floor.tiles), PLATE)
-    for plate, tile in zip(table, floor.tiles, strict=True):
-        plate["sensors_m"], plate["centre_m"], plate["axes"] = tile.sensors_m, tile.centre_m, tile.axes
-        plate["half_m"] = np.array(tile.size_m) / 2.0
-    return table
+class TrackerMemory(NamedTuple):
+    """Everything that the kernels read and write beside the samples."""
+
+    plates: NDArray[np.void]  # (tiles,) of `layout.PLATE`
+    gaps_m: Floats  # (tiles, tiles): between the tiles' edges
+    tiles: NDArray[np.void]  # (tiles,) of `TILE`
+    stream: NDArray[np.void]  # (1,) of `STREAM`
+    ring: Floats  # (tiles, length, 5): the latest values for baselines: four sensors, and one sample's sum for noise
+    window: Floats  # (tiles, 5, n): those that count for the baseline, each row in ascending order
+    rows: NDArray[np.void]  # (rows,) of `ROW`: written by `follow`
+    events: NDArray[np.void]  # (events,) of `EVENT`: written by `follow`
 
 
 @kernel
-def follow(time_s, force_n, plates, gaps_m, tiles, clock, ring, window, rows, events):
+def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int, int, int]:
     """Follow n samples, `time_s` (n,) and `force_n` (n, tiles, 4).
 
     Returns how many rows and events were written, and the sample (the count of those before it) up to which all is
-    decided. `rows` must hold n times the tiles, and `events` four times that.
+    decided. `memory` must have room for as many rows as n times the tiles, and four times as many events.
     """
     written, happened = 0, 0
-    at = clock[0]
+    plates, tiles, ring, window, rows = memory.plates, memory.tiles, memory.ring, memory.window, memory.rows
+    stream = memory.stream[0]
     for i in range(len(time_s)):
-        now = time_s[i]
-        gap = at.count > 0 and now - at.time_s > at.gap_s
-        take = at.count % at.every == 0
+        now_s = time_s[i]
+        gap = stream.count > 0 and now_s - stream.time_s > stream.gap_s
+        take = stream.count % stream.every == 0
         for k in range(len(tiles)):
             tile = tiles[k]
             before_n = tile.load_n
-            _weigh(tile, plates[k], force_n[i, k])
-            _gather(tile, force_n[i, k])
+            _locate(tile, plates[k], force_n[i, k])
+            _accumulate(tile, force_n[i, k])
             if take:
-                _keep(tile, ring[k, at.taken % ring.shape[1]], force_n[i, k])
+                _store(tile, ring[k, stream.taken % ring.shape[1]], force_n[i, k])
             if not math.isfinite(tile.load_n):
                 tile.load_n = before_n
                 tile.quiet = 0
                 if not gap:
                     continue
             if tile.on:
-                tile.impulse_ns += 0.0 if gap else 0.5 * (before_n + tile.load_n) * (now - at.time_s)
-                settled = not gap and _is_settled(tile, now)
+                tile.impulse_ns += 0.0 if gap else 0.5 * (before_n + tile.load_n) * (now_s - stream.time_s)
+                settled = not gap and _is_settled(tile, now_s)
                 if gap or settled or tile.load_n < tile.off_n:
-                    happened = _end(tiles, k, at, tile.steady_s if settled else at.time_s, gap, events, happened)
+                    happened = _end(memory, k, tile.steady_s if settled else stream.time_s, gap, happened)
                     if settled:
-                        _begin_anew(tile, ring[k], window[k], at, 1 if take else 0)
-                elif now - tile.onset_s >= BLIP_S:
+                        _renew_now(tile, ring[k], window[k], stream, take)
+                elif now_s - tile.onset_s >= BLIP_S:
                     tile.quiet = 0
                 elif take and tile.quiet > 0:
-                    _slide(tile, ring[k], window[k], at)
+                    _slide(tile, ring[k], window[k], stream)
             if not tile.on:
                 on_n = max(ON_N, ON_SIGMAS * tile.noise_n)
                 if tile.load_n >= on_n:
-                    cut = gap or tile.untared or at.count == 0
-                    _begin(tile, at, now, on_n)
-                    lead_n = math.nan if cut else before_n
-                    happened = _tell(events, happened, BEGAN, at.count, tile, k, at.time_s, lead_n, cut)
+                    happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
                 else:
-                    _rest(tile, ring[k], window[k], at, now, on_n, take)
-        happened = _decide(plates, gaps_m, tiles, at, now, events, happened)
-        for k in range(len(tiles)):
-            if tiles[k].on:
-                row = rows[written]
-                row.sample, row.time_s, row.tile, row.token = at.count, now, k, tiles[k].token
-                row.x_m, row.y_m, row.force_n = tiles[k].x_m, tiles[k].y_m, tiles[k].load_n
-                written += 1
-        at.taken += 1 if take else 0
-        at.count += 1
-        at.time_s = now
-    decided = at.count
+                    _update_baseline(tile, ring[k], window[k], stream, now_s, on_n, take)
+        if _is_undecided(tiles):
+            happened = _decide(memory, now_s, happened)
+        written = _write_rows(tiles, stream, now_s, rows, written)
+        stream.taken += 1 if take else 0
+        stream.count += 1
+        stream.time_s = now_s
+    decided = stream.count
     for k in range(len(tiles)):
         if tiles[k].on and tiles[k].foot == 0:
             decided = min(decided, tiles[k].onset)
@@ -200,7 +189,16 @@ def follow(time_s, force_n, plates, gaps_m, tiles, clock, ring, window, rows, ev
 
 
 @kernel
-def join(rows, feet, time_s, contact, x_m, y_m, force_n, on_tile):
+def join(
+    rows: NDArray[np.void],
+    feet: NDArray[np.int64],
+    time_s: Floats,
+    contact: NDArray[np.int64],
+    x_m: Floats,
+    y_m: Floats,
+    force_n: Floats,
+    on_tile: NDArray[np.bool_],
+) -> int:
     """Merge rows of tiles, whose feet are `feet` (n,), into rows of feet; returns how many there are.
 
     The rest are written: shape (n,), and (n, tiles) for `on_tile`, which must come in as all False.
@@ -228,43 +226,24 @@ def join(rows, feet, time_s, contact, x_m, y_m, force_n, on_tile):
 
 
 @kernel
-def end_all(tiles, clock, events):
+def end_all(memory: TrackerMemory) -> int:
     """End every contact as the stream ends, out of sight; returns how many events that made."""
     happened = 0
-    for k in range(len(tiles)):
-        if tiles[k].on:
-            happened = _end(tiles, k, clock[0], clock[0].time_s, True, events, happened)
+    for k in range(len(memory.tiles)):
+        if memory.tiles[k].on:
+            happened = _end(memory, k, memory.stream[0].time_s, True, happened)
     return happened
 
 
 @kernel
-def renew(tile, ring, window, at):
-    """Take what a tile read in the last 0.1 s as its baseline; a contact on it ends with the next sample."""
-    kept = min(at.recent, at.taken)
-    for channel in range(4):
-        n = 0
-        for age in range(1, kept + 1):
-            value = ring[(at.taken - age) % ring.shape[0], channel]
-            if math.isfinite(value):
-                insert(window[channel], n, value)
-                n += 1
-        if n > 0:
-            tile.base_n[channel] = median(window[channel], n)
-    tile.quiet = 0
-    tile.need = at.first
-    tile.negative_s = math.nan
-    tile.untared = False
+def renew_all(memory: TrackerMemory) -> None:
+    """Take what every tile read in the last 0.1 s as its baseline; contacts end with the next sample."""
+    for k in range(len(memory.tiles)):
+        _renew(memory.tiles[k], memory.ring[k], memory.window[k], memory.stream[0], memory.stream[0].taken)
 
 
 @kernel
-def renew_all(tiles, clock, ring, window):
-    """Take what every tile read in the last 0.1 s as its baseline."""
-    for k in range(len(tiles)):
-        renew(tiles[k], ring[k], window[k], clock[0])
-
-
-@kernel
-def _weigh(tile, plate, force_n):
+def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
     """The tile's load and its centroid in the floor's frame."""
     total, x, y = 0.0, 0.0, 0.0
     for sensor in range(4):
@@ -281,7 +260,8 @@ def _weigh(tile, plate, force_n):
 
 
 @kernel
-def _gather(tile, force_n):
+def _accumulate(tile: np.record, force_n: Floats) -> None:
+    """Add a sample to the mean that goes into the baseline."""
     total = force_n[0] + force_n[1] + force_n[2] + force_n[3]
     if math.isfinite(total):
         for sensor in range(4):
@@ -290,7 +270,8 @@ def _gather(tile, force_n):
 
 
 @kernel
-def _keep(tile, slot, force_n):
+def _store(tile: np.record, slot: Floats, force_n: Floats) -> None:
+    """Put the mean since the last one, and the sum of this sample, into a slot of the ring."""
     slot[4] = 0.0
     for sensor in range(4):
         slot[sensor] = tile.sum_n[sensor] / tile.summed if tile.summed > 0 else math.nan
@@ -300,80 +281,100 @@ def _keep(tile, slot, force_n):
 
 
 @kernel
-def _begin(tile, at, now, on_n):
-    tile.on = True
-    tile.off_n = OFF_SHARE * on_n
-    tile.onset_s = tile.steady_s = now
-    tile.onset = at.count
-    tile.low_n = tile.high_n = tile.load_n
-    tile.impulse_ns = 0.0
-    tile.token = at.tokens
-    tile.foot, tile.partner = 0, -1
-    at.tokens += 1
+def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: NDArray[np.void], written: int) -> int:
+    """Write a row for each tile in contact, from the number `written` on; returns how many there are."""
+    for k in range(len(tiles)):
+        tile = tiles[k]
+        if tile.on:
+            row = rows[written]
+            row.sample, row.time_s, row.tile, row.token = stream.count, now_s, k, tile.token
+            row.x_m, row.y_m, row.force_n = tile.x_m, tile.y_m, tile.load_n
+            written += 1
+    return written
 
 
 @kernel
-def _end(tiles, k, at, last_s, cut, events, happened):
+def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: float, gap: bool, happened: int) -> int:
+    """Begin a contact of tile k, whose load was `before_n` a sample ago."""
+    tile, stream = memory.tiles[k], memory.stream[0]
+    cut = gap or tile.untared or stream.count == 0
+    tile.on = True
+    tile.off_n = OFF_SHARE * on_n
+    tile.onset_s = tile.steady_s = now_s
+    tile.onset = stream.count
+    tile.low_n = tile.high_n = tile.load_n
+    tile.impulse_ns = 0.0
+    tile.token = stream.tokens
+    tile.foot, tile.partner = 0, -1
+    stream.tokens += 1
+    return _log(memory, k, BEGAN, stream.time_s, math.nan if cut else before_n, cut, happened)
+
+
+@kernel
+def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int) -> int:
     """End the contact of tile k; whatever waited for it is decided as it last stood."""
+    tiles, stream = memory.tiles, memory.stream[0]
     for other in range(len(tiles)):
         if tiles[other].on and tiles[other].foot == 0 and tiles[other].partner == k:
-            happened = _settle(tiles, other, at, events, happened)
+            happened = _settle(memory, other, happened)
     if tiles[k].foot == 0:
-        happened = _settle(tiles, k, at, events, happened)
+        happened = _settle(memory, k, happened)
     tile = tiles[k]
     tile.on = False
     if tile.quiet == 0:
-        tile.need = at.first if tile.untared else at.renewal
+        tile.need = stream.first if tile.untared else stream.renewal
     tile.negative_s = math.nan
-    return _tell(events, happened, ENDED, at.count, tile, k, last_s, tile.impulse_ns, cut)
+    return _log(memory, k, ENDED, last_s, tile.impulse_ns, cut, happened)
 
 
 @kernel
-def _is_settled(tile, now):
+def _is_settled(tile: np.record, now_s: float) -> bool:
     """Whether a load too small for a foot has been steady for so long that it must be a residue."""
     steady_n = max(SETTLED_N, SETTLED_SIGMAS * tile.noise_n)
     low_n, high_n = min(tile.low_n, tile.load_n), max(tile.high_n, tile.load_n)
     if high_n - low_n > steady_n or high_n >= (TARE_N if tile.untared else tile.off_n / OFF_SHARE):
         tile.low_n = tile.high_n = tile.load_n
-        tile.steady_s = now
+        tile.steady_s = now_s
         return False
     tile.low_n, tile.high_n = low_n, high_n
-    return now - tile.steady_s >= SETTLED_S
+    return now_s - tile.steady_s >= SETTLED_S
 
 
 @kernel
-def _rest(tile, ring, window, at, now, on_n, take):
-    """A sample off contact: into the baseline, unless the tile reads less than nothing."""
+def _update_baseline(
+    tile: np.record, ring: Floats, window: Floats, stream: np.record, now_s: float, on_n: float, take: bool
+) -> None:
+    """Let a sample off contact into the baseline, unless the tile reads less than nothing."""
     if tile.load_n <= -on_n:
         tile.quiet = 0
         if math.isnan(tile.negative_s):
-            tile.negative_s = now
-        elif now - tile.negative_s >= NEGATIVE_S:
-            _begin_anew(tile, ring, window, at, 1 if take else 0)
+            tile.negative_s = now_s
+        elif now_s - tile.negative_s >= NEGATIVE_S:
+            _renew_now(tile, ring, window, stream, take)
         return
     tile.negative_s = math.nan
     if not take:
         return
-    n = _slide(tile, ring, window, at)
+    n = _slide(tile, ring, window, stream)
     if tile.quiet >= tile.need:
         for sensor in range(4):
             tile.base_n[sensor] = median(window[sensor], n)
         # Few samples may show less noise than there is.
         unsure = 1.0 + 2.0 / math.sqrt(n) if n < window.shape[1] else 1.0
-        tile.noise_n = unsure * 1.4826 * spread(window[4], n)
+        tile.noise_n = unsure * 1.4826 * median_deviation(window[4], n)
         tile.untared = False
 
 
 @kernel
-def _slide(tile, ring, window, at):
+def _slide(tile: np.record, ring: Floats, window: Floats, stream: np.record) -> int:
     """Count a quiet sample, and let the one that is `guard` older into the baseline; returns how many that has."""
-    tile.quiet += 1
     length = window.shape[1]
-    had = min(tile.quiet - 1 - at.guard, length)
+    had = min(tile.quiet - stream.guard, length)
+    tile.quiet += 1
     if had < 0:
         return 0
-    comes = ring[(at.taken - at.guard) % ring.shape[0]]
-    goes = ring[(at.taken - at.guard - length) % ring.shape[0]]
+    comes = ring[(stream.taken - stream.guard) % ring.shape[0]]
+    goes = ring[(stream.taken - stream.guard - length) % ring.shape[0]]
     for channel in range(5):
         if had == length:
             exchange(window[channel], goes[channel], comes[channel])
@@ -383,36 +384,61 @@ def _slide(tile, ring, window, at):
 
 
 @kernel
-def _begin_anew(tile, ring, window, at, newest):
-    """Renew the baseline with the present sample, which the count of taken samples may not hold yet."""
-    at.taken += newest
-    renew(tile, ring, window, at)
-    at.taken -= newest
+def _renew_now(tile: np.record, ring: Floats, window: Floats, stream: np.record, take: bool) -> None:
+    """Renew the baseline with the present sample, which the count of taken samples does not hold yet."""
+    _renew(tile, ring, window, stream, stream.taken + (1 if take else 0))
     tile.load_n = 0.0
 
 
 @kernel
-def _decide(plates, gaps_m, tiles, at, now, events, happened):
+def _renew(tile: np.record, ring: Floats, window: Floats, stream: np.record, taken: int) -> None:
+    """Take what a tile read in the last 0.1 s as its baseline; a contact on it ends with the next sample."""
+    kept = min(stream.recent, taken)
+    for channel in range(4):
+        n = 0
+        for age in range(1, kept + 1):
+            value = ring[(taken - age) % ring.shape[0], channel]
+            if math.isfinite(value):
+                insert(window[channel], n, value)
+                n += 1
+        if n > 0:
+            tile.base_n[channel] = median(window[channel], n)
+    tile.quiet = 0
+    tile.need = stream.first
+    tile.negative_s = math.nan
+    tile.untared = False
+
+
+@kernel
+def _is_undecided(tiles: NDArray[np.void]) -> bool:
+    """Whether it is still open of any contact which foot it is."""
+    for k in range(len(tiles)):  # noqa: SIM110 (numba knows no generator here)
+        if tiles[k].on and tiles[k].foot == 0:
+            return True
+    return False
+
+
+@kernel
+def _decide(memory: TrackerMemory, now_s: float, happened: int) -> int:
     """Settle the contacts that can be settled: who shares a foot with whom."""
-    waiting = False
+    tiles = memory.tiles
     for k in range(len(tiles)):
         if tiles[k].on and tiles[k].foot == 0:
-            waiting = True
-            _choose(plates, gaps_m, tiles, k)
-    if waiting:
-        for k in range(len(tiles)):
-            tile = tiles[k]
-            if tile.on and tile.foot == 0:
-                ripe = tile.load_n >= DECIDED_N or now - tile.onset_s >= ONSETS_S or tile.partner == -2
-                if ripe:
-                    tile.partner = max(tile.partner, -1)
-                    happened = _settle(tiles, k, at, events, happened)
+            _choose_partner(memory, k)
+    for k in range(len(tiles)):
+        tile = tiles[k]
+        if tile.on and tile.foot == 0:
+            ripe = tile.load_n >= DECIDED_N or now_s - tile.onset_s >= ONSETS_S or tile.partner == -2
+            if ripe:
+                tile.partner = max(tile.partner, -1)
+                happened = _settle(memory, k, happened)
     return happened
 
 
 @kernel
-def _choose(plates, gaps_m, tiles, k):
+def _choose_partner(memory: TrackerMemory, k: int) -> None:
     """The nearest earlier contact that tile k's may share a foot with: -1 if none may now, -2 if none ever can."""
+    tiles, plates = memory.tiles, memory.plates
     tile = tiles[k]
     tile.partner = -2
     nearest_m = APART_M
@@ -420,7 +446,7 @@ def _choose(plates, gaps_m, tiles, k):
         earlier = tiles[other]
         if not earlier.on or earlier.token >= tile.token or tile.onset_s - earlier.onset_s > ONSETS_S:
             continue
-        gap_m = gaps_m[k, other]
+        gap_m = memory.gaps_m[k, other]
         if gap_m > GAP_M:
             continue
         tile.partner = max(tile.partner, -1)
@@ -432,7 +458,7 @@ def _choose(plates, gaps_m, tiles, k):
 
 
 @kernel
-def _beyond(plate, x_m, y_m):
+def _beyond(plate: np.record, x_m: float, y_m: float) -> float:
     """How far a point of the floor is from a tile."""
     x, y = x_m - plate.centre_m[0], y_m - plate.centre_m[1]
     along = abs(plate.axes[0, 0] * x + plate.axes[0, 1] * y) - plate.half_m[0]
@@ -441,27 +467,30 @@ def _beyond(plate, x_m, y_m):
 
 
 @kernel
-def _settle(tiles, k, at, events, happened):
+def _settle(memory: TrackerMemory, k: int, happened: int) -> int:
     """Give tile k, and the undecided contacts that it hangs on, their foot: the first one's, or a new one."""
+    tiles, stream = memory.tiles, memory.stream[0]
     root = k
     while tiles[root].foot == 0 and tiles[root].partner >= 0:
         root = tiles[root].partner
     foot = tiles[root].foot
     if foot == 0:
-        at.feet += 1
-        foot = at.feet
+        stream.feet += 1
+        foot = stream.feet
     while tiles[k].foot == 0:
         tile = tiles[k]
         tile.foot = foot
-        happened = _tell(events, happened, DECIDED, at.count, tile, k, 0.0, 0.0, False)
+        happened = _log(memory, k, DECIDED, 0.0, 0.0, False, happened)
         if tile.partner >= 0:
             k = tile.partner
     return happened
 
 
 @kernel
-def _tell(events, happened, kind, sample, tile, k, time_s, value, cut):
-    event = events[happened]
-    event.kind, event.sample, event.token, event.tile, event.foot = kind, sample, tile.token, k, tile.foot
+def _log(memory: TrackerMemory, k: int, kind: int, time_s: float, value: float, cut: bool, happened: int) -> int:
+    """Write the event number `happened`, of tile k and the present sample; returns how many there are."""
+    event, tile = memory.events[happened], memory.tiles[k]
+    event.kind, event.sample, event.token = kind, memory.stream[0].count, tile.token
+    event.tile, event.foot = k, tile.foot
     event.time_s, event.value, event.cut = time_s, value, cut
     return happened + 1

@@ -14,16 +14,16 @@ import numpy as np
 
 from underfoot.kernels import kernel
 
-#: Above these the step is halved; below them at most 15 terms of the series are left.
 _LARGEST_KAPPA = 0.0625
 _LARGEST_GAMMA = 0.25
+"""Above these the step is halved; at or below them at most 15 terms of the series are needed."""
 
 _RECIPROCAL_FACTORIALS = 1.0 / np.cumprod(np.maximum(np.arange(24.0), 1.0))
 
 
 @kernel
-def frame_response(kappa, gamma):
-    """The response over one frame to a blow: f, its slope f', and its first and second integrals, each after one frame.
+def frame_response(kappa: float, gamma: float) -> tuple[float, float, float, float]:
+    """The impulse response f one frame after the impulse, its slope f', and its first and second integrals.
 
     `kappa` and `gamma` are finite and at least 0, without unit. Without spring and damping f = t:
 
@@ -59,10 +59,12 @@ def frame_response(kappa, gamma):
 
 
 @kernel
-def frame_step(kappa, gamma, gain):
-    """Eight numbers that carry (x, w), with w the speed a frame, over a frame in which the drive goes from u0 to u1.
+def frame_step(
+    kappa: float, gamma: float, gain: float
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """The coefficients c0 to c7 of the motion over one frame, in which the drive goes from u0 to u1.
 
-    `x1 = c0 x + c1 w + c2 u0 + c3 u1` and `w1 = c4 x + c5 w + c6 u0 + c7 u1`.
+    `x1 = c0 x + c1 w + c2 u0 + c3 u1` and `w1 = c4 x + c5 w + c6 u0 + c7 u1`, where w is the velocity per frame.
 
     >>> c = frame_step(0.0, 0.0, 1.0)  # a free mass: half of the acceleration, a third of it late
     >>> [round(value, 4) for value in c]
@@ -82,11 +84,12 @@ def frame_step(kappa, gamma, gain):
 
 
 @kernel
-def resolved(frame_s, stiffness, damping, creep, mass):
-    """A mass and a damping that frames can show, for a system whose damping is `damping` + `creep`.
+def resolved(frame_s: float, stiffness: float, damping: float, creep: float, mass: float) -> tuple[float, float]:
+    """Mass and damping whose motion frames of `frame_s` s can resolve, for a system of damping `damping` + `creep`.
 
-    The mass is raised until what it slows down settles within a frame, and the damping of what would ring above half
-    the rate to half the critical one. So 0 is allowed for both; where frames resolve the motion, nothing changes.
+    The mass is raised until its time constants M / B and sqrt(M / K) are at least a thousandth of a frame. Where the
+    system would still ring above half the frame rate, `damping` is raised to half of critical damping. So 0 is allowed
+    for both; where frames resolve the motion, both are returned as they are. Any consistent units.
 
     >>> resolved(1e-3, 1.0, 0.0065, 0.0, 1e-3)
     (0.001, 0.0065)
@@ -98,3 +101,13 @@ def resolved(frame_s, stiffness, damping, creep, mass):
     if stiffness * frame_s * frame_s > math.pi**2 * mass:
         damping = max(damping, math.sqrt(stiffness * mass))
     return mass, damping
+
+
+@kernel
+def crossing(start: float, end: float, level: float) -> float:
+    """Where, as a share of a frame below 1, a displacement that goes from `start` to `end` passes `level`.
+
+    >>> crossing(0.0, 2.0, 0.5)
+    0.25
+    """
+    return min(max((level - start) / (end - start), 0.0), 0.999)

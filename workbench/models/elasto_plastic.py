@@ -3,7 +3,8 @@
 The surface obeys `F = m x'' + b x' + K (x - x0)` with K = k1 + k2 and x0 = k2 xi / K. When the force on the
 plastic unit, `k2 (x - xi)`, passes a threshold (constant or drawn for each slip), xi jumps: an energy is drawn
 from a truncated power law, p(E) ~ E^-gamma from E0 to E1, and turned into the displacement that sets it free
-(errata 4.1). Time and energy of each slip are the model's output; what they sound like is another model's part.
+(docs/models.md#elasto-plastic-ground). Time and energy of each slip are the model's output; what they sound like is
+another model's part.
 
 The motion between slips is exact for a force that is linear between frames. A slip acts from the end of its frame
 on. No slip takes more than the plastic unit holds, k2 (x - xi)^2 / 2: a larger draw is cut to that.
@@ -11,7 +12,7 @@ on. No slip takes more than the plastic unit holds, k2 (x - xi)^2 / 2: a larger 
 Without a force above 0 for the renewal time the ground springs back, and the next step meets fresh ground with
 new draws. Until then xi stays, so that a load below the former largest one makes no slip.
 
-Real time: `tune`, `run` for one tile, `rest`, `state_size`, `tuning_size`. Offline: `slip`.
+In scripts: `Ground().response(force_n, rate_hz)`. In real time: `design`, `run` for one tile, `tail`.
 """
 
 import math
@@ -21,10 +22,40 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
-from underfoot.kernels import kernel
-from underfoot.models.driven_oscillator import frame_step, resolved
-from underfoot.models.fibre_bundle.damage import crossing
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Layout, Memory
+from underfoot.models.driven_oscillator import crossing, frame_step, resolved
+from underfoot.models.signals.events import append, event_list
 from underfoot.models.signals.random import stream_key, uniform
+
+PARAMETERS = Layout(
+    "slip_parameters",
+    *("mass", "damping", "stiffness", "plastic_stiffness", "threshold", "spread"),
+    *("gamma", "least", "renewal"),
+)
+"""What `design` reads: m, b, k1 and k2; the threshold and how much it varies, of its mean; the exponent of the
+distribution of energies, and its lower end; and the seconds without load to fresh ground."""
+
+COEFFICIENTS = Layout(
+    "slip_coefficients",
+    *("kappa", "gamma", "gain", "plastic_stiffness", "threshold", "spread"),
+    *("least", "log_range", "power", "strength", "exponent", "renewal"),
+)
+"""kappa, gamma and gain are K, b and 1 over the mass, with time in frames; an event's strength is `strength`
+E^`exponent`."""
+
+STATE = Layout("slip", "displacement", "speed", "load", "plastic", "threshold", "worn")
+"""Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load."""
+
+_MOST_SLIPS = 32
+"""Slips of one frame, at most; the last one takes the plastic unit down to its threshold."""
+
+_DRAWS = 128
+"""Draws that one frame may use: the counter of a draw is its frame times this, plus its number."""
+_FIRST_THRESHOLD = 127
+
+_LARGEST_FORCE = 1e12
+"""Forces beyond this, in newtons, count as this: all that follows stays finite."""
 
 
 @dataclass(frozen=True)
@@ -41,222 +72,196 @@ class Slips:
     """Energies that they set free, shape [slips]."""
 
 
-def slip(
-    force_n: ArrayLike,
-    rate_hz: float,
-    *,
-    mass_kg: float = 0.5,
-    damping_ns_m: float = 400.0,
-    stiffness_n_m: float = 4e5,
-    plastic_stiffness_n_m: float = 4e5,
-    threshold_n: float = 100.0,
-    spread: float = 0.0,
-    gamma: float = 1.5,
-    least_j: float = 1e-5,
-    most_j: float = 1e-2,
-    renewal_s: float = math.inf,
-    seed: int = 0,
-) -> Slips:
-    """The response of elasto-plastic ground to `force_n`, one value a frame.
+@dataclass(frozen=True)
+class Ground:
+    """Elasto-plastic ground. Raises `BadValue` for what cannot be.
 
-    The force is linear between frames and 0 before the first. `stiffness_n_m` is k1 and `plastic_stiffness_n_m`
-    k2, both above 0; mass and damping are 0 or more, and raised to what settles within a frame where no frame
-    could show them. The threshold of each slip lies evenly within `threshold_n` (1 +- `spread`), `spread` below
-    1. `gamma` (0 to 10), `least_j` and `most_j` are the law of the energies. Several slips in one frame count as
-    one, at the first one's time and with the sum of their energies. Raises `BadValue`.
-
-    >>> result = slip(np.linspace(0.0, 500.0, 4800), 48000.0)
-    >>> len(result.time_s) > 10, bool(result.energy_j.min() >= 1e-5)
-    (True, True)
+    `stiffness_n_m` is k1 and `plastic_stiffness_n_m` k2, both above 0; mass and damping are 0 or more, and raised to
+    what settles within a frame where no frame could show them. The threshold of each slip lies evenly within
+    `threshold_n` (1 +- `spread`), `spread` below 1. `gamma` (0 to 10), `least_j` and `most_j` are the distribution of
+    the energies. Fresh ground forms after `renewal_s` without force.
     """
-    load = numbers("force_n", force_n)
-    for name, value in (
-        ("rate_hz", rate_hz),
-        ("stiffness_n_m", stiffness_n_m),
-        ("plastic_stiffness_n_m", plastic_stiffness_n_m),
-        ("threshold_n", threshold_n),
-        ("least_j", least_j),
-    ):
-        number(name, value, TINY, HUGE, "above 0")
-    for name, value in (("mass_kg", mass_kg), ("damping_ns_m", damping_ns_m)):
-        number(name, value, 0.0, HUGE, "0 or more")
-    number("spread", spread, 0.0, math.nextafter(1.0, 0.0), "0 or more, below 1")
-    number("gamma", gamma, 0.0, 10.0, "0 to 10")
-    number("most_j", most_j, least_j, HUGE, f"least_j, {least_j}, or more")
-    number("renewal_s", renewal_s, TINY, math.inf, "above 0 s")
-    tuning, state = np.zeros(tuning_size()), np.zeros(state_size())
-    tune(tuning, rate_hz, mass_kg, damping_ns_m, stiffness_n_m, plastic_stiffness_n_m, threshold_n, spread)
-    tune_energy(tuning, gamma, least_j, most_j, most_j, 1.0)
-    tune_renewal(tuning, rate_hz, renewal_s)
-    displacement, plastic = np.zeros((2, load.size))
-    events = np.zeros(3 * load.size)
-    count = _run(state, tuning, stream_key(seed_of(seed), "slip"), 0, load, displacement, events, plastic)
-    return Slips(displacement, plastic, events[: 3 * count : 3] / rate_hz, events[1 : 3 * count : 3])
 
+    mass_kg: float = 0.5
+    damping_ns_m: float = 400.0
+    stiffness_n_m: float = 4e5
+    plastic_stiffness_n_m: float = 4e5
+    threshold_n: float = 100.0
+    spread: float = 0.0
+    gamma: float = 1.5
+    least_j: float = 1e-5
+    most_j: float = 1e-2
+    renewal_s: float = math.inf
 
-# The state; all zero is fresh ground at rest. WORN: 0 fresh, else 1 and the frames since the last load.
-_DISPLACEMENT, _SPEED, _LOAD, _PLASTIC, _THRESHOLD, _WORN = range(6)
+    def __post_init__(self) -> None:
+        for name in ("stiffness_n_m", "plastic_stiffness_n_m", "threshold_n", "least_j"):
+            number(name, getattr(self, name), TINY, HUGE, "above 0")
+        for name in ("mass_kg", "damping_ns_m"):
+            number(name, getattr(self, name), 0.0, HUGE, "0 or more")
+        number("spread", self.spread, 0.0, math.nextafter(1.0, 0.0), "0 or more, below 1")
+        number("gamma", self.gamma, 0.0, 10.0, "0 to 10")
+        number("most_j", self.most_j, self.least_j, HUGE, f"least_j, {self.least_j}, or more")
+        number("renewal_s", self.renewal_s, TINY, math.inf, "above 0 s")
 
-# The tuning. KAPPA, GAMMA and GAIN are K, b and 1 over the mass, with time in frames.
-(_KAPPA, _GAMMA, _GAIN, _PLASTIC_STIFFNESS, _MEAN_THRESHOLD, _SPREAD, _LEAST, _RANGE, _POWER) = range(9)
-(_STRENGTH, _EXPONENT, _RENEWAL) = range(9, 12)
+    def response(self, force_n: ArrayLike, rate_hz: float, seed: int = 0) -> Slips:
+        """What the ground does under `force_n`, one value a frame.
 
-#: Slips of one frame, at most; the last one takes the plastic unit down to its threshold.
-_MOST_SLIPS = 32
+        The force is linear between frames and 0 before the first. Several slips in one frame count as one, at the
+        first one's time and with the sum of their energies.
 
-#: Draws that one frame may use: the counter of a draw is its frame times this, plus its number.
-_DRAWS = 128
-_FIRST_THRESHOLD = 127
+        >>> result = Ground().response(np.linspace(0.0, 500.0, 4800), 48000.0)
+        >>> len(result.time_s) > 10, bool(result.energy_j.min() >= 1e-5)
+        (True, True)
+        """
+        load = numbers("force_n", force_n)
+        number("rate_hz", rate_hz, TINY, HUGE, "above 0")
+        coefficients, state, events = COEFFICIENTS.zeros(), STATE.zeros(), event_list(room=load.size)
+        design(self.parameters(), self.most_j, self.most_j, 1.0, float(rate_hz), coefficients)
+        displacement, plastic = np.zeros((2, load.size))
+        key = stream_key(seed_of(seed), "slip")
+        run_traced(load, key, 0, coefficients, state, displacement, events, plastic)
+        count = len(events)
+        return Slips(displacement, plastic, events.time[:count] / rate_hz, events.strength[:count])
 
-#: Forces beyond this, in newtons, count as this: all that follows stays finite.
-_LARGEST_FORCE = 1e12
-
-
-def state_size() -> int:
-    """Float64 values of one row's state.
-
-    >>> state_size()
-    6
-    """
-    return 6
-
-
-def tuning_size() -> int:
-    """Float64 values of one row's tuning.
-
-    >>> tuning_size()
-    12
-    """
-    return 12
+    def parameters(self) -> Memory:
+        """The ground as `design` reads it."""
+        p = PARAMETERS.zeros()
+        p.mass, p.damping, p.stiffness, p.plastic_stiffness = (
+            self.mass_kg,
+            self.damping_ns_m,
+            self.stiffness_n_m,
+            self.plastic_stiffness_n_m,
+        )
+        p.threshold, p.spread = self.threshold_n, self.spread
+        p.gamma, p.least, p.renewal = self.gamma, self.least_j, self.renewal_s
+        return p
 
 
 @kernel
-def tune(t, rate_hz, mass_kg, damping_ns_m, stiffness_n_m, plastic_stiffness_n_m, threshold_n, spread):
-    """Fill the tuning `t` from the parameters of `slip`; `tune_energy` and `tune_renewal` follow.
+def design(
+    parameters: Memory, most_j: float, strength: float, exponent: float, rate_hz: float, coefficients: Memory
+) -> None:
+    """The coefficients of the ground of `parameters`, whose names are those of `PARAMETERS`.
 
+    `most_j` is the largest energy E1. An event's strength is `strength` (E / E1)^`exponent`: the exponent 1/2 gives an
+    impact's velocity, 1 its energy.
     May be called at any time: a change acts from the next call of `run` on.
     """
+    p, c = parameters, coefficients
     frame_s = 1.0 / rate_hz
-    whole = stiffness_n_m + plastic_stiffness_n_m
-    mass_kg, damping_ns_m = resolved(frame_s, whole, damping_ns_m, 0.0, mass_kg)
-    t[_KAPPA] = whole * frame_s * frame_s / mass_kg
-    t[_GAMMA] = damping_ns_m * frame_s / mass_kg
-    t[_GAIN] = frame_s * frame_s / mass_kg
-    t[_PLASTIC_STIFFNESS] = plastic_stiffness_n_m
-    t[_MEAN_THRESHOLD] = threshold_n
-    t[_SPREAD] = spread
+    whole = p.stiffness + p.plastic_stiffness
+    mass_kg, damping_ns_m = resolved(frame_s, whole, p.damping, 0.0, p.mass)
+    c.kappa = whole * frame_s * frame_s / mass_kg
+    c.gamma = damping_ns_m * frame_s / mass_kg
+    c.gain = frame_s * frame_s / mass_kg
+    c.plastic_stiffness, c.threshold, c.spread = p.plastic_stiffness, p.threshold, p.spread
+    c.least, c.log_range, c.power = p.least, math.log(most_j / p.least), 1.0 - p.gamma
+    c.strength, c.exponent = strength * most_j**-exponent, exponent
+    c.renewal = p.renewal * rate_hz
 
 
 @kernel
-def tune_energy(t, gamma, least_j, most_j, strength, exponent):
-    """After `tune`: the law of the energies, and an event's strength, `strength` (E / `most_j`)^`exponent`.
-
-    The exponent 1/2 gives an impact's velocity, 1 its energy.
-    """
-    t[_LEAST] = least_j
-    t[_RANGE] = math.log(most_j / least_j)
-    t[_POWER] = 1.0 - gamma
-    t[_STRENGTH] = strength * most_j**-exponent
-    t[_EXPONENT] = exponent
-
-
-@kernel
-def tune_renewal(t, rate_hz, renewal_s):
-    """After `tune`: the time without force to fresh ground, in seconds."""
-    t[_RENEWAL] = renewal_s * rate_hz
-
-
-@kernel
-def run(s, t, key, frame, force_n, displacement_m, events):
+def run(
+    force_n: Floats,
+    key: np.uint64,
+    frame: int,
+    coefficients: Memory,
+    state: Memory,
+    displacement_m: Floats,
+    events: Memory,
+) -> None:
     """One tile, `force_n.size` frames from session frame `frame` on: `force_n` in, `displacement_m` out, both [frames].
 
-    Events go to `events` (room for three values a frame: time, strength, duration 0), and their number is
-    returned. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by the frame, so that no split
-    and no sleep changes them. `force_n` is the value at the end of its frame; the slips lie within it.
+    Slips are added to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by the frame, so
+    that no split and no sleep changes them. `force_n` is the value at the end of its frame; the slips lie within it.
     """
-    return _run(s, t, key, frame, force_n, displacement_m, events, displacement_m[:0])
+    run_traced(force_n, key, frame, coefficients, state, displacement_m, events, displacement_m[:0])
 
 
 @kernel
-def rest(s, t):
+def tail(state: Memory, coefficients: Memory) -> float:
     """A bound of the displacement's size if no force comes; infinite while worn ground waits for its renewal."""
-    if s[_WORN] > 0.0:
+    if state.worn > 0.0:
         return math.inf
-    return math.sqrt(s[_DISPLACEMENT] ** 2 + s[_SPEED] ** 2 / t[_KAPPA])
+    return math.sqrt(state.displacement**2 + state.speed**2 / coefficients.kappa)
 
 
 @kernel
-def _run(s, t, key, frame, force_n, displacement_m, events, plastic_m):
-    """`run`, which besides fills the last where it has frames."""
-    x, w, before, worn = s[_DISPLACEMENT], s[_SPEED], s[_LOAD], s[_WORN]
-    stiffness = t[_PLASTIC_STIFFNESS]
-    c0, c1, c2, c3, c4, c5, c6, c7 = frame_step(t[_KAPPA], t[_GAMMA], t[_GAIN])
-    slipping = s[_PLASTIC] + s[_THRESHOLD] / stiffness if worn > 0.0 else math.inf
-    count = 0
+def run_traced(
+    force_n: Floats,
+    key: np.uint64,
+    frame: int,
+    coefficients: Memory,
+    state: Memory,
+    displacement_m: Floats,
+    events: Memory,
+    plastic_m: Floats,
+) -> None:
+    """`run`, which besides fills the plastic displacement where that has frames."""
+    c, s = coefficients, state
+    x, w, before, worn = s.displacement, s.speed, s.load, s.worn
+    stiffness = c.plastic_stiffness
+    c0, c1, c2, c3, c4, c5, c6, c7 = frame_step(c.kappa, c.gamma, c.gain)
+    slipping = s.plastic + s.threshold / stiffness if worn > 0.0 else math.inf
     for i in range(force_n.size):
         after = min(max(force_n[i], -_LARGEST_FORCE), _LARGEST_FORCE)
         if after > 0.0:
             if worn == 0.0:
-                s[_THRESHOLD] = _threshold(t, key, (frame + i) * _DRAWS + _FIRST_THRESHOLD)
-                slipping = s[_PLASTIC] + s[_THRESHOLD] / stiffness
+                s.threshold = _threshold(c, key, (frame + i) * _DRAWS + _FIRST_THRESHOLD)
+                slipping = s.plastic + s.threshold / stiffness
             worn = 1.0
         elif worn > 0.0:
             worn += 1.0
-            if worn > t[_RENEWAL]:
-                worn = s[_PLASTIC] = s[_THRESHOLD] = 0.0
+            if worn > c.renewal:
+                worn = s.plastic = s.threshold = 0.0
                 slipping = math.inf
-        held = stiffness * s[_PLASTIC]
+        held = stiffness * s.plastic
         u, v = before + held, after + held
         moved = c0 * x + (c1 * w + (c2 * u + c3 * v))
         w = c5 * w + (c4 * x + (c6 * u + c7 * v))
         if moved > slipping:
-            events[3 * count] = frame + i + crossing(x, moved, slipping)
-            energy = _slips(s, t, key, (frame + i) * _DRAWS, moved)
-            events[3 * count + 1] = t[_STRENGTH] * (
-                math.sqrt(energy) if t[_EXPONENT] == 0.5 else energy ** t[_EXPONENT]
-            )
-            events[3 * count + 2] = 0.0
-            count += 1
-            slipping = s[_PLASTIC] + s[_THRESHOLD] / stiffness
+            time = frame + i + crossing(x, moved, slipping)
+            energy = _slips(s, c, key, (frame + i) * _DRAWS, moved)
+            append(events, time, c.strength * (math.sqrt(energy) if c.exponent == 0.5 else energy**c.exponent))
+            slipping = s.plastic + s.threshold / stiffness
         x, before = moved, after
         displacement_m[i] = x
         if plastic_m.size:
-            plastic_m[i] = s[_PLASTIC]
-    s[_DISPLACEMENT], s[_SPEED], s[_LOAD], s[_WORN] = x, w, before, worn
-    return count
+            plastic_m[i] = s.plastic
+    s.displacement, s.speed, s.load, s.worn = x, w, before, worn
 
 
 @kernel
-def _slips(s, t, key, counter, x):
+def _slips(s: Memory, c: Memory, key: np.uint64, counter: int, x: float) -> float:
     """Slip until the force on the plastic unit is below its threshold; the energy set free."""
-    stiffness = t[_PLASTIC_STIFFNESS]
+    stiffness = c.plastic_stiffness
     total = 0.0
-    force = stiffness * (x - s[_PLASTIC])
+    force = stiffness * (x - s.plastic)
     for k in range(_MOST_SLIPS):
-        energy = power_law(uniform(key, counter + 2 * k), t[_LEAST], t[_RANGE], t[_POWER])
+        energy = power_law(uniform(key, counter + 2 * k), c.least, c.log_range, c.power)
         if k == _MOST_SLIPS - 1:
-            energy = slip_energy(force, (force - s[_THRESHOLD]) / stiffness, stiffness)
+            energy = slip_energy(force, (force - s.threshold) / stiffness, stiffness)
         energy = min(energy, 0.5 * force * force / stiffness)
-        s[_PLASTIC] += slip_displacement(force, energy, stiffness)
+        s.plastic += slip_displacement(force, energy, stiffness)
         total += energy
-        force = stiffness * (x - s[_PLASTIC])
+        force = stiffness * (x - s.plastic)
         if k < _MOST_SLIPS - 1:
-            s[_THRESHOLD] = _threshold(t, key, counter + 2 * k + 1)
-        if not force > s[_THRESHOLD]:
+            s.threshold = _threshold(c, key, counter + 2 * k + 1)
+        if not force > s.threshold:
             break
     return total
 
 
 @kernel
-def _threshold(t, key, counter):
-    if t[_SPREAD] == 0.0:
-        return t[_MEAN_THRESHOLD]
-    return t[_MEAN_THRESHOLD] * (1.0 + t[_SPREAD] * (2.0 * uniform(key, counter) - 1.0))
+def _threshold(c: Memory, key: np.uint64, counter: int) -> float:
+    if c.spread == 0.0:
+        return c.threshold
+    return c.threshold * (1.0 + c.spread * (2.0 * uniform(key, counter) - 1.0))
 
 
 @kernel
-def slip_energy(force_n, displacement_m, stiffness_n_m):
-    """The energy in joules that a slip takes from a plastic unit under `force_n` (errata 4.1): F d - k2 d^2 / 2.
+def slip_energy(force_n: float, displacement_m: float, stiffness_n_m: float) -> float:
+    """The energy in joules that a slip takes from a plastic unit under `force_n`: F d - k2 d^2 / 2.
 
     >>> slip_energy(100.0, 1e-4, 4e5)
     0.008
@@ -265,10 +270,10 @@ def slip_energy(force_n, displacement_m, stiffness_n_m):
 
 
 @kernel
-def slip_displacement(force_n, energy_j, stiffness_n_m):
+def slip_displacement(force_n: float, energy_j: float, stiffness_n_m: float) -> float:
     """The displacement in metres of the slip that takes `energy_j` from a plastic unit under `force_n`.
 
-    The inverse of `slip_energy` (errata 4.1) for energies up to F^2 / 2 k2, written without a difference of
+    The inverse of `slip_energy` for energies up to F^2 / 2 k2, written without a difference of
     nearly equal numbers.
 
     >>> round(slip_displacement(100.0, 0.008, 4e5), 12)
@@ -279,14 +284,12 @@ def slip_displacement(force_n, energy_j, stiffness_n_m):
 
 
 @kernel
-def power_law(chance, least, log_range, power):
-    """The quantile `chance` of p(E) ~ E^-gamma from `least` to `least` exp(`log_range`), where `power` is 1 - gamma.
-
-    A truncated power law, as errata chapter 5 has it.
+def power_law(probability: float, least: float, log_range: float, power: float) -> float:
+    """The quantile at `probability` of p(E) ~ E^-gamma from `least` to `least` exp(`log_range`); `power` is 1 - gamma.
 
     >>> round(power_law(0.5, 1.0, math.log(100.0), 1.0 - 1.0), 9)  # gamma = 1: even in the logarithm
     10.0
     """
     if abs(power * log_range) < 1e-12:
-        return least * math.exp(chance * log_range)
-    return least * math.exp(math.log1p(chance * math.expm1(power * log_range)) / power)
+        return least * math.exp(probability * log_range)
+    return least * math.exp(math.log1p(probability * math.expm1(power * log_range)) / power)

@@ -2,7 +2,7 @@
 
 from underfoot.models.signals import envelopes
 from underfoot.parameters import Choice, Number
-from underfoot.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
+from underfoot.patch.node import Input, Output, node
 
 STRAIN_RATES = ("signed", "absolute", "positive")
 
@@ -17,22 +17,16 @@ class AttackDecay:
     duration = Number(0.2, 0.001, 20.0, unit="s", scale="log", doc="length of a note that does not know its own")
     amplitude = Number(1.0, 0.0, 10.0, doc="height at strength 1")
     out = Output()
-    state = envelopes.NOTE_STATE
-    tuning = 4 + envelopes.NOTE_TUNING
+    state, coefficients = envelopes.NOTE_STATE, envelopes.NOTE_COEFFICIENTS
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        note = frames(t, 4 + envelopes.NOTE_TUNING)[4:]
-        if moved(c, t, 4):
-            envelopes.tune_note(note, c[0], c[1], c[2], c[3], rate)
-        count = int(e[0][0])
-        envelopes.run_note(
-            frames(s, envelopes.NOTE_STATE), note, event_list(e[0]), count, frame, rate, frames(y[0], n), n
-        )
+    def design(attack, decay, duration, amplitude, rate, coefficients):
+        envelopes.design_note(attack, decay, duration, amplitude, rate, coefficients)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return envelopes.rest_note(frames(s, envelopes.NOTE_STATE), frames(t, 4 + envelopes.NOTE_TUNING)[4:])
+    def run(strike, rate, frame, coefficients, state, out):
+        envelopes.run_note(strike, rate, frame, coefficients, state, out)
+
+    def tail(state):
+        return envelopes.tail_note(state)
 
 
 @node("contact-envelope", "Shapes")
@@ -41,18 +35,16 @@ class ContactEnvelope:
 
     force = Input("N")
     out = Output()
-    state = envelopes.CONTACT_STATE
-    tuning = envelopes.CONTACT_TUNING
+    state, coefficients = envelopes.CONTACT_STATE, envelopes.CONTACT_COEFFICIENTS
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        ramp = frames(t, envelopes.CONTACT_TUNING)
-        envelopes.tune_contact(ramp, rate)
-        envelopes.run_contact(frames(s, envelopes.CONTACT_STATE), ramp, frames(x[0], n), frames(y[0], n), n)
+    def design(rate, coefficients):
+        envelopes.design_contact(rate, coefficients)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return envelopes.rest_contact(frames(s, envelopes.CONTACT_STATE), frames(t, envelopes.CONTACT_TUNING))
+    def run(force, coefficients, state, out):
+        envelopes.run_contact(force, coefficients, state, out)
+
+    def tail(state, coefficients):
+        return envelopes.tail_contact(state, coefficients)
 
 
 @node("force-envelope", "Shapes")
@@ -64,9 +56,8 @@ class ForceEnvelope:
     out = Output()
     muted_by = ("force",)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        envelopes.proportional(frames(x[0], n), c[0], frames(y[0], n), n)
+    def run(force, full_force, out):
+        envelopes.proportional(force, full_force, out)
 
 
 @node("strain-rate-envelope", "Shapes")
@@ -79,18 +70,13 @@ class StrainRateEnvelope:
     mass = Number(envelopes.STRAIN_MASS_KG, 0.01, 1000.0, unit="kg", scale="log", doc="more mass, less of it")
     part = Choice("absolute", options=STRAIN_RATES, doc="what to make of unloading, where the rate is negative")
     out = Output()
-    state = envelopes.STRAIN_STATE
-    tuning = 3 + envelopes.STRAIN_TUNING
+    state, coefficients = envelopes.STRAIN_STATE, envelopes.STRAIN_COEFFICIENTS
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        layer = frames(t, 3 + envelopes.STRAIN_TUNING)[3:]
-        if moved(c, t, 3):
-            envelopes.tune_strain_rate(layer, c[0], c[1], c[2], rate)
-        state = frames(s, envelopes.STRAIN_STATE)
-        envelopes.run_strain_rate(state, layer, frames(x[0], n), int(c[3]), frames(y[0], n), n)
+    def design(frequency, damping, mass, rate, coefficients):
+        envelopes.design_strain_rate(frequency, damping, mass, rate, coefficients)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        layer = frames(t, 3 + envelopes.STRAIN_TUNING)[3:]
-        return envelopes.rest_strain_rate(frames(s, envelopes.STRAIN_STATE), layer)
+    def run(force, part, coefficients, state, out):
+        envelopes.run_strain_rate(force, part, coefficients, state, out)
+
+    def tail(state, coefficients):
+        return envelopes.tail_strain_rate(state, coefficients)

@@ -1,39 +1,41 @@
 """What the floor tells: force, the place of contact, and footfalls."""
 
+import math
+
+from underfoot.layouts import Layout
+from underfoot.models.signals.events import emit
 from underfoot.parameters import Number, Tiles
-from underfoot.patch.node import NEVER, Input, Output, emit, node, rest_kernel, run_kernel
+from underfoot.patch.node import Input, Output, node
 
 
 @node("tile-force", "Floor")
 class TileForce:
     """The force on each tile, tared, in newtons; exactly 0 while nobody stands on it."""
 
-    brought = Input("N", host="force_n")
+    force_n = Input("N", is_brought=True)
     tiles = Tiles(doc="the tiles that are listened to")
     force = Output("N", doc="compression is positive")
     muted_by = ("force_n",)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            y[0][i] = x[0][i]
+    def run(force_n, force):
+        for i in range(force.size):
+            force[i] = force_n[i]
 
 
 @node("contact", "Floor")
 class Contact:
     """Where on the tile the contact is: the centroid in the tile's frame, in metres; 0 while nobody stands on it."""
 
-    brought_x = Input("m", host="x_m")
-    brought_y = Input("m", host="y_m")
+    x_m = Input("m", is_brought=True)
+    y_m = Input("m", is_brought=True)
     tiles = Tiles(doc="the tiles that are listened to")
     x = Output("m", doc="along the tile's x axis, 0 in the middle")
     y = Output("m", doc="along the tile's y axis, 0 in the middle")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        for i in range(n):
-            y[0][i] = x[0][i]
-            y[1][i] = x[1][i]
+    def run(x_m, y_m, x, y):
+        for i in range(x.size):
+            x[i] = x_m[i]
+            y[i] = y_m[i]
 
 
 @node("footfall", "Floor")
@@ -48,28 +50,25 @@ class Footfall:
     wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading is measured")
     reference = Number(8000.0, 100.0, 200_000.0, unit="N/s", scale="log", doc="loading rate of an event of strength 1")
     onset = Output(kind="event", doc="strength: the loading rate over the reference, at most 10")
-    state = 4  # force one frame ago, down or not, time of the event to come or 0, force at the threshold
+    state = Layout("footfall", "force_before", "is_down", "due", "crossed_at")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        force, onset = x[0], o[0]
-        threshold, wait, reference = c[0], max(1.0, c[1] * rate), c[2]
-        for i in range(n):
-            now, before = force[i], s[0]
-            if s[1] == 0.0 and now >= threshold:
-                s[1] = 1.0
+    def run(force, threshold, wait, reference, rate, frame, state, onset):
+        wait = max(1.0, wait * rate)
+        for i in range(force.size):
+            now, before = force[i], state.force_before
+            if state.is_down == 0.0 and now >= threshold:
+                state.is_down = 1.0
                 rise = now - before
                 crossed = (threshold - before) / rise if rise > 0.0 else 1.0
-                s[2] = frame + i - 1 + min(max(crossed, 0.0), 1.0) + wait
-                s[3] = threshold
-            elif s[1] != 0.0 and now < 0.5 * threshold:
-                s[1] = 0.0
-            if s[2] != 0.0 and s[2] < frame + i + 1:
-                loading = max(now - s[3], 0.0) * rate / wait
-                emit(onset, max(s[2], float(frame + i)), min(loading / reference, 10.0), 0.0)
-                s[2] = 0.0
-            s[0] = now
+                state.due = frame + i - 1 + min(max(crossed, 0.0), 1.0) + wait
+                state.crossed_at = threshold
+            elif state.is_down != 0.0 and now < 0.5 * threshold:
+                state.is_down = 0.0
+            if state.due != 0.0 and state.due < frame + i + 1:
+                loading = max(now - state.crossed_at, 0.0) * rate / wait
+                emit(onset, max(state.due, float(frame + i)), min(loading / reference, 10.0))
+                state.due = 0.0
+            state.force_before = now
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER if s[2] != 0.0 else 0.0
+    def tail(state):
+        return math.inf if state.due != 0.0 else 0.0

@@ -1,13 +1,14 @@
 """Things that are struck: modal objects, and hammers that hit them."""
 
-import math
+from collections.abc import Sequence
 
-from underfoot.kernels import kernel
-from underfoot.models.modal import contact_motion, struck_bank
-from underfoot.models.modal import hammer as impact_row
-from underfoot.models.signals.random import stream_key, uniform
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.layouts import Layout
+from underfoot.models.modal import contact_motion, drawn_modes, hammer, phasors, struck_bank
 from underfoot.parameters import Count, Number, Rows
-from underfoot.patch.node import Input, Output, event_list, frames, moved, node, rest_kernel, run_kernel
+from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
 
 FLOOR = 1e-5
 """Acceleration in m/s^2 below which a mode is let go: 126 dB below full scale, far below what can be felt."""
@@ -15,10 +16,8 @@ FASTEST = 100.0
 """m/s: no hammer is thrown faster, whatever the strength of its event."""
 SLOWEST = 1e-12
 """m/s: a slower hammer is only laid on the object. With the smallest of numbers its contact would not converge."""
-_SCALED = 128  # room for the scaled copy of one column of modes
-_HAMMER = 7
+_MOST_MODES = 128
 _MOST_DRAWN = 200
-_DRAWN = 6 + 3 * _MOST_DRAWN  # where the table of a drawn bank begins in its tuning
 
 WOODEN = (
     (92.0, 22.0, 0.9, 1.0),
@@ -31,18 +30,9 @@ WOODEN = (
 """Modes of a wooden board under a foot, designed by ear and hand: frequency, decay, modal mass, shape."""
 
 
-def _columns(rows, count):
-    """How many rows, then the table column by column, as `_scaled` reads it."""
-    return [len(rows), *(row[column] for column in range(count) for row in rows)]
-
-
-@kernel
-def _scaled(d, column, factor, out):
-    """One column of the table of modes times a factor."""
-    count = int(d[0])
-    for m in range(count):
-        out[m] = d[1 + column * count + m] * factor
-    return out[:count]
+def _by_decay(modes: Sequence[Sequence[float]]) -> NDArray[np.float64]:
+    """A table of modes, [column, mode], slow decays first: their rows are frequency, decay and what else there is."""
+    return np.array(sorted(modes, key=lambda mode: mode[1])).T
 
 
 @node("impact", "Impacts")
@@ -70,55 +60,39 @@ class Impact:
             ("mass kg", 1e-4, 1e3),
             ("shape", -10.0, 10.0),
         ),
-        most=_SCALED,
+        most=_MOST_MODES,
         doc="the object's modes: frequency and decay of the damped ringing, modal mass, shape at the struck point",
     )
     acceleration = Output("m/s^2", doc="of the struck point")
     force = Output("N", doc="in the contact")
 
-    def prepare(values, rate):
-        return _columns(sorted(values["modes"], key=lambda mode: mode[1]), 4)
+    state = contact_motion.STATE
+    coefficients = Layout("impact_coefficients", hammer=hammer.HAMMER, struck=contact_motion.OBJECT)
 
-    def state(values, rate):
-        return contact_motion.state_size(len(values["modes"]))
+    def sizes(values, rate):
+        return phasors.sizes(len(values["modes"]))
 
-    def tuning(values, rate):
-        return 9 + _HAMMER + 4 * _SCALED + contact_motion.tuning_size(len(values["modes"]))
+    @prepared_columns
+    def table(values, rate):
+        return _by_decay(values["modes"])
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        modes = int(d[0])
-        begin = 9 + _HAMMER + 4 * _SCALED
-        table = frames(t, begin + contact_motion.tuning_size(modes))[begin:]
-        hammer = frames(t, 9 + _HAMMER)[9:]
-        if moved(c, t, 8):
-            work = frames(t, begin)[9 + _HAMMER :]
-            impact_row.tune(
-                table,
-                _scaled(d, 0, c[6], work[:_SCALED]),
-                _scaled(d, 1, c[7], work[_SCALED:]),
-                _scaled(d, 2, 1.0, work[2 * _SCALED :]),
-                _scaled(d, 3, 1.0, work[3 * _SCALED :]),
-                rate,
-                FLOOR,
-            )
-            hammer[0], hammer[1], hammer[2], hammer[3], hammer[5] = c[1], c[2], c[3], c[4], c[5]
-        count = int(e[0][0])
-        blows = event_list(e[0])
-        for i in range(count):
-            speed = c[0] * blows[3 * i + 1]
-            blows[3 * i + 1] = min(speed, FASTEST) if speed > SLOWEST else 0.0
-        state, force, acceleration = frames(s, contact_motion.state_size(modes)), frames(y[1], n), frames(y[0], n)
-        impact_row.ring(state, table, hammer, blows, count, force, acceleration, force[:0], frame, n)
-        for i in range(n):
-            acceleration[i] *= x[0][i]
+    def design(table, mass, stiffness, exponent, damping, error, pitch, decay, rate, coefficients):
+        hammer.design(table, pitch, decay, rate, FLOOR, coefficients.struck)
+        thrown = coefficients.hammer
+        thrown.mass, thrown.stiffness, thrown.exponent, thrown.damping = mass, stiffness, exponent, damping
+        thrown.error = error
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        modes = int(d[0])
-        begin = 9 + _HAMMER + 4 * _SCALED
-        table = frames(t, begin + contact_motion.tuning_size(modes))[begin:]
-        return impact_row.rest(frames(s, contact_motion.state_size(modes)), table)
+    def run(strike, velocity, level, frame, coefficients, state, acceleration, force):
+        for k in range(len(strike)):
+            speed = velocity * strike.strength[k]
+            strike.strength[k] = min(speed, FASTEST) if speed > SLOWEST else 0.0
+        out = hammer.Response(force, acceleration, force[:0])
+        hammer.ring(strike, coefficients.hammer, frame, coefficients.struck, state, out)
+        for i in range(acceleration.size):
+            acceleration[i] *= level[i]
+
+    def tail(state, coefficients):
+        return hammer.tail(state, coefficients.struck)
 
 
 @node("modal-bank", "Impacts", "Modal bank")
@@ -132,40 +106,30 @@ class ModalBank:
     modes = Rows(
         ((180.0, 90.0, 1.0), (310.0, 140.0, 0.8), (470.0, 200.0, 0.6), (690.0, 300.0, 0.4)),
         (("frequency Hz", 1.0, 20_000.0), ("decay 1/s", 0.1, 10_000.0), ("amplitude m/s^2", -100.0, 100.0)),
-        most=_SCALED,
+        most=_MOST_MODES,
         doc="frequency, decay and amplitude of each",
     )
     out = Output("m/s^2")
 
-    def prepare(values, rate):
-        return _columns(sorted(values["modes"], key=lambda mode: mode[1]), 3)
+    state, coefficients = struck_bank.STATE, struck_bank.COEFFICIENTS
 
-    def state(values, rate):
-        return struck_bank.state_size(len(values["modes"]))
+    def sizes(values, rate):
+        return phasors.sizes(len(values["modes"]))
 
-    def tuning(values, rate):
-        return 2 + 3 * _SCALED + struck_bank.tuning_size(len(values["modes"]))
+    @prepared_columns
+    def table(values, rate):
+        return _by_decay(values["modes"])
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        modes = int(d[0])
-        begin = 2 + 3 * _SCALED
-        table = frames(t, begin + struck_bank.tuning_size(modes))[begin:]
-        if moved(c, t, 2):
-            work = frames(t, begin)[2:]
-            struck_bank.tune(
-                table,
-                _scaled(d, 0, c[0], work[:_SCALED]),
-                _scaled(d, 1, c[1], work[_SCALED:]),
-                _scaled(d, 2, 1.0, work[2 * _SCALED :]),
-                rate,
-                FLOOR,
-            )
-        _ring(x[0], y[0], e[0], s, table, modes, frame, n)
+    def design(table, pitch, decay, rate, coefficients):
+        struck_bank.design(table, pitch, decay, rate, FLOOR, coefficients)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return _remainder(s, t, 2 + 3 * _SCALED, int(d[0]))
+    def run(strike, level, frame, coefficients, state, out):
+        struck_bank.ring(strike, frame, coefficients, state, out)
+        for i in range(out.size):
+            out[i] *= level[i]
+
+    def tail(state):
+        return struck_bank.tail(state)
 
 
 @node("drawn-bank", "Impacts", "Drawn modal bank")
@@ -187,70 +151,25 @@ class DrawnBank:
     draw = Count(1, 0, 1_000_000, doc="which of the possible banks")
     out = Output("m/s^2")
 
-    def prepare(values, rate):
-        key = stream_key("modes", values["draw"])
-        return [values["modes"], *sorted(uniform(key, mode) for mode in range(values["modes"]))]
+    state = struck_bank.STATE
+    coefficients = Layout("drawn_bank_coefficients", drawn=(3, "modes"), bank=struck_bank.COEFFICIENTS)
 
-    def state(values, rate):
-        return struck_bank.state_size(values["modes"])
+    def sizes(values, rate):
+        return {"modes": values["modes"], **phasors.sizes(values["modes"])}
 
-    def tuning(values, rate):
-        return _DRAWN + struck_bank.tuning_size(values["modes"])
+    @prepared
+    def draws(values, rate):
+        return drawn_modes.draws(values["modes"], values["draw"])
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        modes = int(d[0])
-        table = frames(t, _DRAWN + struck_bank.tuning_size(modes))[_DRAWN:]
-        if moved(c, t, 6):
-            drawn = frames(t, _DRAWN)[6:].reshape(3, _MOST_DRAWN)[:, :modes]
-            draw_modes(frames(d, 1 + modes)[1:], c[0], c[1], c[2], c[3], c[4], c[5], drawn)
-            struck_bank.tune(table, drawn[0], drawn[1], drawn[2], rate, FLOOR)
-        _ring(x[0], y[0], e[0], s, table, modes, frame, n)
+    def design(draws, low, high, alpha, rolloff, quality, damping, rate, coefficients):
+        drawn = coefficients.drawn
+        drawn_modes.place(draws, low, high, alpha, rolloff, quality, damping, drawn)
+        struck_bank.design(drawn, 1.0, 1.0, rate, FLOOR, coefficients.bank)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return _remainder(s, t, _DRAWN, int(d[0]))
+    def run(strike, level, frame, coefficients, state, out):
+        struck_bank.ring(strike, frame, coefficients.bank, state, out)
+        for i in range(out.size):
+            out[i] *= level[i]
 
-
-@kernel
-def draw_modes(draws, low_hz, high_hz, alpha, rolloff, quality, damping, modes):
-    """Fill `modes` [3, m], rows of frequency (Hz), decay (1/s) and amplitude, from `draws` [m], uniform in (0, 1).
-
-    Frequencies have the density p(f) ~ f^alpha and rise with the draws; decays are pi low / quality (f / low)^damping;
-    amplitudes are proportional to f^-rolloff, and their squares sum to 1.
-
-    >>> import numpy as np
-    >>> modes = np.zeros((3, 2))
-    >>> draw_modes(np.array([0.25, 0.75]), 100.0, 500.0, 0.0, 0.0, 10.0, 1.0, modes)
-    >>> modes[0].round(9)
-    array([200., 400.])
-    """
-    width = max(math.log(high_hz / low_hz), 0.0)
-    power = alpha + 1.0
-    span = math.expm1(power * width)
-    squares = 0.0
-    for m in range(draws.size):
-        # Near alpha = -1 the law is that of the logarithm, to which the general one tends.
-        above = draws[m] * width if abs(power) < 1e-9 else math.log1p(draws[m] * span) / power
-        modes[0, m] = low_hz * math.exp(above)
-        modes[1, m] = math.pi * low_hz / quality * math.exp(damping * above)
-        modes[2, m] = math.exp(-rolloff * above)
-        squares += modes[2, m] ** 2
-    for m in range(draws.size):
-        modes[2, m] /= math.sqrt(squares)
-
-
-@kernel
-def _ring(level, out, strikes, s, table, modes, frame, n):
-    """Let a bank ring by the events in; `level` and `out` are frames, `table` is what `struck_bank.tune` filled."""
-    state, signal = frames(s, struck_bank.state_size(modes)), frames(out, n)
-    struck_bank.ring(state, table, event_list(strikes), int(strikes[0]), signal, frame, n)
-    for i in range(n):
-        signal[i] *= level[i]
-
-
-@kernel
-def _remainder(s, t, begin, modes):
-    """A bound of what a bank can still put out, whose table begins at `begin` of its tuning."""
-    table = frames(t, begin + struck_bank.tuning_size(modes))[begin:]
-    return struck_bank.rest(frames(s, struck_bank.state_size(modes)), table)
+    def tail(state):
+        return struck_bank.tail(state)

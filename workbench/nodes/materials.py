@@ -1,42 +1,11 @@
 """Materials that break, restructure or slip under the foot: what they make are events, which ring something behind."""
 
-import math
-
-from underfoot.kernels import kernel
 from underfoot.models import elasto_plastic
 from underfoot.models.fibre_bundle import bundle, damage, grid
 from underfoot.parameters import Choice, Count, Number
-from underfoot.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
+from underfoot.patch.node import Input, Output, node
 
-LAWS = damage.THRESHOLDS
-_BUNDLE = 15  # controls that every bundle has, kept at the head of its tuning
-_GRID = 22
-_SLIP = 11
-_BUNDLE_STATE, _SLIP_STATE, _SLIP_TUNING = (
-    bundle.state_size(),
-    elasto_plastic.state_size(),
-    elasto_plastic.tuning_size(),
-)
-_BUNDLE_TUNING, _GRID_TUNING = bundle.tuning_size(), grid.tuning_size()
-
-
-@kernel
-def _critical(law, fibres, shape, scale, stiffness):
-    """The quasi-static load at which a bundle breaks: N k_F lambda k^(-1/k) exp(-1/k); uniform, N k_F lambda / 4."""
-    if law == 1:
-        return 0.25 * fibres * stiffness * scale
-    return fibres * stiffness * scale * shape ** (-1.0 / shape) * math.exp(-1.0 / shape)
-
-
-@kernel
-def _tune_bundle(c, model, t, rate, parts):
-    """The tuning of a bundle from the controls that all bundles share; `parts` bundles carry the force together."""
-    law, fibres, shape, scale = c[1], c[2], c[3], c[4]
-    stiffness, mass, damping, creep = c[5], c[6], c[7], c[8]
-    damage.tune(t, rate, model, law, fibres, shape, scale, stiffness, mass, damping, creep)
-    damage.tune_inverse(t, c[9], c[10], False)
-    pressure = _critical(law, fibres, shape, scale, stiffness) * parts / c[11]
-    damage.tune_contact(t, rate, pressure, c[12], c[13], c[14], True)
+THRESHOLDS = damage.THRESHOLDS
 
 
 @node("fibre-bundle", "Materials")
@@ -47,8 +16,8 @@ class FibreBundle:
     """
 
     force = Input("N", doc="the load")
-    model = Choice("exact", options=tuple(damage.MODELS), doc="inverse: chains that stiffen")
-    thresholds = Choice("weibull", options=tuple(LAWS), doc="law of the thresholds")
+    model = Choice("exact", options=damage.MODELS, doc="inverse: chains that stiffen")
+    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the thresholds")
     fibres = Count(2000, 1, 10_000_000, doc="N: how many; the cost hardly depends on it")
     shape = Number(4.0, 0.5, 50.0, scale="log", doc="k of the Weibull law: more is more alike")
     scale = Number(2.5, 0.01, 1000.0, scale="log", doc="lambda of the law, a strain")
@@ -66,20 +35,19 @@ class FibreBundle:
     softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength: 0.5 is a velocity")
     events = Output(kind="event", doc="failures, one a frame at most")
     strain = Output(doc="x of the bundle")
-    state = _BUNDLE_STATE
-    tuning = _BUNDLE + _BUNDLE_TUNING
+    state, coefficients = bundle.STATE, damage.COEFFICIENTS
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        table = frames(t, _BUNDLE + _BUNDLE_TUNING)[_BUNDLE:]
-        if moved(c, t, _BUNDLE):
-            _tune_bundle(c, c[0], table, rate, 1.0)
-        state, load, strain = frames(s, _BUNDLE_STATE), frames(x[0], n), frames(y[0], n)
-        grow(o[0], bundle.run(state, table, key, frame, load, strain, room(o[0], n)))
+    def design(controls, rate, coefficients):
+        c = controls
+        load = damage.critical_load(c.thresholds, c.fibres, c.shape, c.scale, c.stiffness)
+        damage.design(c, c.model, load / c.strength, rate, coefficients)
+        coefficients.holds = 1.0
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return bundle.rest(frames(s, _BUNDLE_STATE), frames(t, _BUNDLE + _BUNDLE_TUNING)[_BUNDLE:])
+    def run(force, key, frame, coefficients, state, strain, events):
+        bundle.run(force, key, frame, coefficients, state, strain, events)
+
+    def tail(state, coefficients):
+        return bundle.tail(state, coefficients)
 
 
 @node("fibre-grid", "Materials")
@@ -89,8 +57,8 @@ class FibreGrid:
     force = Input("N", doc="the load")
     x = Input("m", doc="where it is on the tile, from Contact")
     y = Input("m", doc="where it is on the tile, from Contact")
-    model = Choice("exact", options=tuple(grid.GRID_MODELS), doc="inverse: chains that stiffen")
-    thresholds = Choice("weibull", options=tuple(LAWS), doc="law of the thresholds")
+    model = Choice("exact", options=grid.GRID_MODELS, doc="inverse: chains that stiffen")
+    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the thresholds")
     fibres = Count(500, 1, 10_000_000, doc="N of each cell")
     shape = Number(4.0, 0.5, 50.0, scale="log", doc="k of the Weibull law: more is more alike")
     scale = Number(2.5, 0.01, 1000.0, scale="log", doc="lambda of the law, a strain")
@@ -116,26 +84,24 @@ class FibreGrid:
     events = Output(kind="event", doc="failures, one a frame at most")
     strain = Output(doc="mean x of the cells")
 
-    def state(values, rate):
-        return grid.state_size(values["columns"] * values["rows"])
+    state, coefficients = grid.STATE, grid.COEFFICIENTS
 
-    tuning = _GRID + _GRID_TUNING
+    def sizes(values, rate):
+        return {"cells": values["columns"] * values["rows"]}
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        table = frames(t, _GRID + _GRID_TUNING)[_GRID:]
-        if moved(c, t, _GRID):
-            _tune_bundle(c, 2.0 * c[0], table, rate, c[15] * c[16])
-            grid.tune_grid(table, c[15], c[16], c[17], c[18], c[19], c[20], c[21])
-        state = frames(s, grid.state_size(int(c[15] * c[16])))
-        load, strain = frames(x[0], n), frames(y[0], n)
-        place_x, place_y, events = frames(x[1], n), frames(x[2], n), room(o[0], n)
-        grow(o[0], grid.run(state, table, key, frame, load, place_x, place_y, strain, events))
+    def design(controls, rate, coefficients):
+        c = controls
+        load = damage.critical_load(c.thresholds, c.fibres, c.shape, c.scale, c.stiffness) * (c.columns * c.rows)
+        model = damage.INVERSE if c.model != 0.0 else damage.EXACT
+        damage.design(c, model, load / c.strength, rate, coefficients.bundle)
+        coefficients.bundle.holds = 1.0
+        grid.design(c, coefficients)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        table = frames(t, _GRID + _GRID_TUNING)[_GRID:]
-        return grid.rest(frames(s, grid.state_size(int(c[15] * c[16]))), table)
+    def run(force, x, y, key, frame, coefficients, state, strain, events):
+        grid.run(grid.Contact(force, x, y), key, frame, coefficients, state, strain, events)
+
+    def tail(state, coefficients):
+        return grid.tail(state, coefficients)
 
 
 @node("slip", "Materials", "Elasto-plastic slip")
@@ -155,19 +121,14 @@ class Slip:
     renewal = Number(0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load to fresh ground")
     events = Output(kind="event", doc="slips; strength 1 at the largest energy, as its square root")
     displacement = Output("m", doc="x")
-    state = _SLIP_STATE
-    tuning = _SLIP + _SLIP_TUNING
+    state, coefficients = elasto_plastic.STATE, elasto_plastic.COEFFICIENTS
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        table = frames(t, _SLIP + _SLIP_TUNING)[_SLIP:]
-        if moved(c, t, 10):
-            elasto_plastic.tune(table, rate, c[0], c[1], c[2], c[3], c[4], c[5])
-            elasto_plastic.tune_energy(table, c[6], c[7], max(c[8], 1.001 * c[7]), 1.0, 0.5)
-            elasto_plastic.tune_renewal(table, rate, c[9])
-        state, force, displacement = frames(s, _SLIP_STATE), frames(x[0], n), frames(y[0], n)
-        grow(o[0], elasto_plastic.run(state, table, key, frame, force, displacement, room(o[0], n)))
+    def design(controls, rate, coefficients):
+        most = max(controls.most, 1.001 * controls.least)
+        elasto_plastic.design(controls, most, 1.0, 0.5, rate, coefficients)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return elasto_plastic.rest(frames(s, _SLIP_STATE), frames(t, _SLIP + _SLIP_TUNING)[_SLIP:])
+    def run(force, key, frame, coefficients, state, displacement, events):
+        elasto_plastic.run(force, key, frame, coefficients, state, displacement, events)
+
+    def tail(state, coefficients):
+        return elasto_plastic.tail(state, coefficients)

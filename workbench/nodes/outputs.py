@@ -1,7 +1,7 @@
 """Where a patch ends: the tile's shaker."""
 
 from underfoot.parameters import Number, Tiles
-from underfoot.patch.node import Input, Output, node, run_kernel
+from underfoot.patch.node import Input, Output, node
 
 
 @node("tile-output", "Outputs")
@@ -15,8 +15,6 @@ class TileOutput:
     muted_by = ("acceleration", "level")
     is_sink = True
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        acceleration, level, played = x[0], x[1], y[0]
-        for i in range(n):
+    def run(acceleration, level, played):
+        for i in range(played.size):
             played[i] = acceleration[i] * level[i]

@@ -1,7 +1,7 @@
 """Nodes that shape and join signals."""
 
 from underfoot.parameters import Number
-from underfoot.patch.node import Input, Output, node, rest_kernel, run_kernel
+from underfoot.patch.node import Input, Output, node
 
 
 @node("gain", "Shapes")
@@ -13,10 +13,8 @@ class Gain:
     out = Output()
     muted_by = ("signal", "gain")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        signal, gain, out = x[0], x[1], y[0]
-        for i in range(n):
+    def run(signal, gain, out):
+        for i in range(out.size):
             out[i] = signal[i] * gain[i]
 
 
@@ -29,10 +27,8 @@ class Multiply:
     out = Output()
     muted_by = ("a", "b")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        a, b, out = x[0], x[1], y[0]
-        for i in range(n):
+    def run(a, b, out):
+        for i in range(out.size):
             out[i] = a[i] * b[i]
 
 
@@ -50,12 +46,9 @@ class Mix:
     level_d = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on d")
     out = Output()
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        a, b, third, fourth, out = x[0], x[1], x[2], x[3], y[0]
-        level_a, level_b, level_c, level_d = x[4], x[5], x[6], x[7]
-        for i in range(n):
-            out[i] = a[i] * level_a[i] + b[i] * level_b[i] + third[i] * level_c[i] + fourth[i] * level_d[i]
+    def run(a, b, c, d, level_a, level_b, level_c, level_d, out):
+        for i in range(out.size):
+            out[i] = a[i] * level_a[i] + b[i] * level_b[i] + c[i] * level_c[i] + d[i] * level_d[i]
 
 
 @node("scale", "Shapes")
@@ -69,16 +62,12 @@ class Scale:
     out_high = Number(1.0, -1e6, 1e6, doc="output at high and above")
     out = Output(doc="held between out low and out high")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        signal, out = x[0], y[0]
-        low, high, out_low, out_high = c[0], c[1], c[2], c[3]
+    def run(signal, low, high, out_low, out_high, out):
         slope = 0.0 if high == low else 1.0 / (high - low)
-        for i in range(n):
+        for i in range(out.size):
             share = min(max((signal[i] - low) * slope, 0.0), 1.0)
             out[i] = out_low + share * (out_high - out_low)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        slope = 0.0 if c[1] == c[0] else 1.0 / (c[1] - c[0])
-        return abs(c[2] + min(max(-c[0] * slope, 0.0), 1.0) * (c[3] - c[2]))
+    def tail(low, high, out_low, out_high):
+        slope = 0.0 if high == low else 1.0 / (high - low)
+        return abs(out_low + min(max(-low * slope, 0.0), 1.0) * (out_high - out_low))

@@ -1,13 +1,19 @@
 """Where vibration begins: noise, texture, and sound files."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from underfoot.errors import BadFile
+from underfoot.kernels import Floats
+from underfoot.layouts import Layout
 from underfoot.models.signals import noise
 from underfoot.parameters import Choice, FilePath, Number
-from underfoot.patch.node import NEVER, Input, Output, frames, moved, node, rest_kernel, run_kernel
+from underfoot.patch.node import Input, Output, node, prepared
+
+LOOP = 0
+"""The place of "loop" among the modes of a player."""
 
 
 @node("noise", "Sources", "Noise")
@@ -18,23 +24,17 @@ class Noise:
     high = Number(noise.HIGH_HZ, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="upper edge of the band")
     amplitude = Number(1.0, 0.0, 100.0, unit="", wire="audio", doc="RMS, in m/s^2")
     out = Output("m/s^2")
-    state = noise.BAND_STATE
-    tuning = 2 + noise.BAND_TUNING
+    state, coefficients = noise.BAND_STATE, noise.BAND_COEFFICIENTS
     muted_by = ("amplitude",)
+    tail = math.inf
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        amplitude, out = x[0], y[0]
-        band = frames(t, 2 + noise.BAND_TUNING)[2:]
-        if moved(c, t, 2):
-            noise.tune_band(band, c[0], c[1], rate)
-        noise.run_band(frames(s, noise.BAND_STATE), band, key, frame, frames(out, n), n)
-        for i in range(n):
+    def design(low, high, rate, coefficients):
+        noise.design_band(low, high, rate, coefficients)
+
+    def run(amplitude, key, frame, coefficients, state, out):
+        noise.run_band(key, frame, coefficients, state, out)
+        for i in range(out.size):
             out[i] *= amplitude[i]
-
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER
 
 
 @node("texture", "Sources", "Texture")
@@ -52,23 +52,17 @@ class Texture:
     width = Number(noise.WIDTH_HZ, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="width of the band at -3 dB")
     amplitude = Number(1.0, 0.0, 100.0, unit="", wire="audio", doc="RMS over time, in m/s^2")
     out = Output("m/s^2")
-    state = noise.TEXTURE_STATE
-    tuning = 4 + noise.TEXTURE_TUNING
+    state, coefficients = noise.TEXTURE_STATE, noise.TEXTURE_COEFFICIENTS
     muted_by = ("amplitude",)
+    tail = math.inf
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        amplitude, out = x[0], y[0]
-        grain = frames(t, 4 + noise.TEXTURE_TUNING)[4:]
-        if moved(c, t, 4):
-            noise.tune_texture(grain, c[0], c[1], c[2], c[3], rate)
-        noise.run_texture(frames(s, noise.TEXTURE_STATE), grain, key, frame, frames(out, n), n)
-        for i in range(n):
+    def design(interval, burst, centre, width, rate, coefficients):
+        noise.design_texture(interval, burst, centre, width, rate, coefficients)
+
+    def run(amplitude, key, frame, coefficients, state, out):
+        noise.run_texture(key, frame, coefficients, state, out)
+        for i in range(out.size):
             out[i] *= amplitude[i]
-
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER
 
 
 @node("wav-player", "Sources", "WAV player")
@@ -80,40 +74,37 @@ class WavPlayer:
     amplitude = Number(5.0, 0.0, 100.0, unit="", wire="audio", doc="m/s^2 at the file's full scale")
     start = Input(kind="event", doc="plays it from the beginning, at the event's strength")
     out = Output("m/s^2")
-    state = 2  # next sample + 1 (0: not playing), strength
+    state = Layout("wav_player", "is_playing", "next_sample", "strength")
     muted_by = ("amplitude",)
 
-    def prepare(values, rate):
+    @prepared
+    def samples(values, rate):
         return _samples(values["file"], rate)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        amplitude, out, start = x[0], y[0], e[0]
-        count = int(d[0])
-        loops = c[0] == 0.0
+    def run(samples, mode, amplitude, start, frame, state, out):
         event = 0
-        for i in range(n):
-            if event < start[0] and start[3 * event + 1] < frame + i + 1:
-                s[0], s[1] = 1.0, start[3 * event + 2]
+        for i in range(out.size):
+            if event < len(start) and start.time[event] < frame + i + 1:
+                state.is_playing, state.next_sample, state.strength = 1.0, 0.0, start.strength[event]
                 event += 1
-            if loops and s[0] == 0.0:
-                s[0], s[1] = 1.0, 1.0
-            at = int(s[0])
-            if at == 0 or count == 0:
+            if mode == LOOP and state.is_playing == 0.0:
+                state.is_playing, state.next_sample, state.strength = 1.0, 0.0, 1.0
+            if state.is_playing == 0.0 or samples.size == 0:
                 out[i] = 0.0
                 continue
-            out[i] = d[at] * s[1] * amplitude[i]
-            s[0] = at + 1.0 if at < count else 0.0
+            at = int(state.next_sample)
+            out[i] = samples[at] * state.strength * amplitude[i]
+            state.next_sample = at + 1.0
+            state.is_playing = 1.0 if at + 1 < samples.size else 0.0
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER if s[0] != 0.0 or (c[0] == 0.0 and d[0] > 0.0) else 0.0
+    def tail(samples, mode, state):
+        return math.inf if state.is_playing != 0.0 or (mode == LOOP and samples.size > 0) else 0.0
 
 
-def _samples(path: str, rate: float) -> np.ndarray:
-    """How many samples, then the samples: the first channel of the file at `rate`, band-limited if it has another."""
+def _samples(path: str, rate: float) -> Floats:
+    """The first channel of a sound file at `rate`, band-limited if it has another; nothing without a file."""
     if not path:
-        return np.zeros(1)
+        return np.zeros(0)
     import soundfile
 
     try:
@@ -126,4 +117,4 @@ def _samples(path: str, rate: float) -> np.ndarray:
     if own_rate != rate and sound.size:
         count = max(1, round(sound.size * rate / own_rate))
         sound = np.fft.irfft(np.fft.rfft(sound), count) * (count / sound.size)
-    return np.concatenate([[sound.size], sound])
+    return sound

@@ -1,24 +1,19 @@
 """Stick-slip: a block that a belt carries along until it slips back, again and again."""
 
 import math
-import os
 from collections.abc import Mapping
-from contextlib import suppress
-from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernel_cache import cache_folder
+from underfoot.array_cache import ArrayCache
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
-from underfoot.patch.node import Input, Output, frames, grow, moved, node, rest_kernel, room, run_kernel
+from underfoot.patch.node import Input, Output, node, prepared
 
-_MOST_KEPT = 100
-"""Tables on disk."""
-_STATE, _TUNING = texture.state_size(), texture.tuning_size()
+_TABLES = ArrayCache("slip-quantiles")
+"""Making one costs half a second in a process that has not loaded the solver's kernels yet."""
 
 
 @node("stick-slip", "Materials", "Stick-slip")
@@ -43,66 +38,36 @@ class StickSlip:
     level = Number(0.1, 0.0, 100.0, wire="audio", doc="share of the block's acceleration that is put out")
     acceleration = Output("m/s^2", doc="of the block: one cycle of a sine a slip")
     events = Output(kind="event", doc="slips as they begin, stronger the farther they go")
-    state = _STATE
-    tuning = 1 + _TUNING
+    state, coefficients = texture.STATE, texture.COEFFICIENTS
     muted_by = ("force", "velocity")
 
-    def prepare(values, rate):
+    @prepared
+    def table(values, rate):
         return slip_table(values)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        tuning = frames(t, 1 + _TUNING)[1:]
-        if moved(c, t, 1):
-            texture.tune(tuning, rate, 2.0 * math.pi * c[0])
-        table = frames(d, 1 + int(d[0]))[1:]
-        drive, out = frames(y[0], n), frames(y[0], n)
-        for i in range(n):
-            drive[i] = x[0][i] / c[5] * x[1][i] if x[0][i] > 0.0 else 0.0
-        events = room(o[0], n)
-        count = texture.run(frames(s, _STATE), tuning, table, key, frame, drive, out, events)
-        for k in range(count):
-            events[3 * k + 1] *= 10.0 * c[6]
-        grow(o[0], count)
-        for i in range(n):
-            out[i] *= x[2][i]
+    def design(frequency, rate, coefficients):
+        texture.design(2.0 * math.pi * frequency, rate, coefficients)
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return texture.rest(frames(s, _STATE), frames(t, 1 + _TUNING)[1:])
+    def run(force, velocity, reference, loudness, level, table, key, frame, coefficients, state, acceleration, events):
+        drive, first = acceleration, len(events)
+        for i in range(drive.size):
+            drive[i] = force[i] / reference * velocity[i] if force[i] > 0.0 else 0.0
+        texture.run(drive, table, key, frame, coefficients, state, acceleration, events)
+        for k in range(first, len(events)):
+            events.strength[k] *= 10.0 * loudness
+        for i in range(acceleration.size):
+            acceleration[i] *= level[i]
 
 
 def slip_table(values: Mapping[str, Any]) -> NDArray[np.float64]:
-    """The size of the table for a node of these `values`, and the table; kept in memory and beside the kernels.
+    """The table for a node of these `values`; kept in memory and beside the kernels.
 
-    >>> made = slip_table({"damping": 40, "noise": 50, "start": 200, "error": "0.01"})
-    >>> bool(made[0] == made.size - 1)
+    >>> slip_table({"damping": 40, "noise": 50, "start": 200, "error": "0.01"}).size > 100
     True
     """
-    return _table(values["damping"], values["noise"], values["start"], values["error"])
+    damping, noise, start, error = (values[name] for name in ("damping", "noise", "start", "error"))
 
+    def make() -> NDArray[np.float64]:
+        return quantile_table.slip_table(0.01 * damping, 0.01 * noise, 0.01 * start, error=float(error))
 
-@lru_cache(maxsize=64)
-def _table(damping: int, noise: int, start: int, error: str) -> NDArray[np.float64]:
-    # Making one costs half a second in a process that has not loaded the solver's kernels yet.
-    path = cache_folder() / "slips" / f"{damping}-{noise}-{start}-{error}.npy"
-    try:
-        return np.load(path)
-    except (OSError, ValueError, EOFError):
-        pass  # not there yet, or cut short
-    table = quantile_table.slip_table(0.01 * damping, 0.01 * noise, 0.01 * start, error=float(error))
-    sized = np.append(float(table.size), table)
-    with suppress(OSError):  # an install without a writable place does without
-        _keep(path, sized)
-    return sized
-
-
-def _keep(path: Path, table: NDArray[np.float64]) -> None:
-    """Write a table for the next process, under its name only once it is whole; of many, the oldest go."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    for old in sorted(path.parent.glob("*.npy"), key=lambda file: file.stat().st_mtime)[:-_MOST_KEPT]:
-        old.unlink(missing_ok=True)
-    part = path.with_suffix(f".{os.getpid()}")
-    with part.open("wb") as file:
-        np.save(file, table)
-    part.replace(path)
+    return _TABLES.get(f"{damping}-{noise}-{start}-{error}", make)

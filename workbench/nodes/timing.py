@@ -1,8 +1,15 @@
 """When things happen: nodes that make and join events."""
 
+import math
+
+from underfoot.layouts import Layout
 from underfoot.models.signals import noise, rhythm
+from underfoot.models.signals.events import emit
 from underfoot.parameters import Choice, Count, Number, Rows
-from underfoot.patch.node import NEVER, Input, Output, emit, frames, grow, node, rest_kernel, room, run_kernel
+from underfoot.patch.node import Input, Output, node, prepared_columns
+
+AT_ONCE = 0
+"""The place of "at once" among what may start a rhythm."""
 
 
 @node("strike", "Timing")
@@ -10,14 +17,12 @@ class Strike:
     """An event by hand: click the tile in the preview, or press its button."""
 
     strength = Number(1.0, 0.0, 10.0, doc="strength of a strike at full force")
+    by_hand = Input(kind="event", is_brought=True)
     out = Output(kind="event")
-    is_struck = True
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        struck = e[0]
-        for i in range(struck[0]):
-            emit(o[0], struck[3 * i + 1], struck[3 * i + 2] * c[0], struck[3 * i + 3])
+    def run(by_hand, strength, out):
+        for k in range(len(by_hand)):
+            emit(out, by_hand.time[k], by_hand.strength[k] * strength, by_hand.duration[k])
 
 
 @node("join", "Timing")
@@ -28,16 +33,14 @@ class Join:
     b = Input(kind="event")
     out = Output(kind="event")
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        a, b = e[0], e[1]
+    def run(a, b, out):
         i = j = 0
-        while i < a[0] or j < b[0]:
-            if j >= b[0] or (i < a[0] and a[3 * i + 1] <= b[3 * j + 1]):
-                emit(o[0], a[3 * i + 1], a[3 * i + 2], a[3 * i + 3])
+        while i < len(a) or j < len(b):
+            if j >= len(b) or (i < len(a) and a.time[i] <= b.time[j]):
+                emit(out, a.time[i], a.strength[i], a.duration[i])
                 i += 1
             else:
-                emit(o[0], b[3 * j + 1], b[3 * j + 2], b[3 * j + 3])
+                emit(out, b.time[j], b.strength[j], b.duration[j])
                 j += 1
 
 
@@ -49,18 +52,13 @@ class Poisson:
     strength = Number(1.0, 0.0, 10.0, wire="audio", doc="strength of an event")
     out = Output(kind="event")
     muted_by = ("strength",)
+    tail = math.inf
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        events = room(o[0], n)
-        count = noise.impulses(key, c[0], rate, frame, n, events)
-        for i in range(count):
-            events[3 * i + 1] *= x[0][int(events[3 * i]) - frame]
-        grow(o[0], count)
-
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER
+    def run(interval, strength, key, rate, frame, end, out):
+        first = len(out)
+        noise.impulses(key, interval, rate, frame, end, out)
+        for k in range(first, len(out)):
+            out.strength[k] *= strength[int(out.time[k]) - frame]
 
 
 @node("rhythm", "Timing")
@@ -78,37 +76,38 @@ class Rhythm:
     begin = Choice("at once", options=("at once", "at events"), doc="what starts it")
     start = Input(kind="event", doc="plays it from the first step, at the event's strength")
     out = Output(kind="event")
-    state = 3  # session frame of the first bar, strength, 1 while playing or 2 when played out
+    state = Layout("rhythm", "has_begun", "is_playing", "start", "strength")
 
-    def prepare(values, rate):
+    @prepared_columns
+    def table(values, rate):
         loudest = {}  # one note a step, on whole steps
         for step, length, loud in values["notes"]:
             loudest[round(step)] = max(loudest.get(round(step), (-1.0, 0.0)), (loud, round(length) / rhythm.STEPS))
-        table = [(step / rhythm.STEPS, length, loud) for step, (loud, length) in sorted(loudest.items())]
-        return [rhythm.NOTE_FLOATS * len(table), *(number for note in table for number in note)]
+        return [(step / rhythm.STEPS, length, loud) for step, (loud, length) in sorted(loudest.items())]
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        notes = frames(d, 1 + int(d[0]))[1:]
-        bar, repeats, at_once, starts = c[0] * rate, int(c[1]), c[2] == 0.0, e[0]
-        if at_once and s[2] == 0.0:
-            s[0], s[1], s[2] = frame, 1.0, 1.0
-        begin = frame
-        for event in range(int(starts[0]) + 1):
-            starting = event < starts[0]
-            end = max(begin, int(starts[3 * event + 1])) if starting else frame + n
-            if s[2] == 1.0:
-                events = room(o[0], end - begin)
-                count = rhythm.play(notes, bar, repeats, s[0], begin, end - begin, rate, events)
-                for i in range(count):
-                    events[3 * i + 1] *= s[1]
-                grow(o[0], count)
-            if starting:
-                s[0], s[1], s[2] = starts[3 * event + 1], starts[3 * event + 2], 1.0
-                begin = end
-        if repeats > 0 and s[2] == 1.0 and frame + n > s[0] + repeats * bar:
-            s[2] = 2.0
+    def run(table, bar, repeats, begin, start, rate, frame, end, state, out):
+        bar *= rate
+        if begin == AT_ONCE and state.has_begun == 0.0:
+            state.has_begun, state.is_playing, state.start, state.strength = 1.0, 1.0, frame, 1.0
+        now = frame
+        for k in range(len(start) + 1):
+            is_restart = k < len(start)
+            until = max(now, int(start.time[k])) if is_restart else end
+            if state.is_playing == 1.0:
+                first = len(out)
+                rhythm.play(table, bar, repeats, state.start, now, until, rate, out)
+                for note in range(first, len(out)):
+                    out.strength[note] *= state.strength
+            if is_restart:
+                state.has_begun, state.is_playing, state.start, state.strength = (
+                    1.0,
+                    1.0,
+                    start.time[k],
+                    start.strength[k],
+                )
+                now = until
+        if repeats > 0 and state.is_playing == 1.0 and end > state.start + repeats * bar:
+            state.is_playing = 0.0
 
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER if s[2] == 1.0 else 0.0
+    def tail(state):
+        return math.inf if state.is_playing == 1.0 else 0.0

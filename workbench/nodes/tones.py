@@ -1,10 +1,10 @@
 """Tones, and their roughness."""
 
+import math
+
 from underfoot.models.signals import waveshaping
 from underfoot.parameters import Number, Numbers
-from underfoot.patch.node import NEVER, Input, Output, frames, node, rest_kernel, run_kernel
-
-_WORK = waveshaping.WORK_SHAPE[0] * waveshaping.WORK_SHAPE[1]
+from underfoot.patch.node import Input, Output, node, prepared
 
 
 @node("tone", "Tones", "Waveshaped tone")
@@ -20,26 +20,19 @@ class Tone:
     )
     amplitude = Number(5.0, 0.0, 100.0, wire="audio", doc="peak, in m/s^2")
     out = Output("m/s^2")
-    state = waveshaping.STATE_SIZE
-    tuning = _WORK
+    state = waveshaping.STATE
     muted_by = ("amplitude",)
+    tail = math.inf
 
-    def prepare(values, rate):
+    @prepared
+    def weights(values, rate):
         total = waveshaping.peak_bound(values["harmonics"]) or 1.0
-        return [len(values["harmonics"]), *(a / total for a in values["harmonics"])]
+        return [a / total for a in values["harmonics"]]
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        amplitude, out = x[1], frames(y[0], n)
-        harmonics = frames(d, 1 + int(d[0]))[1:]
-        work = frames(t, _WORK).reshape(waveshaping.WORK_SHAPE)
-        waveshaping.run(frames(s, waveshaping.STATE_SIZE), frames(x[0], n), harmonics, rate, work, out, n)
-        for i in range(n):
+    def run(frequency, amplitude, weights, rate, state, out):
+        waveshaping.run(frequency, weights, rate, state, out)
+        for i in range(out.size):
             out[i] *= amplitude[i]
-
-    @rest_kernel
-    def rest(c, s, t, d):
-        return NEVER
 
 
 @node("roughness", "Tones")
@@ -50,10 +43,8 @@ class Roughness:
     depth = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is smooth; at 1 it falls silent once a beat")
     frequency = Number(25.0, 0.1, 200.0, unit="Hz", scale="log", wire="audio", doc="of the beats")
     out = Output()
-    state = waveshaping.STATE_SIZE
+    state = waveshaping.PHASE
     muted_by = ("signal",)
 
-    @run_kernel
-    def run(x, y, c, s, t, d, e, o, key, rate, frame, n):
-        signal, depth, frequency = frames(x[0], n), frames(x[1], n), frames(x[2], n)
-        waveshaping.roughen(frames(s, waveshaping.STATE_SIZE), signal, depth, frequency, rate, frames(y[0], n), n)
+    def run(signal, depth, frequency, rate, state, out):
+        waveshaping.roughen(signal, depth, frequency, rate, state, out)

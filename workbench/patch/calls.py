@@ -1,17 +1,21 @@
 """What compiled code cannot say by itself: calls of kernels by address, and the processor's cycle counter."""
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
 
 @intrinsic
-def call_run(context, address, x, y, c, s, t, d, e, o, key, rate, frame, n):
+def call_run(  # type: ignore[no-untyped-def]
+    context, address, x, y, c, s, t, d, e, o, key, rate, frame, n
+):
     """Call a node's kernel by its address; what stands in between are addresses of its arrays."""
     i64, f64 = types.int64, types.float64
     signature = types.void(i64, i64, i64, i64, i64, i64, i64, i64, i64, types.uint64, f64, i64, i64)
 
-    def code(context, builder, signature, args):
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         word = ir.IntType(64)
         function = ir.FunctionType(ir.VoidType(), [word] * 9 + [ir.DoubleType(), word, word])
         builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
@@ -21,11 +25,11 @@ def call_run(context, address, x, y, c, s, t, d, e, o, key, rate, frame, n):
 
 
 @intrinsic
-def call_rest(context, address, c, s, t, d):
-    """What remains in a row, by the word of a node's rest kernel at this address."""
+def call_tail(context: Any, address: Any, c: Any, s: Any, t: Any, d: Any) -> Any:
+    """A bound of what a row can still put out, by a node's tail kernel at this address."""
     i64 = types.int64
 
-    def code(context, builder, signature, args):
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         function = ir.FunctionType(ir.DoubleType(), [ir.IntType(64)] * 4)
         return builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
 
@@ -33,10 +37,10 @@ def call_rest(context, address, c, s, t, d):
 
 
 @intrinsic
-def cycles(context):
+def cycles(context: Any) -> Any:
     """The processor's cycle counter."""
 
-    def code(context, builder, signature, args):
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         function = builder.module.declare_intrinsic("llvm.readcyclecounter", fnty=ir.FunctionType(ir.IntType(64), []))
         return builder.call(function, [])
 

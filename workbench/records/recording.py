@@ -5,9 +5,7 @@ file is in WAL mode and committed every 100 ms: killed at any moment, it opens a
 Where frames are missing between blocks there is a gap, and `gaps` lists it.
 """
 
-import os
 import sqlite3
-import tempfile
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
+from underfoot.files import replaced
 
 APPLICATION_ID = 0x55464F54  # "UFOT"
 VERSION = 1
@@ -96,19 +95,11 @@ class Writer:
 
 def _create(path: Path, about: dict[str, str]) -> None:
     """A recording with nothing in it yet, made beside `path` and moved there, so that no part of one is ever seen."""
-    handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    os.close(handle)
-    try:
-        with closing(sqlite3.connect(beside, isolation_level=None)) as base:
-            base.execute(f"pragma application_id = {APPLICATION_ID}")
-            base.execute(f"pragma user_version = {VERSION}")
-            base.executescript(_TABLES)
-            base.executemany("insert into about values (?, ?)", about.items())
-        Path(beside).chmod(0o644)
-        Path(beside).replace(path)
-    except BaseException:
-        Path(beside).unlink(missing_ok=True)
-        raise
+    with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
+        base.execute(f"pragma application_id = {APPLICATION_ID}")
+        base.execute(f"pragma user_version = {VERSION}")
+        base.executescript(_TABLES)
+        base.executemany("insert into about values (?, ?)", about.items())
 
 
 @dataclass(frozen=True)
@@ -185,3 +176,12 @@ class Recording:
         for at, rows in parts:
             whole[at - first : at - first + len(rows)] = rows
         return first, whole
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file is an SQLite file, as recordings are; also one that `Recording` will refuse."""
+    try:
+        with path.open("rb") as file:
+            return file.read(15) == b"SQLite format 3"
+    except OSError:
+        return False

@@ -5,13 +5,11 @@ replaces what was there. `BadFile` says where it cannot.
 """
 
 import math
-import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from underfoot.errors import BadFile
+from underfoot.files import replaced, written
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -37,6 +35,7 @@ def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
     """Write the step table: what it gives takes steps, a line each. A figure that there is not (NaN) is an empty
     cell.
 
+    >>> import tempfile
     >>> folder = tempfile.TemporaryDirectory()
     >>> with step_table(Path(folder.name) / "steps.csv") as write:
     ...     write([Step(1, "t1", "left", 0.2, 600.0, 760.0, 500.0, 740.0, 320.0, math.nan, 210.0, 200.0)])
@@ -59,35 +58,21 @@ def contact_table(path: str | Path, floor: Floor) -> Iterator[Callable[[ContactR
 
 @contextmanager
 def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], None]]:
-    path = Path(path)
-    with _our_error(path):
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    beside = Path(name)
-    file = os.fdopen(handle, "w", encoding="utf-8", newline="\n")
+    with replaced(path) as part:
+        with written(path):
+            file = part.open("w", encoding="utf-8", newline="\n")
 
-    def lines(texts: Iterable[str]) -> None:
-        with _our_error(path):
-            file.writelines(f"{text}\n" for text in texts)
+        def lines(texts: Iterable[str]) -> None:
+            with written(path):
+                file.writelines(f"{text}\n" for text in texts)
 
-    try:
-        lines([header])
-        yield lines
-        with _our_error(path):
-            file.flush()
-            os.fsync(file.fileno())
-            beside.chmod(0o644)
-            beside.replace(path)
-    finally:
-        file.close()
-        beside.unlink(missing_ok=True)
-
-
-@contextmanager
-def _our_error(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise BadFile(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
+        try:
+            lines([header])
+            yield lines
+            with written(path):
+                file.flush()
+        finally:
+            file.close()
 
 
 def _step_line(step: Step) -> str:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from underfoot.bench.figures import fracture, friction, grains, signals
 from underfoot.bench.figures.figure import Compared, Figure
-from underfoot.drawing import page, svg
-from underfoot.errors import BadFile
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
+from underfoot.files import make_folder, write_file
 
 __all__ = ["FIGURES", "Compared", "Figure", "run", "text", "write"]
 
@@ -56,20 +57,17 @@ def text(figures: Sequence[Figure]) -> str:
 
 def write(figures: Sequence[Figure], folder: Path) -> None:
     """Write each drawing as SVG, and `index.html` with all of them and the numbers, into `folder`."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        body = []
-        for figure in figures:
-            body.append(f"<h2>{figure.number} {html.escape(figure.title)}</h2>")
-            body.append(_table(figure))
-            body.append(f"<p>{html.escape(figure.why)}</p>")
-            for k, drawing in enumerate(figure.drawings, 1):
-                picture = svg(drawing)
-                (folder / f"figure-{figure.number}-{k}.svg").write_text(picture)
-                body.append(picture)
-        (folder / "index.html").write_text(page("Figures of the thesis", body))
-    except OSError as error:
-        raise BadFile(f"{folder} cannot be written: {error.strerror}") from None
+    make_folder(folder)
+    body = []
+    for figure in figures:
+        body.append(f"<h2>{figure.number} {html.escape(figure.title)}</h2>")
+        body.append(_table(figure))
+        body.append(f"<p>{html.escape(figure.why)}</p>")
+        for k, drawing in enumerate(figure.drawings, 1):
+            picture = svg(drawing)
+            write_file(folder / f"figure-{figure.number}-{k}.svg", picture.encode())
+            body.append(picture)
+    write_file(folder / "index.html", page("Figures of the thesis", body).encode())
 
 
 def _table(figure: Figure) -> str:

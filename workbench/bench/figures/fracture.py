@@ -1,14 +1,14 @@
 """Figures 7.5 to 7.8 and 7.15: bundles of fibres under ramps, their fluctuations, and one played in real time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench.figures.figure import Compared, Figure, density, slope
-from underfoot.drawing import Drawing, series
+from underfoot.drawing import Drawing, Series, series
 from underfoot.models import gait
-from underfoot.models.fibre_bundle.bundle import Fracture, bundle, critical_stress
+from underfoot.models.fibre_bundle.bundle import FibreBundle, Fracture
 from underfoot.models.modal import bank
 
 RATE = 48_000
@@ -31,7 +31,7 @@ def responses(quick: bool) -> Figure:
     above = _load_that_collapses_at(0.68)
     drawings = []
     for most in (0.75 * _CRITICAL, 0.95 * _CRITICAL, above):
-        result = bundle(ramp(most), RATE, FIBRES, seed=3)
+        result = FibreBundle(FIBRES).response(ramp(most), RATE, seed=3)
         left = 1.0 - np.cumsum(result.failures) / FIBRES
         shown = result.strain < 4.0
         time_s = _TIME_S[shown]
@@ -59,9 +59,8 @@ def strengths(quick: bool) -> Figure:
     at = np.linspace(0.02, 2.6, 130)
     drawings = []
     for model, name, colour in _MODELS:
-        curves = np.array(
-            [_stress_at(at, bundle(ramp(3000.0), RATE, FIBRES, model=model, seed=s)) for s in range(count)]
-        )
+        bundle = FibreBundle(FIBRES, model=model)
+        curves = np.array([_stress_at(at, bundle.response(ramp(3000.0), RATE, seed)) for seed in range(count)])
         mean, spread = curves.mean(axis=0), 1.96 * curves.std(axis=0)
         critical = _critical(model, count)
         lines = (
@@ -71,7 +70,7 @@ def strengths(quick: bool) -> Figure:
             series(f"critical load {critical:.0f}", [at[0], at[-1]], [critical] * 2, "dashed", "muted"),
         )
         drawings.append((Drawing(f"{name}, mean of {count}", "strain", "stress borne", lines), critical))
-    (exact, mean_of), quasi = (found for _, found in drawings), critical_stress(FIBRES)
+    (exact, mean_of), quasi = (found for _, found in drawings), FibreBundle(FIBRES).critical_stress
     return Figure(
         "7.6",
         "Stress over strain, and critical loads",
@@ -92,9 +91,8 @@ def intervals(quick: bool) -> Figure:
     count = 40 if quick else 200
     lines, rows = [], []
     for model, name, colour in _MODELS:
-        gaps = np.concatenate(
-            [np.diff(bundle(ramp(_ABOVE), RATE, FIBRES, model=model, seed=s).event_s) for s in range(count)]
-        )
+        bundle = FibreBundle(FIBRES, model=model)
+        gaps = np.concatenate([np.diff(bundle.response(ramp(_ABOVE), RATE, seed).event_s) for seed in range(count)])
         at, found = density(gaps, np.geomspace(3e-5, 0.2, 40))
         lines.append(series(name, at, found, "dots", colour))
         rows.append(Compared(f"slope from 2 to 30 ms, {name}", "about -1.6 to -2.3", f"{slope(gaps, 2e-3, 3e-2):.2f}"))
@@ -112,7 +110,8 @@ def energies(quick: bool) -> Figure:
     count = 40 if quick else 200
     lines, rows, one = [], [], None
     for model, name, colour in _MODELS:
-        found = [windows(bundle(ramp(_ABOVE), RATE, FIBRES, model=model, seed=s)) for s in range(count)]
+        bundle = FibreBundle(FIBRES, model=model)
+        found = [windows(bundle.response(ramp(_ABOVE), RATE, seed)) for seed in range(count)]
         one = one if one is not None else found[0]
         every = np.concatenate(found)
         every = every[every > 0.0]
@@ -139,7 +138,8 @@ def played(quick: bool) -> Figure:
     walker = gait.Walker(variation=0.0)
     step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
     force = step.force_n(_TIME_S)
-    result = bundle(0.97 * critical_stress(350) * force / force.max(), RATE, 350, mass=1e-5, damping=0.003, seed=2)
+    bundle = FibreBundle(350, mass=1e-5, damping=0.003)
+    result = bundle.response(0.97 * bundle.critical_stress * force / force.max(), RATE, seed=2)
     draw = np.random.default_rng(4)
     frequencies = np.sort(draw.uniform(150.0, 2_500.0, 10))
     modes = frequencies, 0.15 * frequencies, (frequencies / 150.0) ** -0.5
@@ -196,7 +196,7 @@ def _load_that_collapses_at(time_s: float) -> float:
     low, high = _CRITICAL, 3.0 * _CRITICAL
     while high - low > 1.0:
         middle = 0.5 * (low + high)
-        gone = np.cumsum(bundle(ramp(middle, time_s), RATE, FIBRES, seed=3).failures)[-1] > FIBRES // 2
+        gone = np.cumsum(FibreBundle(FIBRES).response(ramp(middle, time_s), RATE, seed=3).failures)[-1] > FIBRES // 2
         low, high = (low, middle) if gone else (middle, high)
     return high
 
@@ -211,19 +211,19 @@ def _stress_at(at: NDArray[np.float64], result: Fracture) -> NDArray[np.float64]
 
 def _critical(model: str, count: int) -> float:
     """The terminal load at which half of the bundles, or the mean one, collapse within a second."""
-    low, high = 2650.0, 2950.0
+    low, high, bundle = 2650.0, 2950.0, FibreBundle(FIBRES, model=model)
     if model == "exact":
         most = low + (high - low) * (np.arange(4 * count) + 0.5) / (4 * count)
-        broken = [bundle(ramp(m), RATE, FIBRES, seed=s).failures.sum() == FIBRES for s, m in enumerate(most)]
+        broken = [bundle.response(ramp(m), RATE, seed=s).failures.sum() == FIBRES for s, m in enumerate(most)]
         return float(high - (high - low) * np.mean(broken))
     while high - low > 0.5:
         middle = 0.5 * (low + high)
-        gone = bundle(ramp(middle), RATE, FIBRES, model=model).strain[-1] > 3.0 * SCALE
+        gone = bundle.response(ramp(middle), RATE).strain[-1] > 3.0 * SCALE
         low, high = (low, middle) if gone else (middle, high)
     return high
 
 
-def _levels(heard: NDArray[np.float64], edges: Sequence[float]):
+def _levels(heard: NDArray[np.float64], edges: Sequence[float]) -> Iterator[Series]:
     """Levels in bands, each in windows of 10 ms, over the loudest."""
     frames = RATE // 100
     parts = heard[: heard.size // frames * frames].reshape(-1, frames) * np.hanning(frames)

@@ -7,19 +7,21 @@ from numpy.typing import NDArray
 
 from underfoot.bench.figures.figure import Compared, Figure, density
 from underfoot.drawing import Drawing, Series, series
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 from underfoot.models.stick_slip import distribution
-from underfoot.models.stick_slip.slip_distribution import Law, SlipLaw
+from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
 from underfoot.models.stick_slip.upcrossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
 
-_Slip = tuple[float, float, float, float, float, float]
-"""w0, zeta, D, v_b, x0, v0 as captioned; where x0 or v0 is not printed, 0.3 and 0."""
-_LEFT_8_5, _RIGHT_8_5 = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0), (1.0, 0.11, 0.04, 1.3, 0.3, 0.0)
+_LEFT_8_5 = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0)
+"""As captioned, as are the others; where x0 or v0 is not printed, 0.3 and 0."""
+_RIGHT_8_5 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.04, belt_velocity=1.3, x0=0.3, v0=0.0)
 _8_6 = _LEFT_8_5
-_LEFT_8_7, _RIGHT_8_7 = (1.0, 0.11, 0.04, 1.0, 0.3, 0.0), (1.0, 0.125, 0.33, 1.0, 0.3, 0.0)
-_LEFT_8_8, _RIGHT_8_8 = (1.0, 0.4, 0.1, 1.0, 0.3, 0.0), _LEFT_8_7
-_8_9 = (1.0, 0.11, 1.0, 0.1, 0.0)  # without D
-_8_10 = (1.0, 0.4, 0.1, 0.45, 0.9, 0.0)
+_LEFT_8_7 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.04, belt_velocity=1.0, x0=0.3, v0=0.0)
+_RIGHT_8_7 = BlockOnBelt(w0=1.0, zeta=0.125, noise=0.33, belt_velocity=1.0, x0=0.3, v0=0.0)
+_LEFT_8_8 = BlockOnBelt(w0=1.0, zeta=0.4, noise=0.1, belt_velocity=1.0, x0=0.3, v0=0.0)
+_RIGHT_8_8 = _LEFT_8_7
+_8_9 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.01, belt_velocity=1.0, x0=0.1, v0=0.0)  # of the weakest noise
+_8_10 = BlockOnBelt(w0=1.0, zeta=0.4, noise=0.1, belt_velocity=0.45, x0=0.9, v0=0.0)
 _STEP_S = 0.002
 """Of the thesis's simulations, over which white noise has an acceleration of variance 2 D / h."""
 _COLOUR_S = 0.3
@@ -36,8 +38,8 @@ def upcrossings(quick: bool) -> Figure:
         _count_upcrossings(values, t_end, _STEP_S, paths, np.random.default_rng(1), counts)
         counted = counts / paths / (t_end / counts.size)
         at = (np.arange(counts.size) + 0.5) * t_end / counts.size
-        formula = white_upcrossings(*values, t=times, step=_STEP_S).density
-        printed = white_upcrossings(*values, t=times, step=1.0).density
+        formula = white_upcrossings(values, t=times, step=_STEP_S).density
+        printed = white_upcrossings(values, t=times, step=1.0).density
         lines = (
             series("simulated, h = 0.002", at, counted, "dots", "force"),
             series("variance 2D/h", times, formula),
@@ -65,13 +67,13 @@ def upcrossings(quick: bool) -> Figure:
 def durations(quick: bool) -> Figure:
     """Figure 8.6: the law of slip durations, and the two approximations of it."""
     times = np.linspace(0.01, 12.0, 1200)
-    law = distribution.first_passage(*_8_6, t_end=20.0)
-    drawn = distribution.paths(*_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
+    law = distribution.first_passage(_8_6, t_end=20.0)
+    drawn = distribution.paths(_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
     at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, 12.0, 61), drawn.size)
     simulated = series("exact paths", at, found, "dots", "force")
-    exact = series("law", law.t[law.t < 12.0], law.density[law.t < 12.0])
-    white = white_upcrossings(*_8_6, t=times, step=1.0)
-    coloured = coloured_upcrossings(*_8_6, t=times, correlation_time=_COLOUR_S)
+    exact = series("law", law.points[law.points < 12.0], law.density[law.points < 12.0])
+    white = white_upcrossings(_8_6, t=times, step=1.0)
+    coloured = coloured_upcrossings(_8_6, t=times, correlation_time=_COLOUR_S)
     drawings = tuple(
         Drawing(title, "slip duration, s", "density, 1/s", (simulated, exact, *lines))
         for title, lines in (
@@ -91,7 +93,7 @@ def durations(quick: bool) -> Figure:
             ),
         )
     )
-    steps = white_upcrossings(*_8_6, t=np.linspace(0.005, 20.0, 2000), step=_STEP_S)
+    steps = white_upcrossings(_8_6, t=np.linspace(0.005, 20.0, 2000), step=_STEP_S)
     return Figure(
         "8.6",
         "Slip durations: two approximations",
@@ -115,20 +117,19 @@ def regimes(quick: bool) -> Figure:
     """Figure 8.7: the decoupled law at little and much noise."""
     drawings, rows = [], []
     for name, values, t_end, printed in (("left", _LEFT_8_7, 40.0, "3.9"), ("right", _RIGHT_8_7, 20.0, "0.8")):
-        law = distribution.first_passage(*values, t_end=4.0 * t_end)
-        drawn = distribution.paths(*values, t_end=t_end, count=20_000 if quick else 200_000, seed=1).duration
+        law = distribution.first_passage(values, t_end=4.0 * t_end)
+        drawn = distribution.paths(values, t_end=t_end, count=20_000 if quick else 200_000, seed=1).duration
         at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, t_end, 81), drawn.size)
         times = np.linspace(0.02, t_end, 1500)
-        coloured = coloured_upcrossings(*values, t=times, correlation_time=_COLOUR_S)
+        coloured = coloured_upcrossings(values, t=times, correlation_time=_COLOUR_S)
         lines = (
             series("exact paths", at, found, "dots", "force"),
-            series("law", law.t[law.t < t_end], law.density[law.t < t_end]),
+            series("law", law.points[law.points < t_end], law.density[law.points < t_end]),
             series(f"decoupled, noise of {_COLOUR_S} s", times, coloured.durations(), "dashed", "events"),
         )
         drawings.append(Drawing(f"Figure 8.7 {name}", "slip duration, s", "density, 1/s", lines))
-        w0, zeta, noise, belt = values[:4]
-        rice = 2.0 * math.pi / w0 * math.exp(belt * zeta / (2.0 * noise))
-        white = escape_time(w0, zeta, noise, belt, _STEP_S)
+        rice = 2.0 * math.pi / values.w0 * math.exp(values.belt_velocity * values.zeta / (2.0 * values.noise))
+        white = escape_time(values, _STEP_S)
         rows += [
             Compared(f"T_R, {name}", f"{printed} (8.47 gives {rice:.1f})", f"{white:.2f} at h = 0.002; none without h"),
             Compared(f"mean time of late slips, {name}", "not given", f"{_late_s(law):.1f} s"),
@@ -169,13 +170,12 @@ def periods(quick: bool) -> Figure:
 
 def resonance(quick: bool) -> Figure:
     """Figure 8.9: periods that only noise makes possible."""
-    w0, zeta, belt, x0, v0 = _8_9
     lines, rows = [], []
     for noise, colour in ((0.01, "muted"), (0.02, "vibration"), (0.04, "events"), (0.08, "contact"), (0.16, "force")):
-        law = SlipLaw.solve(w0, zeta, noise, belt, x0, v0, 40.0, 1e-3)
-        seen = law.period.at < 40.0
-        lines.append(series(f"D = {noise:g}", law.period.at[seen], law.period.density[seen], colour=colour))
-        share = float(np.interp(40.0, law.period.at, law.period.cdf))
+        law = SlipDistribution.solve(_8_9._replace(noise=noise), 40.0, 1e-3)
+        seen = law.period.points < 40.0
+        lines.append(series(f"D = {noise:g}", law.period.points[seen], law.period.density[seen], colour=colour))
+        share = float(np.interp(40.0, law.period.points, law.period.cdf))
         rows.append(Compared(f"cycles shorter than 40 s, D = {noise:g}", "none without noise", f"{share:.3f}"))
     return Figure(
         "8.9",
@@ -188,17 +188,18 @@ def resonance(quick: bool) -> Figure:
 
 def distances(quick: bool) -> Figure:
     """Figure 8.10: the law of slip distances."""
-    law = SlipLaw.solve(*_8_10, t_end=40.0, error=1e-4)
-    drawn = distribution.paths(*_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
-    far = _8_10[4] - drawn.position[np.isfinite(drawn.position)]
+    law = SlipDistribution.solve(_8_10, t_end=40.0, error=1e-4)
+    drawn = distribution.paths(_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
+    far = _8_10.x0 - drawn.position[np.isfinite(drawn.position)]
     at, found = density(far, np.linspace(-1.5, 4.0, 111), drawn.position.size)
     d = np.linspace(-1.5, 4.0, 300)
-    coloured = coloured_upcrossings(*_8_10, t=np.linspace(0.02, 40.0, 1500), correlation_time=_COLOUR_S)
-    near = float(np.interp(0.1, law.distance.at, law.distance.cdf) - np.interp(-0.1, law.distance.at, law.distance.cdf))
-    peak = float(law.distance.at[np.argmax(law.distance.density)])
+    coloured = coloured_upcrossings(_8_10, t=np.linspace(0.02, 40.0, 1500), correlation_time=_COLOUR_S)
+    below, above = np.interp([-0.1, 0.1], law.distance.points, law.distance.cdf)
+    near = float(above - below)
+    peak = float(law.distance.points[np.argmax(law.distance.density)])
     lines = (
         series("exact paths", at, found, "dots", "force"),
-        series("law", law.distance.at, law.distance.density),
+        series("law", law.distance.points, law.distance.density),
         series(f"decoupled, noise of {_COLOUR_S} s", d, coloured.distances(d), "dashed", "events"),
     )
     return Figure(
@@ -213,52 +214,54 @@ def distances(quick: bool) -> Figure:
     )
 
 
-def _periods(values: _Slip, t_end: float, count: int) -> tuple[SlipLaw, tuple[Series, ...]]:
-    law = SlipLaw.solve(*values, t_end=4.0 * t_end, error=1e-4)
-    drawn = distribution.paths(*values, t_end=t_end, count=count, seed=1)
-    distance = values[4] - drawn.position
-    period = (drawn.duration + distance / values[3])[distance >= 0.0]
+def _periods(values: BlockOnBelt, t_end: float, count: int) -> tuple[SlipDistribution, tuple[Series, ...]]:
+    law = SlipDistribution.solve(values, t_end=4.0 * t_end, error=1e-4)
+    drawn = distribution.paths(values, t_end=t_end, count=count, seed=1)
+    distance = values.x0 - drawn.position
+    period = (drawn.duration + distance / values.belt_velocity)[distance >= 0.0]
     at, found = density(period[period < t_end], np.linspace(0.0, t_end, 81), count)
     times = np.linspace(0.04, t_end, 800)
-    coloured = coloured_upcrossings(*values, t=times, correlation_time=_COLOUR_S)
-    seen = law.period.at < t_end
+    coloured = coloured_upcrossings(values, t=times, correlation_time=_COLOUR_S)
+    seen = law.period.points < t_end
     grid = np.linspace(0.1, t_end, 300)
     lines = (
         series("exact paths", at, found, "dots", "force"),
-        series("law", law.period.at[seen], law.period.density[seen]),
+        series("law", law.period.points[seen], law.period.density[seen]),
         series(f"decoupled, noise of {_COLOUR_S} s", grid, coloured.periods(grid), "dashed", "events"),
     )
     return law, lines
 
 
-def _off(crossings: Upcrossings, law: Law) -> float:
-    return float(np.abs(crossings.escaped - np.interp(crossings.t, law.t, law.cdf)).max())
+def _off(crossings: Upcrossings, law: Distribution) -> float:
+    return float(np.abs(crossings.escaped - np.interp(crossings.t, law.points, law.cdf)).max())
 
 
-def _off_its_paths(values: _Slip, t_end: float, quick: bool) -> float:
+def _off_its_paths(values: BlockOnBelt, t_end: float, quick: bool) -> float:
     """The largest CDF difference of the decoupled law in coloured noise from paths in the same noise."""
     durations = np.empty(2_000 if quick else 50_000)
     _coloured_durations(values, t_end, 0.005, _COLOUR_S, np.random.default_rng(1), durations)
     times = np.linspace(0.02, t_end, 1000)
-    escaped = coloured_upcrossings(*values, t=times, correlation_time=_COLOUR_S).escaped
+    escaped = coloured_upcrossings(values, t=times, correlation_time=_COLOUR_S).escaped
     return float(np.abs(escaped - np.searchsorted(np.sort(durations), times) / durations.size).max())
 
 
-def _apart(durations: NDArray[np.float64], law: Law) -> float:
+def _apart(durations: NDArray[np.float64], law: Distribution) -> float:
     ended = durations[np.isfinite(durations)]
-    return float(np.abs(np.interp(ended, law.t, law.cdf) - (np.arange(ended.size) + 0.5) / durations.size).max())
+    return float(np.abs(np.interp(ended, law.points, law.cdf) - (np.arange(ended.size) + 0.5) / durations.size).max())
 
 
-def _late_s(law: Law) -> float:
+def _late_s(law: Distribution) -> float:
     """The mean time of an exponential end: from where a fifth to where a fiftieth of the slips last."""
-    some, few = np.interp([0.8, 0.98], law.cdf, law.t)
+    some, few = np.interp([0.8, 0.98], law.cdf, law.points)
     return float((few - some) / math.log(10.0))
 
 
 @kernel
-def _count_upcrossings(values, t_end, step, paths, generator, counts):
+def _count_upcrossings(
+    block: BlockOnBelt, t_end: float, step: float, paths: int, generator: np.random.Generator, counts: Floats
+) -> None:
     # The thesis's simulation, without absorption: Euler and Maruyama's method, as it stands.
-    w0, zeta, noise, belt, x0, v0 = values
+    w0, zeta, noise, belt, x0, v0 = block
     kick = math.sqrt(2.0 * noise * step)
     steps = int(round(t_end / step))
     for _ in range(paths):
@@ -271,9 +274,16 @@ def _count_upcrossings(values, t_end, step, paths, generator, counts):
 
 
 @kernel
-def _coloured_durations(values, t_end, step, correlation_time, generator, durations):
+def _coloured_durations(
+    block: BlockOnBelt,
+    t_end: float,
+    step: float,
+    correlation_time: float,
+    generator: np.random.Generator,
+    durations: Floats,
+) -> None:
     # In noise with a memory the velocity is smooth, so that short steps see every crossing that matters.
-    w0, zeta, noise, belt, x0, v0 = values
+    w0, zeta, noise, belt, x0, v0 = block
     level = math.sqrt(noise / correlation_time)
     keep = math.exp(-step / correlation_time)
     fresh = level * math.sqrt(1.0 - keep * keep)

@@ -7,7 +7,7 @@ from underfoot.bench.figures.figure import Compared, Figure, density, slope
 from underfoot.bench.figures.fracture import FIBRES, RATE, WINDOW_S, ramp, windows
 from underfoot.drawing import Drawing, series
 from underfoot.models import gait
-from underfoot.models.fibre_bundle.bundle import Fracture, bundle, critical_stress
+from underfoot.models.fibre_bundle.bundle import FibreBundle, Fracture
 
 _TIME_S = np.arange(RATE) / RATE
 _FEW = 200  # chains of figure 7.13
@@ -18,7 +18,8 @@ def stiffening(quick: bool) -> Figure:
     """Figure 7.12: load, restructurings, strain, and stress over strain of the mean inverse bundle."""
     count = 20 if quick else 200
     load = ramp(2667.0)
-    results = [bundle(load, RATE, FIBRES, mass=0.0, model="inverse_mean", seed=s) for s in range(count)]
+    bundle = FibreBundle(FIBRES, mass=0.0, model="inverse_mean")
+    results = [bundle.response(load, RATE, seed) for seed in range(count)]
     strain = np.mean([result.strain for result in results], axis=0)
     failed = np.mean([np.cumsum(result.failures) for result in results], axis=0) / FIBRES
     steeper = _steepness(strain, load)
@@ -43,16 +44,13 @@ def stiffening(quick: bool) -> Figure:
 def fluctuations(quick: bool) -> Figure:
     """Figure 7.13: times between restructurings, and energies in windows, as captioned and as 7.18 compounds."""
     count = 40 if quick else 500
-    captioned = [bundle(ramp(_LOAD), RATE, _FEW, mass=0.0, model="inverse", seed=s) for s in range(count)]
+    bundle = FibreBundle(_FEW, mass=0.0, model="inverse")
+    captioned = [bundle.response(ramp(_LOAD), RATE, seed) for seed in range(count)]
     gaps = np.concatenate([np.diff(result.event_s) for result in captioned])
     few = _positive(captioned)
     many_of = max(count // 5, 20)
-    compound = [
-        bundle(
-            ramp(_LOAD), RATE, _FEW, mass=0.0, damping=0.0, model="inverse", restructurings=1000, compound=True, seed=s
-        )
-        for s in range(many_of)
-    ]
+    stiffer = FibreBundle(_FEW, mass=0.0, damping=0.0, model="inverse", restructurings=1000, compound=True)
+    compound = [stiffer.response(ramp(_LOAD), RATE, seed) for seed in range(many_of)]
     many = _positive(compound)
     gaps_at, gaps_found = density(gaps, np.geomspace(5e-6, 2e-3, 40))
     drawn = []
@@ -102,11 +100,9 @@ def under_a_foot(quick: bool) -> Figure:
     walker = gait.Walker(variation=0.0)
     step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
     force = step.force_n(_TIME_S)
-    load = 0.97 * critical_stress(FIBRES) * force / force.max()
-    energy = np.mean(
-        [windows(bundle(load, RATE, FIBRES, mass=1e-5, damping=0.003, seed=s)) for s in range(5 if quick else 20)],
-        axis=0,
-    )
+    bundle = FibreBundle(FIBRES, mass=1e-5, damping=0.003)
+    load = 0.97 * bundle.critical_stress * force / force.max()
+    energy = np.mean([windows(bundle.response(load, RATE, seed)) for seed in range(5 if quick else 20)], axis=0)
     time_s = WINDOW_S * np.arange(energy.size)
     rising = np.gradient(load[:: RATE // 200][: energy.size]) > 0.0
     return Figure(

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from underfoot.bench.figures.figure import Compared, Figure
 from underfoot.drawing import Drawing, series
 from underfoot.models import gait
-from underfoot.models.modal import impact
+from underfoot.models.modal.impact import Hammer, ModalObject, strike
 from underfoot.models.signals import envelopes, noise, waveshaping
+from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 
 RATE = 48_000
@@ -97,9 +98,8 @@ def _blow(k: int) -> tuple[NDArray[np.float64], float]:
     low, high = 150.0 + 14.0 * k, 270.0 + 18.0 * (7 - k)
     decays = 40.0 + 12.0 * k, 60.0 + 10.0 * k
     stiffness, exponent = 10.0 ** (5.0 + 0.5 * k), 1.5 + 0.1 * (k % 4)
-    hit = impact.blow(
-        0.02, 1.0, stiffness, exponent, 0.3, [low, high], decays, [0.2, 0.3], [1.0, 1.0], _BLOW_S, RATE, 1e-4
-    )
+    target = ModalObject([low, high], decays, [0.2, 0.3], [1.0, 1.0])
+    hit = strike(Hammer(0.02, 1.0, stiffness, exponent, 0.3), target, _BLOW_S, RATE, 1e-4)
     return hit.displacement_m, _centre_hz(hit.displacement_m)
 
 
@@ -120,31 +120,29 @@ def _waveforms(frames: int) -> dict[str, NDArray[np.float64]]:
     sine = np.sin(2.0 * np.pi * 300.0 * np.arange(frames) / RATE)
     white, textured = np.empty(frames), np.empty(frames)
     key = stream_key(1, "figure 6.2")
-    tuning = np.zeros(noise.BAND_TUNING)
-    noise.tune_band(tuning, noise.LOW_HZ, noise.HIGH_HZ, float(RATE))
-    noise.run_band(np.zeros(noise.BAND_STATE), tuning, key, 0, white, frames)
-    tuning = np.zeros(noise.TEXTURE_TUNING)
-    noise.tune_texture(tuning, noise.MEAN_INTERVAL_S, noise.BURST_S, noise.CENTRE_HZ, noise.WIDTH_HZ, float(RATE))
-    noise.run_texture(np.zeros(noise.TEXTURE_STATE), tuning, key, 0, textured, frames)
+    band, texture = noise.BAND_COEFFICIENTS.zeros(), noise.TEXTURE_COEFFICIENTS.zeros()
+    noise.design_band(noise.LOW_HZ, noise.HIGH_HZ, float(RATE), band)
+    noise.run_band(key, 0, band, noise.BAND_STATE.zeros(), white)
+    noise.design_texture(noise.MEAN_INTERVAL_S, noise.BURST_S, noise.CENTRE_HZ, noise.WIDTH_HZ, float(RATE), texture)
+    noise.run_texture(key, 0, texture, noise.TEXTURE_STATE.zeros(), textured)
     return {"S": sine, "W": white, "T": textured}
 
 
 def _envelopes(force: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     constant, proportional, dynamic = np.empty((3, force.size))
-    tuning = np.zeros(envelopes.CONTACT_TUNING)
-    envelopes.tune_contact(tuning, float(RATE))
-    envelopes.run_contact(np.zeros(envelopes.CONTACT_STATE), tuning, force, constant, force.size)
-    envelopes.proportional(force, envelopes.FULL_FORCE_N, proportional, force.size)
+    coefficients = envelopes.CONTACT_COEFFICIENTS.zeros()
+    envelopes.design_contact(float(RATE), coefficients)
+    envelopes.run_contact(force, coefficients, envelopes.CONTACT_STATE.zeros(), constant)
+    envelopes.proportional(force, envelopes.FULL_FORCE_N, proportional)
     _strain_rate(force, envelopes.ABSOLUTE, dynamic)
     return {"C": constant, "P": proportional, "D": dynamic}
 
 
 def _strain_rate(force: NDArray[np.float64], choice: int, out: NDArray[np.float64]) -> None:
-    tuning = np.zeros(envelopes.STRAIN_TUNING)
-    envelopes.tune_strain_rate(
-        tuning, envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG, float(RATE)
-    )
-    envelopes.run_strain_rate(np.zeros(envelopes.STRAIN_STATE), tuning, force, choice, out, force.size)
+    coefficients = envelopes.STRAIN_COEFFICIENTS.zeros()
+    layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG
+    envelopes.design_strain_rate(*layer, float(RATE), coefficients)
+    envelopes.run_strain_rate(force, choice, coefficients, envelopes.STRAIN_STATE.zeros(), out)
 
 
 def _peak_s() -> float:
@@ -155,6 +153,6 @@ def _peak_s() -> float:
 
 
 def _gaps_s(frames: int) -> NDArray[np.float64]:
-    events = np.empty(3 * math.ceil(frames / 100))
-    count = noise.impulses(stream_key(1, "figure 6.2"), noise.MEAN_INTERVAL_S, float(RATE), 0, frames, events)
-    return np.diff(events[: 3 * count : 3]) / RATE
+    events = event_list(room=math.ceil(frames / 100))
+    noise.impulses(stream_key(1, "figure 6.2"), noise.MEAN_INTERVAL_S, float(RATE), 0, frames, events)
+    return np.diff(events.time[: len(events)]) / RATE

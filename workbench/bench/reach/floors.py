@@ -16,7 +16,7 @@ _ALL = {1024: 40.0, 64: 25.0}
 _TWO = 0.1
 """Of that cost with two tiles stood on, at most."""
 
-_COLD = """
+COLD_START = """
 import sys, time
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
@@ -41,14 +41,14 @@ def reaches(costs: Sequence[Cost], quick: bool) -> Iterable[Reach]:
         else:
             yield Reach("floors", what, cost.share, "of the cost of all", high=_TWO)
     for name in [COARSE] if quick else library.patches():
-        yield Reach("floors", f"cold start of {name}", _cold_start_s(name), "s", high=0.5)
+        yield Reach("floors", f"cold start of {name}", cold_start_s(name), "s", high=0.5)
 
 
-def _cold_start_s(name: str) -> float:
+def cold_start_s(name: str) -> float:
     """From a patch on disk to its first block, in a process that has nothing but its imports; kernels are cached."""
     spent = []
     for _ in range(4):
-        done = subprocess.run([sys.executable, "-c", _COLD, name], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, "-c", COLD_START, name], capture_output=True, text=True, check=False)
         if done.returncode:
             raise UnderfootError(f"{name} does not start: {done.stderr.strip().splitlines()[-1]}")
         spent.append(float(done.stdout))

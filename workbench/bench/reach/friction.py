@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import timed
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 from underfoot.models.stick_slip import distribution, quantile_table
-from underfoot.models.stick_slip.slip_distribution import Law, SlipLaw
+from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
 
-_SLIP = (1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0)  # w0, zeta, D, v_b, x0, v0, t_end of the thesis's figure 8.6
+_BLOCK, _T_END_S = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0), 20.0
+"""Of the thesis's figure 8.6."""
 _TIMES = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0])
 _GRID = np.array(
     [
@@ -25,19 +26,19 @@ _GRID = np.array(
 def reaches(quick: bool) -> Iterable[Reach]:
     """The law of figure 8.6, and what is drawn from tables."""
     for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
-        law = distribution.first_passage(*_SLIP, error=error)
-        apart = float(np.abs(np.interp(_TIMES, law.t, law.cdf) - _GRID).max())
+        law = distribution.first_passage(_BLOCK, _T_END_S, error=error)
+        apart = float(np.abs(np.interp(_TIMES, law.points, law.cdf) - _GRID).max())
         yield Reach("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
-    took = timed(lambda: distribution.first_passage(*_SLIP, error=1e-4), 1.0).seconds
+    took = timed(lambda: distribution.first_passage(_BLOCK, _T_END_S, error=1e-4), 1.0).seconds
     yield Reach("friction", "time of that law at 1e-4", took, "s", high=0.25)
-    yield from _tables(100_000 if quick else 2_000_000)
+    yield from tables(100_000 if quick else 2_000_000)
 
 
-def _tables(count: int) -> Iterator[Reach]:
+def tables(count: int) -> Iterator[Reach]:
     """Slips looked up at evenly spread chances, against the law that was solved ten times as exactly."""
     asked = 1e-3
     for zeta, noise, x0 in ((0.4, 0.5, 2.0), (0.1, 0.05, 1.5)):
-        law = SlipLaw.solve(1.0, zeta, noise, 1.0, x0, 0.0, quantile_table.LONGEST, 0.1 * asked)
+        law = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), quantile_table.LONGEST, 0.1 * asked)
         table = quantile_table.slip_table(zeta, noise, x0, error=asked)
         pairs = np.empty((count, 2))
         _look_up_evenly(table, pairs)
@@ -54,13 +55,13 @@ def _tables(count: int) -> Iterator[Reach]:
         yield Reach("friction", f"a look-up, zeta {zeta}", took / count * 1e9, "ns", high=1000.0)
 
 
-def _apart(values: NDArray[np.float64], of: int, law: Law) -> float:
+def _apart(values: NDArray[np.float64], of: int, law: Distribution) -> float:
     at = np.sort(values)
-    return float(np.abs(np.interp(at, law.at, law.cdf) - (np.arange(at.size) + 0.5) / of).max())
+    return float(np.abs(np.interp(at, law.points, law.cdf) - (np.arange(at.size) + 0.5) / of).max())
 
 
 @kernel
-def _look_up_evenly(table, out):
+def _look_up_evenly(table: Floats, out: Floats) -> None:
     # Pairs of chances that fill the square evenly: the additive recurrence of the plastic number.
     first = second = 0.5
     for i in range(out.shape[0]):

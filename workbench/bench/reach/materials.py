@@ -7,8 +7,11 @@ import numpy as np
 
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import Timed, timed
-from underfoot.models import elasto_plastic
-from underfoot.models.fibre_bundle import bundle, damage
+from underfoot.models.elasto_plastic import Ground
+from underfoot.models.fibre_bundle import bundle
+from underfoot.models.fibre_bundle.bundle import FibreBundle, Fracture
+from underfoot.models.fibre_bundle.damage import COEFFICIENTS
+from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 
 RATE = 48_000
@@ -20,21 +23,21 @@ _BEST_MS = {2_000: 0.41, 100_000: 0.80, 10_000_000: 1.33}
 
 def reaches(quick: bool) -> Iterable[Reach]:
     """Those of elasto-plastic slip and of fibre bundles."""
-    yield from _slips()
+    yield from slips()
     for fibres, best in _BEST_MS.items():
         took = _second_of(fibres)
         most = 1.5 * best * took.slowness
         yield Reach("bundles", f"a second under a foot, {fibres:.0e} fibres", 1e3 * took.seconds, "ms", high=most)
-    yield from _thresholds()
-    yield from _quasi_static(400 if quick else 4000)
+    yield from thresholds()
+    yield from quasi_static(400 if quick else 4000)
     yield from _dynamic(400 if quick else 4000)
 
 
-def _slips() -> Iterator[Reach]:
+def slips() -> Iterator[Reach]:
     from scipy import signal, stats
 
     force = np.cumsum(np.random.default_rng(1).standard_normal(RATE // 10))
-    moved = elasto_plastic.slip(force, RATE, threshold_n=1e9).displacement_m
+    moved = Ground(threshold_n=1e9).response(force, RATE).displacement_m
     system = ([1.0], [0.5, 400.0, 8e5])
     exact = signal.lsim(system, np.append(0.0, force), np.arange(force.size + 1) / RATE)[1][1:]
     apart = float(np.linalg.norm(moved - exact) / np.linalg.norm(exact))
@@ -42,7 +45,7 @@ def _slips() -> Iterator[Reach]:
     # The plastic unit holds more than the largest draw takes, and the ramp is so slow that no frame has two slips.
     least, most = 1e-5, 1e-3
     ramp = np.linspace(0.0, 1e3, 20 * RATE)
-    energy = elasto_plastic.slip(ramp, RATE, threshold_n=100.0, gamma=1.5, least_j=least, most_j=most).energy_j
+    energy = Ground(threshold_n=100.0, gamma=1.5, least_j=least, most_j=most).response(ramp, RATE).energy_j
     chances = (least**-0.5 - energy**-0.5) / (least**-0.5 - most**-0.5)
     chance = float(stats.kstest(chances, "uniform").pvalue)
     yield Reach("slip", "chance of such energies, if of E^-1.5", chance, low=1e-3)
@@ -53,18 +56,24 @@ def _second_of(fibres: int) -> Timed:
     up = np.clip(np.arange(RATE) / RATE / 0.75, 0.0, 1.0)
     step = np.sin(np.pi * up) * (1.0 + 0.35 * np.cos(4.0 * np.pi * (up - 0.25))) * (up < 1.0)
     load = 1.30 * fibres * step / step.max()
-    t, strain, events = np.zeros(bundle.tuning_size()), np.empty(RATE), np.empty(3 * RATE)
-    damage.tune(t, RATE, damage.EXACT, 0, fibres, SHAPE, SCALE, 1.0, 1e-5, 0.003, 0.0)
-    damage.tune_contact(t, RATE, 1.0, 10.0, 1.0, 0.5, True)
+    coefficients, strain, events = COEFFICIENTS.zeros(), np.empty(RATE), event_list(room=RATE)
+    FibreBundle(fibres, SHAPE, SCALE, 1.0, 1e-5, 0.003, renewal_s=10.0).design(RATE, 1.0, coefficients)
+    coefficients.loudness, coefficients.softness, coefficients.holds = (0.5 * SCALE**2) ** -0.5, 0.5, 1.0
     key = stream_key(1, "bench")
-    return timed(lambda: bundle.run(np.zeros(bundle.state_size()), t, key, 0, load, strain, events), 0.3, 100)
+
+    def second() -> None:
+        events.count = 0.0
+        bundle.run(load, key, 0, coefficients, bundle.STATE.zeros(), strain, events)
+
+    return timed(second, 0.3, 100)
 
 
-def _thresholds() -> Iterator[Reach]:
+def thresholds() -> Iterator[Reach]:
     """Loaded so slowly that nearly each frame breaks one fibre, the strains of failure are the sorted thresholds."""
     from scipy import stats
 
-    found = bundle.bundle(np.linspace(0.0, 1.37e4, 4_000_000), 1e6, 10_000, SHAPE, SCALE, mass=0.0, damping=0.0)
+    still = FibreBundle(10_000, SHAPE, SCALE, mass=0.0, damping=0.0)
+    found = still.response(np.linspace(0.0, 1.37e4, 4_000_000), 1e6)
     strain = np.repeat(found.strain, found.failures)
     below = -np.expm1(-((strain[-1] / SCALE) ** SHAPE))
     chances = -np.expm1(-((strain / SCALE) ** SHAPE)) / below
@@ -72,13 +81,13 @@ def _thresholds() -> Iterator[Reach]:
     yield Reach("bundles", "chance of such thresholds, if Weibull", chance, low=1e-3)
 
 
-def _quasi_static(samples: int) -> Iterator[Reach]:
-    yield Reach("bundles", "quasi-static strength of 2000", bundle.critical_stress(2000), "", 2753.45, 2753.55)
+def quasi_static(samples: int) -> Iterator[Reach]:
+    yield Reach("bundles", "quasi-static strength of 2000", FibreBundle(2000).critical_stress, "", 2753.45, 2753.55)
     # So slowly near the end that what is added while a bundle collapses is less than 1.
     slow = np.concatenate((np.linspace(0.0, 2620.0, 500, endpoint=False), np.arange(2620.0, 2920.0, 0.006)))
     found = np.empty(samples)
     for seed in range(samples):
-        failed = bundle.bundle(slow, 1000.0, 2000, mass=0.0, damping=0.0, seed=seed).failures
+        failed = FibreBundle(2000, mass=0.0, damping=0.0).response(slow, 1000.0, seed).failures
         found[seed] = slow[np.flatnonzero(np.cumsum(failed) < 1000)[-1]]
     off = 1.0 + 4.0 * 32.0 / math.sqrt(samples)
     words = f"of {samples} exact bundles"
@@ -100,6 +109,6 @@ def _dynamic(samples: int) -> Iterator[Reach]:
     yield Reach("bundles", "strength under the thesis's ramp, mean", high, "", 2842.0, 2848.0)
 
 
-def _ramped(most: float, model: str, seed: int) -> bundle.Fracture:
+def _ramped(most: float, model: str, seed: int) -> Fracture:
     load = most * np.minimum(np.arange(RATE) / RATE / 0.8, 1.0)
-    return bundle.bundle(load, RATE, 2000, SHAPE, SCALE, model=model, seed=seed)
+    return FibreBundle(2000, SHAPE, SCALE, model=model).response(load, RATE, seed)

@@ -7,7 +7,6 @@ import numpy as np
 from underfoot.bench import accuracy, rows
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import Timed, timed
-from underfoot.models.modal import driven_bank, struck_bank
 
 RATE = 48_000
 _BEST_NS = {10: (0.25, 0.14), 64: (0.08, 0.048), 200: (0.07, 0.038)}
@@ -25,28 +24,20 @@ def reaches(quick: bool) -> Iterable[Reach]:
     yield from _errors()
     for driven in (True, False):
         what = f"numbers left in a bank after silence, {'driven' if driven else 'struck'}"
-        yield Reach("modes", what, _left(driven), high=0)
-
-
-def _bank(form, modes, floor: float):
-    """A state at rest and a tuning."""
-    s, t = rows.memory(form.state_size(modes[0].size)), rows.memory(form.tuning_size(modes[0].size))
-    form.tune(t, *modes, float(RATE), floor)
-    return s, t
+        yield Reach("modes", what, left(driven), high=0)
 
 
 def _second_of(count: int, driven: bool) -> Timed:
     """The time of a second of a bank that is driven by noise, or struck once at first."""
-    form = driven_bank if driven else struck_bank
-    s, t = _bank(form, accuracy.modes(count), 0.0)
-    blocks = RATE // rows.BLOCK
+    modes = accuracy.modes(count)
     if driven:
-        run = rows.drive(s, t, np.random.default_rng(1).standard_normal(rows.BLOCK), blocks)
+        row = rows.driven(modes, RATE, 0.0, np.random.default_rng(1).standard_normal(rows.BLOCK))
     else:
-        run = rows.strike(s, t, np.array([0.0, 1.0, 0.0]), blocks)
+        row = rows.struck(modes, RATE, 0.0, [(0.0, 1.0)])
+    state, run = row.state.values, rows.ringing(row, 0, RATE // rows.BLOCK)
 
-    def second():
-        s[:] = 0.0
+    def second() -> None:
+        state[:] = 0.0
         run()
 
     return timed(second, 0.3, 200)
@@ -60,16 +51,16 @@ def _errors() -> Iterator[Reach]:
             yield Reach("modes", f"error, {task.task}, {count:.0f} modes", apart, high=1e-9)
 
 
-def _left(driven: bool) -> int:
+def left(driven: bool) -> int:
     """Numbers that are not 0 in a bank of 64 modes 20 s after its last excitation."""
     frequencies, decays, amplitudes = accuracy.modes(64)
     modes = frequencies, np.maximum(decays, 5.0), amplitudes
-    out = np.empty(RATE)
-    form = driven_bank if driven else struck_bank
-    s, t = _bank(form, modes, 1e-5)
-    for second in range(20):
-        if driven:
-            driven_bank.ring(s, t, np.eye(1, RATE)[0] if second == 0 else np.zeros(RATE), out, second * RATE, RATE)
-        else:
-            struck_bank.ring(s, t, np.array([0.0, 1.0, 0.0]), int(second == 0), out, second * RATE, RATE)
-    return int(np.count_nonzero(s))
+    if driven:
+        row = rows.driven(modes, RATE, 1e-5, np.eye(1, rows.BLOCK)[0])
+    else:
+        row = rows.struck(modes, RATE, 1e-5, [(0.0, 1.0)])
+    rows.ringing(row, 0, 1)()
+    if driven:
+        row.excitation[:] = 0.0
+    rows.ringing(row, 1, 20 * RATE // rows.BLOCK - 1)()
+    return int(np.count_nonzero(row.state.values))

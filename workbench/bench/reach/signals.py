@@ -10,6 +10,7 @@ from underfoot.bench import naive
 from underfoot.bench.reach.row import Reach
 from underfoot.bench.timing import least_s
 from underfoot.models.signals import envelopes, noise, rhythm, waveshaping
+from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 
 RATE = 48_000
@@ -20,9 +21,9 @@ _HOUR_S = 3600
 def reaches(quick: bool) -> Iterable[Reach]:
     """Those of tones, of noise and texture, of envelopes and of rhythms."""
     yield from _tones()
-    yield from _noises(20 if quick else 200)
-    yield from _envelopes()
-    yield from _rhythms()
+    yield from of_noises(20 if quick else 200)
+    yield from of_envelopes()
+    yield from of_rhythms()
 
 
 def _tones() -> Iterator[Reach]:
@@ -40,18 +41,17 @@ def _tones() -> Iterator[Reach]:
 
 def _phase_error() -> float:
     """Of a tone of 31.7 Hz in the last tenth of a second of an hour, against an exactly reduced phase."""
-    state, work = np.zeros(waveshaping.STATE_SIZE), np.zeros(waveshaping.WORK_SHAPE)
-    pitch, one = np.array([31.7]), np.ones(1)
+    state, pitch, one = waveshaping.STATE.zeros(), np.array([31.7]), np.ones(1)
     heard = np.empty(RATE // 10)
     for _ in range(_HOUR_S * 10):
-        waveshaping.run(state, pitch, one, float(RATE), work, heard, heard.size)
+        waveshaping.run(pitch, one, float(RATE), state, heard)
     frames = np.arange(_HOUR_S * RATE - heard.size, _HOUR_S * RATE)
     angle = 2.0 * np.pi * (317 * frames % (10 * RATE) / (10 * RATE))
     sine, cosine = np.linalg.lstsq(np.column_stack([np.sin(angle), np.cos(angle)]), heard)[0]
     return abs(math.atan2(cosine, sine))
 
 
-def _noises(seconds: int) -> Iterator[Reach]:
+def of_noises(seconds: int) -> Iterator[Reach]:
     from scipy import signal, stats
 
     heard = _noise(seconds * RATE, seconds * RATE)
@@ -61,9 +61,9 @@ def _noises(seconds: int) -> Iterator[Reach]:
         yield Reach("noise", f"level at the band's edge of {edge:.0f} Hz", ratio, "dB", -4.0, -2.0)
     differing = sum(int(np.count_nonzero(_noise(RATE, n) != heard[:RATE])) for n in (7, 64, 1024))
     yield Reach("noise", "frames that another block size changes", differing, high=0)
-    key, found = stream_key(1, "bench"), np.empty(3 * 100 * seconds + 300)
-    count = noise.impulses(key, noise.MEAN_INTERVAL_S, float(RATE), 0, seconds * RATE, found)
-    gaps = np.diff(found[: 3 * count : 3]) / RATE
+    found = event_list(room=100 * seconds + 100)
+    noise.impulses(stream_key(1, "bench"), noise.MEAN_INTERVAL_S, float(RATE), 0, seconds * RATE, found)
+    gaps = np.diff(found.time[: len(found)]) / RATE
     off = 4.0 * noise.MEAN_INTERVAL_S / math.sqrt(gaps.size)
     yield Reach(
         "texture", "mean interval of impulses", 1e3 * float(gaps.mean()), "ms", 1e3 * (0.02 - off), 1e3 * (0.02 + off)
@@ -78,11 +78,10 @@ def _noises(seconds: int) -> Iterator[Reach]:
 
 
 def _noise(frames: int, block: int) -> NDArray[np.float64]:
-    state, tuning, out = np.zeros(noise.BAND_STATE), np.zeros(noise.BAND_TUNING), np.empty(frames)
-    noise.tune_band(tuning, noise.LOW_HZ, noise.HIGH_HZ, float(RATE))
+    coefficients, state, out = noise.BAND_COEFFICIENTS.zeros(), noise.BAND_STATE.zeros(), np.empty(frames)
+    noise.design_band(noise.LOW_HZ, noise.HIGH_HZ, float(RATE), coefficients)
     for at in range(0, frames, block):
-        part = out[at : at + block]
-        noise.run_band(state, tuning, stream_key(1, "bench"), at, part, part.size)
+        noise.run_band(stream_key(1, "bench"), at, coefficients, state, out[at : at + block])
     return out
 
 
@@ -90,20 +89,21 @@ def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     """The power that the texture's filter lets through at each frequency, from its answer to a single frame."""
     from underfoot.models.filtering import second_order
 
-    tuning, state = np.zeros(noise.TEXTURE_TUNING), np.zeros(noise.TEXTURE_STATE)
-    noise.tune_texture(tuning, noise.MEAN_INTERVAL_S, noise.BURST_S, noise.CENTRE_HZ, noise.WIDTH_HZ, float(RATE))
-    answer = np.eye(1, 4 * RATE)[0].copy()
-    second_order.run(state, tuning[: second_order.SECTION_TUNING], answer, answer, answer.size)
+    coefficients, answer = noise.TEXTURE_COEFFICIENTS.zeros(), np.eye(1, 4 * RATE)[0].copy()
+    noise.design_texture(
+        noise.MEAN_INTERVAL_S, noise.BURST_S, noise.CENTRE_HZ, noise.WIDTH_HZ, float(RATE), coefficients
+    )
+    second_order.run(answer, coefficients.band_pass, second_order.STATE.zeros(), answer)
     return np.fft.rfftfreq(answer.size, 1.0 / RATE), np.abs(np.fft.rfft(answer)) ** 2
 
 
-def _envelopes() -> Iterator[Reach]:
+def of_envelopes() -> Iterator[Reach]:
     w0 = 2.0 * math.pi * envelopes.STRAIN_HZ
-    state, tuning, out = np.zeros(envelopes.STRAIN_STATE), np.zeros(envelopes.STRAIN_TUNING), np.empty(RATE)
-    envelopes.tune_strain_rate(
-        tuning, envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG, float(RATE)
-    )
-    envelopes.run_strain_rate(state, tuning, np.full(RATE, envelopes.FULL_FORCE_N), envelopes.SIGNED, out, RATE)
+    coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(RATE)
+    layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG
+    envelopes.design_strain_rate(*layer, float(RATE), coefficients)
+    step = np.full(RATE, envelopes.FULL_FORCE_N)
+    envelopes.run_strain_rate(step, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
     time_s = (np.arange(RATE) + 0.5) / RATE  # the bilinear step comes between two frames
     truth = math.e * w0 * time_s * np.exp(-w0 * time_s)
     yield Reach(
@@ -113,14 +113,14 @@ def _envelopes() -> Iterator[Reach]:
     yield Reach("envelopes", "error against t exp(-w0 t)", apart, high=1e-5)
 
 
-def _rhythms() -> Iterator[Reach]:
+def of_rhythms() -> Iterator[Reach]:
     """Where the notes of an hour fall, in one-second stretches."""
     one = rhythm.RHYTHMS[4]
     table, bar, found = one.table(), one.bar_s * RATE, []
-    events = np.empty(300)
     for second in range(_HOUR_S):
-        count = rhythm.play(table, bar, 0, 0.25, second * RATE, RATE, float(RATE), events)
-        found.append(events[: 3 * count : 3].copy())
+        events = event_list(room=100)
+        rhythm.play(table, bar, 0, 0.25, second * RATE, (second + 1) * RATE, float(RATE), events)
+        found.append(events.time[: len(events)])
     onsets = np.concatenate(found)
     notes = len(one.notes)
     steps = np.array([note.step for note in one.notes])

@@ -1,4 +1,4 @@
-"""One page of what a calibration found, good enough for a paper's appendix, with its raw data beside it."""
+"""The report of a calibration: one page for a paper's appendix, with its raw data beside it."""
 
 import html
 import json
@@ -7,34 +7,13 @@ from datetime import date
 from pathlib import Path
 
 from underfoot import __version__
-from underfoot.calibration.files.tables import write_table
-from underfoot.calibration.procedures.procedure import Result
-from underfoot.drawing import page, svg
-from underfoot.errors import BadFile
-from underfoot.files import write_file
+from underfoot.calibration.files.measurements import write_table
+from underfoot.calibration.result import Result
+from underfoot.calibration.results.labels import label_of
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
+from underfoot.files import make_folder, write_file
 from underfoot.floor.profile import Profile
-
-_METHODS = {
-    "fsr": (
-        "Errors are of loadings that were not used to fit (cross-validation by loading), every force weighed alike, in "
-        "% of the largest reference force. The bound is what the best rising curve leaves on the same data: no static "
-        "curve can do better. Hysteresis is the widest gap between falling and rising loads; creep the growth of a "
-        "resting load a decade of time; repeatability the deviation between loadings. Arrows of time: the memory takes "
-        "out creep by lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis)."
-    ),
-    "response": (
-        "The response is the recording's spectrum over the sweep's, its impulse response cut off after half a second; "
-        "its spread is the deviation over the passes, its noise what the silence would have given. Harmonics of an "
-        "exponential sweep arrive ahead of the response and are cut out each on its own. The level is the mean of "
-        "the decibels over log frequency, 50 to 750 Hz; flatness is half the range from 60 to 700 Hz. The equaliser is "
-        "designed by least p-th norm; measured again means that the sweep was played through it."
-    ),
-    "centroid": (
-        "Every place after correction comes from gains and a displacement that were learned without that place (ten "
-        "folds by place). Outside the convex area of the places used the displacement is held. Over time: the same "
-        "presses with hysteresis and creep taken out of their forces."
-    ),
-}
 
 
 def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence[str] = ()) -> Path:
@@ -44,10 +23,7 @@ def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence
     `profile` is the one that has the result in it. `notes` are lines such as where the data come from. `BadFile` where
     the folder cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadFile(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}") from None
+    make_folder(folder)
     for name, header, rows in result.raw:
         write_table(folder / f"{result.kind}-{name}.csv", header, rows, profile.tile)
     write_file(folder / f"{result.kind}.json", json.dumps(figures(result), indent=1).encode() + b"\n")
@@ -57,7 +33,7 @@ def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence
 
 
 def figures(result: Result) -> dict[str, object]:
-    """What a program reads of a result: all figures by name, the verdict, and whether it is good."""
+    """A result for programs: kind, whether it is good, verdict, warnings, and all figures by name."""
     return {
         "kind": result.kind,
         "good": result.good,
@@ -68,6 +44,7 @@ def figures(result: Result) -> dict[str, object]:
 
 
 def _body(result: Result, profile: Profile, notes: Sequence[str]) -> list[str]:
+    """The page's elements: verdict, facts, warnings, drawings, figures, method and raw data."""
     part = profile.part(result.kind)
     facts = [
         ("tile", profile.tile),
@@ -83,25 +60,25 @@ def _body(result: Result, profile: Profile, notes: Sequence[str]) -> list[str]:
     body += [svg(drawing) for drawing in result.drawings]
     body.append("<h2>Figures</h2><table>")
     body += [
-        f"<tr><td>{html.escape(name.replace('_', ' '))}</td><td>{value:.4g}</td><th>{html.escape(unit)}</th></tr>"
+        f"<tr><td>{html.escape(label_of(name))}</td><td>{value:.4g}</td><th>{html.escape(unit)}</th></tr>"
         for name, value, unit in result.quantities
     ]
     body.append("</table>")
     body += _compared(result.kind, profile)
-    body.append(f"<h2>Method</h2><p>{html.escape(_METHODS.get(result.kind, ''))}</p>")
+    body.append(f"<h2>Method</h2><p>{html.escape(result.method)}</p>")
     files = ", ".join(f'<a href="{result.kind}-{name}.csv">{result.kind}-{name}.csv</a>' for name, _, _ in result.raw)
     body.append(f"<h2>Raw data</h2><p>{files}</p>")
     return body
 
 
 def _compared(kind: str, profile: Profile) -> list[str]:
-    """The latest earlier part of the same kind, beside this one."""
+    """The figures of the part that this one replaces, and of this one; nothing for the first."""
     places = [k for k, earlier in enumerate(profile.earlier) if earlier.kind == kind]
     if not places:
         return []
     then = profile.earlier[places[-1]]
     rows = [
-        f"<tr><td>{html.escape(name.replace('_', ' '))}</td><td>{old:.4g}</td><td>{new:.4g}</td></tr>"
+        f"<tr><td>{html.escape(label_of(name))}</td><td>{old:.4g}</td><td>{new:.4g}</td></tr>"
         for name, (old, new) in profile.compare(places[-1]).items()
     ]
-    return [f"<h2>Beside the one replaced on {then.replaced}</h2><table>", *rows, "</table>"]
+    return [f"<h2>Compared with the one replaced on {then.replaced}</h2><table>", *rows, "</table>"]

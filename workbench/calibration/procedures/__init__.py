@@ -1,1 +1,28 @@
-"""The wizards without a screen: what each wants next, and who or what presses."""
+"""The calibrations that there are: each is one file here. `CALIBRATIONS` finds them all."""
+
+import importlib
+import pkgutil
+
+from underfoot.calibration.declaration import Calibration
+
+
+def discover() -> dict[str, type[Calibration]]:
+    """Every calibration that the modules of this folder declare, by its kind, each after the one that it requires.
+
+    >>> list(discover())
+    ['fsr', 'centroid', 'response']
+    """
+    found = {}
+    for module in pkgutil.iter_modules(__path__):
+        for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
+            if isinstance(value, type) and issubclass(value, Calibration) and value is not Calibration:
+                found[value.kind] = value
+    ordered: dict[str, type[Calibration]] = {}
+    for kind in sorted(found):
+        if found[kind].requires:
+            ordered.setdefault(found[kind].requires, found[found[kind].requires])
+        ordered.setdefault(kind, found[kind])
+    return ordered
+
+
+CALIBRATIONS = discover()

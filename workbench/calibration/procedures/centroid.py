@@ -1,310 +1,377 @@
-"""The wizard of figure 5.5: loads at known places, error vectors, a correction, and what it is worth elsewhere."""
+"""Calibration of places (figure 5.5): presses at known places, their error vectors, and a correction."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.files.tables import PRESS_HEADER, Presses
-from underfoot.calibration.procedures.pressing import Step, Wizard, joined, last
-from underfoot.calibration.procedures.procedure import Live, Page, Press, Readings, Refused, Result, ask
-from underfoot.calibration.science.centroid import Accuracy, assessed_forces, centroid, in_hindsight
-from underfoot.drawing import Drawing, Series, series
-from underfoot.errors import BadValue, require
-from underfoot.floor.layout import Tile
-from underfoot.floor.profile import Profile
-from underfoot.parameters import Choice, Numbers, Rows
+from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, Setup
+from underfoot.calibration.files.measurements import Presses, read_presses
+from underfoot.calibration.paged import PagedProcedure, Step
+from underfoot.calibration.procedure import Answers, Live, Page, ask
+from underfoot.calibration.result import Result
+from underfoot.calibration.rig import PressRequest, Readings
+from underfoot.drawing import Drawing
+from underfoot.errors import BadFile, BadMeasurement, BadValue, require
+from underfoot.options import option
+from underfoot.parameters import Choice, Numbers, Parameter, Rows
+
+if TYPE_CHECKING:
+    from underfoot.calibration.science.centroid import CentroidAccuracy
+    from underfoot.floor.layout import Tile
+    from underfoot.floor.profile import Profile
 
 FORMS = ("full", "quick")
 PATTERNS = ("jittered", "grid", "own")
 DEFAULT_LOADS_N = (150.0, 300.0, 600.0)
-FULL_PLACES, QUICK_PLACES = 50, 9
+FULL_PLACES, QUICK_PLACES, LEAST_PLACES = 50, 9, 6
 _INSET_M = 0.02
 """How far from the edge the outermost places lie: a finger or a load cell's foot must stand on the tile."""
 _STEADY_S = 0.5
 _FORCE_BAND = 0.2
-_FORCE_STEADY, _PLACE_STEADY_M = 0.05, 0.006
-_WRONG_PLACE_M = 0.08
-_UNSTEADY_S = 20.0
-_EMPTY_S, _AFTER_S = 0.15, 0.3
-_PLACES_HEADER = "x_m,y_m,force_n,before_x_m,before_y_m,after_x_m,after_y_m"
+"""A force within this share of what was asked for is near enough."""
+_RELEASED_S = 0.3
 
 Values = NDArray[np.float64]
 
-_STATIC, _OVER_TIME = slice(4, 8), slice(8, 12)
-"""Where newtons stand beside readings: by the static curve, and with what sensors remember taken out."""
+_STATIC, _COMPENSATED = slice(4, 8), slice(8, 12)
+"""Where newtons are kept beside readings: by the static curves, and with hysteresis and creep compensated."""
 
 
-class CentroidProcedure(Wizard):
-    """Contact-centroid accuracy of one tile. Readings go through the curves of `profile`, else count as newtons.
-
-    At each place the loads rest one after the other, rising, and where asked falling again. Fifty places, or nine.
-    """
+@dataclass(frozen=True)
+class CentroidCalibration(Calibration):
+    """Calibration of the contact centroid, and the options of its command."""
 
     kind = "centroid"
-    title = "Contact centroid"
+    name = "Places"
+    title = "Places: where a foot stands"
+    about = (
+        "The tile is pressed at places that are shown on it, or on the floor by a projector. The result corrects where "
+        "contacts seem to be, and says how accurate that is at places that were left out of its fit."
+    )
+    summary = "Measure how accurate the contact centroid is, and fit its correction."
+    rig = PRESSING
+    file_options = ("presses",)
+    requires = "fsr"
 
-    def __init__(self, tile: Tile, profile: Profile | None = None, seed: int = 1) -> None:
+    presses: Path | None = option("CSV of loads at known places: tile,x_m,y_m,force_n,r1,r2,r3,r4.", None)
+    quick: bool = option("Nine places instead of fifty, on a target.", False)
+
+    def procedure(self, setup: Setup) -> "CentroidProcedure":
+        return CentroidProcedure(setup.tile, setup.profile, setup.seed)
+
+    def answers(self, has_load_cell: bool) -> Answers:
+        return {"form": "quick" if self.quick else "full"}
+
+    def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
+        from underfoot.calibration.results.centroid import result_of
+        from underfoot.calibration.science.centroid import assess
+        from underfoot.floor.layout import Floor
+
+        assert self.presses is not None
+        if floor is None:
+            raise BadValue("--presses needs --floor: the sensors' places are in the floor JSON")
+        layout, path, presses = Floor.load(floor), self.presses, read_presses(self.presses, tile)
+        measured = layout.tiles[layout.index(presses.tile)]
+
+        def analyse(profile: "Profile") -> Result:
+            try:
+                return result_of(assess(presses, measured, profile), presses)
+            except BadValue as error:
+                raise BadFile(f"{path}: {error}") from None
+
+        return FileMeasurement(measured.id, analyse)
+
+
+@dataclass(frozen=True)
+class PlaceStep(Step):
+    """A step that presses at a place with a load; a place is a group, from 0."""
+
+    at_m: tuple[float, float] = (0.0, 0.0)
+    load_n: float = 0.0
+    rising: bool = True
+
+
+class CentroidProcedure(PagedProcedure):
+    """Contact-centroid accuracy of one tile. Readings go through the curves of `profile`, else count as newtons.
+
+    At each place it is pressed with one load after the other, rising, and if asked falling again. Fifty places, or
+    nine.
+    """
+
+    def __init__(self, tile: "Tile", profile: "Profile | None" = None, seed: int = 1) -> None:
         self._tile, self._profile, self._seed = tile, profile, seed
-        self._memory = np.zeros((4, 0)) if profile is None else profile.memory()
-        self._places: Values = np.empty((0, 2))
-        self.accuracy: Accuracy | None = None
-        half = max(tile.size_m) / 2.0
-        super().__init__(
-            Page(
-                "setup",
-                "Contact centroid",
-                f"Tile {tile.id}: say how many places are pressed, where, and how hard.",
-                asks=(
-                    ask("form", Choice("full", options=FORMS, doc="Full: fifty places; quick: nine.")),
-                    ask("pattern", Choice("jittered", options=PATTERNS, doc="How the places lie on the tile.")),
-                    ask(
-                        "places_m",
-                        Rows((), columns=(("x m", -half, half), ("y m", -half, half)), doc="One's own, tile frame, m."),
-                    ),
-                    ask("loads_n", Numbers(DEFAULT_LOADS_N, 1.0, 5000.0, most=10, unit="N", doc="Loads, rising.")),
-                    ask("falling", Choice("no", options=("no", "yes"), doc="Falling loads too, for hysteresis.")),
-                ),
-            )
-        )  # fmt: skip
+        self._hysteresis_state = None if profile is None else profile.rested()
+        self._sensors_m = np.array(tile.sensors_m)
+        self.accuracy: CentroidAccuracy | None = None
+        instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
+        super().__init__(Page("setup", "Contact centroid", instruction, asks=_setup_asks(tile)))
 
-    def plan(self, answers: dict[str, Any]) -> list[Step]:
+    def plan(self, answers: Answers) -> list[Step]:
+        """A tare, each place with each load, and a release at the end."""
         loads = answers["loads_n"]
         if any(two <= one for one, two in pairwise(loads)):
-            raise Refused(f"loads out of order: {', '.join(f'{load:g}' for load in loads)} N; from light to heavy")
-        if answers["pattern"] == "own":
-            require(
-                len(answers["places_m"]) >= 6, "places_m", len(answers["places_m"]), "at least 6 places of one's own"
-            )
-            self._places = np.array(answers["places_m"])
-        else:
-            count = FULL_PLACES if answers["form"] == "full" else QUICK_PLACES
-            jitter = answers["pattern"] == "jittered" and count == FULL_PLACES
-            self._places = places(self._tile, count, self._seed if jitter else None)
-        shown = tuple((float(x), float(y)) for x, y in self._places)
-        tare = Page(
-            "tare", "Nothing on it", "Take everything off the tile and stand clear.",
-            press=Press(shown[0], 0.0, 1.0), places_m=shown,
-        )  # fmt: skip
-        steps = [Step(tare, self._rest)]
+            shown = ", ".join(f"{load:g}" for load in loads)
+            raise BadMeasurement(f"loads out of order: {shown} N; allowed: from the lightest to the heaviest")
+        at = self._places(answers)
+        tare = Page("tare", "Nothing on it", _TARE, press=PressRequest(at[0], 0.0, 1.0), places_m=at)
         passes = [(load, True) for load in loads]
         if answers["falling"] == "yes":
             passes += [(load, False) for load in loads[-2::-1]]
-        for k, at in enumerate(shown):
-            for load, rising in passes:
-                page = Page(
-                    f"place{k + 1}-{load:g}{'' if rising else '-falling'}",
-                    f"Place {k + 1} of {len(shown)}: {load:.0f} N",
-                    f"Press {load:.0f} N at x {1e3 * at[0]:.0f} mm, y {1e3 * at[1]:.0f} mm, and hold it still."
-                    if rising
-                    else f"Let go down to {load:.0f} N, and hold it still.",
-                    press=Press(at, load, _STEADY_S),
-                    places_m=shown,
-                    may_skip=True,
-                )
-                tags = {"group": k, "at_m": at, "load_n": load, "rising": rising}
-                first = rising and load == loads[0]
-                steps.append(Step(page, partial(self._press, at, load, first), tags))
-        release = Page(
-            "release", "Let go", "Let go, and stand clear.", press=Press(shown[-1], 0.0, _AFTER_S), places_m=shown
-        )
-        return [*steps, Step(release, partial(self._release, loads[0]))]
+        presses = [
+            self._press_step(k, at, load, rising, first=rising and load == loads[0])
+            for k in range(len(at))
+            for load, rising in passes
+        ]
+        done = PressRequest(at[-1], 0.0, _RELEASED_S)
+        release = Page("release", "Release", "Let go, and stand clear.", press=done, places_m=at)
+        return [Step(tare, self._tare), *presses, Step(release, partial(self._release, loads[0]))]
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
+        """The error vectors taken so far; the drawings of the result at the end."""
         if self._result is not None:
             return self._result.drawings
+        from underfoot.calibration.results.centroid import error_vectors
+        from underfoot.calibration.science.centroid_fit import centroid
+
         presses, forces = self._presses(_STATIC, rising=None)
         if not presses.force_n.size:
             return ()
-        found = centroid(forces, np.array(self._tile.sensors_m))
-        return (_vectors("Taken so far", presses.at_m, (("measured", "alarm", found),), self._tile),)
+        found = centroid(forces, self._sensors_m)
+        return (error_vectors("Taken so far", presses.at_m, (("measured", "alarm", found),), self._tile),)
 
-    def concluded(self) -> Result:
+    def conclude(self) -> Result:
+        """The accuracy on rising loads, and the mean error on falling ones where there are any."""
+        from underfoot.calibration.results.centroid import result_of
+
         presses, forces = self._presses(_STATIC, rising=True)
         try:
-            found = assessed_forces(presses, forces, self._tile)
-            if self._remembers():
-                nearer = self._presses(_OVER_TIME, rising=True)[1]
-                over_time = assessed_forces(presses, nearer, self._tile)
-                if over_time.at_m.shape == found.at_m.shape:
-                    found = replace(found, over_time=over_time)
-                    truest = over_time.correction.weighed(nearer)
-                    bound = assessed_forces(presses, in_hindsight(forces, truest), self._tile)
-                    if bound.mean_mm <= found.mean_mm:  # else few presses have shown no bound
-                        found = replace(found, bound=bound)
+            found = self._assess(presses, forces)
         except BadValue as error:
-            raise Refused(str(error)) from None
+            raise BadMeasurement(str(error)) from None
         self.accuracy = found
-        falling, fallen = self._presses(_STATIC, rising=False)
+        falling, falling_n = self._presses(_STATIC, rising=False)
         if not falling.force_n.size:
             return result_of(found, presses)
-        place = found.correction.place(fallen, np.array(self._tile.sensors_m), 0.0)
+        place = found.correction.position(falling_n, self._sensors_m, 0.0)
         return result_of(found, presses, float(1e3 * np.hypot(*(place - falling.at_m).T).mean()))
 
-    def _rest(self, readings: Readings) -> Live | None:
-        seen = last(readings, 1.0)
+    def feed(self, readings: Readings) -> None:
+        """Take readings; each is kept beside its newtons, by the static curves and with hysteresis compensated."""
+        static = compensated = readings.values
+        if self._profile is not None and readings.time_s.size:
+            static = self._profile.force(readings.values)
+            compensated = self._profile.force_over_time(readings.values, readings.time_s, self._hysteresis_state)
+        super().feed(Readings(readings.time_s, np.hstack([readings.values, static, compensated]), readings.force_n))
+
+    # --- pages ---
+
+    def _places(self, answers: Answers) -> tuple[tuple[float, float], ...]:
+        """The places to press, metres in the tile's frame."""
+        own = answers["places_m"]
+        if answers["pattern"] == "own":
+            require(len(own) >= LEAST_PLACES, "places_m", len(own), f"at least {LEAST_PLACES} places of your own")
+            found = np.array(own)
+        else:
+            count = FULL_PLACES if answers["form"] == "full" else QUICK_PLACES
+            jitter = answers["pattern"] == "jittered" and count == FULL_PLACES
+            found = places(self._tile, count, self._seed if jitter else None)
+        return tuple((float(x), float(y)) for x, y in found)
+
+    def _press_step(
+        self, k: int, at: tuple[tuple[float, float], ...], load: float, rising: bool, first: bool
+    ) -> PlaceStep:
+        x, y = at[k]
+        page = Page(
+            f"place{k + 1}-{load:g}{'' if rising else '-falling'}",
+            f"Place {k + 1} of {len(at)}: {load:.0f} N",
+            f"Press with {load:.0f} N at x {1e3 * x:.0f} mm, y {1e3 * y:.0f} mm, and hold still."
+            if rising
+            else f"Lower the force to {load:.0f} N, and hold still.",
+            press=PressRequest(at[k], load, _STEADY_S),
+            places_m=at,
+            may_skip=True,
+        )
+        return PlaceStep(page, partial(self._press, at[k], load, first), k, at[k], load, rising)
+
+    # --- what each page takes ---
+
+    def _tare(self, readings: Readings) -> Live | None:
+        seen = readings.last(1.0)
         if seen is None:
             return Live("Stand clear.", float(np.ptp(readings.time_s)))
         spans = np.ptp(seen.values[:, :4], axis=0)
         if self._profile is None and (spans > 20.0).any():
-            return Live("The readings move; stand clear.", 0.5)
+            return Live("The readings change; stand clear.", 0.5)
         if seen.force_n is not None and abs(float(np.median(seen.force_n))) > 20.0:
             return Live("The load cell is loaded; take it off.", 0.5)
         return None
 
     def _release(self, least: float, readings: Readings) -> Live | None:
-        seen = last(readings, _AFTER_S)
+        seen = readings.last(_RELEASED_S)
         if seen is None:
-            return Live("Let go.", float(np.ptp(readings.time_s)) / _AFTER_S)
+            return Live("Let go.", float(np.ptp(readings.time_s)) / _RELEASED_S)
         force = seen.values[:, _STATIC].sum(axis=1) if seen.force_n is None else seen.force_n
-        resting = self._rests()[1][-1][_STATIC].sum() if seen.force_n is None else 0.0
-        if np.abs(force - resting).max() > (0.1 if seen.force_n is not None else 0.25) * least:
-            return Live("Let go.", 0.5, (("force", float(force[-1] - resting), "N"),))
+        empty = self._empty()[1][-1][_STATIC].sum() if seen.force_n is None else 0.0
+        if np.abs(force - empty).max() > (0.1 if seen.force_n is not None else 0.25) * least:
+            return Live("Let go.", 0.5, (("force", float(force[-1] - empty), "N"),))
         return None
 
     def _press(self, at: tuple[float, float], load: float, first: bool, readings: Readings) -> Live | None:
+        from underfoot.calibration.science.centroid_fit import centroid
+        from underfoot.calibration.science.press_checks import PRESSED, is_steady, require_place
+
         if first:
             begun = self._begun(self._at, readings, load)
             if begun is None:
                 return Live("Let go, and then press at the new place.")
-            _, rest, readings = begun
-            baseline = rest[_STATIC]
+            _, empty, readings = begun
+            baseline = empty[_STATIC]
         else:
-            baseline = self._rests(self._steps[self._at].tags["group"])[1][-1][_STATIC]
-        seen = last(readings, _STEADY_S)
+            step = self._steps[self._at]
+            assert isinstance(step, PlaceStep)
+            baseline = self._empty(step.group)[1][-1][_STATIC]
+        seen = readings.last(_STEADY_S)
         latest = seen or readings
         forces = latest.values[:, _STATIC] - baseline
         measured = forces.sum(axis=1)
         total = measured if latest.force_n is None else latest.force_n
         force = float(np.median(total))
         shown = [("force", force, "N")]
-        if force < 0.3 * load or seen is None:
-            self._check_silent(load, latest, measured)
-            return Live(f"Press {load:.0f} N.", 0.5 * max(force, 0.0) / load, tuple(shown))
-        place = centroid(forces, np.array(self._tile.sensors_m))
+        if force < PRESSED * load or seen is None:
+            self._check(load, latest, measured)
+            return Live(f"Press with {load:.0f} N.", 0.5 * max(force, 0.0) / load, tuple(shown))
+        place = centroid(forces, self._sensors_m)
         x, y = np.median(place, axis=0)
         shown += [("x", 1e3 * float(x), "mm"), ("y", 1e3 * float(y), "mm")]
         if abs(force - load) > _FORCE_BAND * load:
-            return Live("Press harder." if force < load else "Press less.", 0.6, tuple(shown))
-        self._check_silent(load, latest, measured)
-        tremble = float(np.std(total)) / load
-        wander = float(np.std(place, axis=0).max())
-        if tremble > _FORCE_STEADY or wander > _PLACE_STEADY_M:
-            if np.ptp(readings.time_s) > _UNSTEADY_S:
-                raise Refused(f"the press is unsteady: {100 * tremble:.0f} % and {1e3 * wander:.0f} mm; hold it still")
+            return Live("Press harder." if force < load else "Press less hard.", 0.6, tuple(shown))
+        self._check(load, latest, measured)
+        if not is_steady(float(np.std(total)) / load, float(np.std(place, axis=0).max()), np.ptp(readings.time_s)):
             return Live("Hold still.", 0.8, tuple(shown))
-        off = float(np.hypot(x - at[0], y - at[1]))
-        if off > _WRONG_PLACE_M:
-            raise Refused(
-                f"the press is seen {1e3 * off:.0f} mm from where it was asked for: another place, or sensors swapped"
-            )
+        require_place((x, y), at)
         return None
 
-    def _rests(self, only: int | None = None) -> tuple[Values, Values]:
-        """What the empty tile showed before the first press at each place (or at `only` that one), and at the end.
+    def _check(self, load: float, readings: Readings, measured: Values) -> None:
+        """Refuse a tile that gives no signal under a load that the reference measures, and readings that clip."""
+        from underfoot.calibration.science.press_checks import require_signal, require_unclipped
+
+        require_signal(load, readings.force_n, measured)
+        if self._profile is not None and self._profile.is_calibrated:
+            require_unclipped(readings.values[:, :4], self._tare_counts())
+
+    # --- what was taken ---
+
+    def _empty(self, place: int | str | None = None) -> tuple[Values, Values]:
+        """What the empty tile showed before the first press at each place (or at this one), and at the end.
 
         Times (n,), in order, and values (n, 12), as `feed` keeps them.
         """
-        times, shown, group = [], [], None
+        from underfoot.calibration.science.press_checks import EMPTY_S
+
+        times, values, group = [], [], None
         for k in sorted(self._taken):
             step, readings = self._steps[k], self._taken[k]
             if step.page.key == "release":
-                seen = last(readings, _EMPTY_S) or readings
+                seen = readings.last(EMPTY_S) or readings
                 times.append(float(seen.time_s.mean()))
-                shown.append(np.median(seen.values, axis=0))
-            elif step.tags.get("group", group) != group and only in (None, step.tags["group"]):
-                group = step.tags["group"]
-                begun = self._begun(k, readings, step.tags["load_n"])
+                values.append(np.median(seen.values, axis=0))
+            elif isinstance(step, PlaceStep) and step.group != group and place in (None, step.group):
+                group = step.group
+                begun = self._begun(k, readings, step.load_n)
                 if begun is not None:
                     times.append(begun[0])
-                    shown.append(begun[1])
-        return np.array(times or [0.0]), np.array(shown or [np.zeros(12)])
+                    values.append(begun[1])
+        return np.array(times or [0.0]), np.array(values or [np.zeros(12)])
 
     def _begun(self, at: int, readings: Readings, load: float) -> tuple[float, Values, Readings] | None:
-        """When the tile was last empty before a press, what it showed, and the press; None while nobody has let go.
+        """When the tile was last empty before a press, its values then, and the press; None while nobody has let go.
 
-        A sensor still remembers the load before. What it shows on an empty tile is taken off (CONTRACTS.md, baseline).
+        A sensor still creeps after the load before. What it shows on an empty tile is the baseline of the press.
         """
+        from underfoot.calibration.science.press_checks import EMPTY_S, press_begun
+
         if at - 1 in self._taken:
             before = self._taken[at - 1]
-            readings = joined(last(before, _EMPTY_S) or before, readings)
+            readings = (before.last(EMPTY_S) or before).followed_by(readings)
         total = readings.force_n
         if total is None:
             total = readings.values[:, _STATIC].sum(axis=1)
             total = total - total.min()
-        light = np.flatnonzero(total < 0.3 * load)
-        if not light.size:
-            return None
-        empty = light[total[light] <= total[light].min() + 0.03 * load]
-        if readings.time_s[empty[-1]] - readings.time_s[empty[0]] < 0.9 * _EMPTY_S:
-            return None
-        late = empty[readings.time_s[empty] >= readings.time_s[empty[-1]] - _EMPTY_S]
-        when = float(readings.time_s[late].mean())
-        return when, np.median(readings.values[late], axis=0), _from(readings, int(light[-1]))
+        return press_begun(readings, total, load)
 
-    def _check_silent(self, load: float, readings: Readings, measured: Values) -> None:
-        """Refuse a tile that gives no signal under a load that the reference sees, and readings that clip."""
-        if readings.force_n is not None and float(np.median(readings.force_n)) > 0.8 * load:
-            felt = float(np.median(measured)) / float(np.median(readings.force_n))
-            if felt < 0.02:
-                raise Refused(f"no signal: the sensors add up to {np.median(measured):.3g} N under {load:.0f} N")
-        if self._is_counts():
-            railed = np.flatnonzero((readings.values[:, :4] >= 65535.0).mean(axis=0) > 0.5)
-            resting = self._resting_counts()
-            railed = railed[np.abs(resting[railed] - 65535.0) > 400.0]
-            if railed.size:
-                raise Refused(f"sensor {railed[0] + 1} clips: its reading stands at 65535; press less hard there")
+    def _presses(self, newtons: slice, rising: bool | None) -> tuple[Presses, Values]:
+        """The presses taken so far, with mean readings of the steady stretch, and corner forces (n, 4) less baseline.
 
-    def _is_counts(self) -> bool:
-        return self._profile is not None and self._profile.is_calibrated
-
-    def _resting_counts(self) -> Values:
-        tares = [readings for step, readings, _ in self.taken() if step.page.key == "tare"]
-        return np.median(tares[-1].values[:, :4], axis=0) if tares else np.zeros(4)
-
-    def feed(self, readings: Readings) -> None:
-        """As all wizards; each reading is kept beside its newtons by the static curve, and over time."""
-        static = over_time = readings.values
-        if self._profile is not None and readings.time_s.size:
-            static = self._profile.force(readings.values)
-            over_time = self._profile.force_over_time(readings.values, readings.time_s, self._memory)
-        super().feed(Readings(readings.time_s, np.hstack([readings.values, static, over_time]), readings.force_n))
-
-    def _remembers(self) -> bool:
-        """Whether the profile takes out what sensors remember."""
-        part = None if self._profile is None else self._profile.fsr
-        return part is not None and any(curve.memory is not None for curve in part.sensors)
-
-    def _presses(self, way: slice, rising: bool | None) -> tuple[Presses, Values]:
-        """The presses taken so far, with mean readings of the stretch that was steady, and tared corner forces."""
+        `newtons` says which forces are meant; `rising` whether those of rising or of falling loads, None for both.
+        """
         at, load, values, forces = [], [], [], []
-        times, shown = self._rests()
+        times, empty_values = self._empty()
         for step, readings, _ in self.taken():
-            if "at_m" not in step.tags or rising not in (None, step.tags["rising"]):
+            if not isinstance(step, PlaceStep) or rising not in (None, step.rising):
                 continue
-            seen = last(readings, _STEADY_S) or readings
-            # A sensor that still remembers old loads drifts while it is pressed: from empty to empty, straight.
+            seen = readings.last(_STEADY_S) or readings
+            # A creeping sensor drifts while it is pressed: the baseline goes straight from empty to empty.
             now = float(seen.time_s.mean())
-            empty = np.array([np.interp(now, times, column) for column in shown.T])
-            newtons = (seen.values.mean(axis=0) - empty)[way]
-            at.append(step.tags["at_m"])
+            empty = np.array([np.interp(now, times, column) for column in empty_values.T])
+            corners = (seen.values.mean(axis=0) - empty)[newtons]
+            at.append(step.at_m)
             values.append(seen.values[:, :4].mean(axis=0))
-            forces.append(newtons)
-            load.append(float(newtons.sum() if seen.force_n is None else seen.force_n.mean()))
+            forces.append(corners)
+            load.append(float(corners.sum() if seen.force_n is None else seen.force_n.mean()))
         found = Presses(self._tile.id, np.array(at).reshape(-1, 2), np.array(load), np.array(values).reshape(-1, 4))
         return found, np.array(forces).reshape(-1, 4)
 
+    def _assess(self, presses: Presses, forces: Values) -> "CentroidAccuracy":
+        """The accuracy by static curves; where the profile has hysteresis models, with them and in bounds, too."""
+        from underfoot.calibration.science.centroid import assess_forces, best_static_forces
 
-def _from(readings: Readings, start: int) -> Readings:
-    force = None if readings.force_n is None else readings.force_n[start:]
-    return Readings(readings.time_s[start:], readings.values[start:], force)
+        found = assess_forces(presses, forces, self._tile)
+        if not self._has_hysteresis():
+            return found
+        compensated = self._presses(_COMPENSATED, rising=True)[1]
+        over_time = assess_forces(presses, compensated, self._tile)
+        if over_time.at_m.shape != found.at_m.shape:
+            return found
+        found = replace(found, over_time=over_time)
+        truest = over_time.correction.linearised(compensated)
+        bound = assess_forces(presses, best_static_forces(forces, truest), self._tile)
+        # Too few presses show no bound.
+        return replace(found, bound=bound) if bound.mean_mm <= found.mean_mm else found
+
+    def _has_hysteresis(self) -> bool:
+        """Whether the profile has a hysteresis model for a sensor."""
+        part = None if self._profile is None else self._profile.fsr
+        return part is not None and any(curve.compensation is not None for curve in part.sensors)
+
+    def _tare_counts(self) -> Values:
+        """Readings (4,) of the latest tare."""
+        tares = [readings for step, readings, _ in self.taken() if step.page.key == "tare"]
+        return np.median(tares[-1].values[:, :4], axis=0) if tares else np.zeros(4)
 
 
-def places(tile: Tile, count: int, seed: int | None = None) -> Values:
+_TARE = "Take everything off the tile and stand clear."
+
+
+def _setup_asks(tile: "Tile") -> tuple[Parameter, ...]:
+    """What the first page asks for."""
+    half = max(tile.size_m) / 2.0
+    columns = (("x m", -half, half), ("y m", -half, half))
+    return (
+        ask("form", Choice("full", options=FORMS, doc="Full: fifty places; quick: nine.")),
+        ask("pattern", Choice("jittered", options=PATTERNS, doc="How the places lie on the tile.")),
+        ask("places_m", Rows((), columns=columns, doc="Places of your own, in the tile's frame, metres.")),
+        ask("loads_n", Numbers(DEFAULT_LOADS_N, 1.0, 5000.0, most=10, unit="N", doc="Loads, rising.")),
+        ask("falling", Choice("no", options=("no", "yes"), doc="Press with falling loads, too, to show hysteresis.")),
+    )
+
+
+def places(tile: "Tile", count: int, seed: int | None = None) -> Values:
     """`count` places on a tile, (count, 2): a grid within 2 cm of the edge, each moved about in its cell by `seed`.
 
     >>> from underfoot.floor.layout import default_floor
@@ -325,61 +392,3 @@ def places(tile: Tile, count: int, seed: int | None = None) -> Values:
         cell = 1.0 / rows
         at = np.clip(at + np.random.default_rng(seed).uniform(-cell, cell, at.shape), -1.0, 1.0)
     return np.asarray((at * half).round(4))
-
-
-def result_of(found: Accuracy, presses: Presses, falling_mm: float = float("nan")) -> Result:
-    """What presses show, draw and put into a profile; `falling_mm` is the mean error of a falling pass."""
-    quantities = found.quantities
-    if np.isfinite(falling_mm):
-        quantities += (("mean_after_mm_falling", falling_mm, "mm"),)
-    return Result(
-        kind="centroid",
-        title=f"Contact centroid of {found.tile.id}",
-        quantities=quantities,
-        verdict=found.verdict,
-        good=found.good,
-        warnings=found.left_out,
-        drawings=_drawings(found),
-        raw=(
-            ("presses", PRESS_HEADER, presses.rows()),
-            ("places", _PLACES_HEADER, np.column_stack([found.at_m, found.force_n, found.before_m, found.after_m])),
-        ),
-        apply=lambda profile: profile.with_part(found.part("presses at known places")),
-    )  # fmt: skip
-
-
-def _drawings(found: Accuracy) -> tuple[Drawing, ...]:
-    shown = [("before", "alarm", found.before_m), ("after", "contact", found.after_m)]
-    if found.over_time is not None:
-        shown.append(("after, over time", "vibration", found.over_time.after_m))
-    errors = [(name, colour, found.errors_mm(at_m)) for name, colour, at_m in shown]
-    share = np.linspace(0.0, 100.0, len(found.at_m))
-    vectors = [
-        _vectors(name.capitalize() + (", each place left out of its own correction" if k else ""), found.at_m,
-                 (("", colour, at_m),), found.tile)
-        for k, (name, colour, at_m) in enumerate(shown)
-    ]  # fmt: skip
-    candidates = np.arange(1.0, len(found.tried) + 1.0)
-    return (
-        *vectors,
-        Drawing("Error of all presses", "error, mm", "% of presses below",
-                tuple(series(name, np.sort(one), share, "line", colour) for name, colour, one in errors)),
-        Drawing("Error over load", "load, N", "error, mm",
-                tuple(series(name, found.force_n, one, "dots", colour) for name, colour, one in errors)),
-        Drawing("Error of the candidates on places left out", ", ".join(name for name, _ in found.tried), "RMS, mm",
-                (series("", candidates, [error for _, error in found.tried], "line"),)),
-    )  # fmt: skip
-
-
-def _vectors(title: str, at_m: Values, found: tuple[tuple[str, str, Values], ...], tile: Tile) -> Drawing:
-    """Circles where the presses were, arrows to where they seemed to be, and the tile's edge: figure 5.5."""
-    half = np.array(tile.size_m) / 2.0
-    edge = np.array([half, half * (-1, 1), -half, half * (1, -1), half])
-    shown: list[Series] = [series("", 1e3 * edge[:, 0], 1e3 * edge[:, 1], "line", "muted")]
-    sensors = 1e3 * np.array(tile.sensors_m)
-    shown.append(series("sensors", sensors[:, 0], sensors[:, 1], "dots", "events"))
-    shown.append(series("pressed", 1e3 * at_m[:, 0], 1e3 * at_m[:, 1], "dots", "force"))
-    shown += [
-        series(name, 1e3 * at_m[:, 0], 1e3 * at_m[:, 1], "arrows", colour, 1e3 * to) for name, colour, to in found
-    ]
-    return Drawing(title, "x, mm", "y, mm", tuple(shown), equal=True)

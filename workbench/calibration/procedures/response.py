@@ -1,24 +1,27 @@
-"""The wizard of section 4.5: sweeps through the shaker, heard by an accelerometer, and an equaliser, measured again."""
+"""Calibration of vibration (section 4.5): sweeps through the shaker into an accelerometer, and an equaliser."""
 
-import math
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.procedures.pressing import Step, Wizard
-from underfoot.calibration.procedures.procedure import Page, Refused, Result, Sound, ask
-from underfoot.calibration.science import sweep
-from underfoot.calibration.science.response import TONE_HZ, Findings, Tones, loads_drawn, result_of
-from underfoot.calibration.science.sweep import Measured
+from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, Setup
+from underfoot.calibration.paged import PagedProcedure, Step
+from underfoot.calibration.procedure import Answers, Page, ask
+from underfoot.calibration.result import Result
+from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ
 from underfoot.drawing import Drawing
-from underfoot.errors import BadValue
-from underfoot.floor.layout import Tile
-from underfoot.models.filtering import cascade, equaliser
-from underfoot.parameters import Count, Number
+from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.options import option
+from underfoot.parameters import Count, Number, Parameter
+
+if TYPE_CHECKING:
+    from underfoot.calibration.science.tones import DistortionOverLevel
+    from underfoot.calibration.science.transfer_function import SweepMeasurement
+    from underfoot.floor.layout import Tile
 
 Array = NDArray[np.float64]
 
@@ -27,78 +30,136 @@ LOUDEST = 0.45
 SENSITIVITY = 100.0
 """m/s^2 a full-scale input, unless said otherwise: the simulated accelerometer's range."""
 SWEEP_HZ = (10.0, 2000.0)
+LOADS = ("none", "standing", "corner")
+"""What stands on the tile while the sweeps are played, in this order."""
 
 _QUIET_S, _GAP_S = 1.0, 0.6
-_TONE_S, _TONE_GAP_S = 0.5, 0.2
-_TONE_DB = tuple(range(-30, 1, 3))
 _LOUD_NOISE = 0.05
+"""Silence that is recorded at more than this RMS, of full scale, is not silence."""
 
 
-class FrequencyResponse(Wizard):
+@dataclass(frozen=True)
+class ResponseCalibration(Calibration):
+    """Calibration of the frequency response, and the options of its command."""
+
+    kind = "response"
+    name = "Vibration"
+    title = "Vibration: what the shaker makes of a signal"
+    about = (
+        "A sweep is played through the shaker and recorded by an accelerometer, with nothing on the tile, with a "
+        "person, and with a foot on a corner. With the result, stimuli in m/s² play at that level, and an equaliser "
+        "flattens the response."
+    )
+    summary = "Measure how a tile responds to its shaker, and design its equaliser."
+    rig = SHAKING
+    file_options = ("sweep", "recorded")
+
+    sweep: Path | None = option("WAV of the sweep as it was played: one pass, or several with silence between.", None)
+    recorded: Path | None = option("WAV of what the accelerometer recorded of it, at the same rate.", None)
+    channel: int | None = option("Channel of --recorded, from 0; by default the one that holds the sweep.", None)
+    sensitivity: float | None = option("m/s^2 at full scale of the input; 1 for files, 100 on a target.", None)
+    order: int = option("Order of the equaliser: even, 2 to 24.", 14)
+    level: float | None = option("How loud a target plays, of full scale: 0.01 to 0.45.", None)
+    no_loads: bool = option("Leave out the sweeps with a person on the tile, and with a foot on a corner.", False)
+
+    def check(self, target: str) -> None:
+        from underfoot.models.filtering.equaliser import MOST_ORDER
+
+        super().check(target)
+        if self.sensitivity is not None and not 0.0 < self.sensitivity < 1e9:
+            raise BadValue(f"--sensitivity is {self.sensitivity:g}; allowed: above 0, below 1e9 m/s^2")
+        if self.order % 2 or not 2 <= self.order <= MOST_ORDER:
+            raise BadValue(f"--order is {self.order}; allowed: even numbers 2 to {MOST_ORDER}")
+
+    def procedure(self, setup: Setup) -> "ResponseProcedure":
+        return ResponseProcedure(setup.tile, setup.rate_hz)
+
+    def answers(self, has_load_cell: bool) -> Answers:
+        given = {"order": self.order, "sensitivity": self.sensitivity, "level": self.level}
+        return {name: value for name, value in given.items() if value is not None}
+
+    @property
+    def skips_optional(self) -> bool:
+        return self.no_loads
+
+    def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
+        from underfoot.floor.layout import Floor, default_floor
+
+        layout = default_floor() if floor is None else Floor.load(floor)
+        one = layout.tiles[layout.index(tile) if tile else 0]
+        return FileMeasurement(one.id, lambda profile: self._analyse_files())
+
+    def _analyse_files(self) -> Result:
+        from underfoot.calibration.files.recordings import measure_files
+        from underfoot.calibration.results.response import result_of
+        from underfoot.calibration.science.response import ResponseMeasurements
+
+        assert self.sweep is not None
+        assert self.recorded is not None
+        found, rate_hz = measure_files(self.sweep, self.recorded, self.channel)
+        try:
+            result = result_of(ResponseMeasurements({"none": found}, self.sensitivity or 1.0, rate_hz, self.order))
+        except BadValue as error:
+            raise BadFile(f"{self.sweep} and {self.recorded}: {error}") from None
+        if self.sensitivity is None:
+            unknown = "no --sensitivity was given: recorded samples count as m/s^2"
+            result = replace(result, warnings=(*result.warnings, unknown))
+        return result
+
+
+class ResponseProcedure(PagedProcedure):
     """Frequency response and equaliser of one tile, at `rate_hz`.
 
     The noise floor, sweeps with nothing on the tile, with somebody standing on it and with a foot on a corner, tones at
-    300 Hz of rising level, and the sweep once more through the equaliser that was designed meanwhile. What a bench
+    300 Hz of rising level, and the sweep once more through the equaliser that was designed meanwhile. What a rig
     records is of full scale; what that is in m/s^2, the first page asks.
 
     >>> from underfoot.floor.layout import default_floor
-    >>> FrequencyResponse(default_floor().tiles[0]).page.key
+    >>> ResponseProcedure(default_floor().tiles[0]).page.key
     'setup'
     """
 
-    kind = "response"
-    title = "Frequency response and equaliser"
-
-    def __init__(self, tile: Tile, rate_hz: int = RATE_HZ) -> None:
-        self._rate = rate_hz
-        self._answered: dict[str, Any] = {}
-        self._heard: dict[str, Any] = {}
-        self._through: tuple[Array, float] | None = None
-        super().__init__(
-            Page(
-                "setup",
-                "Frequency response",
-                f"Tile {tile.id}: fix the accelerometer on the plate, halfway from its middle to an edge, and plug it "
-                "into the input. Nobody stands on the tile.",
-                asks=(
-                    ask(
-                        "sensitivity",
-                        Number(
-                            SENSITIVITY,
-                            1e-3,
-                            1e6,
-                            unit="m/s^2",
-                            scale="log",
-                            doc="Acceleration at which the input is at full scale, by the accelerometer's data sheet.",
-                        ),
-                    ),
-                    ask("order", Count(14, low=2, high=equaliser.MOST_ORDER, doc="Order of the equaliser, even.")),
-                    ask("level", Number(0.25, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
-                    ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", doc="Length of a sweep.")),
-                    ask("passes", Count(3, low=1, high=20, doc="Sweeps for each load.")),
-                ),
-            )
+    def __init__(self, tile: "Tile", rate_hz: int = RATE_HZ) -> None:
+        self._rate_hz = rate_hz
+        self._settings: Answers = {}
+        self._noise: float | None = None
+        self._measured: dict[str, SweepMeasurement] = {}
+        self._tones: DistortionOverLevel | None = None
+        self._through_equaliser: tuple[Array, float] | None = None
+        instruction = (
+            f"Tile {tile.id}: fix the accelerometer on the plate, halfway from its middle to an edge, and plug it "
+            "into the input. Nobody stands on the tile."
         )
+        super().__init__(Page("setup", "Frequency response", instruction, asks=_setup_asks()))
 
-    def plan(self, answers: dict[str, Any]) -> list[Step]:
+    def plan(self, answers: Answers) -> list[Step]:
+        """The sounds, and for each load a page to get into place."""
+        from underfoot.calibration.science.sweep import exponential, train
+        from underfoot.calibration.science.tones import TONE_HZ, tone_series
+        from underfoot.models.filtering.equaliser import MOST_ORDER
+
         if answers["order"] % 2:
-            raise BadValue(f"order is {answers['order']}; allowed: even numbers 2 to {equaliser.MOST_ORDER}")
-        self._answered = answers
-        one = sweep.exponential(*SWEEP_HZ, answers["sweep_s"], self._rate, answers["level"])
-        swept = sweep.train(one, answers["passes"], self._rate, _GAP_S)
-        silence, tones = np.zeros(round(_QUIET_S * self._rate)), _tones(answers["level"], self._rate)
+            raise BadValue(f"order is {answers['order']}; allowed: even numbers 2 to {MOST_ORDER}")
+        self._settings = answers
+        one = exponential(*SWEEP_HZ, answers["sweep_s"], self._rate_hz, answers["level"])
+        swept = train(one, answers["passes"], self._rate_hz, _GAP_S)
+        silence = np.zeros(round(_QUIET_S * self._rate_hz))
+        tones = tone_series(answers["level"], self._rate_hz, _GAP_S)
+        tones_page = f"Stand clear. Tones at {TONE_HZ:g} Hz are played, each louder than the one before."
+        again = "Stand clear. The sweeps are played through the equaliser."
         return [
             self._sound("quiet", "Noise floor", "Stand clear. One second of silence is recorded.", silence),
             self._sound("none", "Nothing on it", "Stand clear. The tile plays sweeps.", swept),
-            *self._loaded("standing", "Stand on it", "Stand still in the middle of the tile on one foot.", swept),
+            *self._loaded("standing", "Stand on it", "Stand still in the middle of the tile, on one foot.", swept),
             *self._loaded("corner", "A foot on a corner", "Put one foot on a corner, half your weight on it.", swept),
-            Step(Page("leave", "Step off", "Leave the tile, and go on.")),
-            self._sound("tones", "Distortion", f"Stand clear. Tones at {TONE_HZ:g} Hz get louder.", tones),
-            self._sound("again", "Once more", "Stand clear. The sweeps go through the equaliser.", swept),
+            Step(Page("leave", "Step off", "Step off the tile, and continue.")),
+            self._sound("tones", "Distortion", tones_page, tones),
+            self._sound("again", "Once more", again, swept),
         ]
 
     @property
     def page(self) -> Page:
+        """What is wanted now; the last sweeps are known only when the equaliser is."""
         page = super().page
         if page.key != "again" or page.sound is None:
             return page
@@ -106,129 +167,135 @@ class FrequencyResponse(Wizard):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
+        """The responses taken so far; the drawings of the result at the end."""
         if self._result is not None:
             return self._result.drawings
-        loads = self._loads()
-        return (loads_drawn(loads, self._answered["sensitivity"]),) if loads else ()
+        from underfoot.calibration.results.response import loads_drawn
 
-    def answer(self, values: Mapping[str, Any]) -> None:
+        loads = self._loads()
+        return (loads_drawn(loads, self._settings["sensitivity"]),) if loads else ()
+
+    def answer(self, values: Answers) -> None:
+        """Give what the page asks for, and go on."""
         if self.page.sound is not None:
             raise BadValue(f"{self.page.title}: this page takes a recording, not an answer")
         super().answer(values)
 
-    def hear(self, recorded: NDArray[np.float64]) -> None:
+    def hear(self, recorded: Array) -> None:
+        """Take what was recorded of the page's sound, (frames,), of full scale; goes on."""
         page = self.page
         if page.sound is None:
             raise BadValue(f"{page.title}: this page takes no recording")
         heard = np.asarray(recorded, dtype=np.float64)
         if heard.ndim != 1 or not np.isfinite(heard).all():
-            raise Refused(f"{page.title}: the recording is not one channel of finite samples")
+            raise BadMeasurement(f"{page.title}: the recording is not one channel of finite samples")
         if heard.size < page.sound.signal.size:
-            raise Refused(
-                f"{page.title}: the recording lasts {heard.size / self._rate:.2f} s, "
-                f"the sound {page.sound.signal.size / self._rate:.2f} s"
+            raise BadMeasurement(
+                f"{page.title}: the recording lasts {heard.size / self._rate_hz:.2f} s, "
+                f"the sound {page.sound.signal.size / self._rate_hz:.2f} s"
             )
-        self._heard[page.key] = self._taken_from(page.key, page.sound.signal, heard)
+        self._take(page.key, page.sound.signal, heard)
         self._go_on()
 
     def back(self) -> None:
+        """Return to the page before, and forget what was taken from there on."""
         super().back()
-        keys = [step.page.key for step in self._steps]
-        for later in keys[self._at :]:
-            self._heard.pop(later, None)
-        self._through = None
+        for step in self._steps[self._at :]:
+            self._measured.pop(step.page.key, None)
+        self._through_equaliser = None
 
-    def concluded(self) -> Result:
-        loads = self._loads()
+    def conclude(self) -> Result:
+        """Equaliser, distortion and verdict."""
+        from underfoot.calibration.results.response import result_of
+        from underfoot.calibration.science.response import ResponseMeasurements
+
+        assert self._noise is not None
         return result_of(
-            Findings(
-                loads,
-                self._answered["sensitivity"],
-                self._rate,
-                self._answered["order"],
-                tones=self._heard["tones"],
-                again=self._heard["again"],
-                noise=self._heard["quiet"],
+            ResponseMeasurements(
+                self._loads(),
+                self._settings["sensitivity"],
+                self._rate_hz,
+                self._settings["order"],
+                tones=self._tones,
+                again=self._measured["again"],
+                noise=self._noise,
             )
         )
 
-    def _sound(self, key: str, title: str, do: str, signal: Array) -> Step:
-        return Step(Page(key, title, do, sound=Sound(signal, self._rate, "none")), tags={"group": key})
+    def _sound(self, key: str, title: str, instruction: str, signal: Array) -> Step:
+        return Step(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), group=key)
 
-    def _loaded(self, load: str, title: str, do: str, signal: Array) -> list[Step]:
-        """A page to get into place, and the sweeps; who is alone, or has no such load, leaves both out."""
-        place = Page(f"{load}-place", title, f"{do} Then go on.", may_skip=True)
-        sound = Sound(signal, self._rate, load)
+    def _loaded(self, load: str, title: str, instruction: str, signal: Array) -> list[Step]:
+        """A page to get into place, and the sweeps; both can be skipped, by one person alone for instance."""
+        place = Page(f"{load}-place", title, f"{instruction} Then continue.", may_skip=True)
+        sound = Sound(signal, self._rate_hz, load)
         sounding = Page(load, title, "Stand still. The tile plays sweeps.", sound=sound, may_skip=True)
-        return [Step(page, tags={"group": load}) for page in (place, sounding)]
+        return [Step(page, group=load) for page in (place, sounding)]
 
-    def _taken_from(self, key: str, played: Array, heard: Array) -> Any:
-        if key == "quiet":
-            sweep.refuse_clipping(heard)
-            noise = float(np.std(heard))
-            if noise > _LOUD_NOISE:
-                raise Refused(
-                    f"silence is recorded at {noise:.2g} of full scale: hum, or another signal, on this input?"
-                )
-            return noise
-        if key == "tones":
-            sweep.refuse_silence(heard)
-            sweep.refuse_clipping(heard)
-            return self._over_level(heard)
-        if key == "again":
-            plain = self._steps_sound("none")
-            return sweep.measure(plain, heard / self._equalised()[1], self._rate)
-        return sweep.measure(played, heard, self._rate)
+    def _take(self, key: str, played: Array, heard: Array) -> None:
+        """Measure what a page has recorded."""
+        from underfoot.calibration.science.recording_checks import require_not_clipped, require_not_silent
+        from underfoot.calibration.science.tones import distortion_over_level
+        from underfoot.calibration.science.transfer_function import measure
 
-    def _steps_sound(self, key: str) -> Array:
-        sound = next(step.page.sound for step in self._steps if step.page.key == key)
+        match key:
+            case "quiet":
+                require_not_clipped(heard)
+                self._noise = _noise_floor(heard)
+            case "tones":
+                require_not_silent(heard)
+                require_not_clipped(heard)
+                begins_s = self._measured["none"].latency_s + _GAP_S
+                level, sensitivity = self._settings["level"], self._settings["sensitivity"]
+                self._tones = distortion_over_level(heard, level, self._rate_hz, begins_s, sensitivity)
+            case "again":
+                self._measured[key] = measure(self._sweeps(), heard / self._equalised()[1], self._rate_hz)
+            case _:
+                self._measured[key] = measure(played, heard, self._rate_hz)
+
+    def _loads(self) -> "dict[str, SweepMeasurement]":
+        return {load: self._measured[load] for load in LOADS if load in self._measured}
+
+    def _sweeps(self) -> Array:
+        """The sweeps as they are played without the equaliser."""
+        sound = next(step.page.sound for step in self._steps if step.page.key == "none")
         assert sound is not None
         return sound.signal
 
-    def _loads(self) -> dict[str, Measured]:
-        return {load: self._heard[load] for load in ("none", "standing", "corner") if load in self._heard}
-
     def _equalised(self) -> tuple[Array, float]:
-        """The sweeps through the equaliser, and how much they had to be turned down for it."""
-        if self._through is None:
-            free = self._heard["none"]
-            sections = equaliser.design(free.frequencies_hz, free.magnitude, self._rate, self._answered["order"])
-            filtered = through(sections, self._steps_sound("none"))
+        """The sweeps through the equaliser, and by what factor they had to be turned down for it."""
+        if self._through_equaliser is None:
+            from underfoot.calibration.science.response import equalise
+            from underfoot.models.filtering import equaliser
+
+            free = self._measured["none"]
+            order = self._settings["order"]
+            sections = equaliser.design(free.frequencies_hz, free.magnitude, self._rate_hz, order)
+            filtered = equalise(sections, self._sweeps())
             down = min(1.0, LOUDEST / float(np.abs(filtered).max()))
-            self._through = down * filtered, down
-        return self._through
-
-    def _over_level(self, heard: Array) -> Tones:
-        late = self._heard["none"].latency_s
-        drive, acceleration, thd = [], [], []
-        for k, db in enumerate(_TONE_DB):
-            # The middle of each tone, when it rings evenly.
-            begin = round((late + _GAP_S + k * (_TONE_S + _TONE_GAP_S) + 0.4 * _TONE_S) * self._rate)
-            amplitudes = sweep.harmonics(heard[begin : begin + round(0.5 * _TONE_S * self._rate)], TONE_HZ, self._rate)
-            drive.append(self._answered["level"] * 10.0 ** (db / 20.0))
-            acceleration.append(self._answered["sensitivity"] * amplitudes[0])
-            thd.append(math.sqrt(float(np.sum(amplitudes[1:] ** 2))) / max(float(amplitudes[0]), 1e-300))
-        return Tones(np.array(drive), np.array(acceleration), np.array(thd))
+            self._through_equaliser = down * filtered, down
+        return self._through_equaliser
 
 
-def through(sections: Array, signal: Array) -> Array:
-    """A signal after an equaliser.
+def _setup_asks() -> tuple[Parameter, ...]:
+    """What the first page asks for."""
+    from underfoot.models.filtering.equaliser import MOST_ORDER
 
-    >>> through(np.array([[0.5, 0.0, 0.0, 1.0, 0.0, 0.0]]), np.ones(2))
-    array([0.5, 0.5])
-    """
-    out = np.zeros(signal.size)
-    cascade.run(np.zeros(cascade.STATE), cascade.tuning(sections), np.ascontiguousarray(signal), out, signal.size)
-    return out
+    doc = "Acceleration at which the input is at full scale, by the accelerometer's data sheet."
+    return (
+        ask("sensitivity", Number(SENSITIVITY, 1e-3, 1e6, unit="m/s^2", scale="log", doc=doc)),
+        ask("order", Count(14, low=2, high=MOST_ORDER, doc="Order of the equaliser, even.")),
+        ask("level", Number(0.25, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
+        ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", doc="Length of a sweep.")),
+        ask("passes", Count(3, low=1, high=20, doc="Sweeps for each load.")),
+    )
 
 
-def _tones(level: float, rate_hz: float) -> Array:
-    """Tones of rising level, each faded in and out, with silence before, between and behind."""
-    frames, gap = round(_TONE_S * rate_hz), np.zeros(round(_TONE_GAP_S * rate_hz))
-    time_s = np.arange(frames) / rate_hz
-    fade = np.clip(np.minimum(time_s, time_s[::-1]) / 0.05, 0.0, 1.0)
-    tone = np.sin(2.0 * math.pi * TONE_HZ * time_s) * 0.5 * (1.0 - np.cos(math.pi * fade))
-    parts = [np.zeros(round(_GAP_S * rate_hz))]
-    for db in _TONE_DB:
-        parts += [level * 10.0 ** (db / 20.0) * tone, gap]
-    return np.concatenate(parts)
+def _noise_floor(heard: Array) -> float:
+    """The RMS of recorded silence, of full scale."""
+    noise = float(np.std(heard))
+    if noise > _LOUD_NOISE:
+        raise BadMeasurement(
+            f"silence is recorded at {noise:.2g} of full scale: hum, or another signal, on this input?"
+        )
+    return noise

@@ -1,49 +1,55 @@
-"""What a sensor remembers, learned from the recording that its curve comes from."""
+"""Hysteresis and creep of a sensor, fitted to the same pairs as its curve."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.science.pairs import FALLING, RISING, Recording
-from underfoot.calibration.science.sensor_figures import rms_percent
-from underfoot.floor.curves import Memory
+from underfoot.calibration.science.sensor_characteristics import rms_percent
+from underfoot.calibration.science.sensor_pairs import FALLING, RISING, SensorPairs
+from underfoot.floor.curves import Compensation
 from underfoot.models.tile import fsr_curves, fsr_hysteresis
-from underfoot.models.tile.fsr_curves import Law
-from underfoot.models.tile.fsr_hysteresis import Learned
+from underfoot.models.tile.fsr_curves import FittedCurve
+from underfoot.models.tile.fsr_hysteresis import HysteresisModel
 
 Values = NDArray[np.float64]
 
 _RATE_HZ = 100.0
+"""A rate that is enough for hysteresis and creep."""
 _ROUNDS, _FOLDS = 4, 3
 _MOST_CREEP = 0.15
-_WORTH_PERCENT = 0.3
-"""A static curve that errs by less leaves nothing that is worth a memory."""
+_LEAST_PERCENT = 0.3
+"""A static curve with a smaller error needs no hysteresis model."""
 _LIGHT = 0.1
+"""Forces well below this share of full scale count alike; above it, the less the larger they are."""
 _PIECES = 12
-_GAIN = 0.9
-"""A memory is kept where it leaves less than this share of the error, on loadings not used to learn it."""
-_MOST_GAIN = 6.0
-"""Weights that would make more than this of a change of force are noise that was learned."""
+_LEAST_GAIN = 0.9
+"""A hysteresis model is kept if it leaves less than this share of the error on held-out loadings."""
+_MOST_WEIGHT = 6.0
+"""Weights that would amplify a change of force by more than this have fitted noise."""
 
 
-def learned(recording: Recording, static_percent: float) -> Memory | None:
-    """The memory that helps most on held-out loadings, or None where the recording shows none worth having."""
-    ways = recording.direction
-    both = bool(np.any(ways == RISING) and np.any(ways == FALLING))
-    if not recording.timed or not both or static_percent < _WORTH_PERCENT:
+def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | None:
+    """The model with the least error on held-out loadings; None where it is not better than the static curve.
+
+    `static_percent` is the static curve's error on held-out loadings, % of full scale.
+    """
+    both = bool(np.any(pairs.direction == RISING) and np.any(pairs.direction == FALLING))
+    if not pairs.timed or not both or static_percent < _LEAST_PERCENT:
         return None
-    slow = _slower(recording)
-    full = recording.full_scale_n
+    slow = _decimated(pairs)
+    full = pairs.full_scale_n
     best, least = "", static_percent
     creep = _best_creep(slow, "relative", full)
     for kind in fsr_hysteresis.KINDS:
         error = _held_out_percent(slow, kind, full, creep)
-        if error < _GAIN * least:
+        if error < _LEAST_GAIN * least:
             best, least = kind, error
     if not best:
         return None
-    law, found, _ = _alternated(slow, slow.weight, best, full, creep)
-    readings, forces, slopes = knots(recording, law)
-    return Memory(
+    law, found, _ = _fit_in_turns(slow, slow.weight, best, full, creep)
+    readings, forces, slopes = curve_knots(pairs, law)
+    return Compensation(
         readings=readings,
         forces_n=forces,
         slopes=slopes,
@@ -55,44 +61,51 @@ def learned(recording: Recording, static_percent: float) -> Memory | None:
     )
 
 
-def knots(recording: Recording, law: Law) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-    """A law's knots over readings that rise: readings, newtons, slopes."""
-    order = slice(None) if recording.sign > 0.0 else slice(None, None, -1)
+def curve_knots(pairs: SensorPairs, law: FittedCurve) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """The knots of a law over rising readings: readings, newtons, slopes."""
+    order = slice(None) if pairs.sign > 0.0 else slice(None, None, -1)
     return (
-        tuple(recording.reading(law.x)[order].tolist()),
+        tuple(pairs.reading(law.x)[order].tolist()),
         tuple(law.f[order].tolist()),
-        tuple((recording.sign * law.slope)[order].tolist()),
+        tuple((pairs.sign * law.slope)[order].tolist()),
     )
 
 
-class _Slow:
-    """A recording at a rate that is enough for what is remembered."""
+@dataclass(frozen=True)
+class _Decimated:
+    """The pairs of a sensor, all (n,), at a rate that is enough for hysteresis and creep."""
 
-    def __init__(self, time_s: Values, x: Values, force_n: Values, weight: Values, fold: NDArray[np.intp]) -> None:
-        self.time_s, self.x, self.force_n, self.weight, self.fold = time_s, x, force_n, weight, fold
+    time_s: Values
+    x: Values
+    force_n: Values
+    weight: Values
+    fold: NDArray[np.intp]
 
 
-def _slower(recording: Recording) -> _Slow:
-    period = float(np.median(np.diff(recording.time_s)))
+def _decimated(pairs: SensorPairs) -> _Decimated:
+    """The pairs averaged down to `_RATE_HZ`, or a little above."""
+    period = float(np.median(np.diff(pairs.time_s)))
     count = max(1, int(round(1.0 / (max(period, 1e-6) * _RATE_HZ))))
-    ends = recording.x.size // count * count
+    ends = pairs.x.size // count * count
 
     def mean(values: Values) -> Values:
         return np.asarray(values[:ends].reshape(-1, count).mean(axis=1))
 
-    weight = np.where(recording.usable, recording.weight, 0.0)
-    return _Slow(
-        mean(recording.time_s),
-        mean(recording.x),
-        mean(recording.force_n),
+    weight = np.where(pairs.usable, pairs.weight, 0.0)
+    return _Decimated(
+        mean(pairs.time_s),
+        mean(pairs.x),
+        mean(pairs.force_n),
         mean(weight),
-        recording.fold[:ends:count] % _FOLDS,
+        pairs.fold[:ends:count] % _FOLDS,
     )
 
 
-def _best_creep(slow: _Slow, kind: str, full: float) -> float:
+def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
+    """The creep, a share of the force a decade, that leaves the least squares: a scan, then golden sections."""
+
     def left(creep: float) -> float:
-        return _alternated(slow, slow.weight, kind, full, creep)[2]
+        return _fit_in_turns(slow, slow.weight, kind, full, creep)[2]
 
     tried = np.linspace(0.0, _MOST_CREEP, 6)
     best = int(np.argmin([left(float(creep)) for creep in tried]))
@@ -103,22 +116,25 @@ def _best_creep(slow: _Slow, kind: str, full: float) -> float:
     return 0.5 * (low + high)
 
 
-def _held_out_percent(slow: _Slow, kind: str, full: float, creep: float) -> float:
+def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) -> float:
+    """RMS error on held-out loadings, % of full scale; infinite for models that have fitted noise."""
     estimate, counts = np.empty(slow.x.size), slow.weight.copy()
     for one in np.unique(slow.fold):
         out = slow.fold == one
-        law, found, _ = _alternated(slow, np.where(out, 0.0, slow.weight), kind, full, creep)
-        if np.abs(found.weights).sum() > 2.0 * _MOST_GAIN:
+        law, found, _ = _fit_in_turns(slow, np.where(out, 0.0, slow.weight), kind, full, creep)
+        if np.abs(found.weights).sum() > 2.0 * _MOST_WEIGHT:
             return np.inf
-        estimate[out] = _recalled(slow, law, found, full)[out]
+        estimate[out] = _compensated(slow, law, found, full)[out]
         counts[out & (slow.x > law.x[-1])] = 0.0
     return rms_percent(estimate - slow.force_n, counts, full) if counts.any() else np.inf
 
 
-def _alternated(slow: _Slow, weight: Values, kind: str, full: float, creep: float) -> tuple[Law, Learned, float]:
-    """Curve and memory in turns, each fitted to what the other leaves, and the squares that both leave.
+def _fit_in_turns(
+    slow: _Decimated, weight: Values, kind: str, full: float, creep: float
+) -> tuple[FittedCurve, HysteresisModel, float]:
+    """Curve and hysteresis model, fitted in turns, each to what the other leaves, and the squares that both leave.
 
-    A place comes of ratios of forces, so light loads count for more here than their newtons.
+    A contact centroid depends on ratios of forces, so light loads count for more here than their newtons.
     """
     thin = max(1, slow.x.size // 2000)
     counts = weight / (_LIGHT + np.maximum(slow.force_n, 0.0) / full)
@@ -127,15 +143,13 @@ def _alternated(slow: _Slow, weight: Values, kind: str, full: float, creep: floa
     for _ in range(_ROUNDS):
         law = fsr_curves.spline(slow.x[::thin], wanted[::thin], counts[::thin], _PIECES) or law
         apparent = np.minimum(law.force(slow.x), 2.0 * full)
-        found, left = fsr_hysteresis.learn(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
-        wanted = apparent + slow.force_n - _recalled(slow, law, found, full)
+        found, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
+        wanted = apparent + slow.force_n - _compensated(slow, law, found, full)
     return law, found, left
 
 
-def _recalled(slow: _Slow, law: Law, found: Learned, full: float) -> Values:
+def _compensated(slow: _Decimated, law: FittedCurve, found: HysteresisModel, full: float) -> Values:
+    """Newtons (n,) by curve and hysteresis model."""
     apparent = np.minimum(law.force(slow.x), 2.0 * full)
-    state = np.zeros(fsr_hysteresis.state_size())
-    newtons = fsr_hysteresis.recall(
-        apparent, slow.time_s, found.creep, found.relative, found.widths, found.weights, state
-    )
+    newtons = fsr_hysteresis.compensate(apparent, slow.time_s, found, np.zeros(1, fsr_hysteresis.STATE)[0])
     return np.clip(newtons, -0.1 * full, 1.25 * full)

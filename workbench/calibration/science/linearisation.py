@@ -1,50 +1,51 @@
-"""Force sensing resistors to newtons (section 4.3.2): candidates, the choice among them, and what cannot be done.
+"""Readings of force sensing resistors to newtons (section 4.3.2): candidate curves, and the choice among them.
 
 A static curve is chosen by cross-validation over whole loadings. No curve can do better than the mean of rising and
-falling loads; that bound is measured, too. Where a recording shows what a sensor remembers, a memory is learned besides
-(`underfoot.models.tile.fsr_hysteresis`) and held to the same loadings.
+falling loads; that bound is measured, too. Where the pairs show hysteresis and creep, a model of them
+(`underfoot.models.tile.fsr_hysteresis`) is fitted besides, and judged on the same held-out loadings.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import date
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.files.tables import Pairs
-from underfoot.calibration.science.hysteresis import knots, learned
-from underfoot.calibration.science.pairs import Recording, prepared
-from underfoot.calibration.science.plausibility import require_right
-from underfoot.calibration.science.sensor_figures import Figures, measured, rms_percent, spread_percent
+from underfoot.calibration.files.measurements import Pairs
+from underfoot.calibration.science.hysteresis import curve_knots, fit_hysteresis
+from underfoot.calibration.science.pair_plausibility import require_plausible
+from underfoot.calibration.science.sensor_characteristics import SensorCharacteristics, characterise, rms_percent
+from underfoot.calibration.science.sensor_pairs import SensorPairs, prepare
 from underfoot.errors import BadValue
 from underfoot.floor.curves import ABOVE, BELOW, Curve
-from underfoot.floor.profile import Fsr
 from underfoot.models.tile import fsr_curves
-from underfoot.models.tile.fsr_curves import Law
+from underfoot.models.tile.fsr_curves import FittedCurve
 
 Values = NDArray[np.float64]
-Fit = Callable[[Values, Values, Values], Law | None]
+Fit = Callable[[Values, Values, Values], FittedCurve | None]
 
 ALLOWED_PERCENT = 5.0
-"""What the thesis reaches after calibration, of full scale (section 4.3.2)."""
+"""RMS error that is allowed, % of full scale: what the thesis reaches after calibration (section 4.3.2)."""
 _PIECES = (3, 5, 8, 12)
 _SIMPLER, _AS_GOOD_PERCENT = 1.03, 0.01
-"""A law with fewer constants is taken where it errs by no more than this times the best, or by so much more."""
-_SEEN = 4000
+"""A law with fewer constants is taken if its error is at most this factor, or so much, above the least one."""
+_MOST_SAMPLES = 4000
 
 
 @dataclass(frozen=True)
-class Divider:
-    """How a resistance is read: `resistance_ohm` in series, `full_counts` at no resistance; `falling` the other way."""
+class VoltageDivider:
+    """How a resistance is read: `resistance_ohm` in series, `full_counts` at no resistance.
+
+    `falling` where the reading falls with force: the sensor is on the other side of the divider.
+    """
 
     resistance_ohm: float
     full_counts: float = 65535.0
     falling: bool = False
 
     def conductance(self, reading: Values) -> Values:
-        """Siemens at a reading."""
+        """Conductance of the sensor at readings, siemens."""
         share = np.clip(reading / self.full_counts, 0.0, 1.0 - 1e-6)
         share = np.clip(1.0 - share, 0.0, 1.0 - 1e-6) if self.falling else share
         return np.asarray(share / ((1.0 - share) * self.resistance_ohm))
@@ -52,31 +53,31 @@ class Divider:
 
 @dataclass(frozen=True)
 class SensorFit:
-    """What came of one sensor: its curve, its recording (None where it cannot be used), and its figures.
+    """One sensor's curve, its pairs (None where they cannot be used), and its characteristics.
 
     `tried` is the held-out error of every candidate, % of full scale; `estimate_n` are held-out newtons of the samples
-    `seen` of the recording.
+    `seen` of the pairs.
     """
 
     curve: Curve
-    recording: Recording | None = None
-    figures: Figures | None = None
+    pairs: SensorPairs | None = None
+    characteristics: SensorCharacteristics | None = None
     tried: tuple[tuple[str, float], ...] = ()
     seen: NDArray[np.intp] | None = None
     estimate_n: Values | None = None
 
     def rows(self, sensor: int) -> Values:
         """Time, sensor from 1, reading and force of every pair: (n, 4)."""
-        if self.recording is None:
+        if self.pairs is None:
             return np.empty((0, 4))
-        one = self.recording
+        one = self.pairs
         number = np.full(one.time_s.size, sensor + 1.0)
         return np.stack([one.time_s, number, one.reading(one.x), one.force_n], axis=1)
 
 
 @dataclass(frozen=True)
 class Linearisation:
-    """A tile's four sensors, and what may be said of them."""
+    """The curves of a tile's four sensors, and what speaks against them."""
 
     tile: str
     full_scale_n: float
@@ -89,104 +90,43 @@ class Linearisation:
         return tuple(j for j, sensor in enumerate(self.sensors) if not sensor.curve.uncalibrated)
 
     @property
-    def quantities(self) -> tuple[tuple[str, float, str], ...]:
-        """Name, value and unit of all that was measured: means over the sensors, then each."""
-        found = [sensor.figures for sensor in self.sensors if sensor.figures is not None]
-        several: list[tuple[str, float, str]] = [
-            ("full_scale_n", self.full_scale_n, "N"),
-            ("sensors_calibrated", float(len(self.calibrated)), ""),
-        ]
-        for name, unit in Figures.units().items():
-            values = [value for one in found if np.isfinite(value := getattr(one, name))]
-            if values:
-                several.append((name, float(np.mean(values)), unit))
-        several.append(("spread_percent", spread_percent([self.sensors[j].curve for j in self.calibrated]), "%"))
-        for j in self.calibrated:
-            several.append((f"error_percent_{j + 1}", self.sensors[j].curve.error_percent, "%"))
-        return tuple((name, value, unit) for name, value, unit in several if np.isfinite(value))
-
-    @property
     def error_percent(self) -> float:
         """Held-out RMS error of the static curves, % of full scale, mean over the sensors that have one."""
         return float(np.mean([self.sensors[j].curve.error_percent for j in self.calibrated]))
 
     @property
     def good(self) -> bool:
-        """Whether every sensor is calibrated over nearly all of full scale, and none errs by more than is allowed."""
+        """Whether all sensors are calibrated over nearly all of full scale, with no more than the allowed error."""
         errors = [sensor.curve.error_percent for sensor in self.sensors]
-        return len(self.calibrated) == 4 and max(errors) <= ALLOWED_PERCENT and not self._saturated()
+        return len(self.calibrated) == 4 and max(errors) <= ALLOWED_PERCENT and not self.saturated
 
     @property
-    def verdict(self) -> str:
-        """In plain words: what the readings are good for."""
-        figures = {name: value for name, value, _ in self.quantities}
-        missing = [
-            f"sensor {j + 1}: {self.sensors[j].curve.uncalibrated}" for j in range(4) if j not in self.calibrated
-        ]
-        words = f"Newtons are true to {self.error_percent:.1f} % of full scale ({self.full_scale_n:.0f} N)"
-        if "memory_error_percent" in figures:
-            words += f", to {figures['memory_error_percent']:.1f} % with hysteresis and creep taken out"
-        words += (
-            "."
-            if self.error_percent <= ALLOWED_PERCENT
-            else f", which is worse than the {ALLOWED_PERCENT:.0f} % allowed."
-        )
-        bound = figures["bound_percent"]
-        if self.error_percent <= 1.1 * bound and bound > 0.5:
-            words += f" No static curve can do better than {bound:.1f} %: the sensors remember."
-        worst = max(self.calibrated, key=lambda j: self.sensors[j].curve.error_percent)
-        if self.sensors[worst].curve.error_percent > ALLOWED_PERCENT >= self.error_percent:
-            words += f" Sensor {worst + 1} errs by {self.sensors[worst].curve.error_percent:.1f} %, too much."
-        if self._saturated():
-            words += f" Saturated: {', '.join(self._saturated())}; above that force their newtons are too few."
-        if missing:
-            words += f" Not calibrated: {'; '.join(missing)}."
-        return words
-
-    def _saturated(self) -> list[str]:
-        ends = [(j, sensor.recording.saturates_n) for j, sensor in enumerate(self.sensors) if sensor.recording]
-        return [f"sensor {j + 1} from {end:.3g} N on" for j, end in ends if end < 0.9 * self.full_scale_n]
-
-    def part(self, reference: str, today: date | None = None) -> Fsr:
-        """The profile's part."""
-        first, second, third, fourth = (sensor.curve for sensor in self.sensors)
-        return Fsr(
-            made=(today or date.today()).isoformat(),
-            reference=reference,
-            error=round(self.error_percent, 4),
-            error_allowed=ALLOWED_PERCENT,
-            error_unit="% of full scale",
-            good=self.good,
-            verdict=self.verdict,
-            figures={name: float(f"{value:.6g}") for name, value, _ in self.quantities},
-            sensors=(first, second, third, fourth),
-        )
+    def saturated(self) -> tuple[tuple[int, float], ...]:
+        """The sensors that saturate well below full scale, from 0, and from which force on, newtons."""
+        ends = [(j, sensor.pairs.saturates_n) for j, sensor in enumerate(self.sensors) if sensor.pairs]
+        return tuple((j, end_n) for j, end_n in ends if end_n < 0.9 * self.full_scale_n)
 
 
-def linearise(pairs: Pairs, divider: Divider | None = None, memories: bool = True) -> Linearisation:
-    """Fit the four sensors of a tile; without `memories` the static curves only, which is quick.
+def linearise(pairs: Pairs, divider: VoltageDivider | None = None, hysteresis: bool = True) -> Linearisation:
+    """Fit the four sensors of a tile; without `hysteresis` the static curves only, which is quick.
 
-    `BadValue` where no sensor can be calibrated, with the reasons, and for forces that cannot be what pressed
-    (`underfoot.calibration.science.plausibility.require_right`).
+    `BadValue` where no sensor can be calibrated, with the reasons, and for forces that cannot be right
+    (`underfoot.calibration.science.pair_plausibility.require_plausible`).
     """
     mine = [pairs.sensor == j for j in range(4)]
     tables = [(pairs.time_s[one], pairs.reading[one], pairs.force_n[one]) for one in mine]
-    require_right(tables)
+    require_plausible(tables)
     full = float(pairs.force_n.max())
     fits, warnings = [], []
     for j, table in enumerate(tables):
-        recording = prepared(*table, full)
-        fit = (
-            SensorFit(Curve(uncalibrated=recording))
-            if isinstance(recording, str)
-            else _fitted(recording, divider, memories)
-        )
+        ready = prepare(*table, full)
+        fit = SensorFit(Curve(uncalibrated=ready)) if isinstance(ready, str) else _fit(ready, divider, hysteresis)
         fits.append(fit)
         if fit.curve.uncalibrated:
             warnings.append(f"sensor {j + 1} is not calibrated: {fit.curve.uncalibrated}")
-        elif fit.recording is not None:
-            warnings += [f"sensor {j + 1}: {words}" for words in _doubts(fit.recording)]
-    warnings += _other_ways([fit.recording for fit in fits])
+        elif fit.pairs is not None:
+            warnings += [f"sensor {j + 1}: {words}" for words in _doubts(fit.pairs)]
+    warnings += _opposite([fit.pairs for fit in fits])
     first, second, third, fourth = fits
     found = Linearisation(pairs.tile, full, (first, second, third, fourth), tuple(warnings))
     if not found.calibrated:
@@ -194,60 +134,60 @@ def linearise(pairs: Pairs, divider: Divider | None = None, memories: bool = Tru
     return found
 
 
-def candidates(recording: Recording, divider: Divider | None) -> list[tuple[str, Fit]]:
+def candidates(pairs: SensorPairs, divider: VoltageDivider | None) -> list[tuple[str, Fit]]:
     """Laws to try, fewest constants first."""
     found: list[tuple[str, Fit]] = [("power", fsr_curves.power)]
     if divider is not None:
-        at_rest = divider.conductance(np.array([recording.rest]))
+        at_rest = divider.conductance(np.array([pairs.rest]))
 
         def conductance(x: Values) -> Values:
-            return divider.conductance(recording.reading(x)) - at_rest
+            return divider.conductance(pairs.reading(x)) - at_rest
 
         found.append(("resistor", lambda x, f, w: fsr_curves.resistor(x, f, w, conductance)))
     found += [("rational", fsr_curves.rational), ("exponential", fsr_curves.exponential)]
     return found + [(f"spline of {n}", partial(fsr_curves.spline, pieces=n)) for n in _PIECES]
 
 
-def _fitted(recording: Recording, divider: Divider | None, memories: bool) -> SensorFit:
-    seen = np.flatnonzero(recording.usable)
-    seen = seen[:: max(1, seen.size // _SEEN)]
-    x, f, w = recording.x[seen], recording.force_n[seen], recording.weight[seen]
-    full = recording.full_scale_n
+def _fit(pairs: SensorPairs, divider: VoltageDivider | None, hysteresis: bool) -> SensorFit:
+    seen = np.flatnonzero(pairs.usable)
+    seen = seen[:: max(1, seen.size // _MOST_SAMPLES)]
+    x, f, w = pairs.x[seen], pairs.force_n[seen], pairs.weight[seen]
+    full = pairs.full_scale_n
     tried: list[tuple[str, float]] = []
     held: dict[str, Values] = {}
-    fits = candidates(recording, divider)
+    fits = candidates(pairs, divider)
     for name, fit in fits:
-        estimate = _held_out(fit, x, f, w, recording.fold[seen])
+        estimate = _held_out(fit, x, f, w, pairs.fold[seen])
         if estimate is not None:
             held[name] = np.clip(estimate, -BELOW * full, (1.0 + ABOVE) * full)
             tried.append((name, rms_percent(held[name] - f, w, full)))
     if not tried:
-        return SensorFit(Curve(uncalibrated="its pairs allow no rising curve"))
+        return SensorFit(Curve(uncalibrated="no rising curve fits its pairs"))
     least = min(error for _, error in tried)
     chosen = next(name for name, error in tried if error <= max(_SIMPLER * least, least + _AS_GOOD_PERCENT))
     law = dict(fits)[chosen](x, f, w)
     if law is None or law.f[-1] <= 0.0:
-        return SensorFit(Curve(uncalibrated="its pairs allow no rising curve"))
-    readings, forces, slopes = knots(recording, law)
+        return SensorFit(Curve(uncalibrated="no rising curve fits its pairs"))
+    readings, forces, slopes = curve_knots(pairs, law)
     curve = Curve(
-        law=law.name,
+        family=law.family,
         parameters={name: float(f"{value:.8g}") for name, value in law.parameters.items()},
-        rest=recording.rest,
+        unloaded_reading=pairs.rest,
         full_scale_n=full,
         error_percent=float(f"{dict(tried)[chosen]:.4g}"),
         readings=readings,
         forces_n=forces,
         slopes=slopes,
-        memory=learned(recording, dict(tried)[chosen]) if memories else None,
+        compensation=fit_hysteresis(pairs, dict(tried)[chosen]) if hysteresis else None,
     )
-    figures = measured(recording, curve, seen, held[chosen])
-    return SensorFit(curve, recording, figures, tuple(tried), seen, held[chosen])
+    characteristics = characterise(pairs, curve, seen, held[chosen])
+    return SensorFit(curve, pairs, characteristics, tuple(tried), seen, held[chosen])
 
 
 def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp]) -> Values | None:
-    """Newtons of every sample from a curve that was fitted to the other folds.
+    """Newtons of every sample from a curve that was fitted to the other folds; None where one cannot be fitted.
 
-    Not from far beyond them: what only one loading reached is fitted by all, for there is nothing to hold it against.
+    Beyond the other folds' readings, where only one loading went, they come from the curve that was fitted to all.
     """
     whole = fit(x, f, w)
     if whole is None:
@@ -263,9 +203,9 @@ def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp])
     return estimate
 
 
-def _other_ways(recordings: Sequence[Recording | None]) -> list[str]:
-    """Sensors whose readings go the other way than those of most."""
-    signs = [0.0 if one is None else one.sign for one in recordings]
+def _opposite(sensors: Sequence[SensorPairs | None]) -> list[str]:
+    """Sensors whose readings go the opposite way to those of most."""
+    signs = [0.0 if one is None else one.sign for one in sensors]
     return [
         f"sensor {j + 1}: its reading {'rises' if sign > 0.0 else 'falls'} with force, unlike the others'; wired the "
         "other way, or weights in reverse order?"
@@ -274,15 +214,16 @@ def _other_ways(recordings: Sequence[Recording | None]) -> list[str]:
     ]
 
 
-def _doubts(recording: Recording) -> list[str]:
+def _doubts(pairs: SensorPairs) -> list[str]:
+    """What makes the curve of a sensor doubtful."""
     found = []
-    if not recording.rested:
-        found.append("no reading of the empty tile; its rest is extrapolated")
-    top = float(recording.force_n.max())
-    if top < 0.8 * recording.full_scale_n:
-        found.append(f"pressed to {top:.3g} N only, of {recording.full_scale_n:.4g} N")
-    if np.isfinite(recording.saturates_n):
-        found.append(f"saturated from {recording.saturates_n:.3g} N on, of {recording.full_scale_n:.4g} N")
-    if recording.timed and recording.cycles < 3:
-        found.append(f"{recording.cycles} loadings only; three tell the curve from the chance of one")
+    if not pairs.rested:
+        found.append("the empty tile was not read; its reading there is extrapolated")
+    top = float(pairs.force_n.max())
+    if top < 0.8 * pairs.full_scale_n:
+        found.append(f"loaded up to {top:.3g} N only, of {pairs.full_scale_n:.4g} N")
+    if np.isfinite(pairs.saturates_n):
+        found.append(f"saturated above {pairs.saturates_n:.3g} N, of {pairs.full_scale_n:.4g} N")
+    if pairs.timed and pairs.cycles < 3:
+        found.append(f"{pairs.cycles} loadings only; three or more show how far they repeat")
     return found

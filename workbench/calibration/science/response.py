@@ -1,65 +1,44 @@
-"""What the measurements of a tile's response say: its level, its equaliser, its distortion, and a verdict."""
+"""The frequency response of a tile to its shaker: its level, its equaliser, how flat it is, and its usable band."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from datetime import date
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.procedures.procedure import Result
-from underfoot.calibration.science.sweep import ORDERS, Measured
-from underfoot.drawing import Drawing, series
+from underfoot.calibration.science.tones import DistortionOverLevel
+from underfoot.calibration.science.transfer_function import SweepMeasurement
 from underfoot.errors import BadValue, require
-from underfoot.floor.profile import Profile, Response
-from underfoot.models.filtering import equaliser
+from underfoot.models.filtering import cascade, equaliser
 
 Array = NDArray[np.float64]
 
-TONE_HZ = 300.0
-"""Where distortion over level is measured (thesis 4.5.1)."""
 INNER_HZ = (60.0, 700.0)
 """Where the corrected response is to be flat."""
 ALLOWED_DB = 2.0
 """Deviation from flat, over `INNER_HZ`, up to which a response is good."""
 USABLE_DB = 10.0
 """A band is usable where the response is no further below its level than this (thesis figure 4.14)."""
-MOST_DISTORTION = 0.10
-"""Distortion, as a share, from which on the verdict warns."""
-LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "corner": "a foot on a corner"}
-
-_HZ, _DB_LABEL = "frequency, Hz", "dB re 1 m/s^2 a unit"
-_SPAN_HZ = (20.0, 2000.0)
-_KEPT_AN_OCTAVE = 48
-_COLOURS = {"none": "vibration", "standing": "force", "corner": "events"}
-_ORDER_COLOURS = dict(zip(ORDERS, ("force", "events", "contact", "muted"), strict=True))
 
 
 @dataclass(frozen=True)
-class Tones:
-    """Distortion over level: `drive` of full scale, `acceleration` of the fundamental in m/s^2, `thd` as a share."""
-
-    drive: Array
-    acceleration: Array
-    thd: Array
-
-
-@dataclass(frozen=True)
-class Findings:
+class ResponseMeasurements:
     """All that was measured of one tile; from files, only `loads["none"]`.
 
-    `loads` are in recorded units a played unit, a recorded unit being `sensitivity` m/s^2. `again` was measured through
-    the equaliser.
+    `loads` are responses by what stands on the tile ("none", "standing", "corner"), in recorded units a played unit, a
+    recorded unit being `sensitivity` m/s^2. `order` is the equaliser's, `tones` the distortion over level, `again` the
+    response measured through the equaliser, and `noise` the RMS of silence, of full scale. `sections` are the equaliser
+    that is designed for the response with nothing on the tile.
     """
 
-    loads: Mapping[str, Measured]
+    loads: Mapping[str, SweepMeasurement]
     sensitivity: float
     rate_hz: int
     order: int = 14
     band_hz: tuple[float, float] = equaliser.BAND_HZ
-    tones: Tones | None = None
-    again: Measured | None = None
+    tones: DistortionOverLevel | None = None
+    again: SweepMeasurement | None = None
     noise: float = math.nan
     sections: Array = field(init=False)
 
@@ -77,13 +56,13 @@ class Findings:
 
     @property
     def level(self) -> float:
-        """m/s^2 a full-scale unit: where a stimulus in m/s^2 plays."""
+        """m/s^2 a full-scale unit: the level at which a stimulus in m/s^2 plays."""
         free = self.loads["none"]
         return self.sensitivity * equaliser.level(free.frequencies_hz, free.magnitude, self.band_hz)
 
     @property
     def computed(self) -> Array:
-        """What the equaliser should make of the free response, in recorded units a played unit."""
+        """Magnitude of the equalised response as computed, in recorded units a played unit."""
         free = self.loads["none"]
         return free.magnitude * np.abs(equaliser.gain(self.sections, free.frequencies_hz, self.rate_hz))
 
@@ -118,216 +97,20 @@ def usable_band_hz(frequencies_hz: Array, relative_db: Array, below_db: float = 
     return float(frequencies_hz[low]), float(frequencies_hz[high])
 
 
-def result_of(found: Findings, today: date | None = None) -> Result:
-    """The result, with its drawings and raw data."""
-    figures = _figures(found)
-    values = {name: value for name, value, _ in figures}
-    after = "flatness_measured_db" if found.again is not None else "flatness_computed_db"
-    warnings = _warnings(found, values)
-    good = values[after] <= ALLOWED_DB
-    low, high = values["usable_low_hz"], values["usable_high_hz"]
-    words = "measured again through the equaliser" if found.again is not None else "computed, not measured again"
-    verdict = (
-        f"Flat within {values[after]:.2f} dB from {INNER_HZ[0]:g} to {INNER_HZ[1]:g} Hz ({words}; "
-        f"{values['flatness_before_db']:.1f} dB before). Usable from {low:.0f} to {high:.0f} Hz. "
-        f"Full scale plays at {found.level:.3g} m/s^2."
-    )
-    if not good:
-        verdict += f" That is not flat enough (allowed: {ALLOWED_DB:g} dB): take a higher order, or mend the tile."
-    part = _part(found, values, after, good, verdict, today or date.today())
-    return Result(
-        kind="response",
-        title="Frequency response and equaliser",
-        quantities=figures,
-        verdict=verdict,
-        good=good,
-        warnings=warnings,
-        drawings=drawings_of(found),
-        raw=_raw(found),
-        apply=lambda profile: _applied(profile, part),
-    )
-
-
-def _applied(profile: Profile, part: Response) -> Profile:
-    return profile.with_part(part, date.fromisoformat(part.made))
-
-
-def _figures(found: Findings) -> tuple[tuple[str, float, str], ...]:
-    free = found.loads["none"]
-    f = free.frequencies_hz
-    before, computed = found.relative_db(free.magnitude), found.relative_db(found.computed)
-    after_f, after = f, computed
-    if found.again is not None:
-        after_f, after = found.again.frequencies_hz, found.relative_db(found.again.magnitude)
-    low, high = usable_band_hz(after_f, after)
-    plain_low, plain_high = usable_band_hz(f, before)
-    inside = (f >= found.band_hz[0]) & (f <= found.band_hz[1])
-    boost = float(np.max(np.abs(equaliser.gain(found.sections, f[inside], found.rate_hz))))
-    quantities = [
-        ("acceleration_per_unit", found.level, "m/s^2"),
-        ("flatness_before_db", flatness_db(f, before), "dB"),
-        ("flatness_computed_db", flatness_db(f, computed), "dB"),
-    ]
-    if found.again is not None:
-        quantities.append(("flatness_measured_db", flatness_db(after_f, after), "dB"))
-    quantities += [(f"at_{edge:g}_hz_db", float(np.interp(edge, after_f, after)), "dB") for edge in found.band_hz]
-    quantities += [
-        ("usable_low_hz", low, "Hz"),
-        ("usable_high_hz", high, "Hz"),
-        ("usable_low_before_hz", plain_low, "Hz"),
-        ("usable_high_before_hz", plain_high, "Hz"),
-        ("most_gain_db", 20.0 * math.log10(boost), "dB"),
-        ("latency_ms", 1000.0 * free.latency_s, "ms"),
-        ("snr_db", free.snr_db(*INNER_HZ), "dB"),
-        ("passes", float(free.passes), ""),
-    ]
-    if free.passes > 1:
-        inner = (f >= INNER_HZ[0]) & (f <= INNER_HZ[1])
-        quantities.append(("spread_db", float(np.mean(free.spread_db[inner])), "dB"))
-    loaded = [load for load in found.loads if load != "none"]
-    quantities += [(f"{load}_changes_db", flatness_of_change(found, load), "dB") for load in loaded]
-    for k in ORDERS:
-        share = np.interp(TONE_HZ, f, free.distortion[k])
-        if np.isfinite(share):
-            quantities.append((f"distortion_{k}_percent", 100.0 * float(share), "%"))
-    if found.tones is not None:
-        quantities.append(("thd_loudest_percent", 100.0 * float(found.tones.thd[-1]), "%"))
-        quantities.append(("loudest_ms2", float(found.tones.acceleration[-1]), "m/s^2"))
-    noise = found.noise if math.isfinite(found.noise) else free.noise_rms
-    if math.isfinite(noise):
-        quantities.append(("noise_floor_ms2", found.sensitivity * noise, "m/s^2"))
-    return tuple((name, float(value), unit) for name, value, unit in quantities)
-
-
-def flatness_of_change(found: Findings, load: str) -> float:
-    """The largest change of the response that a load makes, over `INNER_HZ`, dB."""
-    free, loaded = found.loads["none"], found.loads[load]
+def change_db(measured: ResponseMeasurements, load: str) -> float:
+    """The largest change of the response by a load, over `INNER_HZ`, dB."""
+    free, loaded = measured.loads["none"], measured.loads[load]
     other = np.interp(free.frequencies_hz, loaded.frequencies_hz, loaded.magnitude)
     inside = (free.frequencies_hz >= INNER_HZ[0]) & (free.frequencies_hz <= INNER_HZ[1])
     return float(np.max(np.abs(20.0 * np.log10(other[inside] / free.magnitude[inside]))))
 
 
-def _warnings(found: Findings, values: Mapping[str, float]) -> tuple[str, ...]:
-    lines = []
-    if values["most_gain_db"] > 15.0:
-        lift = values["most_gain_db"]
-        loudest = 0.95 * found.level / 10.0 ** (lift / 20.0)
-        lines.append(f"the equaliser lifts by up to {lift:.0f} dB; there more than {loudest:.2g} m/s^2 is limited")
-    if values["snr_db"] < 20.0:
-        lines.append(f"the signal is only {values['snr_db']:.0f} dB above the noise; play it louder")
-    if "spread_db" in values and values["spread_db"] > 0.5:
-        lines.append(f"passes differ by {values['spread_db']:.1f} dB; is something loose?")
-    if values.get("thd_loudest_percent", 0.0) > 100.0 * MOST_DISTORTION:
-        lines.append(f"at its loudest the tile distorts {values['thd_loudest_percent']:.0f} %")
-    free = found.loads["none"]
-    if free.passes == 1:
-        lines.append("one pass only: its spread is not known")
-    return tuple(lines)
+def equalise(sections: Array, signal: Array) -> Array:
+    """A signal (frames,) after an equaliser of second-order sections (n, 6).
 
-
-def _part(found: Findings, values: Mapping[str, float], after: str, good: bool, verdict: str, today: date) -> Response:
-    free = found.loads["none"]
-    low = max(float(free.frequencies_hz[0]), 0.4 * found.band_hz[0])
-    high = min(float(free.frequencies_hz[-1]), 3.0 * found.band_hz[1])
-    grid = np.geomspace(low, high, max(round(_KEPT_AN_OCTAVE * math.log2(high / low)), 2))
-    magnitude = found.sensitivity * np.interp(grid, free.frequencies_hz, free.magnitude)
-    return Response(
-        made=today.isoformat(),
-        reference=f"accelerometer, {found.sensitivity:g} m/s^2 a full-scale input",
-        error=round(values[after], 4),
-        error_allowed=ALLOWED_DB,
-        error_unit="dB",
-        good=good,
-        verdict=verdict,
-        figures={name: float(f"{value:.6g}") for name, value in values.items() if math.isfinite(value)},
-        frequencies_hz=tuple(float(f"{value:.6g}") for value in grid),
-        magnitude=tuple(float(f"{value:.6g}") for value in magnitude),
-        acceleration_per_unit=float(f"{found.level:.6g}"),
-        equaliser=tuple(tuple(section) for section in found.sections.tolist()),
-        rate_hz=found.rate_hz,
-        band_hz=(values["usable_low_hz"], values["usable_high_hz"]),
-    )
-
-
-def drawings_of(found: Findings) -> tuple[Drawing, ...]:
-    """Load states, correction, spread and noise, distortion by order and over level."""
-    free = found.loads["none"]
-    drawn = [loads_drawn(found.loads, found.sensitivity), _correction_drawn(found)]
-    f, shown = _shown(free.frequencies_hz)
-    inner = [
-        series("response", f, _db(found.sensitivity * free.magnitude)[shown]),
-        series("noise", f, _db(found.sensitivity * free.noise)[shown], colour="muted"),
-    ]
-    if free.passes > 1:
-        for sign in (-1.0, 1.0):
-            edge = _db(found.sensitivity * free.magnitude) + sign * free.spread_db
-            inner.append(series("" if sign > 0 else "spread_db", f, edge[shown], "dashed", "force"))
-    drawn.append(Drawing("Response, its spread and its noise", _HZ, _DB_LABEL, tuple(inner), True))
-    orders = [
-        series(f"harmonic {k}", f, 100.0 * free.distortion[k][shown], colour=_ORDER_COLOURS[k])
-        for k in ORDERS
-        if np.isfinite(free.distortion[k]).any()
-    ]
-    if orders:
-        drawn.append(Drawing("Distortion by order", _HZ, "of the fundamental, %", tuple(orders), True, True))
-    if found.tones is not None:
-        tones = series("", found.tones.acceleration, 100.0 * found.tones.thd, "line", "force")
-        drawn.append(Drawing(f"Distortion at {TONE_HZ:g} Hz", "level, m/s^2", "THD, %", (tones,), True))
-    return tuple(drawn)
-
-
-def loads_drawn(loads: Mapping[str, Measured], sensitivity: float) -> Drawing:
-    """Load states side by side (thesis figure 4.13)."""
-    lines = []
-    for load, measured in loads.items():
-        f, shown = _shown(measured.frequencies_hz)
-        line = _db(sensitivity * measured.magnitude)[shown]
-        lines.append(series(LOAD_NAMES.get(load, load), f, line, colour=_COLOURS.get(load, "muted")))
-    return Drawing("Response by load", _HZ, _DB_LABEL, tuple(lines), True)
-
-
-def _correction_drawn(found: Findings) -> Drawing:
-    """Before and after (thesis figure 4.14)."""
-    free = found.loads["none"]
-    f, shown = _shown(free.frequencies_hz)
-    lines = [
-        series("before", f, found.relative_db(free.magnitude)[shown], colour="muted"),
-        series(f"computed, order {found.order}", f, found.relative_db(found.computed)[shown], "dashed", "force"),
-    ]
-    if found.again is not None:
-        again, kept = _shown(found.again.frequencies_hz)
-        lines.append(series("measured again", again, found.relative_db(found.again.magnitude)[kept]))
-    return Drawing("Before and after the equaliser", _HZ, "dB re the tile's level", tuple(lines), True)
-
-
-def _shown(frequencies_hz: Array) -> tuple[Array, NDArray[np.bool_]]:
-    inside = (frequencies_hz >= _SPAN_HZ[0]) & (frequencies_hz <= _SPAN_HZ[1])
-    return frequencies_hz[inside], inside
-
-
-def _db(magnitude: Array) -> Array:
-    return np.asarray(20.0 * np.log10(np.maximum(magnitude, 1e-12)))
-
-
-def _raw(found: Findings) -> tuple[tuple[str, str, Array], ...]:
-    tables = []
-    states = [*found.loads.items(), *([("equalised", found.again)] if found.again is not None else [])]
-    for name, measured in states:
-        columns = [
-            measured.frequencies_hz,
-            found.sensitivity * measured.magnitude,
-            np.degrees(np.angle(measured.transfer)),
-            measured.spread_db,
-            found.sensitivity * measured.noise,
-            measured.coherence,
-            *(measured.distortion[k] for k in ORDERS),
-        ]
-        header = "frequency_hz,magnitude_m_s2,phase_deg,spread_db,noise_m_s2,coherence," + ",".join(
-            f"harmonic_{k}" for k in ORDERS
-        )
-        tables.append((name, header, np.stack(columns, axis=1)))
-    tables.append(("equaliser", "b0,b1,b2,a0,a1,a2", found.sections))
-    if found.tones is not None:
-        columns = [found.tones.drive, found.tones.acceleration, found.tones.thd]
-        tables.append(("distortion-over-level", "drive,acceleration_m_s2,thd", np.stack(columns, axis=1)))
-    return tuple(tables)
+    >>> equalise(np.array([[0.5, 0.0, 0.0, 1.0, 0.0, 0.0]]), np.ones(2))
+    array([0.5, 0.5])
+    """
+    out = np.zeros(signal.size)
+    cascade.run(np.zeros(1, cascade.STATE)[0], cascade.coefficients(sections), np.ascontiguousarray(signal), out)
+    return out

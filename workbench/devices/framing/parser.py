@@ -1,53 +1,45 @@
-"""The one parser of what tiles send: bytes from anywhere, in any pieces, to frames; and a count of what went wrong.
+"""The one parser of what tiles send: bytes from anywhere, in any pieces, to samples; and a count of what went wrong.
 
-It looks for stuffed frames and for lines of text at once, until the first sound one settles which of the two the
-stream is made of; when 4 KiB bring no sound one it looks for both again. So neither a boot message in front nor new
-firmware on the same port confuses it. A zero ends a frame and any line; newlines end lines.
+It looks for stuffed frames and for lines of text at once, until the first valid one settles which of the two forms the
+stream has; when 4 KiB bring no valid one it looks for both again. So neither a boot message in front nor new firmware
+on the same port confuses it. A zero ends a frame and any line; newlines end lines.
 
 After damage it is in step again with the next frame: a delimiter that was hit costs the frame that it ended, not the
 one behind it, because the last 22 bytes before a zero are tried, whatever stands in front of them.
 """
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.framing.wire_format import FIELDS, LARGEST, MICROSECONDS, SEQUENCE, STUFFED, TILE, unpack
+from underfoot.devices.framing.wire_format import MAX_VALUES, SAMPLE, STUFFED_BYTES, unpack
 from underfoot.errors import require
 from underfoot.kernels import kernel
 
-LIFE = len(FIELDS)
-"""The column behind a frame's own: how often its tile has begun anew."""
-WIDTH = LIFE + 1
 FORMS = ("auto", "binary", "csv")
 WINDOW = 64
 """A frame that comes behind one that is this much newer is too late to be told from an old one."""
 
-_AUTO, _BINARY, _CSV = range(3)
-_PATIENCE = 4096  # bytes without one sound frame after which the form is open again
-_JUMP_US = 100_000  # a tile whose time and sequence disagree by more than this, and by half, began anew
-_LOST_STEP = 1 << 31
-
-# What the scanner is in the middle of.
-_FORM, _SINCE, _IN_STEP, _HELD, _FIELD, _DIGITS, _BAD, _LENGTH, _SCANNER = range(9)
-_GOOD, _CORRUPTED, _LOST, _DOUBLED, _REORDERED, _STALE, _RESTARTS, _COUNTS = range(8)
-# What is known of a tile, behind its counts: its newest frame, and one that did not fit to it.
-_SEEN, _NEWEST, _TIME, _PERIOD, _AGE, _ODD, _LIVES, _TILE = range(_COUNTS, _COUNTS + 8)
-_TILES = 0x10000
+_BINARY, _CSV = FORMS.index("binary"), FORMS.index("csv")
+_PATIENCE_BYTES = 4096  # without a valid frame for this long, the form is open again
+_JUMP_US = 100_000  # a tile whose time and sequence disagree by more than this, and by half, has restarted
+_HALF_TURN = 1 << 31
+_SEQUENCE, _MICROSECONDS = 1, 2  # columns of a line
 
 
 @dataclass(frozen=True)
-class Counts:
+class FrameCounts:
     """What became of frames.
 
-    `good` were handed over. `lost` never came, or not whole, as the sequence tells: those that were corrupted are
-    among them. `corrupted` are pieces between delimiters that were no sound frame (one frame may leave two).
+    `accepted` were handed over. `lost` never came, or not whole, as the sequence tells: those that were corrupted are
+    among them. `corrupted` are pieces between delimiters that were no valid frame (one frame may leave two).
     `doubled` came again, and `stale` more than 64 frames late: neither is handed over. `reordered` came behind a newer
-    one, and are handed over. `restarts` are tiles that began to count anew.
+    one, and are handed over. `restarts` are tiles whose sequence began anew.
     """
 
-    good: int = 0
+    accepted: int = 0
     corrupted: int = 0
     lost: int = 0
     doubled: int = 0
@@ -56,214 +48,297 @@ class Counts:
     restarts: int = 0
 
 
+_COUNTS = [(name, np.int64) for name in FrameCounts.__dataclass_fields__]
+_TOTAL = np.dtype(_COUNTS, align=True)
+_SCANNER = np.dtype(
+    [
+        ("form", np.int64),
+        ("since_valid", np.int64),
+        ("in_step", np.bool_),
+        ("held", np.uint8, (STUFFED_BYTES,)),
+        ("held_count", np.int64),
+        ("column", np.int64),
+        ("digits", np.int64),
+        ("values", np.int64, (len(MAX_VALUES),)),
+        ("is_bad", np.bool_),
+        ("line_length", np.int64),
+    ],
+    align=True,
+)
+"""What the scanner is in the middle of. `since_valid` are bytes since the last valid frame; `in_step` says that the
+beginning of the present piece was read. Of a frame: its last bytes, `held` in a ring, and how many there were. Of a
+line: the column, its digits so far, the numbers, whether it can be no sample any more, and its length."""
+_TILE = np.dtype(
+    [
+        *_COUNTS,
+        ("is_known", np.bool_),
+        ("newest", np.int64),
+        ("time_us", np.int64),
+        ("period_us", np.int64),
+        ("age", np.int64),
+        ("suspect", np.int64),
+        ("epoch", np.int64),
+        ("received", np.uint64),
+    ],
+    align=True,
+)
+"""What is known of a tile: its counts, the sequence number of its `newest` frame and that frame's unwrapped time. Bit i
+of `received` says that the frame i before the newest came; `age` is how many before it can be missing. `suspect` is the
+sequence number of a frame that did not fit, or -1."""
+_TILES = 0x10000
+
+
+class _State(NamedTuple):
+    """All that a parser keeps between two pieces; arrays of one record but for `tiles`."""
+
+    open_form: int
+    scanner: NDArray[np.void]
+    sample: NDArray[np.void]
+    stuffed: NDArray[np.uint8]
+    total: NDArray[np.void]
+    tiles: NDArray[np.void]
+
+
 class Parser:
-    """Frames from a stream of bytes; `form` is "binary", "csv", or "auto" for whichever comes.
+    """Samples from a stream of bytes; `form` is "binary", "csv", or "auto" for whichever comes.
 
     >>> from underfoot.devices.framing.wire_format import encode
     >>> parser = Parser()
     >>> sent = encode([[0, 41, 1000, 1, 2, 3, 4], [0, 43, 3000, 5, 6, 7, 8]])
-    >>> [len(parser.feed(piece)) for piece in (sent[:30], sent[30:])]
-    [1, 1]
-    >>> parser.counts.good, parser.counts.lost
+    >>> [parser.feed(piece)["sequence"].tolist() for piece in (sent[:30], sent[30:])]
+    [[41], [43]]
+    >>> parser.counts.accepted, parser.counts.lost
     (2, 1)
     """
 
     def __init__(self, form: str = "auto") -> None:
         require(form in FORMS, "form", form, ", ".join(FORMS))
-        self._open_form = FORMS.index(form)
-        self._scanner = np.zeros(_SCANNER, np.int64)
-        self._scanner[_FORM] = self._open_form
-        self._scanner[_IN_STEP] = 1
-        self._held = np.zeros(STUFFED, np.uint8)
-        self._row = np.zeros(WIDTH, np.int64)
-        self._scratch = np.zeros(STUFFED, np.uint8)
-        self._counts = np.zeros(_COUNTS, np.int64)
-        self._tiles = np.zeros((_TILES, _TILE), np.int64)  # taken by the system only where a tile is heard of
-        self._bits = np.zeros(_TILES, np.uint64)
-        self._out = np.zeros((4096, WIDTH), np.int64)
+        self._state = _State(
+            open_form=FORMS.index(form),
+            scanner=np.zeros(1, _SCANNER),
+            sample=np.zeros(1, SAMPLE),
+            stuffed=np.zeros(STUFFED_BYTES, np.uint8),
+            total=np.zeros(1, _TOTAL),
+            tiles=np.zeros(_TILES, _TILE),  # taken by the system only where a tile is heard of
+        )
+        self._parts = tuple(self._state)
+        self._scanner = self._state.scanner[0]
+        self._scanner["form"], self._scanner["in_step"] = self._state.open_form, True
+        self._out = np.zeros(4096, SAMPLE)
         self.bytes = 0
         """Bytes that were read."""
 
-    def feed(self, data: bytes | bytearray | memoryview) -> NDArray[np.int64]:
-        """The sound frames that end in these bytes, (n, 8): a frame's seven fields, then its tile's life.
+    def feed(self, data: bytes | bytearray | memoryview) -> NDArray[np.void]:
+        """The valid frames that end in these bytes, but for doubled and stale ones: records of `SAMPLE` (n,).
 
         Microseconds are unwrapped. The array is the parser's own, and is written to by the next call.
         """
         given = np.frombuffer(memoryview(data).toreadonly(), np.uint8)  # one kind of array, one kernel
         self.bytes += len(given)
         if len(self._out) < len(given) // 13 + 1:  # the shortest line has 13 characters and an end
-            self._out = np.zeros((2 * len(given) // 13 + 1, WIDTH), np.int64)
-        count = _scan(
-            given, self._open_form, self._scanner, self._held, self._scratch, self._row, self._counts, self._tiles,
-            self._bits, self._out,
-        )  # fmt: skip
-        return self._out[:count]
+            self._out = np.zeros(2 * len(given) // 13 + 1, SAMPLE)
+        return self._out[: _scan(given, self._parts, self._out)]
 
-    def cut(self) -> None:
-        """Forget the piece of a frame that is being read, and pass over the next up to its end: the line was broken, or
-        joined in the middle. What is known of tiles stays."""
-        self._scanner[_IN_STEP] = self._scanner[_HELD] = 0
-        self._scanner[_FIELD] = self._scanner[_DIGITS] = self._scanner[_BAD] = self._scanner[_LENGTH] = 0
+    def resync(self) -> None:
+        """Forget the piece of a frame that is being read, and pass over the next up to its end.
+
+        For a connection that broke, or was joined in the middle. What is known of tiles stays.
+        """
+        for name in ("in_step", "held_count", "column", "digits", "is_bad", "line_length"):
+            self._scanner[name] = 0
 
     @property
     def form(self) -> str:
         """What the stream is made of: "binary" or "csv"; "auto" while that is open."""
-        return FORMS[self._scanner[_FORM]]
+        return FORMS[self._scanner["form"]]
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> FrameCounts:
         """What became of all frames so far."""
-        return Counts(*self._counts.tolist())
+        return FrameCounts(*self._state.total[0].tolist())
 
     def period_us(self, tile: int) -> int:
         """Microseconds between a tile's samples, by its own clock; 0 where that is not known yet."""
-        return int(self._tiles[tile, _PERIOD]) if self._tiles[tile, _GOOD] >= WINDOW else 0
+        known = self._state.tiles[tile]
+        return int(known["period_us"]) if known["accepted"] >= WINDOW else 0
 
-    def counts_of(self, tile: int) -> Counts:
+    def counts_of(self, tile: int) -> FrameCounts:
         """What became of one tile's frames; corrupted ones belong to no tile."""
-        return Counts(*self._tiles[tile, :_COUNTS].tolist())
+        known = self._state.tiles[tile]
+        return FrameCounts(*(int(known[name]) for name, _ in _COUNTS))
 
 
 @kernel
-def _scan(data, open_form, scanner, held, scratch, row, counts, tiles, bits, out):
+def _scan(data: NDArray[np.uint8], parts: tuple[Any, ...], out: NDArray[np.void]) -> int:
+    """Read bytes; returns how many samples were written to `out`.
+
+    `parts` are those of a `_State`: Numba allocates where it is given a named tuple.
+    """
+    state = _State(*parts)
+    scanner, sample, total = state.scanner[0], state.sample[0], state.total[0]
     written = 0
     for byte in data:
-        scanner[_SINCE] += 1
-        if scanner[_SINCE] > _PATIENCE:
-            scanner[_FORM] = open_form
-            scanner[_SINCE] = 0
-        sound = False
-        if scanner[_FORM] != _CSV:
+        scanner.since_valid += 1
+        if scanner.since_valid > _PATIENCE_BYTES:
+            scanner.form = state.open_form
+            scanner.since_valid = 0
+        is_valid = False
+        if scanner.form != _CSV:
             if byte == 0:
-                sound = _end_frame(scanner, held, scratch, row, counts)
+                is_valid = _end_frame(scanner, state.stuffed, sample, total)
             else:
-                held[scanner[_HELD] % STUFFED] = byte
-                scanner[_HELD] += 1
-        if scanner[_FORM] != _BINARY and not sound:
-            sound = _read_text(byte, scanner, row, counts)
-        if sound:
-            scanner[_SINCE] = 0
-            if _accept(row, tiles[row[TILE]], bits, counts):
-                out[written] = row
+                scanner.held[scanner.held_count % STUFFED_BYTES] = byte
+                scanner.held_count += 1
+        if scanner.form != _BINARY and not is_valid:
+            is_valid = _read_text(byte, scanner, sample, total)
+        if is_valid:
+            scanner.since_valid = 0
+            if _accept(sample, state.tiles[sample.tile], total):
+                out[written] = sample
                 written += 1
     return written
 
 
 @kernel
-def _end_frame(scanner, held, scratch, row, counts):
-    """A delimiter: whether the bytes in front of it are a frame, which is then in `row`."""
-    length = scanner[_HELD]
-    scanner[_HELD] = 0
+def _end_frame(scanner: np.record, stuffed: NDArray[np.uint8], sample: np.record, total: np.record) -> bool:
+    """Read a delimiter; returns whether the bytes in front of it are a valid frame, which is then in `sample`."""
+    length = scanner.held_count
+    scanner.held_count = 0
     if length == 0:
         return False
-    sound = False
-    if length >= STUFFED:
-        for i in range(STUFFED):
-            scratch[i] = held[(length + i) % STUFFED]
-        sound = unpack(scratch, row)
+    is_valid = False
+    if length >= STUFFED_BYTES:
+        for i in range(STUFFED_BYTES):
+            stuffed[i] = scanner.held[(length + i) % STUFFED_BYTES]
+        is_valid = unpack(stuffed, sample)
     # What is read first may be the end of a frame whose beginning was never read.
-    if scanner[_FORM] == _BINARY and scanner[_IN_STEP] == 1 and (not sound or length > STUFFED):
-        counts[_CORRUPTED] += 1
-    scanner[_IN_STEP] = 1
-    if sound:
-        scanner[_FORM] = _BINARY
-    return sound
+    if scanner.form == _BINARY and scanner.in_step and (not is_valid or length > STUFFED_BYTES):
+        total.corrupted += 1
+    scanner.in_step = True
+    if is_valid:
+        scanner.form = _BINARY
+    return is_valid
 
 
 @kernel
-def _read_text(byte, scanner, row, counts):
-    """A character of a line: whether it ends a frame, which is then in `row`."""
-    field = scanner[_FIELD]
+def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.record) -> bool:
+    """Read a character of a line; returns whether it ends a valid line, whose numbers are then in `sample`."""
     if byte == 10 or byte == 0:
-        # Of a line that was joined in the middle, the first number may lack digits.
-        sound = field == 6 and scanner[_DIGITS] > 0 and scanner[_BAD] == 0 and scanner[_IN_STEP] == 1
-        if scanner[_FORM] == _CSV and scanner[_IN_STEP] == 1 and not sound and scanner[_LENGTH] > 0:
-            counts[_CORRUPTED] += 1
-        scanner[_IN_STEP] = 1
-        scanner[_FIELD] = scanner[_DIGITS] = scanner[_BAD] = scanner[_LENGTH] = 0
-        if sound:
-            scanner[_FORM] = _CSV
-            row[SEQUENCE] &= 0xFFFF
-        return sound
+        return _end_line(scanner, sample, total)
     if byte == 13 or byte == 32:
         return False
-    scanner[_LENGTH] += 1
-    if scanner[_BAD] == 1:
+    scanner.line_length += 1
+    if scanner.is_bad:
         return False
+    column = scanner.column
     if 48 <= byte <= 57:
-        row[field] = (row[field] * 10 if scanner[_DIGITS] > 0 else 0) + byte - 48
-        scanner[_DIGITS] += 1
+        scanner.values[column] = (scanner.values[column] * 10 if scanner.digits > 0 else 0) + byte - 48
+        scanner.digits += 1
         # A beginner's counter may be longer than sixteen bits.
-        most = LARGEST[MICROSECONDS] if field == SEQUENCE else LARGEST[field]
-        scanner[_BAD] = 1 if row[field] > most else 0
-    elif byte == 44 and scanner[_DIGITS] > 0 and field < 6:
-        scanner[_FIELD] += 1
-        scanner[_DIGITS] = 0
+        most = MAX_VALUES[_MICROSECONDS] if column == _SEQUENCE else MAX_VALUES[column]
+        scanner.is_bad = scanner.values[column] > most
+    elif byte == 44 and scanner.digits > 0 and column < 6:
+        scanner.column += 1
+        scanner.digits = 0
     else:
-        scanner[_BAD] = 1
+        scanner.is_bad = True
     return False
 
 
 @kernel
-def _accept(row, tile, bits, counts):
-    """Whether a sound frame is handed over; completes it, and counts what its place in the sequence says."""
-    number = row[TILE]
-    if tile[_SEEN] == 0:
-        tile[_SEEN] = 1
-        return _begin(row, tile, bits, counts)
-    ahead = ((row[SEQUENCE] - tile[_NEWEST] + 0x8000) & 0xFFFF) - 0x8000
-    passed = ((row[MICROSECONDS] - tile[_TIME] + _LOST_STEP) & 0xFFFF_FFFF) - _LOST_STEP
-    expected = ahead * tile[_PERIOD]
-    odd = tile[_PERIOD] > 0 and abs(passed - expected) > max(_JUMP_US, abs(expected) // 2)
-    if odd or ahead <= -WINDOW:
-        # A tile that began anew goes on from there; a frame that was held up somewhere stays alone.
-        follows = 0 < ((row[SEQUENCE] - tile[_ODD]) & 0xFFFF) < WINDOW
-        if tile[_ODD] >= 0 and follows:
-            tile[_LIVES] += 1
-            _count(counts, tile, _RESTARTS, 1)
-            return _begin(row, tile, bits, counts)
-        tile[_ODD] = row[SEQUENCE]
-        _count(counts, tile, _STALE, 1)
+def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
+    # Of a line that was joined in the middle, the first number may lack digits.
+    is_valid = scanner.column == 6 and scanner.digits > 0 and not scanner.is_bad and scanner.in_step
+    if scanner.form == _CSV and scanner.in_step and not is_valid and scanner.line_length > 0:
+        total.corrupted += 1
+    scanner.in_step = True
+    scanner.column = scanner.digits = scanner.line_length = 0
+    scanner.is_bad = False
+    if is_valid:
+        scanner.form = _CSV
+        sample.tile = scanner.values[0]
+        sample.sequence = scanner.values[_SEQUENCE] & 0xFFFF
+        sample.microseconds = scanner.values[_MICROSECONDS]
+        for sensor in range(4):
+            sample.readings[sensor] = scanner.values[3 + sensor]
+    return is_valid
+
+
+@kernel
+def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
+    """Complete a valid frame and count what its place in the sequence says; returns whether it is handed over."""
+    if not tile.is_known:
+        tile.is_known = True
+        return _begin(sample, tile, total)
+    ahead = ((sample.sequence - tile.newest + 0x8000) & 0xFFFF) - 0x8000
+    passed_us = ((sample.microseconds - tile.time_us + _HALF_TURN) & 0xFFFF_FFFF) - _HALF_TURN
+    expected_us = ahead * tile.period_us
+    jumped = tile.period_us > 0 and abs(passed_us - expected_us) > max(_JUMP_US, abs(expected_us) // 2)
+    if jumped or ahead <= -WINDOW:
+        # A tile that restarted goes on from there; a frame that was held up somewhere stays alone.
+        follows = 0 < ((sample.sequence - tile.suspect) & 0xFFFF) < WINDOW
+        if tile.suspect >= 0 and follows:
+            tile.epoch += 1
+            tile.restarts += 1
+            total.restarts += 1
+            return _begin(sample, tile, total)
+        tile.suspect = sample.sequence
+        tile.stale += 1
+        total.stale += 1
         return False
-    tile[_ODD] = -1
-    row[MICROSECONDS] = tile[_TIME] + passed
-    row[LIFE] = tile[_LIVES]
+    tile.suspect = -1
+    sample.microseconds = tile.time_us + passed_us
+    sample.epoch = tile.epoch
     if ahead > 0:
-        _count(counts, tile, _LOST, ahead - 1)
-        bits[number] = (bits[number] << np.uint64(ahead)) | np.uint64(1) if ahead < WINDOW else np.uint64(1)
-        if ahead == 1:
-            tile[_PERIOD] += (passed - tile[_PERIOD]) // 16 if tile[_PERIOD] > 0 else passed
-        tile[_NEWEST] = row[SEQUENCE]
-        tile[_TIME] += passed
-        tile[_AGE] = min(tile[_AGE] + ahead, WINDOW)
-    else:
-        mark = np.uint64(1) << np.uint64(-ahead)
-        if bits[number] & mark:
-            _count(counts, tile, _DOUBLED, 1)
-            return False
-        bits[number] |= mark
-        _count(counts, tile, _REORDERED, 1)
-        # Only what lies behind the very first frame was counted as lost.
-        earlier = -ahead - tile[_AGE]
-        _count(counts, tile, _LOST, earlier - 1 if earlier > 0 else -1)
-        tile[_AGE] = max(tile[_AGE], -ahead)
-    _count(counts, tile, _GOOD, 1)
+        _advance(sample, tile, total, ahead, passed_us)
+    elif not _fill(tile, total, -ahead):
+        return False
+    tile.accepted += 1
+    total.accepted += 1
     return True
 
 
 @kernel
-def _begin(row, tile, bits, counts):
-    """The first frame of a tile, or of its new life."""
-    tile[_NEWEST], tile[_TIME] = row[SEQUENCE], row[MICROSECONDS]
-    tile[_PERIOD] = tile[_AGE] = 0
-    tile[_ODD] = -1
-    bits[row[TILE]] = 1
-    row[LIFE] = tile[_LIVES]
-    _count(counts, tile, _GOOD, 1)
+def _begin(sample: np.record, tile: np.record, total: np.record) -> bool:
+    """Take the first frame of a tile, or of its new epoch."""
+    tile.newest, tile.time_us = sample.sequence, sample.microseconds
+    tile.period_us = tile.age = 0
+    tile.suspect = -1
+    tile.received = 1
+    sample.epoch = tile.epoch
+    tile.accepted += 1
+    total.accepted += 1
     return True
 
 
 @kernel
-def _count(counts, tile, kind, many):
-    counts[kind] += many
-    tile[kind] += many
+def _advance(sample: np.record, tile: np.record, total: np.record, ahead: int, passed_us: int) -> None:
+    """Take a frame that is `ahead` of the newest; those between are lost, until they come."""
+    tile.lost += ahead - 1
+    total.lost += ahead - 1
+    tile.received = (tile.received << np.uint64(ahead)) | np.uint64(1) if ahead < WINDOW else np.uint64(1)
+    if ahead == 1:
+        tile.period_us += (passed_us - tile.period_us) // 16 if tile.period_us > 0 else passed_us
+    tile.newest = sample.sequence
+    tile.time_us += passed_us
+    tile.age = min(tile.age + ahead, WINDOW)
+
+
+@kernel
+def _fill(tile: np.record, total: np.record, behind: int) -> bool:
+    """Take a frame that is `behind` the newest; False where it came before."""
+    mark = np.uint64(1) << np.uint64(behind)
+    if tile.received & mark:
+        tile.doubled += 1
+        total.doubled += 1
+        return False
+    tile.received |= mark
+    tile.reordered += 1
+    total.reordered += 1
+    # Only what lies behind the very first frame was counted as lost.
+    earlier = behind - tile.age
+    lost = earlier - 1 if earlier > 0 else -1
+    tile.lost += lost
+    total.lost += lost
+    tile.age = max(tile.age, behind)
+    return True

@@ -12,16 +12,15 @@ A sensor is named when nothing else explains what was seen; a walk that shows to
 """
 
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.health.sensor_order import SensorOrder
+from underfoot.devices.health.sensor_order import CONTACT_N, LOADED_N, SensorOrder
 from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 
-CONTACT_N, LOADED_N = 20.0, 100.0
-"""A tile is stepped on from the one on; what it reads says something of its sensors from the other on."""
 DEAD_S, DEAD_N, ALIVE_N = 1.0, 0.3, 1.0
 """For how long a sensor must have been seen dead, which is to carry less than the one; the other is a sign of life."""
 FLAT_S, FLAT_SAMPLES, FLAT_SHARE = 0.020, 8, 0.15
@@ -30,11 +29,48 @@ FALL_N, FALLS, WITHIN_S, BACK_S = 40.0, 3, 60.0, 0.3
 """A loose sensor loses at least this much at once, and is back within `BACK_S`; so often within `WITHIN_S`."""
 
 _DEAD, _SATURATED, _LOOSE = 1, 2, 4
-# What is known of a sensor: its rest, its newest force and reading; how long it has been flat, in how many samples, and
-# the others' load as that began; how long it was seen dead; when it fell, from what, how often, and since when.
-_REST, _FORCE, _READING, _FLAT, _SAME, _BEGAN_N, _SEEN_DEAD, _FELL, _FROM, _FALLS, _FIRST, _SENSOR = range(12)
-_TIME, _SEEN, _TILE = range(3)
 _REST_SHARE = 0.002
+
+_SENSOR = np.dtype(
+    [
+        ("rest_n", np.float64),
+        ("force_n", np.float64),
+        ("reading", np.int64),
+        ("flat_s", np.float64),
+        ("flat_samples", np.int64),
+        ("flat_others_n", np.float64),
+        ("dead_s", np.float64),
+        ("fell_s", np.float64),
+        ("fell_from_n", np.float64),
+        ("falls", np.int64),
+        ("first_fall_s", np.float64),
+    ],
+    align=True,
+)
+"""What is known of a sensor: its force at rest, its newest force and reading; for how long it has given one reading, in
+how many samples, and what the others carried as that began; how long it was seen dead; when it fell to rest last (-inf:
+it is back), from which load, how often, and when first."""
+_TILE = np.dtype([("is_known", np.bool_), ("time_s", np.float64)], align=True)
+
+
+class _Samples(NamedTuple):
+    """Samples of tiles, in the order in which they came."""
+
+    tiles: NDArray[np.int64]  # (n,)
+    time_s: NDArray[np.float64]  # (n,)
+    readings: NDArray[np.int64]  # (n, 4)
+    force_n: NDArray[np.float64]  # (n, 4)
+    load_n: NDArray[np.float64]  # (n, 4): above the force at rest; written by the kernel
+
+
+class _State(NamedTuple):
+    """What is known of a floor's sensors."""
+
+    period_s: float
+    sensors: NDArray[np.void]  # (tiles, 4)
+    tiles: NDArray[np.void]  # (tiles,)
+    balance: NDArray[np.float64]  # (tiles, 4): the combination of forces that is 0 on a rigid plate
+    found: NDArray[np.int64]  # (tiles, 4): faults, as bits
 
 
 class SensorHealth:
@@ -45,170 +81,186 @@ class SensorHealth:
     >>> time_s = np.arange(2000) / 1000.0
     >>> force_n = np.where((time_s > 0.5) & (time_s < 1.8), 150.0, 0.0)[:, None] * [1, 0, 1, 1]
     >>> health.feed(np.zeros(2000, int), time_s, (20 * force_n).astype(int), force_n)
-    >>> health.news()
+    >>> health.take_notices()
     ['tile t1: sensor 2 is dead (reads 0 while its neighbours carry 450 N)']
     """
 
     def __init__(self, floor: Floor, rate_hz: float) -> None:
         self.floor = floor
         count = len(floor.tiles)
-        self._period = 1.0 / rate_hz
-        self._sensors = np.zeros((count, 4, _SENSOR))
-        self._sensors[:, :, [_FELL, _FIRST]] = -np.inf
-        self._tiles = np.zeros((count, _TILE))
-        self._balance = np.array([_balance(tile.sensors_m) for tile in floor.tiles])
-        self._found = np.zeros((count, 4), np.int64)
+        self._state = _State(
+            period_s=1.0 / rate_hz,
+            sensors=np.zeros((count, 4), _SENSOR),
+            tiles=np.zeros(count, _TILE),
+            balance=np.array([_balance(tile.sensors_m) for tile in floor.tiles]),
+            found=np.zeros((count, 4), np.int64),
+        )
+        self._state.sensors["fell_s"] = self._state.sensors["first_fall_s"] = -np.inf
         self._named = np.zeros((count, 4), np.int64)
         self._order = SensorOrder(floor)
-        self._news: deque[str] = deque(maxlen=100)
+        self._notices: deque[str] = deque(maxlen=100)
         self.feed(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 4), np.int64), np.zeros((0, 4)))
 
     def feed(
         self,
-        rows: NDArray[np.int64],
+        tiles: NDArray[np.int64],
         time_s: NDArray[np.float64],
         readings: NDArray[np.int64],
         force_n: NDArray[np.float64],
     ) -> None:
         """The next samples: the tile's row (n,), its own time (n,), readings (n, 4) and what they are in newtons."""
-        rows, readings = np.ascontiguousarray(rows), np.ascontiguousarray(readings)
-        loads_n = np.empty((len(rows), 4))
+        load_n = np.empty((len(tiles), 4))
+        samples = _Samples(np.ascontiguousarray(tiles), time_s, np.ascontiguousarray(readings), force_n, load_n)
         at = 0
         while True:
-            at = _watch(
-                rows, time_s, readings, force_n, loads_n, at, self._period, self._sensors, self._tiles, self._balance,
-                self._found,
-            )  # fmt: skip
-            if at == len(rows):
+            at = _watch(samples, at, self._state)
+            if at == len(tiles):
                 break
-            self._name(int(rows[at - 1]), loads_n[at - 1])
-        self._order.feed(rows, time_s, loads_n)
-        for row, line in self._order.found():
-            if not self._found[row].any():  # a sensor that is dead looks like much else
-                self._news.append(f"tile {self.floor.tiles[row].id}: {line}")
+            self._name(int(tiles[at - 1]), load_n[at - 1])
+        self._order.feed(samples.tiles, time_s, load_n)
+        for row, line in self._order.take_found():
+            if not self._state.found[row].any():  # a sensor that is dead looks like much else
+                self._notices.append(f"tile {self.floor.tiles[row].id}: {line}")
 
-    def news(self) -> list[str]:
+    def take_notices(self) -> list[str]:
         """What was found since the last call, one line a sensor."""
-        lines = []
-        while self._news:
-            lines.append(self._news.popleft())
-        return lines
+        notices = []
+        while self._notices:
+            notices.append(self._notices.popleft())
+        return notices
 
-    def _name(self, row: int, loads_n: NDArray[np.float64]) -> None:
+    def _name(self, row: int, load_n: NDArray[np.float64]) -> None:
         """Say what was found with the newest sample of a tile."""
+        found = self._state.found[row]
         for sensor in range(4):
-            reads = self._sensors[row, sensor, _READING]
-            new = self._found[row, sensor] & ~self._named[row, sensor]
-            others = loads_n.sum() - loads_n[sensor]
-            falls = self._sensors[row, sensor, _FALLS]
+            known = self._state.sensors[row, sensor]
+            new = found[sensor] & ~self._named[row, sensor]
+            others_n = load_n.sum() - load_n[sensor]
             for fault, what in (
-                (_DEAD, f"dead (reads {reads:.0f} while its neighbours carry {others:.0f} N)"),
-                (_SATURATED, f"saturated (stays at {reads:.0f} while the load on its tile changes)"),
-                (_LOOSE, f"loose (fell to nothing {falls:.0f} times while its tile was loaded)"),
+                (_DEAD, f"dead (reads {known['reading']} while its neighbours carry {others_n:.0f} N)"),
+                (_SATURATED, f"saturated (stays at {known['reading']} while the load on its tile changes)"),
+                (_LOOSE, f"loose (fell to nothing {known['falls']} times while its tile was loaded)"),
             ):
-                if new & fault and not (fault == _DEAD and self._order.is_wrong(row)):
-                    self._news.append(f"tile {self.floor.tiles[row].id}: sensor {sensor + 1} is {what}")
-            self._named[row, sensor] = self._found[row, sensor]
+                if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
+                    self._notices.append(f"tile {self.floor.tiles[row].id}: sensor {sensor + 1} is {what}")
+            self._named[row, sensor] = found[sensor]
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
     """The combination of four forces on a plane plate that is always 0: (1, -1, 1, -1) round a rectangle."""
     places = np.array([[1.0, x, y] for x, y in sensors_m]).T
-    nothing = np.linalg.svd(places)[2][-1]
-    return nothing / np.abs(nothing).max()
+    null = np.linalg.svd(places)[2][-1]
+    return null / np.abs(null).max()
 
 
 @kernel
-def _watch(rows, time_s, readings, force_n, loads_n, at, period, sensors, tiles, balance, found):
-    """Follow samples from number `at` on, up to one that shows something new: how many were followed in all."""
-    while at < len(rows):
-        k = rows[at]
-        tile, mine, known = tiles[k], sensors[k], found[k].sum()
-        step = time_s[at] - tile[_TIME]
-        if tile[_SEEN] == 0.0 or not 0.0 < step < 2.5 * period:
-            step = 0.0
-        load = _weigh(tile, mine, force_n[at], loads_n[at])
-        if load >= LOADED_N:
-            _dead(mine, loads_n[at], load, balance[k], step, found[k])
+def _watch(samples: _Samples, first: int, state: _State) -> int:
+    """Follow samples from number `first` on, up to one that shows something new; returns how many were followed."""
+    at = first
+    while at < len(samples.tiles):
+        k = samples.tiles[at]
+        tile, sensors, found = state.tiles[k], state.sensors[k], state.found[k]
+        reading, force_n, load_n = samples.readings[at], samples.force_n[at], samples.load_n[at]
+        now_s = samples.time_s[at]
+        known = found.sum()
+        step_s = now_s - tile.time_s
+        if not tile.is_known or not 0.0 < step_s < 2.5 * state.period_s:
+            step_s = 0.0
+        total_n = _weigh(tile, sensors, force_n, load_n)
+        if total_n >= LOADED_N:
+            _find_dead(sensors, load_n, total_n, state.balance[k], step_s, found)
         for j in range(4):
-            _saturated(mine[j], readings[at, j], loads_n[at, j], load - loads_n[at, j], step, found[k], j)
-            if step > 0.0:
-                _loose(mine, force_n[at], time_s[at], j, found[k])
-        tile[_TIME], tile[_SEEN] = time_s[at], 1.0
+            if _is_saturated(sensors[j], reading[j], load_n[j], total_n - load_n[j], step_s):
+                found[j] |= _SATURATED
+            if step_s > 0.0 and _is_loose(sensors, force_n, now_s, j):
+                found[j] |= _LOOSE
+        tile.time_s, tile.is_known = now_s, True
         for j in range(4):
-            mine[j, _FORCE], mine[j, _READING] = force_n[at, j], readings[at, j]
+            sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
         at += 1
-        if found[k].sum() != known:
+        if found.sum() != known:
             break
     return at
 
 
 @kernel
-def _weigh(tile, mine, force_n, loads_n):
-    """What a tile's sensors carry, and its sum; off contact, what they read at rest is followed."""
-    load = 0.0
+def _weigh(
+    tile: np.record, sensors: NDArray[np.void], force_n: NDArray[np.float64], load_n: NDArray[np.float64]
+) -> float:
+    """What a tile's sensors carry above their rest, and the sum; off contact, the rest follows what they read."""
+    total_n = 0.0
     for j in range(4):
-        if tile[_SEEN] == 0.0:
-            mine[j, _REST] = mine[j, _FORCE] = force_n[j]
-        loads_n[j] = force_n[j] - mine[j, _REST]
-        load += loads_n[j]
-    if load < CONTACT_N:
-        share = _REST_SHARE if load > -CONTACT_N else 1.0  # it was loaded when its rest was taken
+        if not tile.is_known:
+            sensors[j].rest_n = sensors[j].force_n = force_n[j]
+        load_n[j] = force_n[j] - sensors[j].rest_n
+        total_n += load_n[j]
+    if total_n < CONTACT_N:
+        share = _REST_SHARE if total_n > -CONTACT_N else 1.0  # it was loaded when its rest was taken
         for j in range(4):
-            mine[j, _REST] += share * loads_n[j]
-    return load
+            sensors[j].rest_n += share * load_n[j]
+    return total_n
 
 
 @kernel
-def _dead(mine, loads_n, load, balance, step, found):
+def _find_dead(
+    sensors: NDArray[np.void],
+    load_n: NDArray[np.float64],
+    total_n: float,
+    balance: NDArray[np.float64],
+    step_s: float,
+    found: NDArray[np.int64],
+) -> None:
+    """Count the time in which a sensor carries nothing of a load of which the other three say it has a part."""
     for j in range(4):
         plane, product, across = 0.0, 1.0, 1.0
         for i in range(4):
             if i == j:
                 continue
-            plane -= balance[i] * loads_n[i] / balance[j]
+            plane -= balance[i] * load_n[i] / balance[j]
             if balance[i] * balance[j] < 0.0:
-                product *= max(loads_n[i], 0.0)
+                product *= max(load_n[i], 0.0)
             else:
-                across = max(loads_n[i], 1.0)
-        expected = min(plane, product / across)
-        if abs(loads_n[j]) > ALIVE_N:
-            mine[j, _SEEN_DEAD] = 0.0
-        elif abs(loads_n[j]) < DEAD_N and expected > max(0.05 * (load - loads_n[j]), CONTACT_N):
-            mine[j, _SEEN_DEAD] += step
-            if mine[j, _SEEN_DEAD] >= DEAD_S:
+                across = max(load_n[i], 1.0)
+        expected_n = min(plane, product / across)
+        if abs(load_n[j]) > ALIVE_N:
+            sensors[j].dead_s = 0.0
+        elif abs(load_n[j]) < DEAD_N and expected_n > max(0.05 * (total_n - load_n[j]), CONTACT_N):
+            sensors[j].dead_s += step_s
+            if sensors[j].dead_s >= DEAD_S:
                 found[j] |= _DEAD
 
 
 @kernel
-def _saturated(sensor, reading, own, others, step, found, j):
-    if reading != sensor[_READING] or step == 0.0 or own < CONTACT_N:
-        sensor[_SAME] = sensor[_FLAT] = 0.0
-        sensor[_BEGAN_N] = others
-        return
-    sensor[_SAME] += 1.0
-    sensor[_FLAT] += step
-    changes = abs(others - sensor[_BEGAN_N]) > max(FLAT_SHARE * max(others, sensor[_BEGAN_N]), CONTACT_N)
-    if sensor[_SAME] >= FLAT_SAMPLES and sensor[_FLAT] >= FLAT_S and changes:
-        found[j] |= _SATURATED
+def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float, step_s: float) -> bool:
+    """Whether a sensor has given one reading for long while the others' load changed."""
+    if reading != sensor.reading or step_s == 0.0 or own_n < CONTACT_N:
+        sensor.flat_samples = 0
+        sensor.flat_s = 0.0
+        sensor.flat_others_n = others_n
+        return False
+    flat_samples, flat_s, began_n = sensor.flat_samples + 1, sensor.flat_s + step_s, sensor.flat_others_n
+    sensor.flat_samples, sensor.flat_s = flat_samples, flat_s
+    has_changed = abs(others_n - began_n) > max(FLAT_SHARE * max(others_n, began_n), CONTACT_N)
+    return flat_samples >= FLAT_SAMPLES and flat_s >= FLAT_S and has_changed
 
 
 @kernel
-def _loose(mine, force_n, now, j, found):
-    own = mine[j]
-    moved, others = force_n[j] - own[_FORCE], 0.0
+def _is_loose(sensors: NDArray[np.void], force_n: NDArray[np.float64], now_s: float, j: int) -> bool:
+    """Whether sensor j has fallen to rest and come back, alone, often enough."""
+    own = sensors[j]
+    moved_n, others_n = force_n[j] - own.force_n, 0.0
     for i in range(4):
         if i != j:
-            others += abs(force_n[i] - mine[i, _FORCE])
-    before, after = own[_FORCE] - own[_REST], force_n[j] - own[_REST]
-    if others > 0.25 * abs(moved):
-        return
-    if before >= FALL_N and after < 0.2 * before:
-        own[_FELL], own[_FROM] = now, before
-    elif now - own[_FELL] <= BACK_S and abs(before) < 0.2 * own[_FROM] and after > 0.5 * own[_FROM]:
-        own[_FELL] = -np.inf
-        if now - own[_FIRST] > WITHIN_S:
-            own[_FALLS], own[_FIRST] = 0.0, now
-        own[_FALLS] += 1.0
-        if own[_FALLS] >= FALLS:
-            found[j] |= _LOOSE
+            others_n += abs(force_n[i] - sensors[i].force_n)
+    before_n, after_n = own.force_n - own.rest_n, force_n[j] - own.rest_n
+    if others_n > 0.25 * abs(moved_n):
+        return False
+    if before_n >= FALL_N and after_n < 0.2 * before_n:
+        own.fell_s, own.fell_from_n = now_s, before_n
+    elif now_s - own.fell_s <= BACK_S and abs(before_n) < 0.2 * own.fell_from_n and after_n > 0.5 * own.fell_from_n:
+        own.fell_s = -np.inf
+        if now_s - own.first_fall_s > WITHIN_S:
+            own.falls, own.first_fall_s = 0, now_s
+        own.falls += 1
+        return own.falls >= FALLS
+    return False

@@ -1,18 +1,19 @@
-"""Sensors whose wires are exchanged, told from the footsteps on a tile.
+"""Sensors whose wires are swapped, told from the footsteps on a tile.
 
 Of a tile's load, let u be the share that lies along x, v that along y (each -1 to 1), and d what one diagonal carries
-more than the other. A load at one point of a plate gives d = 0 where the plate is stiff, d = u v where it gives way:
-between the two lies every tile. Exchange two sensors beside each other, and u or v trades places with d, which then
-lies far from there while the trade undone fits. That leaves two pairs, which mirror each other; exchange two sensors
-across from each other, and all fits, mirrored at a diagonal.
+more than the other. A load at one point of a plate gives d = 0 where the plate is stiff, d = u v where it bends: every
+tile lies between the two. Where two sensors beside each other are swapped, u or v trades places with d, which then lies
+far from there, while the trade undone fits. That leaves two pairs, which mirror each other. Where two sensors across
+from each other are swapped, all fits, mirrored at a diagonal.
 
-What is mirrored is told by the way that feet roll: from the tile before towards the tile behind. So it takes walks over
-three tiles; on a tile of its own a pair of pairs is named, and an exchange across is not found.
+What is mirrored is told by the direction in which feet roll: from the tile before towards the tile behind. So it takes
+walks over three tiles; on a tile of its own two pairs are named, and a swap across is not found.
 """
 
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,69 +24,98 @@ from underfoot.kernels import kernel
 CONTACT_N, LOADED_N = 20.0, 100.0
 """A contact lasts while a tile carries the one; its shares are taken above the other."""
 CONTACTS, MISFIT, BETTER = 4, 0.15, 3.0
-"""From so many contacts on; the diagonals must be so far off, and the exchange undone so many times better."""
+"""From so many contacts on; the diagonals must be so far off, and the swap undone so many times better."""
 WALKS, RIGHT, WRONG = 6, 0.75, 0.4
-"""From so many steps between two other tiles on; the mean cosine between roll and way if right, and if not."""
+"""From so many steps between two other tiles on; the mean cosine between roll and direction if right, and if not."""
 APART_S = 1.5
 """Steps further apart are of different walks."""
 
-_EXCHANGES = ((0, 1), (2, 3), (1, 2), (0, 3), (0, 2), (1, 3))
-# Sums over a contact: its beginning, its newest time, time above the load, time times time, shares, time times shares;
-# and over all contacts: how many, time, and misfits and their squares, as it is, with x traded, and with y traded.
-_SINCE, _NEWEST, _W, _WT, _WTT, _S, _ST, _ON, _KNOWN = 0, 1, 2, 3, 4, 5, 9, 13, 14
-_COUNT, _TIME, _AS_IS, _TRADED_X, _TRADED_Y, _TILE = 14, 15, 16, 18, 20, 22
-_ROW, _BEGAN, _ENDED, _TREND, _CONTACT = 0, 1, 2, 3, 7
+_PAIRS = ((0, 1), (2, 3), (1, 2), (0, 3), (0, 2), (1, 3))
+_AS_IS, _TRADED_X, _TRADED_Y = 0, 1, 2
+_CONTACTS = 64  # that can end in one piece of a stream, before they are looked at
+
+_SUMS = np.dtype(
+    [
+        ("on", np.bool_),
+        ("began_s", np.float64),
+        ("newest_s", np.float64),
+        ("w", np.float64),
+        ("wt", np.float64),
+        ("wtt", np.float64),
+        ("share", np.float64, (4,)),
+        ("share_t", np.float64, (4,)),
+        ("contacts", np.int64),
+        ("time_s", np.float64),
+        ("misfit", np.float64, (3,)),
+        ("misfit_squared", np.float64, (3,)),
+    ],
+    align=True,
+)
+"""Sums of a tile. Over the present contact, of the time above the load: time (w), time times time since it began (wt),
+its square (wtt), and so of each sensor's share. Over all contacts: how many there were, the time, and misfits of the
+diagonals with their squares, as it is, with x traded, and with y traded."""
+
+_CONTACT = np.dtype([("tile", np.int64), ("began_s", np.float64), ("trend", np.float64, (4,))], align=True)
+"""A contact that is over; `trend` is how each sensor's share of the load changes in a second."""
 
 
 @dataclass(frozen=True)
 class _Contact:
     row: int
     began_s: float
-    ended_s: float
     trend: NDArray[np.float64]
-    """How each sensor's share of the load changes in a second."""
+
+
+class _State(NamedTuple):
+    """What is known of a floor's tiles."""
+
+    sums: NDArray[np.void]  # (tiles,)
+    corners: NDArray[np.float64]  # (tiles, 2, 4): on which side of the middle each sensor is, along x and y
+    ended: NDArray[np.void]  # contacts that ended in the stretch that was followed last
 
 
 class SensorOrder:
-    """Watches whether the sensors of `floor` stand where they are said to stand."""
+    """Watches whether the sensors of `floor` are where its layout says."""
 
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
         count = len(floor.tiles)
-        self._corners = np.array([_corners(tile.sensors_m) for tile in floor.tiles])
+        self._state = _State(
+            sums=np.zeros(count, _SUMS),
+            corners=np.array([_corners(tile.sensors_m) for tile in floor.tiles]),
+            ended=np.zeros(_CONTACTS, _CONTACT),
+        )
         self._centres = np.array([tile.centre_m for tile in floor.tiles])
-        self._sums = np.zeros((count, _TILE))
-        self._ended = np.zeros((64, _CONTACT))
         self._steps: deque[_Contact] = deque(maxlen=3)
-        self._cosines = np.zeros((count, 1 + len(_EXCHANGES)))
+        self._cosines = np.zeros((count, 1 + len(_PAIRS)))
         self._walks = np.zeros(count, np.int64)
-        self._told = np.zeros(count, np.bool_)
+        self._found = np.zeros(count, np.bool_)
 
-    def feed(self, rows: NDArray[np.int64], time_s: NDArray[np.float64], loads_n: NDArray[np.float64]) -> None:
+    def feed(self, tiles: NDArray[np.int64], time_s: NDArray[np.float64], load_n: NDArray[np.float64]) -> None:
         """The next samples: the tile's row (n,), its own time (n,), and what its sensors carry (n, 4)."""
         at = 0
         while True:
-            at, ended = _follow(rows, time_s, loads_n, at, self._sums, self._corners, self._ended)
-            for entry in self._ended[:ended]:
-                self._take(_Contact(int(entry[_ROW]), entry[_BEGAN], entry[_ENDED], entry[_TREND:].copy()))
-            if at == len(rows):
+            at, ended = _follow(tiles, time_s, load_n, at, self._state)
+            for entry in self._state.ended[:ended]:
+                self._take(_Contact(int(entry["tile"]), float(entry["began_s"]), entry["trend"].copy()))
+            if at == len(tiles):
                 break
 
-    def found(self) -> Iterator[tuple[int, str]]:
-        """Tiles whose sensors are exchanged, and which: each once."""
-        for row in np.flatnonzero(~self._told & (self._sums[:, _COUNT] >= CONTACTS)):
-            pairs = self._exchanged(int(row))
+    def take_found(self) -> Iterator[tuple[int, str]]:
+        """Tiles whose sensors are swapped, and which: each once."""
+        for row in np.flatnonzero(~self._found & (self._state.sums["contacts"] >= CONTACTS)):
+            pairs = self._swapped(int(row))
             if pairs:
-                self._told[row] = True
+                self._found[row] = True
                 names = " or ".join(f"{a + 1} and {b + 1}" for a, b in pairs)
                 yield int(row), f"sensors {names} are swapped"
 
-    def is_wrong(self, row: int) -> bool:
-        """Whether the sensors of a tile were found to be exchanged."""
-        return bool(self._told[row])
+    def is_swapped(self, row: int) -> bool:
+        """Whether sensors of a tile were found to be swapped."""
+        return bool(self._found[row])
 
     def _take(self, contact: _Contact) -> None:
-        """A contact that is over; the one before it lies between two others by now."""
+        """Take a contact that is over; the one before it lies between two others by now."""
         if self._steps and contact.row == self._steps[-1].row:
             self._steps.clear()
         self._steps.append(contact)
@@ -93,120 +123,136 @@ class SensorOrder:
             return
         before, middle, behind = self._steps
         near = middle.began_s - before.began_s <= APART_S and behind.began_s - middle.began_s <= APART_S
-        way = self._centres[behind.row] - self._centres[before.row]
-        if not near or np.hypot(*way) < 0.1:
+        direction = self._centres[behind.row] - self._centres[before.row]
+        if not near or np.hypot(*direction) < 0.1:
             return
         tile = self.floor.tiles[middle.row]
         cosines = []
-        for pair in (None, *_EXCHANGES):
+        for pair in (None, *_PAIRS):
             trend = middle.trend.copy()
             if pair:
                 trend[list(pair)] = trend[list(pair[::-1])]
             roll = trend @ np.array(tile.sensors_m) @ tile.axes
-            cosines.append(float(roll @ way) / max(float(np.hypot(*roll) * np.hypot(*way)), 1e-12))
+            cosines.append(float(roll @ direction) / max(float(np.hypot(*roll) * np.hypot(*direction)), 1e-12))
         self._cosines[middle.row] += cosines
         self._walks[middle.row] += 1
 
-    def _exchanged(self, row: int) -> list[tuple[int, int]]:
-        """The pairs of which one must be exchanged; none where all is well, or where it is open."""
-        corners = self._corners[row]
+    def _swapped(self, row: int) -> list[tuple[int, int]]:
+        """The pairs of which one must be swapped; none where all is well, or where that cannot be told."""
+        corners, sums = self._state.corners[row], self._state.sums[row]
         if not corners.any():
             return []
-        # Sensors of unlike gain are off by much the same all the time; what is exchanged wanders.
-        mean, square = (self._sums[row, _AS_IS:].reshape(3, 2) / self._sums[row, _TIME]).T
-        as_is, along, across = np.sqrt(np.maximum(square - mean * mean, 0.0))
+        # Sensors of unlike gain are off by much the same all the time; where two are swapped, misfits vary.
+        mean, square = sums["misfit"] / sums["time_s"], sums["misfit_squared"] / sums["time_s"]
+        as_is, traded_x, traded_y = np.sqrt(np.maximum(square - mean * mean, 0.0))
         walked = self._walks[row] >= WALKS
         cosines = self._cosines[row] / max(self._walks[row], 1)
-        kinds = [_kind(corners, pair) for pair in _EXCHANGES]
-        traded = ""
-        if as_is > MISFIT and as_is > BETTER * along and across > BETTER * along:
-            traded = "x"
-        elif as_is > MISFIT and as_is > BETTER * across and along > BETTER * across:
-            traded = "y"
+        axes = ""
+        if as_is > MISFIT and as_is > BETTER * traded_x and traded_y > BETTER * traded_x:
+            axes = "x"
+        elif as_is > MISFIT and as_is > BETTER * traded_y and traded_x > BETTER * traded_y:
+            axes = "y"
         elif not walked:
             return []
-        possible = [i for i, kind in enumerate(kinds) if kind == (traded or "xy")]
+        possible = [i for i, pair in enumerate(_PAIRS) if _axes_apart(corners, pair) == (axes or "xy")]
         if not walked:
-            return [_EXCHANGES[i] for i in possible]
+            return [_PAIRS[i] for i in possible]
         best = max(possible, key=lambda i: cosines[1 + i])
-        if traded:
-            clear = cosines[1 + best] > RIGHT
-            return [_EXCHANGES[best]] if clear else [_EXCHANGES[i] for i in possible]
-        return [_EXCHANGES[best]] if cosines[1 + best] > RIGHT and cosines[0] < WRONG else []
+        if axes:
+            return [_PAIRS[best]] if cosines[1 + best] > RIGHT else [_PAIRS[i] for i in possible]
+        return [_PAIRS[best]] if cosines[1 + best] > RIGHT and cosines[0] < WRONG else []
 
 
 def _corners(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
-    """On which side of the middle each sensor lies, along x and y: (2, 4); zeros where they do not stand in corners."""
+    """On which side of the middle each sensor is, along x and y: (2, 4); zeros where they are not in corners."""
     places = np.array(sensors_m).T
     sides = np.sign(places - places.mean(axis=1, keepdims=True))
     return sides if len({*map(tuple, sides.T)} - {(0.0, 0.0)}) == 4 and sides.all() else np.zeros((2, 4))
 
 
-def _kind(corners: NDArray[np.float64], pair: tuple[int, int]) -> str:
+def _axes_apart(corners: NDArray[np.float64], pair: tuple[int, int]) -> str:
     """Along which axes two sensors lie apart: "x", "y" or "xy"."""
     apart = corners[:, pair[0]] != corners[:, pair[1]]
     return ("x" if apart[0] else "") + ("y" if apart[1] else "")
 
 
 @kernel
-def _follow(rows, time_s, loads_n, at, tiles, corners, ended):
-    """Follow samples from number `at` on: how many were followed in all, and how many contacts ended meanwhile."""
-    count = 0
-    while at < len(rows) and count < len(ended):
-        k = rows[at]
-        sums, now = tiles[k], time_s[at]
-        load = 0.0
+def _follow(
+    tiles: NDArray[np.int64], time_s: NDArray[np.float64], load_n: NDArray[np.float64], first: int, state: _State
+) -> tuple[int, int]:
+    """Follow samples from number `first` on; returns how many were followed in all, and how many contacts ended."""
+    at, count = first, 0
+    while at < len(tiles) and count < len(state.ended):
+        k, now_s = tiles[at], time_s[at]
+        sums = state.sums[k]
+        total_n = 0.0
         for j in range(4):
-            load += loads_n[at, j]
-        if load >= CONTACT_N:
-            if sums[_ON] == 0.0:
-                sums[:_KNOWN] = 0.0
-                sums[_SINCE] = sums[_NEWEST] = now
-                sums[_ON] = 1.0
-            step = now - sums[_NEWEST]
-            sums[_NEWEST] = now
-            if load >= LOADED_N and 0.0 < step < 0.04:
-                _add(sums, corners[k], loads_n[at], load, now - sums[_SINCE], step)
-        elif sums[_ON] == 1.0:
-            sums[_ON] = 0.0
-            spread = sums[_W] * sums[_WTT] - sums[_WT] * sums[_WT]
-            if sums[_W] > 0.1 and spread > 0.0:
-                sums[_COUNT] += 1.0
-                entry = ended[count]
-                entry[_ROW], entry[_BEGAN], entry[_ENDED] = k, sums[_SINCE], sums[_NEWEST]
+            total_n += load_n[at, j]
+        if total_n >= CONTACT_N:
+            if not sums.on:
+                _begin(sums, now_s)
+            step_s = now_s - sums.newest_s
+            sums.newest_s = now_s
+            if total_n >= LOADED_N and 0.0 < step_s < 0.04:
+                _add(sums, state.corners[k], load_n[at], total_n, now_s - sums.began_s, step_s)
+        elif sums.on:
+            sums.on = False
+            spread = sums.w * sums.wtt - sums.wt * sums.wt
+            if sums.w > 0.1 and spread > 0.0:
+                sums.contacts += 1
+                entry = state.ended[count]
+                entry.tile, entry.began_s = k, sums.began_s
                 for j in range(4):
-                    entry[_TREND + j] = (sums[_W] * sums[_ST + j] - sums[_WT] * sums[_S + j]) / spread
+                    entry.trend[j] = (sums.w * sums.share_t[j] - sums.wt * sums.share[j]) / spread
                 count += 1
         at += 1
     return at, count
 
 
 @kernel
-def _add(sums, corners, loads_n, load, time_s, step):
-    u, v, d = 0.0, 0.0, 0.0
-    sums[_W] += step
-    sums[_WT] += step * time_s
-    sums[_WTT] += step * time_s * time_s
+def _begin(sums: np.record, now_s: float) -> None:
+    """Begin a contact."""
+    sums.on = True
+    sums.began_s = sums.newest_s = now_s
+    sums.w = sums.wt = sums.wtt = 0.0
     for j in range(4):
-        share = loads_n[j] / load
+        sums.share[j] = sums.share_t[j] = 0.0
+
+
+@kernel
+def _add(
+    sums: np.record,
+    corners: NDArray[np.float64],
+    load_n: NDArray[np.float64],
+    total_n: float,
+    time_s: float,
+    step_s: float,
+) -> None:
+    """Add a sample of a contact, `time_s` after it began, to the sums."""
+    u, v, d = 0.0, 0.0, 0.0
+    sums.w += step_s
+    sums.wt += step_s * time_s
+    sums.wtt += step_s * time_s * time_s
+    for j in range(4):
+        share = load_n[j] / total_n
         u += corners[0, j] * share
         v += corners[1, j] * share
         d += corners[0, j] * corners[1, j] * share
-        sums[_S + j] += step * share
-        sums[_ST + j] += step * time_s * share
-    sums[_TIME] += step
-    _note(sums, _AS_IS, _beyond(d, u * v), step)
-    _note(sums, _TRADED_X, _beyond(u, d * v), step)
-    _note(sums, _TRADED_Y, _beyond(v, d * u), step)
+        sums.share[j] += step_s * share
+        sums.share_t[j] += step_s * time_s * share
+    sums.time_s += step_s
+    _add_misfit(sums, _AS_IS, _beyond(d, u * v), step_s)
+    _add_misfit(sums, _TRADED_X, _beyond(u, d * v), step_s)
+    _add_misfit(sums, _TRADED_Y, _beyond(v, d * u), step_s)
 
 
 @kernel
-def _note(sums, kind, misfit, step):
-    sums[kind] += step * misfit
-    sums[kind + 1] += step * misfit * misfit
+def _add_misfit(sums: np.record, kind: int, misfit: float, step_s: float) -> None:
+    sums.misfit[kind] += step_s * misfit
+    sums.misfit_squared[kind] += step_s * misfit * misfit
 
 
 @kernel
-def _beyond(value, end):
-    """How far a value is from the stretch between 0 and `end`."""
+def _beyond(value: float, end: float) -> float:
+    """How far a value is from the range between 0 and `end`."""
     return value - min(max(value, min(end, 0.0)), max(end, 0.0))

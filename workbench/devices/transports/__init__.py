@@ -1,1 +1,62 @@
-"""How bytes come from a device: one file a transport, and the thread that reads any of them."""
+"""How tiles are reached. Each transport is one file; `TRANSPORTS` finds them all."""
+
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Mapping
+
+from underfoot.devices.transport import Sender, Transport
+from underfoot.errors import BadValue
+
+
+def discover() -> dict[str, type[Transport]]:
+    """Every transport that the modules of this folder declare, by its scheme.
+
+    >>> "udp" in discover()
+    True
+    """
+    found: dict[str, type[Transport]] = {}
+    for module in pkgutil.iter_modules(__path__):
+        for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
+            if isinstance(value, type) and issubclass(value, Transport) and not inspect.isabstract(value):
+                _require_declared(value, Transport)
+                _require_declared(value.sender, Sender)
+                found[value.scheme] = value
+    return found
+
+
+def _require_declared(found: type, base: type) -> None:
+    missing = [name for name in inspect.get_annotations(base) if name != "name" and not hasattr(found, name)]
+    if missing:
+        raise TypeError(f"{found.__qualname__} does not declare {', '.join(missing)}")
+
+
+TRANSPORTS: Mapping[str, type[Transport]] = discover()
+"""Every transport by its scheme, which is also the kind of its targets."""
+
+
+def target_forms(described: bool = False) -> str:
+    """How a target of each transport is written, `described` with what it is.
+
+    >>> "udp:HOST:PORT" in target_forms().split(", ")
+    True
+    """
+    forms = [(f"{scheme}:{found.address_form}", found.help) for scheme, found in TRANSPORTS.items()]
+    return ", ".join(f"{form} ({help})" if described else form for form, help in forms)
+
+
+def split_target(text: str) -> tuple[str, str] | None:
+    """Scheme and address of a target, as commands name it; None for a target that is reached by no transport.
+
+    >>> split_target("udp:127.0.0.1:9000"), split_target("walk.csv")
+    (('udp', '127.0.0.1:9000'), None)
+    """
+    scheme, colon, address = text.partition(":")
+    return (scheme, address) if colon and scheme in TRANSPORTS else None
+
+
+def transport_of(scheme: str, address: str) -> Transport:
+    """The transport of a scheme and an address, not open yet; `BadValue` where there is none."""
+    if scheme not in TRANSPORTS:
+        raise BadValue(f"transport is {scheme!r}; allowed: {', '.join(TRANSPORTS)}")
+    return TRANSPORTS[scheme].of(address)

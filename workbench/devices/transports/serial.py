@@ -1,45 +1,139 @@
 """A serial port, through pyserial: USB, a real UART, or a pseudo-terminal."""
 
+import os
+import select
+from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
 
-import serial
-
+from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport
 from underfoot.errors import BadValue, DeviceError, require
+
+if TYPE_CHECKING:
+    from serial import Serial
 
 BAUD = 1_000_000
 """Exact on the usual microcontrollers, and four times what a tile at 1 kHz needs; boards with USB of their own do not
 care."""
-_WAIT_S = 0.1
+_PATIENCE_S = 0.05
 
 
-class SerialPort:
+class PtySender(Sender):
+    """A pseudo-terminal under a name that stays, as a real port's does when it is plugged in again."""
+
+    option, option_value = "pty", ""
+    help = "On a pseudo-terminal; its name is printed."
+    powers_tiles = True
+
+    def __init__(self) -> None:
+        try:
+            import tty
+        except ImportError:
+            raise DeviceError("there are no pseudo-terminals on this system; use another transport") from None
+        import tempfile
+
+        self._set_raw = tty.setraw
+        self._folder = tempfile.TemporaryDirectory(prefix="underfoot-")
+        self.name = str(Path(self._folder.name) / "tile")
+        self._ends: tuple[int, int] | None = None
+        self._flows = True
+        self.plug()
+
+    @classmethod
+    def of(cls, value: str) -> Self:
+        """A new pseudo-terminal; there is nothing to choose."""
+        return cls()
+
+    def send(self, data: bytes, ends: Sequence[int]) -> bool:
+        """Wait a moment for a reader that is behind; where none reads, the data is lost, as on a wire."""
+        if self._ends is None:
+            return False
+        rest = memoryview(data)
+        while rest:
+            try:
+                rest = rest[os.write(self._ends[0], rest) :]
+            except BlockingIOError:
+                if not (self._flows and select.select([], [self._ends[0]], [], _PATIENCE_S)[1]):
+                    self._flows = False
+                    return False
+            except OSError:
+                return False
+        self._flows = True
+        return True
+
+    def unplug(self) -> None:
+        """Take the port away, name and all."""
+        if self._ends is not None:
+            Path(self.name).unlink()
+            for end in self._ends:
+                os.close(end)
+            self._ends = None
+
+    def plug(self) -> None:
+        """Open a new pseudo-terminal under the same name."""
+        self.unplug()
+        try:
+            self._ends = os.openpty()
+        except OSError as error:
+            raise DeviceError(f"no pseudo-terminal: {error}") from None
+        self._set_raw(self._ends[1])
+        os.set_blocking(self._ends[0], False)
+        os.symlink(os.ttyname(self._ends[1]), self.name)
+
+    def close(self) -> None:
+        """Take the port away for good."""
+        self.unplug()
+        self._folder.cleanup()
+
+
+class SerialTransport(Transport):
     """The port at `path`, opened by nobody else.
 
-    >>> SerialPort.named("/dev/ttyUSB0@115200").baud
+    >>> SerialTransport.of("/dev/ttyUSB0@115200").baud
     115200
     """
+
+    scheme, address_form = "serial", "PORT[@BAUD]"
+    help = "a serial port"
+    label = "Serial port"
+    title = "Tiles on a serial port"
+    dialog_help = (
+        "A port, or PORT@BAUD for another rate than 1,000,000 baud. `underfoot emulate --pty` names one to try."
+    )
+    sender = PtySender
 
     def __init__(self, path: str, baud: int = BAUD) -> None:
         require(bool(path), "port", path, "a port's name, as /dev/ttyACM0 or COM3")
         require(50 <= baud <= 20_000_000, "baud", baud, "50 to 20000000")
+        import serial  # here, for commands that need no port; and not in `open`, where a session is running already
+
+        self._pyserial = serial
         self.path, self.baud = path, baud
         self.name = f"serial:{path}"
-        self._serial: serial.Serial | None = None
+        self._serial: Serial | None = None
 
-    @staticmethod
-    def named(text: str) -> "SerialPort":
+    @classmethod
+    def of(cls, address: str) -> Self:
         """The port of `PORT` or `PORT@BAUD`."""
-        path, at, baud = text.rpartition("@")
+        path, at, baud = address.rpartition("@")
         if not at:
-            return SerialPort(text)
+            return cls(address)
         if not baud.isdecimal():
-            raise BadValue(f"port is {text!r}; allowed: PORT or PORT@BAUD, as /dev/ttyUSB0@115200")
-        return SerialPort(path, int(baud))
+            raise BadValue(f"port is {address!r}; allowed: PORT or PORT@BAUD, as /dev/ttyUSB0@115200")
+        return cls(path, int(baud))
+
+    @classmethod
+    def suggestions(cls) -> list[str]:
+        """The ports of this machine."""
+        from serial.tools.list_ports import comports
+
+        return [port.device for port in comports()]
 
     def open(self) -> None:
         """Open it and drop what lies in its buffer, which is of before; `DeviceError` where it is not there."""
         try:
-            self._serial = serial.Serial(self.path, self.baud, timeout=_WAIT_S, exclusive=True)
+            self._serial = self._pyserial.Serial(self.path, self.baud, timeout=READ_TIMEOUT_S, exclusive=True)
             with suppress(OSError, ValueError, AttributeError, NotImplementedError):
                 self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips; others refuse
             self._serial.reset_input_buffer()
@@ -58,7 +152,7 @@ class SerialPort:
             raise DeviceError(f"{self.name} went away: {_reason(error)}") from None
 
     def close(self) -> None:
-        """Let go of it."""
+        """Let others open it."""
         if self._serial is not None:
             with suppress(OSError):
                 self._serial.close()

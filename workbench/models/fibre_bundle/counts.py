@@ -16,32 +16,31 @@ import numpy as np
 from underfoot.kernels import kernel
 from underfoot.models.signals.random import uniform
 
-#: Rejection needs a mean of at least 10 to be valid.
 _SMALL_MEAN = 10.0
+"""Below it, counts are drawn by waiting times: transformed rejection needs a mean of at least 10."""
+_HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
 
 
 @kernel
-def binomial(key, counter, trials, chance):
-    """How many of `trials` (a whole float64) succeed, each with `chance` (0 to 1).
+def binomial(key: np.uint64, counter: int, trials: float, probability: float) -> float:
+    """How many of `trials` (a whole float64) succeed, each with `probability` (0 to 1).
 
-    >>> import numpy as np
     >>> binomial(np.uint64(1), 0, 5.0, 1.0), binomial(np.uint64(1), 0, 5.0, 0.0)
     (5.0, 0.0)
     """
-    if not (trials >= 1.0 and chance > 0.0):
+    if not (trials >= 1.0 and probability > 0.0):
         return 0.0
-    if chance >= 1.0:
+    if probability >= 1.0:
         return trials
-    if chance > 0.5:
-        return trials - _binomial_up_to_half(key, counter, trials, 1.0 - chance)
-    return _binomial_up_to_half(key, counter, trials, chance)
+    if probability > 0.5:
+        return trials - _binomial_up_to_half(key, counter, trials, 1.0 - probability)
+    return _binomial_up_to_half(key, counter, trials, probability)
 
 
 @kernel
-def poisson(key, counter, mean):
-    """A count with the Poisson law of `mean` (0 to 1e15).
+def poisson(key: np.uint64, counter: int, mean: float) -> float:
+    """A count with the Poisson distribution of `mean` (0 to 1e15).
 
-    >>> import numpy as np
     >>> poisson(np.uint64(1), 0, 0.0)
     0.0
     """
@@ -69,34 +68,31 @@ def poisson(key, counter, mean):
             return count
         if count < 0.0 or (edge < 0.013 and level > edge):
             continue
-        # log of the law at `count`, by Stirling's series around the mean: no large terms that cancel
-        law = count - mean - (count + 0.5) * math.log1p((count + 1.0 - mean) / mean) + 1.0
-        law -= 0.5 * math.log(mean) + _HALF_LOG_2_PI + _stirling_rest(count)
-        if math.log(level * height / (skew / (edge * edge) + spread)) <= law:
+        # By Stirling's series around the mean: no large terms that cancel.
+        log_probability = count - mean - (count + 0.5) * math.log1p((count + 1.0 - mean) / mean) + 1.0
+        log_probability -= 0.5 * math.log(mean) + _HALF_LOG_2_PI + _stirling_remainder(count)
+        if math.log(level * height / (skew / (edge * edge) + spread)) <= log_probability:
             return count
 
 
-_HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
-
-
 @kernel
-def _binomial_up_to_half(key, counter, trials, chance):
-    if trials * chance < _SMALL_MEAN:
-        per_log = 1.0 / math.log1p(-chance)
+def _binomial_up_to_half(key: np.uint64, counter: int, trials: float, probability: float) -> float:
+    if trials * probability < _SMALL_MEAN:
+        per_log = 1.0 / math.log1p(-probability)
         count, passed = -1.0, 0.0
         while passed <= trials:
             passed += np.floor(math.log(uniform(key, counter)) * per_log) + 1.0
             counter += 1
             count += 1.0
         return count
-    deviation = math.sqrt(trials * chance * (1.0 - chance))
+    deviation = math.sqrt(trials * probability * (1.0 - probability))
     spread = 1.15 + 2.53 * deviation
-    skew = -0.0873 + 0.0248 * spread + 0.01 * chance
-    centre = trials * chance + 0.5
+    skew = -0.0873 + 0.0248 * spread + 0.01 * probability
+    centre = trials * probability + 0.5
     squeeze = 0.92 - 4.2 / spread
     height = (2.83 + 5.1 / spread) * deviation
-    odds = chance / (1.0 - chance)
-    mode = np.floor((trials + 1.0) * chance)
+    odds = probability / (1.0 - probability)
+    mode = np.floor((trials + 1.0) * probability)
     while True:
         place = uniform(key, counter) - 0.5
         level = uniform(key, counter + 1)
@@ -107,17 +103,17 @@ def _binomial_up_to_half(key, counter, trials, chance):
             return count
         if count < 0.0 or count > trials:
             continue
-        law = (mode + 0.5) * math.log((mode + 1.0) / (odds * (trials - mode + 1.0)))
-        law += (trials + 1.0) * math.log1p((count - mode) / (trials - count + 1.0))
-        law += (count + 0.5) * math.log(odds * (trials - count + 1.0) / (count + 1.0))
-        law += _stirling_rest(mode) + _stirling_rest(trials - mode)
-        law -= _stirling_rest(count) + _stirling_rest(trials - count)
-        if math.log(level * height / (skew / (edge * edge) + spread)) <= law:
+        log_probability = (mode + 0.5) * math.log((mode + 1.0) / (odds * (trials - mode + 1.0)))
+        log_probability += (trials + 1.0) * math.log1p((count - mode) / (trials - count + 1.0))
+        log_probability += (count + 0.5) * math.log(odds * (trials - count + 1.0) / (count + 1.0))
+        log_probability += _stirling_remainder(mode) + _stirling_remainder(trials - mode)
+        log_probability -= _stirling_remainder(count) + _stirling_remainder(trials - count)
+        if math.log(level * height / (skew / (edge * edge) + spread)) <= log_probability:
             return count
 
 
 @kernel
-def _stirling_rest(n):
+def _stirling_remainder(n: float) -> float:
     """ln n! less Stirling's formula (n + 1/2) ln(n + 1) - (n + 1) + ln(2 pi) / 2."""
     if n < 10.0:
         return math.lgamma(n + 1.0) - (n + 0.5) * math.log(n + 1.0) + n + 1.0 - _HALF_LOG_2_PI

@@ -1,179 +1,177 @@
-"""The damage of one bundle: the law of its thresholds, what fails when the strain passes them, what stiffness is left.
+"""The damage of one bundle: how its thresholds are distributed, what fails at a strain, what stiffness is left.
 
 Thresholds are handled in the hazard y = -ln(1 - P(x)), in which the least of n thresholds lies Exp/n above the
-last (errata 7.15). When the strain has passed it within a frame, all that fail with it are drawn at once, `1 +
+last (7.15 corrected). When the strain has passed it within a frame, all that fail with it are drawn at once, `1 +
 Binomial(n - 1, 1 - exp(y - y_x))`: exact, at a cost that does not grow with their number. With mean damage the
-failures are a Poisson process of intensity N p(x) dx instead (errata 7.10).
+failures are a Poisson process of intensity N p(x) dx instead (7.10, see
+docs/models.md#fibre-bundles).
 """
 
 import math
+from typing import Any
+
+import numpy as np
 
 from underfoot.kernels import kernel
+from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import frame_step, resolved
 from underfoot.models.fibre_bundle.counts import binomial, poisson
 from underfoot.models.signals.random import exponential
 
-#: Models of damage: the position of each is its code.
 MODELS = ("exact", "mean", "inverse", "inverse_mean")
+"""Models of damage: the position of each is its code."""
 EXACT, MEAN, INVERSE, INVERSE_MEAN = range(4)
 
-#: Laws of the thresholds: the position of each is its code.
 THRESHOLDS = ("weibull", "uniform")
+"""Distributions of the thresholds: the position of each is its code."""
 WEIBULL, UNIFORM = range(2)
 
-# The tuning. KAPPA, GAMMA, CREEP and GAIN are k_F, b_F, b_R and 1 over the mass, with time in frames.
-MODEL, LAW, FIBRES, POOL, SHAPE, PER_SHAPE, SCALE, STIFFNESS, KAPPA, GAMMA, CREEP, GAIN = range(12)
-MAXIMUM, STIFFENING, COMPOUND, PRESSURE, LIMIT, RENEWAL, STRENGTH, EXPONENT, HELD = range(12, 21)
-TUNING_SIZE = 21
+PARAMETERS = Layout(
+    "bundle_parameters",
+    *("thresholds", "fibres", "shape", "scale", "stiffness", "mass", "damping", "creep"),
+    *("restructurings", "stiffening", "renewal", "loudness", "softness"),
+)
+"""What `design` reads: the code of the thresholds' distribution, N, k, lambda, then k_F, m, b_F and b_R of (7.1), per
+fibre; n_max and alpha of an inverse bundle; seconds without load to fresh ground; and an event's strength, `loudness`
+(E / E1)^`softness` with E1 = k_F lambda^2 / 2: the exponent 1/2 gives an impact's velocity, 1 its energy."""
 
-#: No bundle gets stiffer than this times its first stiffness.
+COEFFICIENTS = Layout(
+    "bundle_coefficients",
+    *("model", "thresholds", "fibres", "pool", "shape", "per_shape", "scale", "stiffness"),
+    *("kappa", "gamma", "creep", "gain", "restructurings", "stiffening", "compound"),
+    *("pressure", "limit", "renewal", "loudness", "softness", "holds"),
+)
+"""kappa, gamma, creep and gain are k_F, b_F, b_R and 1 over the mass, with time in frames; `pool` is the number of
+thresholds; where it `holds`, a wholly broken bundle keeps its strain."""
+
 _STIFFEST = 1e6
+"""No bundle gets stiffer than this times its first stiffness."""
 
-#: Draws that one frame may use: the counter of a draw is its frame times this, plus its number.
 DRAWS = 64
+"""Draws that one frame may use: the counter of a draw is its frame times this, plus its number."""
 _FIRST, _FOLLOWING, _BATCH = range(3)
 
 
 @kernel
-def tune(t, rate_hz, model, law, fibres, shape, scale, stiffness, mass, damping, creep):
-    """Fill the tuning `t` [21] of a bundle; `tune_inverse` and `tune_contact` follow.
+def design(parameters: Memory, model: float, pressure: float, rate: float, coefficients: Memory) -> None:
+    """The coefficients of a bundle of `parameters` (their names are those of `PARAMETERS`) whose `model` has this code.
 
-    `model` and `law` are codes, `fibres` a count, `shape` k and `scale` lambda the thresholds' law (7.13), the
-    rest k_F, m, b_F and b_R of (7.1), per fibre. A mass or damping so small that no frame could show it is raised
-    to what settles within a frame. May be called at any time: a change acts from the next call of the bundle's
-    `run` on.
+    `pressure` is the stress of (7.1) for one unit of load. A mass or damping so small that no frame could show it is
+    raised to what settles within a frame. `compound` and `holds` are off. A change acts from the next `run` on.
     """
-    frame_s = 1.0 / rate_hz
-    mass, damping = resolved(frame_s, stiffness, damping, creep, mass)
-    t[MODEL] = model
-    t[LAW] = law
-    t[FIBRES] = fibres
-    t[POOL] = fibres
-    t[SHAPE] = shape
-    t[PER_SHAPE] = 1.0 / shape
-    t[SCALE] = scale
-    t[STIFFNESS] = stiffness
-    t[KAPPA] = stiffness * frame_s * frame_s / mass
-    t[GAMMA] = damping * frame_s / mass
-    t[CREEP] = creep * frame_s / mass
-    t[GAIN] = frame_s * frame_s / mass
+    frame_s = 1.0 / rate
+    stiffness, scale, fibres = parameters.stiffness, parameters.scale, parameters.fibres
+    mass, damping = resolved(frame_s, stiffness, parameters.damping, parameters.creep, parameters.mass)
+    c = coefficients
+    c.model, c.thresholds = model, parameters.thresholds
+    c.fibres = c.pool = fibres
+    c.shape, c.per_shape = parameters.shape, 1.0 / parameters.shape
+    c.scale, c.stiffness = scale, stiffness
+    c.kappa = stiffness * frame_s * frame_s / mass
+    c.gamma = damping * frame_s / mass
+    c.creep = parameters.creep * frame_s / mass
+    c.gain = frame_s * frame_s / mass
+    c.restructurings, c.stiffening, c.compound = parameters.restructurings, parameters.stiffening, 0.0
+    if model >= INVERSE:
+        c.pool = fibres * parameters.restructurings
+    c.pressure = pressure / fibres
+    c.limit = 1e9 * stiffness * scale
+    c.renewal = parameters.renewal * rate
+    c.loudness = parameters.loudness * (0.5 * stiffness * scale**2) ** -parameters.softness
+    c.softness = parameters.softness
+    c.holds = 0.0
 
 
 @kernel
-def tune_inverse(t, restructurings, stiffening, compound):
-    """After `tune`: how often a chain restructures, by what share it stiffens, and whether that compounds (7.18)."""
-    t[MAXIMUM] = restructurings
-    t[STIFFENING] = stiffening
-    t[COMPOUND] = compound
-    if t[MODEL] >= INVERSE:
-        t[POOL] = t[FIBRES] * restructurings
+def critical_load(thresholds: float, fibres: float, shape: float, scale: float, stiffness: float) -> float:
+    """The quasi-static load at which a bundle breaks: N k_F lambda k^(-1/k) exp(-1/k); uniform, N k_F lambda / 4."""
+    if thresholds == UNIFORM:
+        return 0.25 * fibres * stiffness * scale
+    return fibres * stiffness * scale * shape ** (-1.0 / shape) * math.exp(-1.0 / shape)
 
 
 @kernel
-def tune_contact(t, rate_hz, pressure, renewal_s, strength, exponent, held):
-    """After `tune`: how the bundle meets its load and its listeners.
-
-    `pressure` is the stress of (7.1) for one unit of load; `renewal_s` the time without load to fresh ground. An
-    event's strength is `strength` (E / E1)^`exponent`, with E1 = k_F lambda^2 / 2; the exponent 1/2 gives an
-    impact's velocity, 1 its energy. With `held` the strain of a wholly broken bundle is kept; without, (7.1) lets
-    it fall.
-    """
-    t[PRESSURE] = pressure / t[FIBRES]
-    t[LIMIT] = 1e9 * t[STIFFNESS] * t[SCALE]
-    t[RENEWAL] = renewal_s * rate_hz
-    t[STRENGTH] = strength * (0.5 * t[STIFFNESS] * t[SCALE] ** 2) ** -exponent
-    t[EXPONENT] = exponent
-    t[HELD] = held
-
-
-@kernel
-def hazard(t, x):
-    """-ln(1 - P(x)) of the strain `x`: infinite from the largest uniform threshold on."""
-    ratio = x / t[SCALE]
+def hazard(c: Memory, strain: float) -> float:
+    """-ln(1 - P(x)) of a strain: infinite from the largest uniform threshold on."""
+    ratio = strain / c.scale
     if ratio <= 0.0:
         return 0.0
-    if t[LAW] == WEIBULL:
-        return _power(ratio, t[SHAPE])
+    if c.thresholds == WEIBULL:
+        return _power(ratio, c.shape)
     return -math.log1p(-ratio) if ratio < 1.0 else math.inf
 
 
 @kernel
-def threshold_strain(t, y):
+def threshold_strain(c: Memory, y: float) -> float:
     """The strain whose hazard is `y`; infinite where no threshold is left."""
     if y == math.inf:
         return math.inf
-    if t[LAW] == WEIBULL:
-        return t[SCALE] * y ** t[PER_SHAPE]
-    return -t[SCALE] * math.expm1(-y)
+    if c.thresholds == WEIBULL:
+        return c.scale * y**c.per_shape
+    return -c.scale * math.expm1(-y)
 
 
 @kernel
-def first_hazard(t, key, counter, x):
-    """The hazard of a fresh bundle's least threshold; none lies below the strain `x` in which the ground formed."""
-    return hazard(t, x) + exponential(key, counter + _FIRST) / t[POOL]
+def first_hazard(c: Memory, key: np.uint64, counter: int, strain: float) -> float:
+    """The hazard of a fresh bundle's least threshold; none lies below the strain in which the ground formed."""
+    return hazard(c, strain) + exponential(key, counter + _FIRST) / c.pool
 
 
 @kernel
-def fail(t, key, counter, y, x, failed):
-    """How many fail when the strain `x` has passed the threshold of hazard `y`, and the hazard of the one after."""
-    passed = hazard(t, x)
+def fail(c: Memory, key: np.uint64, counter: int, y: float, strain: float, failed: float) -> tuple[float, float]:
+    """How many fail when the strain has passed the threshold of hazard `y`, and the hazard of the one after."""
+    passed = hazard(c, strain)
     wait = exponential(key, counter + _FOLLOWING)
-    if t[MODEL] == EXACT or t[MODEL] == INVERSE:
-        others = t[POOL] - failed - 1.0
+    if c.model == EXACT or c.model == INVERSE:
+        others = c.pool - failed - 1.0
         count = binomial(key, counter + _BATCH, others, -math.expm1(y - passed))
         others -= count
         return 1.0 + count, (passed + wait / others if others > 0.0 else math.inf)
     left = math.exp(-passed)
-    count = poisson(key, counter + _BATCH, t[POOL] * (math.exp(-y) - left))
-    left -= wait / t[POOL]
+    count = poisson(key, counter + _BATCH, c.pool * (math.exp(-y) - left))
+    left -= wait / c.pool
     return 1.0 + count, (-math.log(left) if left > 0.0 else math.inf)
 
 
 @kernel
-def stiffness_left(t, failed, peak):
+def stiffness_left(c: Memory, failed: float, peak: float) -> float:
     """A / N after `failed` failures or, with mean damage, after the strain `peak`; 0 once the bundle is broken."""
-    model = t[MODEL]
+    model = c.model
     if model == EXACT:
-        return 1.0 - failed / t[FIBRES]
+        return 1.0 - failed / c.fibres
     if model == MEAN:
-        left = math.exp(-hazard(t, peak))
-        return 0.0 if t[HELD] != 0.0 and left * t[FIBRES] < 0.5 else left
-    share = failed / t[POOL] if model == INVERSE else -math.expm1(-hazard(t, peak))
-    if t[COMPOUND] != 0.0:
-        return min((1.0 + t[STIFFENING] * share) ** t[MAXIMUM], _STIFFEST)
-    return 1.0 + t[STIFFENING] * t[MAXIMUM] * share
+        left = math.exp(-hazard(c, peak))
+        return 0.0 if c.holds != 0.0 and left * c.fibres < 0.5 else left
+    share = failed / c.pool if model == INVERSE else -math.expm1(-hazard(c, peak))
+    if c.compound != 0.0:
+        return min((1.0 + c.stiffening * share) ** c.restructurings, _STIFFEST)
+    return 1.0 + c.stiffening * c.restructurings * share
 
 
 @kernel
-def bundle_step(t, left):
+def bundle_step(c: Memory, left: float) -> Any:
     """The coefficients of one frame's motion (`frame_step`) for the stiffness `left`."""
-    if left <= 0.0 and t[HELD] != 0.0:
+    if left <= 0.0 and c.holds != 0.0:
         return 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    return frame_step(left * t[KAPPA], left * t[GAMMA] + t[CREEP], t[GAIN])
+    return frame_step(left * c.kappa, left * c.gamma + c.creep, c.gain)
 
 
 @kernel
-def energy_released(t, failed, x):
-    """k_F x^2 / 2 for each failure at the strain `x` (errata, chapter 7)."""
-    return failed * 0.5 * t[STIFFNESS] * x * x
+def energy_released(c: Memory, failed: float, strain: float) -> float:
+    """k_F x^2 / 2 for each failure at a strain."""
+    return failed * 0.5 * c.stiffness * strain * strain
 
 
 @kernel
-def event_strength(t, energy):
-    """The strength that an event of `energy` has, as `tune_contact` says."""
-    if t[EXPONENT] == 0.5:
-        return t[STRENGTH] * math.sqrt(energy)
-    return t[STRENGTH] * energy ** t[EXPONENT]
+def event_strength(c: Memory, energy: float) -> float:
+    """The strength that an event of `energy` has."""
+    if c.softness == 0.5:
+        return c.loudness * math.sqrt(energy)
+    return c.loudness * energy**c.softness
 
 
 @kernel
-def crossing(start, end, level):
-    """Where, as a share of a frame below 1, a strain that goes from `start` to `end` passes `level`."""
-    return min(max((level - start) / (end - start), 0.0), 0.999)
-
-
-@kernel
-def _power(base, exponent):
+def _power(base: float, exponent: float) -> float:
     """`base ** exponent`; for small whole exponents by products, which take a tenth of the time."""
     whole = int(exponent)
     if whole != exponent or whole > 16:

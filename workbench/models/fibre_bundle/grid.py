@@ -13,43 +13,69 @@ moves linearly in between, one such span late.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of, whole
+from underfoot.clock import SPAN
 from underfoot.errors import require
-from underfoot.kernels import kernel
-from underfoot.models.driven_oscillator import frame_step
-from underfoot.models.fibre_bundle.bundle import require_bundle, require_inverse
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Layout, Memory
+from underfoot.models.driven_oscillator import crossing, frame_step
+from underfoot.models.fibre_bundle import damage
+from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.fibre_bundle.damage import (
-    CREEP,
     DRAWS,
-    GAIN,
-    GAMMA,
-    KAPPA,
-    LIMIT,
-    PRESSURE,
-    RENEWAL,
-    TUNING_SIZE,
-    crossing,
     energy_released,
     event_strength,
     fail,
     first_hazard,
     stiffness_left,
     threshold_strain,
-    tune,
-    tune_contact,
-    tune_inverse,
 )
+from underfoot.models.signals.events import append, event_list
 from underfoot.models.signals.random import stream_key
 
-#: Frames between two prints.
-SPAN = 32
-
-#: Models of damage that a grid can have.
 GRID_MODELS = ("exact", "inverse")
+"""Models of damage that a grid can have."""
+
+PARAMETERS = Layout("grid_parameters", "columns", "rows", "width", "depth", "reach", "coupling", "rubble")
+"""What `design` reads: how many cells along x and y; the tile's sides and the deviation of the print, in metres; and
+what ties the cells, and stays of a broken one, as shares of k_F."""
+
+COEFFICIENTS = Layout(
+    "grid_coefficients",
+    *("columns", "rows", "width", "depth", "sharpness", "coupling", "rubble"),
+    bundle=damage.COEFFICIENTS,
+)
+
+STATE = Layout(
+    "grid",
+    *("worn", "load"),
+    strain=("cells",),
+    speed=("cells",),
+    failed=("cells",),
+    next_hazard=("cells",),
+    share=("cells",),
+    next_share=("cells",),
+    breaking=("cells",),
+    former=("cells",),
+    kick=("cells",),
+    step=(8, "cells"),
+)
+"""Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load. The arrays
+from `breaking` on serve within a call only."""
+
+_FASTEST = 0.25
+"""The coupled cells turn by at most the root of this in a frame, in radians; the kicks are stable up to about 4."""
+
+_TIES = 8.0
+"""The largest eigenvalue of the ties between cells, for a coupling of 1."""
+
+_STIFFEST = 16.0
+"""No cell gets stiffer than this times its first stiffness."""
 
 
 @dataclass(frozen=True)
@@ -64,226 +90,244 @@ class GridFracture:
     """Energy set free in each frame, shape [frames]."""
 
 
-def grid(
-    force: ArrayLike,
-    x_m: ArrayLike,
-    y_m: ArrayLike,
-    rate: float,
-    fibres: int,
-    shape: float = 4.0,
-    scale: float = 2.5,
-    stiffness: float = 1.0,
-    mass: float = 1e-3,
-    damping: float = 0.0065,
-    creep: float = 0.0,
-    model: str = "exact",
-    seed: int = 0,
-    *,
-    thresholds: str = "weibull",
-    columns: int = 4,
-    rows: int = 4,
-    width_m: float = 0.3,
-    depth_m: float = 0.3,
-    print_m: float = 0.05,
-    coupling: float = 1.0,
-    rubble: float = 0.02,
-    pressure: float = 1.0,
-    restructurings: int = 20,
-    stiffening: float = 0.005,
-    renewal_s: float = math.inf,
-) -> GridFracture:
-    """The response of a tile of `columns` x `rows` cells of `fibres` fibres each to a contact.
+@dataclass(frozen=True)
+class FibreGrid:
+    """A tile of `columns` x `rows` cells, each a `bundle`, whose model is "exact" or "inverse". Raises `BadValue`.
 
-    `force`, `x_m` and `y_m` have one value a frame; x and y are the centroid from the tile's centre; the tile is
-    `width_m` by `depth_m`; `print_m` is the print's deviation. The whole stress of (7.1) is `pressure` times the
-    force. `coupling` and `rubble` are shares of the stiffness k_F. The other parameters are those of
-    `fracture.bundle`, with `model` "exact" or "inverse". Raises `BadValue`.
-
-    >>> press = np.linspace(0.0, 120.0, 2400)
-    >>> result = grid(press, np.full(2400, -0.1), np.zeros(2400), 48000.0, 10)
-    >>> int(result.failures[:, 0::4].sum()) > int(result.failures[:, 3::4].sum()) == 0
-    True
+    The tile is `width_m` by `depth_m`; `print_m` is the deviation of the print. The whole stress of (7.1) is `pressure`
+    times the force. `coupling` and `rubble` are shares of the stiffness k_F.
     """
-    load, across, along = numbers("force", force), numbers("x_m", x_m), numbers("y_m", y_m)
-    require(across.size == load.size, "x_m", across.size, f"as many frames as force, {load.size}")
-    require(along.size == load.size, "y_m", along.size, f"as many frames as force, {load.size}")
-    require(model in GRID_MODELS, "model", model, "one of " + ", ".join(GRID_MODELS))
-    codes = require_bundle(rate, fibres, shape, scale, stiffness, mass, damping, creep, model, thresholds)
-    require_inverse(restructurings, stiffening, renewal_s)
-    for name, count in (("columns", columns), ("rows", rows)):
-        whole(name, count, 1, 32, "1 to 32")
-    for name, value in (("width_m", width_m), ("depth_m", depth_m), ("print_m", print_m)):
-        number(name, value, TINY, HUGE, "above 0 m")
-    number("coupling", coupling, 0.0, HUGE, "0 or more")
-    number("rubble", rubble, TINY, 1.0, "above 0, at most 1")
-    number("pressure", pressure, -HUGE, HUGE, "a finite number")
-    cells = columns * rows
-    tuning, state = np.zeros(tuning_size()), np.zeros(state_size(cells))
-    tune(tuning, rate, *codes, fibres, shape, scale, stiffness, mass, damping, creep)
-    tune_inverse(tuning, restructurings, stiffening, False)
-    tune_contact(tuning, rate, pressure, renewal_s, 1.0, 1.0, False)
-    tune_grid(tuning, columns, rows, width_m, depth_m, print_m, coupling, rubble)
-    strain, energy = np.zeros((2, load.size))
-    failures = np.zeros((load.size, cells))
-    key = stream_key(seed_of(seed), "fracture grid")
-    _run(state, tuning, key, 0, load, across, along, strain, np.zeros(3 * load.size), failures, energy)
-    return GridFracture(strain, failures.astype(np.int64), energy)
+
+    bundle: FibreBundle
+    columns: int = 4
+    rows: int = 4
+    width_m: float = 0.3
+    depth_m: float = 0.3
+    print_m: float = 0.05
+    coupling: float = 1.0
+    rubble: float = 0.02
+    pressure: float = 1.0
+
+    def __post_init__(self) -> None:
+        require(self.bundle.model in GRID_MODELS, "model", self.bundle.model, "one of " + ", ".join(GRID_MODELS))
+        for name in ("columns", "rows"):
+            whole(name, getattr(self, name), 1, 32, "1 to 32")
+        for name in ("width_m", "depth_m", "print_m"):
+            number(name, getattr(self, name), TINY, HUGE, "above 0 m")
+        number("coupling", self.coupling, 0.0, HUGE, "0 or more")
+        number("rubble", self.rubble, TINY, 1.0, "above 0, at most 1")
+        number("pressure", self.pressure, -HUGE, HUGE, "a finite number")
+
+    def response(self, force: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, rate: float, seed: int = 0) -> GridFracture:
+        """What the grid does under a contact: `force`, `x_m` and `y_m` have one value a frame at `rate` hertz.
+
+        x and y are the centroid from the tile's centre.
+
+        >>> press = np.linspace(0.0, 120.0, 2400)
+        >>> result = FibreGrid(FibreBundle(10)).response(press, np.full(2400, -0.1), np.zeros(2400), 48000.0)
+        >>> int(result.failures[:, 0::4].sum()) > int(result.failures[:, 3::4].sum()) == 0
+        True
+        """
+        load, across, along = numbers("force", force), numbers("x_m", x_m), numbers("y_m", y_m)
+        require(across.size == load.size, "x_m", across.size, f"as many frames as force, {load.size}")
+        require(along.size == load.size, "y_m", along.size, f"as many frames as force, {load.size}")
+        cells = self.columns * self.rows
+        coefficients, state = COEFFICIENTS.zeros(), STATE.zeros(cells=cells)
+        self.design(rate, coefficients)
+        strain, energy = np.zeros((2, load.size))
+        failures = np.zeros((load.size, cells))
+        key, events = stream_key(seed_of(seed), "fracture grid"), event_list(room=load.size)
+        contact = Contact(load, across, along)
+        run_traced(contact, key, 0, coefficients, state, strain, events, Trace(failures, energy))
+        return GridFracture(strain, failures.astype(np.int64), energy)
+
+    def design(self, rate: float, coefficients: Memory) -> None:
+        """The grid's coefficients at `rate`."""
+        self.bundle.design(rate, self.pressure, coefficients.bundle)
+        coefficients.bundle.compound = 0.0
+        p = PARAMETERS.zeros()
+        p.columns, p.rows, p.width, p.depth, p.reach = self.columns, self.rows, self.width_m, self.depth_m, self.print_m
+        p.coupling, p.rubble = self.coupling, self.rubble
+        design(p, coefficients)
 
 
-#: The coupled cells turn by at most the root of this in a frame, in radians; the kicks are stable up to about 4.
-_FASTEST = 0.25
+class Contact(NamedTuple):
+    """What presses, frame by frame: the force, and where its centroid is on the tile."""
 
-#: The largest eigenvalue of the ties between cells, for a coupling of 1.
-_TIES = 8.0
+    force: Floats
+    x_m: Floats
+    y_m: Floats
 
-#: No cell gets stiffer than this times its first stiffness.
-_STIFFEST = 16.0
 
-# The tuning goes on where the bundle's ends.
-_COLUMNS, _ROWS, _WIDTH, _DEPTH, _SHARPNESS, _COUPLING, _RUBBLE = range(TUNING_SIZE, TUNING_SIZE + 7)
+class Trace(NamedTuple):
+    """What besides strain and events is to be known of a run: failures [frame, cell] and energy, if not empty."""
 
-# The state: two common values, then arrays of one value a cell; all zero is fresh ground at rest. The arrays from
-# BREAKING on serve within a call only. WORN: 0 fresh, else 1 and the frames since the last load.
-_WORN, _LOAD, _COMMON = range(3)
-_STRAIN, _SPEED, _FAILED, _NEXT, _SHARE, _NEW_SHARE, _BREAKING, _FORMER, _KICK, _STEP = range(10)
-_ARRAYS = _STEP + 8
+    failures: NDArray[np.float64]
+    energy: Floats
 
 
 @kernel
-def state_size(cells):
-    """Float64 values of one row's state with `cells` cells.
-
-    >>> state_size(16)
-    274
-    """
-    return _COMMON + _ARRAYS * cells
-
-
-def tuning_size() -> int:
-    """Float64 values of one row's tuning.
-
-    >>> tuning_size() - TUNING_SIZE
-    7
-    """
-    return TUNING_SIZE + 7
-
-
-@kernel
-def tune_grid(t, columns, rows, width_m, depth_m, print_m, coupling, rubble):
-    """After `tune`, `tune_inverse` and `tune_contact` of `damage`: the grid's own parameters, as in `grid`.
+def design(parameters: Memory, coefficients: Memory) -> None:
+    """The grid's own coefficients; those of its bundles are there already. Names as in `PARAMETERS`.
 
     Where frames would not resolve the fastest motion of the coupled cells, their mass is raised until they do.
     """
-    t[_COLUMNS] = columns
-    t[_ROWS] = rows
-    t[_WIDTH] = width_m
-    t[_DEPTH] = depth_m
-    t[_SHARPNESS] = 0.5 / (print_m * print_m)
-    heavier = max((1.0 + _TIES * coupling) * t[KAPPA] / _FASTEST, 1.0)
-    for k in (KAPPA, GAMMA, CREEP, GAIN):
-        t[k] /= heavier
-    t[_COUPLING] = coupling * t[KAPPA]
-    t[_RUBBLE] = rubble
+    c, bundle, reach = coefficients, coefficients.bundle, parameters.reach
+    c.columns, c.rows, c.width, c.depth = parameters.columns, parameters.rows, parameters.width, parameters.depth
+    c.sharpness = 0.5 / (reach * reach)
+    heavier = max((1.0 + _TIES * parameters.coupling) * bundle.kappa / _FASTEST, 1.0)
+    bundle.kappa /= heavier
+    bundle.gamma /= heavier
+    bundle.creep /= heavier
+    bundle.gain /= heavier
+    c.coupling = parameters.coupling * bundle.kappa
+    c.rubble = parameters.rubble
 
 
 @kernel
-def run(s, t, key, frame, force, x_m, y_m, strain, events):
-    """One tile, `force.size` frames from session frame `frame` on: force and place in, the cells' mean `strain` out.
+def run(
+    contact: Contact, key: np.uint64, frame: int, coefficients: Memory, state: Memory, strain: Floats, events: Memory
+) -> None:
+    """One tile, from session frame `frame` on: force and place in, the cells' mean `strain` out.
 
-    `x_m` and `y_m` are read at every 32nd session frame and where a contact begins. Events are as in
-    `fracture.run`; the energies of all cells that fail in one frame add, at the time of the first.
+    The place is read at every 32nd session frame and where a contact begins. Failures are added to `events`; the
+    energies of all cells that fail in one frame add, at the time of the first. `key` is as in `bundle.run`.
     """
-    return _run(s, t, key, frame, force, x_m, y_m, strain, events, strain[:0].reshape(0, 1), strain[:0])
+    trace = Trace(strain[:0].reshape(0, 1), strain[:0])
+    run_traced(contact, key, frame, coefficients, state, strain, events, trace)
 
 
 @kernel
-def rest(s, t):
+def tail(state: Memory, coefficients: Memory) -> float:
     """A bound of the mean strain's size if no load comes; infinite while worn ground waits for its renewal.
 
     From the energy, with a margin for its swing between kicks.
     """
-    if s[_WORN] > 0.0:
+    if state.worn > 0.0:
         return math.inf
-    columns, rows = int(t[_COLUMNS]), int(t[_ROWS])
-    cells = columns * rows
-    c = s[_COMMON : _COMMON + _ARRAYS * cells].reshape(_ARRAYS, cells)
+    columns, kappa, coupling = int(coefficients.columns), coefficients.bundle.kappa, coefficients.coupling
+    strain, speed = state.strain, state.speed
     energy = 0.0
-    for cell in range(cells):
-        x = c[_STRAIN, cell]
-        energy += t[KAPPA] * x * x + c[_SPEED, cell] ** 2
+    for cell in range(strain.size):
+        x = strain[cell]
+        energy += kappa * x * x + speed[cell] ** 2
         if (cell + 1) % columns != 0:
-            energy += t[_COUPLING] * (c[_STRAIN, cell + 1] - x) ** 2
-        if cell + columns < cells:
-            energy += t[_COUPLING] * (c[_STRAIN, cell + columns] - x) ** 2
-    return 1.5 * math.sqrt(energy / (t[KAPPA] * cells))
+            energy += coupling * (strain[cell + 1] - x) ** 2
+        if cell + columns < strain.size:
+            energy += coupling * (strain[cell + columns] - x) ** 2
+    return 1.5 * math.sqrt(energy / (kappa * strain.size))
 
 
 @kernel
-def _run(s, t, key, frame, force, x_m, y_m, strain, events, failures, energies):
-    """`run`, which besides fills the last two where they have frames."""
-    columns, rows = int(t[_COLUMNS]), int(t[_ROWS])
-    cells = columns * rows
-    c = s[_COMMON : _COMMON + _ARRAYS * cells].reshape(_ARRAYS, cells)
-    for cell in range(cells):
-        c[_BREAKING, cell] = threshold_strain(t, c[_NEXT, cell]) if s[_WORN] > 0.0 else math.inf
-        _set_step(c, t, cell)
-    count = 0
-    for i in range(force.size):
+def run_traced(
+    contact: Contact,
+    key: np.uint64,
+    frame: int,
+    coefficients: Memory,
+    state: Memory,
+    strain: Floats,
+    events: Memory,
+    trace: Trace,
+) -> None:
+    """`run`, which besides fills a trace."""
+    c, s = coefficients.bundle, state
+    columns, rows = int(coefficients.columns), int(coefficients.rows)
+    for cell in range(s.cells):
+        s.breaking[cell] = threshold_strain(c, s.next_hazard[cell]) if s.worn > 0.0 else math.inf
+        _set_step(s, coefficients, cell)
+    for i in range(contact.force.size):
         now = frame + i
-        load = min(max(t[PRESSURE] * force[i], -t[LIMIT]), t[LIMIT])
-        if load > 0.0:
-            if s[_WORN] == 0.0:
-                for cell in range(cells):
-                    c[_NEXT, cell] = first_hazard(t, key, (now * cells + cell) * DRAWS, c[_STRAIN, cell])
-                    c[_BREAKING, cell] = threshold_strain(t, c[_NEXT, cell])
-            s[_WORN] = 1.0
-        elif s[_WORN] > 0.0:
-            s[_WORN] += 1.0
-            if s[_WORN] > t[RENEWAL]:
-                s[_WORN] = 0.0
-                for cell in range(cells):
-                    c[_FAILED, cell] = c[_NEXT, cell] = 0.0
-                    c[_BREAKING, cell] = math.inf
-                    _set_step(c, t, cell)
+        load = min(max(c.pressure * contact.force[i], -c.limit), c.limit)
+        _wear(load, key, now, coefficients, s)
         if now % SPAN == 0:
-            c[_SHARE] = c[_NEW_SHARE]
-            _print(c, t, x_m[i], y_m[i], columns, rows)
-        if load > 0.0 and not s[_LOAD] > 0.0:
-            _print(c, t, x_m[i], y_m[i], columns, rows)
-            c[_SHARE] = c[_NEW_SHARE]
-        strain[i], passed = _move(c, t, columns, rows, s[_LOAD], load, now % SPAN)
-        s[_LOAD] = load
-        if not passed:
-            continue
-        energy, place = 0.0, 1.0
-        for cell in range(cells):
-            x = c[_STRAIN, cell]
-            if x > c[_BREAKING, cell]:
-                counter = (now * cells + cell) * DRAWS
-                failed, c[_NEXT, cell] = fail(t, key, counter, c[_NEXT, cell], x, c[_FAILED, cell])
-                c[_FAILED, cell] += failed
-                energy += energy_released(t, failed, x)
-                place = min(place, crossing(c[_FORMER, cell], x, c[_BREAKING, cell]))
-                c[_BREAKING, cell] = threshold_strain(t, c[_NEXT, cell])
-                _set_step(c, t, cell)
-                if failures.shape[0]:
-                    failures[i, cell] = failed
-        events[3 * count] = now + place
-        events[3 * count + 1] = event_strength(t, energy)
-        events[3 * count + 2] = 0.0
-        count += 1
-        if energies.size:
-            energies[i] = energy
-    return count
+            s.share[:] = s.next_share
+            _print(s, coefficients, contact.x_m[i], contact.y_m[i])
+        if load > 0.0 and not s.load > 0.0:
+            _print(s, coefficients, contact.x_m[i], contact.y_m[i])
+            s.share[:] = s.next_share
+        strain[i], passed = _move(s, coefficients, columns, rows, s.load, load, now % SPAN)
+        s.load = load
+        if passed:
+            energy, place = _break(key, now, coefficients, s, trace.failures, i)
+            append(events, now + place, event_strength(c, energy))
+            if trace.energy.size:
+                trace.energy[i] = energy
 
 
 @kernel
-def _move(c, t, columns, rows, before, after, within):
+def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory) -> None:
+    """Draw the thresholds of fresh ground as a load comes; make ground fresh that was without one for long enough."""
+    c = coefficients.bundle
+    if load > 0.0:
+        if s.worn == 0.0:
+            for cell in range(s.cells):
+                s.next_hazard[cell] = first_hazard(c, key, (now * s.cells + cell) * DRAWS, s.strain[cell])
+                s.breaking[cell] = threshold_strain(c, s.next_hazard[cell])
+        s.worn = 1.0
+    elif s.worn > 0.0:
+        s.worn += 1.0
+        if s.worn > c.renewal:
+            s.worn = 0.0
+            for cell in range(s.cells):
+                s.failed[cell] = s.next_hazard[cell] = 0.0
+                s.breaking[cell] = math.inf
+                _set_step(s, coefficients, cell)
+
+
+@kernel
+def _break(
+    key: np.uint64, now: int, coefficients: Memory, s: Memory, failures: NDArray[np.float64], frame: int
+) -> tuple[float, float]:
+    """Let what has passed its threshold fail: the energy of it all, and the share of the frame before the first."""
+    c = coefficients.bundle
+    energy, place = 0.0, 1.0
+    for cell in range(s.cells):
+        x = s.strain[cell]
+        if x > s.breaking[cell]:
+            counter = (now * s.cells + cell) * DRAWS
+            failed, s.next_hazard[cell] = fail(c, key, counter, s.next_hazard[cell], x, s.failed[cell])
+            s.failed[cell] += failed
+            energy += energy_released(c, failed, x)
+            place = min(place, crossing(s.former[cell], x, s.breaking[cell]))
+            s.breaking[cell] = threshold_strain(c, s.next_hazard[cell])
+            _set_step(s, coefficients, cell)
+            if failures.shape[0]:
+                failures[frame, cell] = failed
+    return energy, place
+
+
+@kernel
+def _move(
+    s: Memory, coefficients: Memory, columns: int, rows: int, before: float, after: float, within: int
+) -> tuple[float, bool]:
     """Move all cells over one frame, number `within` of its span, while the load goes from `before` to `after`.
 
     Gives the mean strain, and whether a cell has passed its threshold.
     """
-    x, w, former, kick = c[_STRAIN], c[_SPEED], c[_FORMER], c[_KICK]
+    x, w, former = s.strain, s.speed, s.former
+    _pull(x, coefficients.coupling, columns, rows, s.kick)
+    start, end = within / SPAN, (within + 1.0) / SPAN
+    before *= coefficients.bundle.gain
+    after *= coefficients.bundle.gain
+    share, next_share, kick, step = s.share, s.next_share, s.kick, s.step
+    c0, c1, c2, c3, c4, c5, c6, c7 = step[0], step[1], step[2], step[3], step[4], step[5], step[6], step[7]
+    breaking, passed, total = s.breaking, False, 0.0
+    for cell in range(x.size):
+        growth = next_share[cell] - share[cell]
+        u = before * (share[cell] + start * growth)
+        v = after * (share[cell] + end * growth)
+        speed = w[cell] + kick[cell]
+        former[cell] = x[cell]
+        x[cell] = c0[cell] * x[cell] + c1[cell] * speed + (c2[cell] * u + c3[cell] * v)
+        w[cell] = c4[cell] * former[cell] + c5[cell] * speed + (c6[cell] * u + c7[cell] * v)
+        total += x[cell]
+        passed |= x[cell] > breaking[cell]
+    return total / x.size, passed
+
+
+@kernel
+def _pull(x: Floats, coupling: float, columns: int, rows: int, kick: Floats) -> None:
+    """What each cell's speed gets from its neighbours between two frames."""
     for row in range(rows):
         for cell in range(row * columns, (row + 1) * columns):
             pull = 0.0
@@ -295,49 +339,33 @@ def _move(c, t, columns, rows, before, after, within):
                 pull += x[cell - columns] - x[cell]
             if row < rows - 1:
                 pull += x[cell + columns] - x[cell]
-            kick[cell] = t[_COUPLING] * pull
-    start, end = within / SPAN, (within + 1.0) / SPAN
-    before *= t[GAIN]
-    after *= t[GAIN]
-    share, new_share = c[_SHARE], c[_NEW_SHARE]
-    c0, c1, c2, c3 = c[_STEP], c[_STEP + 1], c[_STEP + 2], c[_STEP + 3]
-    c4, c5, c6, c7 = c[_STEP + 4], c[_STEP + 5], c[_STEP + 6], c[_STEP + 7]
-    breaking, passed, total = c[_BREAKING], False, 0.0
-    for cell in range(columns * rows):
-        growth = new_share[cell] - share[cell]
-        u = before * (share[cell] + start * growth)
-        v = after * (share[cell] + end * growth)
-        speed = w[cell] + kick[cell]
-        former[cell] = x[cell]
-        x[cell] = c0[cell] * x[cell] + c1[cell] * speed + (c2[cell] * u + c3[cell] * v)
-        w[cell] = c4[cell] * former[cell] + c5[cell] * speed + (c6[cell] * u + c7[cell] * v)
-        total += x[cell]
-        passed |= x[cell] > breaking[cell]
-    return total / (columns * rows), passed
+            kick[cell] = coupling * pull
 
 
 @kernel
-def _set_step(c, t, cell):
+def _set_step(s: Memory, coefficients: Memory, cell: int) -> None:
     """The coefficients of the cell's own motion: its fibres', or their rubble's."""
-    left = min(max(stiffness_left(t, c[_FAILED, cell], 0.0), t[_RUBBLE]), _STIFFEST)
-    step = frame_step(left * t[KAPPA], left * t[GAMMA] + t[CREEP], 1.0)
+    c = coefficients.bundle
+    left = min(max(stiffness_left(c, s.failed[cell], 0.0), coefficients.rubble), _STIFFEST)
+    step = frame_step(left * c.kappa, left * c.gamma + c.creep, 1.0)
     for k in range(8):
-        c[_STEP + k, cell] = step[k]
+        s.step[k, cell] = step[k]
 
 
 @kernel
-def _print(c, t, x_m, y_m, columns, rows):
+def _print(s: Memory, coefficients: Memory, x_m: float, y_m: float) -> None:
     """Each cell's share of the contact's force, from a Gaussian print around the centroid; their sum is 1."""
-    x = min(max(x_m, -0.5 * t[_WIDTH]), 0.5 * t[_WIDTH])
-    y = min(max(y_m, -0.5 * t[_DEPTH]), 0.5 * t[_DEPTH])
-    share = c[_NEW_SHARE]
+    c, share = coefficients, s.next_share
+    columns, rows = int(c.columns), int(c.rows)
+    x = min(max(x_m, -0.5 * c.width), 0.5 * c.width)
+    y = min(max(y_m, -0.5 * c.depth), 0.5 * c.depth)
     nearest = math.inf
     for row in range(rows):
-        off_y = y - ((row + 0.5) / rows - 0.5) * t[_DEPTH]
+        off_y = y - ((row + 0.5) / rows - 0.5) * c.depth
         for column in range(columns):
-            off_x = x - ((column + 0.5) / columns - 0.5) * t[_WIDTH]
+            off_x = x - ((column + 0.5) / columns - 0.5) * c.width
             cell = row * columns + column
-            share[cell] = t[_SHARPNESS] * (off_x * off_x + off_y * off_y)
+            share[cell] = c.sharpness * (off_x * off_x + off_y * off_y)
             nearest = min(nearest, share[cell])
     total = 0.0
     for cell in range(share.size):

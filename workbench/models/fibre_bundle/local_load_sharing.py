@@ -3,8 +3,7 @@
 Quasi-static. A share `locality` of the load that a broken fibre carried goes to the nearest intact fibres, half
 to each side; the rest is spread over all intact ones (mixed-mode sharing: Pradhan, Chakrabarti and Hansen, Phys.
 Rev. E 71, 036149, 2005). Locality 0 is the global load sharing of (7.1), 1 the one-dimensional local model of
-Harlow and Phoenix. For fracture in time and in the plane, with sharing over a chosen distance, see
-`grid`.
+Harlow and Phoenix. For fracture in time and in the plane, with sharing over a chosen distance, see `grid`.
 """
 
 from dataclasses import dataclass
@@ -14,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
 from underfoot.errors import require
-from underfoot.kernels import kernel
-from underfoot.models.fibre_bundle.bundle import require_bundle
+from underfoot.kernels import Floats, kernel
+from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.signals.random import stream_key, uniform
 
 
@@ -58,28 +57,28 @@ def ring(thresholds: ArrayLike, stiffness: float = 1.0, locality: float = 1.0) -
 def draw_thresholds(
     fibres: int, shape: float = 4.0, scale: float = 2.5, seed: int = 0, thresholds: str = "weibull"
 ) -> NDArray[np.float64]:
-    """Independent breaking strains, shape [fibres], by the law of `fracture.bundle`. Raises `BadValue`.
+    """Independent breaking strains, shape [fibres], distributed as those of a `FibreBundle`. Raises `BadValue`.
 
     >>> strains = draw_thresholds(2000)
     >>> bool(abs(strains.mean() - 2.266) < 0.05)  # lambda Gamma(1 + 1/k)
     True
     """
-    require_bundle(1.0, fibres, shape, scale, 1.0, 0.0, 0.0, 0.0, "exact", thresholds)
-    chances = np.zeros(int(fibres))
-    _fill(chances, stream_key(seed_of(seed), "thresholds"))
+    FibreBundle(fibres, shape, scale, thresholds=thresholds)
+    probabilities = np.zeros(int(fibres))
+    _draw(probabilities, stream_key(seed_of(seed), "thresholds"))
     if thresholds == "uniform":
-        return scale * chances
-    return scale * (-np.log(chances)) ** (1.0 / shape)
+        return scale * probabilities
+    return scale * (-np.log(probabilities)) ** (1.0 / shape)
 
 
 @kernel
-def _fill(chances, key):
-    for i in range(chances.size):
-        chances[i] = uniform(key, i)
+def _draw(probabilities: Floats, key: np.uint64) -> None:
+    for i in range(probabilities.size):
+        probabilities[i] = uniform(key, i)
 
 
 @kernel
-def _raise_load(strains, locality, loads, fibres):
+def _raise_load(strains: Floats, locality: float, loads: Floats, fibres: NDArray[np.int64]) -> int:
     """Break all fibres: `loads` per fibre and sizes of the avalanches, and how many there were."""
     size = strains.size
     intact = np.ones(size, np.bool_)
@@ -101,7 +100,7 @@ def _raise_load(strains, locality, loads, fibres):
 
 
 @kernel
-def _bearing(strains, intact, spread, locality, bearing):
+def _bearing(strains: Floats, intact: NDArray[np.bool_], spread: float, locality: float, bearing: Floats) -> None:
     """For each fibre the load per fibre of the ring at which it breaks; infinite where it has."""
     size = strains.size
     gap = 0

@@ -1,53 +1,66 @@
 """A cascade of second-order sections in real time: what an equaliser is once it was designed.
 
-A tuning holds sections [b0, b1, b2, 1, a1, a2]; each runs in the transposed direct form II, with two
-states. `rest` bounds what a cascade can still put out, from the largest output that each of its states alone leads to.
+Each section [b0, b1, b2, 1, a1, a2] runs in the transposed direct form II, with two states. `tail` bounds what a
+cascade can still put out, from the largest output that each of its states alone leads to.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 
-MOST_SECTIONS = 12
+MAX_SECTIONS = 12
 """Sections of the largest cascade, an equaliser of order 24."""
-STATE = 2 * MOST_SECTIONS
-"""Floats of state of a cascade."""
-TUNING = 1 + 7 * MOST_SECTIONS
-"""Floats of tuning of a cascade: how many sections; b0, b1, b2, a1, a2 of each; then the reach of each state."""
+STATE = np.dtype([("z1", np.float64, (MAX_SECTIONS,)), ("z2", np.float64, (MAX_SECTIONS,))], align=True)
+"""The two states of each section."""
+COEFFICIENTS = np.dtype(
+    [
+        ("sections", np.int64),
+        ("b0", np.float64, (MAX_SECTIONS,)),
+        ("b1", np.float64, (MAX_SECTIONS,)),
+        ("b2", np.float64, (MAX_SECTIONS,)),
+        ("a1", np.float64, (MAX_SECTIONS,)),
+        ("a2", np.float64, (MAX_SECTIONS,)),
+        ("peak_of_z1", np.float64, (MAX_SECTIONS,)),
+        ("peak_of_z2", np.float64, (MAX_SECTIONS,)),
+    ],
+    align=True,
+)
+"""How many sections there are, what each multiplies with, and the largest |output| that a state of 1 leads to."""
 LARGEST = 1e9
 """What goes into a cascade is held within this."""
 
-_REACH = 1 + 5 * MOST_SECTIONS
 _TIME_CONSTANTS = 20.0
 _MOST_FRAMES = 2_000_000
 
 
-def tuning(sections: ArrayLike) -> NDArray[np.float64]:
-    """The tuning, shape (TUNING,), of sections [b0, b1, b2, 1, a1, a2], shape (n, 6), n at most MOST_SECTIONS.
+def coefficients(sections: ArrayLike) -> np.record:
+    """The coefficients (`COEFFICIENTS`) of sections [b0, b1, b2, 1, a1, a2], shape (n, 6), n at most MAX_SECTIONS.
 
     Raises `BadValue` for sections that are not stable.
 
-    >>> t, s, x = tuning([[0.5, 0.0, 0.0, 1.0, -0.5, 0.0]]), np.zeros(STATE), np.ones(64)
-    >>> run(s, t, x, x, 64)
-    >>> round(float(x[-1]), 9)
+    >>> lag, state, out = coefficients([[0.5, 0.0, 0.0, 1.0, -0.5, 0.0]]), np.zeros(1, STATE)[0], np.ones(64)
+    >>> run(state, lag, out, out)
+    >>> round(float(out[-1]), 9)
     1.0
     """
     given = checked(sections)
     radius = max((float(np.abs(np.roots(section[3:])).max(initial=0.0)) for section in given), default=0.0)
-    t = np.zeros(TUNING)
-    t[0] = len(given)
-    t[1 : 1 + 5 * len(given)] = given[:, [0, 1, 2, 4, 5]].ravel()
+    found = np.zeros(1, COEFFICIENTS)[0]
+    found["sections"] = len(given)
+    for name, column in zip(("b0", "b1", "b2", "a1", "a2"), (0, 1, 2, 4, 5), strict=True):
+        found[name][: len(given)] = given[:, column]
     frames = min(1 + math.ceil(_TIME_CONSTANTS / (1.0 - radius)), _MOST_FRAMES)
-    _fill_reach(t, np.zeros(STATE), frames)
-    return t
+    _find_peaks(found, np.zeros(1, STATE)[0], frames)
+    return found
 
 
 def checked(sections: ArrayLike) -> NDArray[np.float64]:
-    """Sections as float64 (n, 6); `BadValue` unless they are finite, stable and no more than MOST_SECTIONS.
+    """Sections as float64 (n, 6); `BadValue` unless they are finite, stable and no more than MAX_SECTIONS.
 
     >>> checked([[1.0, 0.0, 0.0, 1.0, -2.1, 1.1]])
     Traceback (most recent call last):
@@ -56,13 +69,22 @@ def checked(sections: ArrayLike) -> NDArray[np.float64]:
     given = np.asarray(sections, dtype=np.float64)
     require(given.size == 0 or (given.ndim == 2 and given.shape[1] == 6), "sections", given.shape, "shape (n, 6)")
     given = given.reshape(-1, 6)
-    require(len(given) <= MOST_SECTIONS, "sections", len(given), f"at most {MOST_SECTIONS}")
+    require(len(given) <= MAX_SECTIONS, "sections", len(given), f"at most {MAX_SECTIONS}")
     for section in given:
-        _, _, _, a0, a1, a2 = section
-        # Both poles lie within the unit circle where (a1, a2) lies within this triangle.
-        good = bool(np.isfinite(section).all()) and a0 == 1.0 and abs(a2) < 1.0 and abs(a1) < 1.0 + a2
+        good = bool(np.isfinite(section).all()) and is_stable(section)
         require(good, "sections", section.tolist(), "stable ones, finite, with a0 = 1")
     return given
+
+
+def is_stable(section: Sequence[float] | NDArray[np.float64]) -> bool:
+    """Whether a section (b0, b1, b2, a0, a1, a2) has a0 = 1 and both poles within the unit circle.
+
+    >>> is_stable((1.0, 0.0, 0.0, 1.0, -1.0, 0.5)), is_stable((1.0, 0.0, 0.0, 1.0, -2.1, 1.1))
+    (True, False)
+    """
+    _, _, _, a0, a1, a2 = section
+    # Both poles lie within the unit circle where (a1, a2) lies within this triangle.
+    return bool(a0 == 1.0 and abs(a2) < 1.0 and abs(a1) < 1.0 + a2)
 
 
 def at_rate(sections: ArrayLike, rate_hz: float, new_rate_hz: float) -> NDArray[np.float64]:
@@ -86,40 +108,56 @@ def at_rate(sections: ArrayLike, rate_hz: float, new_rate_hz: float) -> NDArray[
 
 
 @kernel
-def run(s, t, x, y, n):
-    """Filter `n` frames of `x` into `y` (they may be the same array). Bit for bit the same however they are split."""
-    for i in range(n):
-        y[i] = step(s, t, x[i])
+def run(state: np.record, coefficients: np.record, given: Floats, out: Floats) -> None:
+    """Filter the frames of `given` into `out` (they may be the same array). Bit for bit the same however it is cut."""
+    for i in range(len(given)):
+        out[i] = step(state, coefficients, given[i])
 
 
 @kernel
-def step(s, t, u):
+def step(state: np.record, coefficients: np.record, value: float) -> float:
     """One frame through the cascade."""
-    for k in range(int(t[0])):
-        c = 1 + 5 * k
-        y = t[c] * u + s[2 * k]
-        s[2 * k] = t[c + 1] * u - t[c + 3] * y + s[2 * k + 1]
-        s[2 * k + 1] = t[c + 2] * u - t[c + 4] * y
-        u = y
-    return u
+    c = coefficients
+    for k in range(c.sections):
+        out = c.b0[k] * value + state.z1[k]
+        state.z1[k] = c.b1[k] * value - c.a1[k] * out + state.z2[k]
+        state.z2[k] = c.b2[k] * value - c.a2[k] * out
+        value = out
+    return value
 
 
 @kernel
-def rest(s, t):
+def tail(state: np.record, coefficients: np.record) -> float:
     """An upper bound of |output| from here on if all further input is zero."""
     bound = 0.0
-    for k in range(2 * int(t[0])):
-        bound += t[_REACH + k] * abs(s[k])
+    for k in range(coefficients.sections):
+        bound += coefficients.peak_of_z1[k] * abs(state.z1[k])
+        bound += coefficients.peak_of_z2[k] * abs(state.z2[k])
     return bound
 
 
 @kernel
-def _fill_reach(t, s, frames):
-    """The largest |output| that a state of 1 leads to with no input, for each state; `s` is room for a state."""
-    for k in range(2 * int(t[0])):
-        s[:] = 0.0
-        s[k] = 1.0
-        largest = 0.0
-        for _ in range(frames):
-            largest = max(largest, abs(step(s, t, 0.0)))
-        t[_REACH + k] = largest
+def reset(state: np.record) -> None:
+    """A state at rest."""
+    state.z1[:] = 0.0
+    state.z2[:] = 0.0
+
+
+@kernel
+def _find_peaks(coefficients: np.record, state: np.record, frames: int) -> None:
+    """Fill in the largest |output| that each state alone leads to with no input; `state` is room for one."""
+    for k in range(coefficients.sections):
+        reset(state)
+        state.z1[k] = 1.0
+        coefficients.peak_of_z1[k] = _peak(state, coefficients, frames)
+        reset(state)
+        state.z2[k] = 1.0
+        coefficients.peak_of_z2[k] = _peak(state, coefficients, frames)
+
+
+@kernel
+def _peak(state: np.record, coefficients: np.record, frames: int) -> float:
+    largest = 0.0
+    for _ in range(frames):
+        largest = max(largest, abs(step(state, coefficients, 0.0)))
+    return largest

@@ -12,8 +12,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import modal_kernel
+from underfoot.kernels import Floats, modal_kernel
+from underfoot.layouts import Layout, Memory
 
+STATE = Layout("poles_state", "before", re="poles", im="poles")
+"""The last sample that came in, and each pole's state."""
+COEFFICIENTS = Layout(
+    "poles_coefficients",
+    "direct",
+    step_re="poles",
+    step_im="poles",
+    now_re="poles",
+    now_im="poles",
+    before_re="poles",
+    before_im="poles",
+    gain_re="poles",
+    gain_im="poles",
+)
+"""The direct part; each pole's factor from one sample to the next, what the sample and the one before it add to its
+state, and what its state adds to the output."""
 _SERIES = 0.3
 """Below this |p h|, exp(p h) is too near 1 for differences; a series of 12 terms is exact to 1e-16 up to here."""
 
@@ -45,40 +62,45 @@ class Poles:
         whole = self.residues / (s - self.poles) + np.where(paired, self.residues.conj() / (s - self.poles.conj()), 0.0)
         return np.asarray(self.direct + whole.sum(axis=-1))
 
-    def memory(self, rate_hz: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """A state at rest and a tuning for `run` at `rate_hz`."""
+    def at_rate(self, rate_hz: float) -> tuple[Memory, Memory]:
+        """A state at rest (`STATE`) and the coefficients (`COEFFICIENTS`) for `run` at `rate_hz`."""
         step = self.poles / rate_hz
-        ahead, behind = _ramp_weights(step)
-        gain = self.residues * np.where(self.poles.imag > 0.0, 2.0, 1.0)
-        rows = [np.exp(step), ahead / rate_hz, behind / rate_hz, gain]
-        t = np.concatenate([[self.direct], *(part for row in rows for part in (row.real, row.imag))])
-        return np.zeros(1 + 2 * len(self.poles)), t
+        now, before = _ramp_weights(step)
+        coefficients = COEFFICIENTS.zeros(poles=len(self.poles))
+        coefficients.direct = self.direct
+        rows = {
+            "step": np.exp(step),
+            "now": now / rate_hz,
+            "before": before / rate_hz,
+            "gain": self.residues * np.where(self.poles.imag > 0.0, 2.0, 1.0),
+        }
+        for name, row in rows.items():
+            getattr(coefficients, f"{name}_re")[:], getattr(coefficients, f"{name}_im")[:] = row.real, row.imag
+        return STATE.zeros(poles=len(self.poles)), coefficients
 
 
 @modal_kernel
-def run(s, t, given, out, n):
-    """Run the system over n samples of `given` into `out`; the two may be the same array.
+def run(state: Memory, coefficients: Memory, given: Floats, out: Floats) -> None:
+    """Run the system over the samples of `given` into `out`; the two may be the same array.
 
-    `s` and `t` are of `Poles.memory`. How samples are cut into calls does not matter, to the bit. Allocates nothing.
+    `state` and `coefficients` are of `Poles.at_rate`. How samples are cut into calls does not matter, to the bit.
+    Allocates nothing.
     """
-    count = (len(s) - 1) // 2
-    turn_re, turn_im = t[1 : 1 + count], t[1 + count : 1 + 2 * count]
-    ahead_re, ahead_im = t[1 + 2 * count : 1 + 3 * count], t[1 + 3 * count : 1 + 4 * count]
-    behind_re, behind_im = t[1 + 4 * count : 1 + 5 * count], t[1 + 5 * count : 1 + 6 * count]
-    gain_re, gain_im = t[1 + 6 * count : 1 + 7 * count], t[1 + 7 * count : 1 + 8 * count]
-    re, im = s[1 : 1 + count], s[1 + count : 1 + 2 * count]
-    before = s[0]
-    for i in range(n):
+    c = coefficients
+    step_re, step_im, now_re, now_im = c.step_re, c.step_im, c.now_re, c.now_im
+    before_re, before_im, gain_re, gain_im = c.before_re, c.before_im, c.gain_re, c.gain_im
+    direct, re, im, before = c.direct, state.re, state.im, state.before
+    for i in range(len(given)):
         now = given[i]
         total = 0.0
-        for k in range(count):
-            x = turn_re[k] * re[k] - turn_im[k] * im[k] + behind_re[k] * before + ahead_re[k] * now
-            y = turn_re[k] * im[k] + turn_im[k] * re[k] + behind_im[k] * before + ahead_im[k] * now
+        for k in range(len(re)):
+            x = step_re[k] * re[k] - step_im[k] * im[k] + before_re[k] * before + now_re[k] * now
+            y = step_re[k] * im[k] + step_im[k] * re[k] + before_im[k] * before + now_im[k] * now
             re[k], im[k] = x, y
             total += gain_re[k] * x - gain_im[k] * y
         before = now
-        out[i] = t[0] * now + total
-    s[0] = before
+        out[i] = direct * now + total
+    state.before = before
 
 
 def of_biquads(zeros: ArrayLike, poles: ArrayLike, gain: float) -> Poles:

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import number, numbers
 from underfoot.errors import require
-from underfoot.models.modal import driven_bank, struck_bank
+from underfoot.models.modal import driven_bank, phasors, struck_bank
+from underfoot.models.signals.events import event_list
 
 _FLOOR = 1e-15
 """What may be dropped offline, of the largest amplitude: nothing that float64 would show."""
@@ -36,21 +37,21 @@ def ring(
     signal = numbers("excitation", excitation)
     rate = number("rate", rate, 1e-6, 1e12, "1e-6 to 1e12 Hz")
     order = np.argsort(decays, kind="stable")
-    modes = (frequencies[order], decays[order], weights[order])
+    modes = np.array([frequencies, decays, weights])[:, order]
     floor = _FLOOR * float(np.abs(weights).max() * np.abs(signal).max(initial=0.0))
     out = np.empty_like(signal)
     frames = np.flatnonzero(signal)
     if _FRAMES_AN_EVENT * frames.size < signal.size:
-        events = np.zeros((frames.size, 3))
-        events[:, 0] = frames
-        events[:, 1] = signal[frames]
-        s, t = _memory(struck_bank, weights.size)
-        struck_bank.tune(t, *modes, rate, floor)
-        struck_bank.ring(s, t, events.ravel(), frames.size, out, 0, out.size)
+        sizes = phasors.sizes(weights.size)
+        coefficients, state = struck_bank.COEFFICIENTS.zeros(**sizes), struck_bank.STATE.zeros(row=sizes["row"])
+        struck_bank.design(np.ascontiguousarray(modes), 1.0, 1.0, rate, floor, coefficients)
+        strikes = event_list(*((float(frame), float(signal[frame])) for frame in frames))
+        struck_bank.ring(strikes, 0, coefficients, state, out)
     else:
-        s, t = _memory(driven_bank, weights.size)
-        driven_bank.tune(t, *modes, rate, floor)
-        driven_bank.ring(s, t, signal, out, 0, out.size)
+        sizes = driven_bank.sizes(weights.size)
+        coefficients, state = driven_bank.COEFFICIENTS.zeros(**sizes), driven_bank.STATE.zeros(**sizes)
+        driven_bank.design(np.ascontiguousarray(modes), rate, floor, coefficients)
+        driven_bank.ring(signal, 0, coefficients, state, out)
     return out
 
 
@@ -66,14 +67,3 @@ def checked_modes(**lists: ArrayLike) -> list[NDArray[np.float64]]:
         if name == "masses_kg":
             require(bool((values > 0.0).all()), name, values, "above 0")
     return list(arrays.values())
-
-
-def _memory(form, modes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A state at rest and a tuning, aligned to the widest vector loads."""
-    return _aligned(form.state_size(modes)), _aligned(form.tuning_size(modes))
-
-
-def _aligned(size: int) -> NDArray[np.float64]:
-    memory = np.zeros(size + 8)
-    start = -memory.ctypes.data % 64 // 8
-    return memory[start : start + size]

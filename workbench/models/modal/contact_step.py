@@ -1,16 +1,16 @@
 """A hammer on a modal object: one sub-step of equations 3.3 and 3.4, in which no energy is made.
 
-The force is k x^a (1 + mu x') while x > 0 and never negative; x is the hammer's way into the surface. (The thesis
-prints the other sign, which makes energy; see the errata.) A mode is a phasor z with z' = (-b + i w) z + g F, and its
-share of the surface's displacement is Im z.
+The force is k x^a (1 + mu x') while x > 0 and never negative; x is the penetration of the hammer into the surface.
+(The thesis prints the other sign, which makes energy; see docs/models.md#impacts.) A mode is a
+phasor z with z' = (-b + i w) z + g F, and its share of the surface's displacement is Im z.
 
 Over a step of h seconds the force is F0 + F1 (tau - 1/2), tau from 0 to 1. Under it hammer and modes move exactly, and
 take the work F0 D + F1 W, where D is the change of x and W the integral of (tau - 1/2) x'. With
 
     F0 = E - K W,   F1 = K D,   E = (Phi(x + D) - Phi(x)) / D,   Phi = k x^(a+1) / (a+1)
 
-this is the change of the contact's energy Phi, whatever K is. K = 0 is the discrete-gradient scheme of order 2 that
-SCIENCE 2 measures; K near Phi'' gives order 4, because K W is what the curvature of the path adds to the mean force.
+this is the change of the contact's energy Phi, whatever K is. K = 0 is the plain discrete-gradient scheme, of order 2;
+K near Phi'' gives order 4, because K W is what the curvature of the path adds to the mean force.
 The damping, the same projection of mu Phi' x', can only take energy: mu/h (E D^2 + K D^2 W + 12 E' W^2) >= 0 wherever
 E >= K |W|; where not, and where the clip at 0 acts, the step is one of order 2.
 """
@@ -19,43 +19,56 @@ import cmath
 import math
 
 from underfoot.kernels import kernel
+from underfoot.layouts import Layout, Memory
 
-# Rows of coefficients, one number a mode, real parts and then imaginary parts: the change of z over a step, what z
-# adds to W, and what F0 and F1 add to z.
-CHANGE, CURVE, PUSH, TILT, COEFFICIENTS = 0, 2, 4, 6, 8
+CONTACT = Layout("contact", "stiffness", "exponent", "nu", "a", "b", "c")
+"""What a step needs to know: k and its exponent, mu / h, and the compliances: D = D_free - a F0 + b F1 and
+W = W_free - b F0 - c F1."""
+
+STEP = Layout(
+    "contact_coefficients",
+    **{f"{name}_{part}": ("row",) for name in ("change", "moment", "push", "tilt") for part in ("re", "im")},
+)
+"""Of each mode: the change of z over a step, what z adds to W, and what F0 and F1 add to z."""
+
 _WHOLE, _CLIPPED, _REFUSED = range(3)
 _TERMS = 16  # of the series in z up to 1/2, whose next is below rounding
-_RISE = tuple(1.0 / math.factorial(n + 1) for n in range(_TERMS))
-_LEAN = tuple(1.0 / (math.factorial(n) * 2.0 * (n + 2) * (n + 3)) for n in range(_TERMS))
+_MEAN_TERMS = tuple(1.0 / math.factorial(n + 1) for n in range(_TERMS))
+_MOMENT_TERMS = tuple(1.0 / (math.factorial(n) * 2.0 * (n + 2) * (n + 3)) for n in range(_TERMS))
 
 
 @kernel
-def prepare(rows, m, b, w, gain, h):
-    """Write the coefficients of mode `m` for steps of `h` seconds; return its share of A, B and C (see `solve`)."""
-    z = complex(-b * h, w * h)
-    rise, lean = _means(z)
-    change = z * rise
-    curve = z * z * lean
-    push = gain * h * rise
-    tilt = -gain * h * z * lean
-    rows[CHANGE, m], rows[CHANGE + 1, m] = change.real, change.imag
-    rows[CURVE, m], rows[CURVE + 1, m] = curve.real, curve.imag
-    rows[PUSH, m], rows[PUSH + 1, m] = push.real, push.imag
-    rows[TILT, m], rows[TILT + 1, m] = tilt.real, tilt.imag
-    return push.imag, -tilt.imag, gain * h * (lean * (1.0 - 0.5 * z)).imag
+def prepare(
+    step: Memory, m: int, decay_per_s: float, angular: float, mobility: float, h: float
+) -> tuple[float, float, float]:
+    """Write the coefficients of mode `m` for steps of `h` seconds; return its share of a, b and c (see `CONTACT`)."""
+    z = complex(-decay_per_s * h, angular * h)
+    mean, moment = _means(z)
+    change = z * mean
+    curve = z * z * moment
+    push = mobility * h * mean
+    tilt = -mobility * h * z * moment
+    step.change_re[m], step.change_im[m] = change.real, change.imag
+    step.moment_re[m], step.moment_im[m] = curve.real, curve.imag
+    step.push_re[m], step.push_im[m] = push.real, push.imag
+    step.tilt_re[m], step.tilt_im[m] = tilt.real, tilt.imag
+    return push.imag, -tilt.imag, mobility * h * (moment * (1.0 - 0.5 * z)).imag
 
 
 @kernel
-def solve(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, mean, slope):
-    """One step: F0, F1, D and the elastic force k x^exponent at its end.
+def solve(
+    contact: Memory, x: float, elastic: float, free_d: float, free_w: float, mean: float, slope: float
+) -> tuple[float, float, float, float]:
+    """One step from the penetration `x`: F0, F1, D and the elastic force k x^exponent at its end.
 
-    `elastic` is that force at its start; `nu` is mu / h. D = `free_d` - a F0 + b F1 and W = `free_w` - b F0 - c F1.
-    `mean` and `slope` are guesses of F0 and F1.
+    `elastic` is that force at its start; `free_d` and `free_w` are D and W without any force; `mean` and `slope` are
+    guesses of F0 and F1. `contact` has the names of `CONTACT`.
     """
+    exponent, a, b = contact.exponent, contact.a, contact.b
     if x <= 0.0 and x + free_d <= 0.0:
         return 0.0, 0.0, free_d, 0.0
     d = free_d - a * mean + b * slope
-    end = stiffness * power(x + d, exponent)
+    end = contact.stiffness * power(x + d, exponent)
     curvature = 0.0
     if abs(d) > 1e-9 * abs(x):
         curvature = (end - elastic) / d
@@ -63,24 +76,24 @@ def solve(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, mean, sl
         curvature = exponent * elastic / x
     if b > 0.0:
         curvature /= 1.0 + b * curvature
-        f0, f1, way, force, kind = _newton(
-            x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, curvature
-        )
+        f0, f1, moved, force, kind = _newton(contact, x, elastic, free_d, free_w, d, end, curvature)
         if kind == _WHOLE:
-            return f0, f1, way, force
+            return f0, f1, moved, force
         if kind == _CLIPPED:
-            way = free_d - a * f0
-            force = stiffness * power(x + way, exponent)
-            if way <= 0.0 and f0 <= _mean(x, x + way, elastic, force, exponent):  # no more than the contact gives back
-                return f0, 0.0, way, force
+            moved = free_d - a * f0
+            force = contact.stiffness * power(x + moved, exponent)
+            if moved <= 0.0 and f0 <= mean_force(
+                x, x + moved, elastic, force, exponent
+            ):  # no more than the contact gives back
+                return f0, 0.0, moved, force
     if x <= 0.0:  # from above the solution the iteration falls straight to it
-        d = min(free_d, ((exponent + 1.0) * free_d**2 / (a * stiffness)) ** (1.0 / (exponent + 1.0)) - x)
-        end = stiffness * power(x + d, exponent)
-    return _newton(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, 0.0)[:4]
+        d = min(free_d, ((exponent + 1.0) * free_d**2 / (a * contact.stiffness)) ** (1.0 / (exponent + 1.0)) - x)
+        end = contact.stiffness * power(x + d, exponent)
+    return _newton(contact, x, elastic, free_d, free_w, d, end, 0.0)[:4]
 
 
 @kernel
-def power(x, exponent):
+def power(x: float, exponent: float) -> float:
     """x^exponent for x > 0, else 0; quick at Hertz's 3/2."""
     if x <= 0.0:
         return 0.0
@@ -90,19 +103,22 @@ def power(x, exponent):
 
 
 @kernel
-def _newton(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end, curvature):
+def _newton(
+    contact: Memory, x: float, elastic: float, free_d: float, free_w: float, d: float, end: float, curvature: float
+) -> tuple[float, float, float, float, int]:
     """Solve for D from a first guess `d`, with `end` the elastic force there; what came of it is the last number.
 
     Without `curvature` this is the scheme of order 2, clipped at 0, which always holds. With it, `_CLIPPED` comes with
     the mean of a force that reaches 0, or leaves it, within the step, and `_REFUSED` with nothing.
     """
-    tilt = 12.0 * nu * _mean(x, x + d, elastic, end, exponent) if curvature > 0.0 else 0.0
+    exponent, nu, a, b, c = contact.exponent, contact.nu, contact.a, contact.b, contact.c
+    tilt = 12.0 * nu * mean_force(x, x + d, elastic, end, exponent) if curvature > 0.0 else 0.0
     scale = 1.0 - b * curvature + c * tilt
     if scale < 0.1:
         return 0.0, 0.0, 0.0, 0.0, _REFUSED
     for _ in range(100):
         y = x + d
-        e = _mean(x, y, elastic, end, exponent)
+        e = mean_force(x, y, elastic, end, exponent)
         if abs(d) > 1e-3 * max(abs(x), abs(y)):
             de = (end - e) / d
         else:
@@ -136,14 +152,14 @@ def _newton(x, elastic, stiffness, exponent, nu, a, b, c, free_d, free_w, d, end
                 if f0 < 0.0 or e < curvature * abs(w):
                     return 0.0, 0.0, 0.0, 0.0, _REFUSED
             return max(f0, 0.0), r + dr * step + tilt * w, d, end if x + d > 0.0 else 0.0, _WHOLE
-        end = stiffness * power(x + d, exponent)
+        end = contact.stiffness * power(x + d, exponent)
     if curvature > 0.0:
         return 0.0, 0.0, 0.0, 0.0, _REFUSED
     return max((free_d - d) / a, 0.0), 0.0, d, end, _WHOLE
 
 
 @kernel
-def _mean(x, y, start, end, exponent):
+def mean_force(x: float, y: float, start: float, end: float, exponent: float) -> float:
     """The mean of the elastic force from x to y, of which it is `start` and `end`."""
     d = y - x
     if x > 0.0 and y > 0.0 and abs(d) <= 1e-3 * x:
@@ -154,13 +170,13 @@ def _mean(x, y, start, end, exponent):
 
 
 @kernel
-def _means(z):
+def _means(z: complex) -> tuple[complex, complex]:
     """The integrals over tau from 0 to 1 of exp(z tau), and of (tau - 1/2) exp(z tau) / z."""
     if abs(z) > 0.5:
-        rise = (cmath.exp(z) - 1.0) / z
-        return rise, (0.5 * rise + (1.0 - rise) / z) / z
-    rise, lean = complex(0.0), complex(0.0)
+        mean = (cmath.exp(z) - 1.0) / z
+        return mean, (0.5 * mean + (1.0 - mean) / z) / z
+    mean, moment = complex(0.0), complex(0.0)
     for n in range(_TERMS - 1, -1, -1):
-        rise = rise * z + _RISE[n]
-        lean = lean * z + _LEAN[n]
-    return rise, lean
+        mean = mean * z + _MEAN_TERMS[n]
+        moment = moment * z + _MOMENT_TERMS[n]
+    return mean, moment

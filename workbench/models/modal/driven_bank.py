@@ -3,85 +3,97 @@
 The inner loop runs over modes and keeps 16 sums in registers. Passes lie at multiples of 16 session frames. A call
 that ends inside one computes it from its beginning, with the excitation so far, and the next call does so again: each
 frame comes out of the same arithmetic, hence with the same bits, however the frames are split into calls.
-
-A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and contiguous.
 """
 
 import math
 
-from underfoot.kernels import kernel, modal_kernel, widest
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.kernels import Floats, kernel, modal_kernel, widest
+from underfoot.layouts import Layout, Memory
 
 PASS = 16
+
+STATE = Layout(
+    "driven_bank",
+    *("sounds", "driven_lately"),
+    excitation=PASS,
+    out=PASS,
+    near=("row",),
+    far=("row",),
+    kept_near=("row",),
+    kept_far=("row",),
+)
+"""Whether anything sounds, whether excitation came of late; a pass that has begun; each mode's last value and the one
+before, and a copy of both."""
+COEFFICIENTS = Layout(
+    "driven_bank_coefficients",
+    *("modes", "floor_squared", "amplitude_sum"),
+    gain=("row",),
+    near=("row",),
+    far=("row",),
+    near_rest=("row",),
+    far_rest=("row",),
+    quadrature_near=("row",),
+    quadrature_far=("row",),
+)
+"""A row of each: the gain; what the last value and the one before are multiplied by, and what float64 leaves of these
+over a pass; and what makes the quadrature of a mode, to know its amplitude."""
+
 _PATIENCE = 64  # frames without excitation after which modes under the floor are looked for
-_IN = 8  # before it, in s: whether anything sounds, whether excitation came of late
-_OUT = _IN + PASS
-_VALUES = _OUT + PASS  # rows: each mode's last value and the one before, and a copy of both
-_TABLE = 8  # before it, in t: modes, floor squared, sum of |amplitudes|; then rows:
-_GAIN, _NEAR, _FAR, _NEAR_REST, _FAR_REST, _QUADRATURE_NEAR, _QUADRATURE_FAR = range(7)
 
 
-@kernel
-def state_size(modes):
-    """The floats of `s`.
+def sizes(modes: int) -> dict[str, int]:
+    """The sizes of memories for so many modes: vector loops over whole eights have no remainder.
 
-    >>> state_size(10)
-    104
+    >>> sizes(10)
+    {'row': 16}
     """
-    return _VALUES + 4 * _padded(modes)
+    return {"row": (modes + 7) // 8 * 8}
 
 
 @kernel
-def tuning_size(modes):
-    """The floats of `t`.
+def design(modes: NDArray[np.float64], rate_hz: float, floor: float, coefficients: Memory) -> None:
+    """The bank of modes a exp(-b t) sin(2 pi f t), `modes` [3, m] rows of f (Hz), b (1/s) and a.
 
-    >>> tuning_size(10)
-    120
-    """
-    return _TABLE + 7 * _padded(modes)
-
-
-@kernel
-def tune(t, frequencies_hz, decays_per_s, amplitudes, rate_hz, floor):
-    """Set `t` for modes a exp(-b t) sin(2 pi f t). What rings already goes on with the new values.
+    What rings already goes on with the new values.
 
     A mode at or above half the rate is left out: it would alias. Without excitation, a mode whose amplitude has
     fallen below `floor` (output units) is set to exactly 0.
     """
-    modes = frequencies_hz.size
-    row = _padded(modes)
-    t[:] = 0.0
-    t[0] = modes
-    t[1] = floor * floor
-    for m in range(modes):
-        angle = 2.0 * math.pi * (frequencies_hz[m] / rate_hz)
-        if 0.0 < angle < math.pi and amplitudes[m] != 0.0:
-            decay = decays_per_s[m] / rate_hz
+    c = coefficients
+    c.values[:] = 0.0
+    c.modes, c.floor_squared = modes.shape[1], floor * floor
+    for m in range(modes.shape[1]):
+        angle, amplitude = 2.0 * math.pi * (modes[0, m] / rate_hz), modes[2, m]
+        if 0.0 < angle < math.pi and amplitude != 0.0:
+            decay = modes[1, m] / rate_hz
             size = math.exp(-decay)
-            o = _TABLE + m
-            t[2] += abs(amplitudes[m])
-            t[o + _GAIN * row] = amplitudes[m] * size * math.sin(angle)
+            c.amplitude_sum += abs(amplitude)
+            c.gain[m] = amplitude * size * math.sin(angle)
             # 2 r cos = 2 - (1 - r^2) - |1 - p|^2 and r^2 = 1 - (1 - r^2), from small numbers that are known well: what
             # rounding takes from the coefficients would put a low mode out of phase within seconds.
             loss = -math.expm1(-2.0 * decay)
             drift = loss + (math.expm1(-decay) ** 2 + 4.0 * size * math.sin(0.5 * angle) ** 2)
             near, far = 2.0 - drift, loss - 1.0
-            t[o + _NEAR * row], t[o + _NEAR_REST * row] = near, PASS * ((2.0 - near) - drift)
-            t[o + _FAR * row], t[o + _FAR_REST * row] = far, PASS * (loss - (1.0 + far))
-            t[o + _QUADRATURE_NEAR * row] = amplitudes[m] * size * math.cos(angle)
-            t[o + _QUADRATURE_FAR * row] = amplitudes[m] * size * size
+            c.near[m], c.near_rest[m] = near, PASS * ((2.0 - near) - drift)
+            c.far[m], c.far_rest[m] = far, PASS * (loss - (1.0 + far))
+            c.quadrature_near[m] = amplitude * size * math.cos(angle)
+            c.quadrature_far[m] = amplitude * size * size
 
 
 @kernel
-def ring(s, t, excitation, out, frame, n):
-    """Ring for `n` frames from session frame `frame` into `out`, driven by `excitation`.
+def ring(excitation: Floats, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
+    """Ring from session frame `frame` on into `out`, driven by `excitation`, one value a frame.
 
     One frame of excitation of value 1 rings, from that frame on, as sum a exp(-b t) sin(2 pi f t).
     """
-    done = 0
+    done, n = 0, out.size
     while done < n:
         at = frame + done
         if at % _PATIENCE == 0:
-            _drop(s, t)
+            _drop(coefficients, state)
         length = min(_PATIENCE - at % _PATIENCE, n - done)
         if at % PASS != 0 or length < PASS:
             length = min(PASS - at % PASS, length)
@@ -89,114 +101,83 @@ def ring(s, t, excitation, out, frame, n):
             length -= length % PASS
         for k in range(length):
             if excitation[done + k] != 0.0:
-                s[0] = s[1] = 1.0
+                state.sounds = state.driven_lately = 1.0
                 break
-        if s[0] == 0.0:
+        if state.sounds == 0.0:
             for k in range(length):
                 out[done + k] = 0.0
         elif length >= PASS:
-            _run_passes(s, t, excitation, done, out, done, length // PASS)
+            _run_passes(excitation[done : done + length], coefficients, state, out[done : done + length])
         else:
-            _run_part(s, t, excitation, out, done, at % PASS, length)
+            _run_part(excitation[done : done + length], at % PASS, coefficients, state, out[done : done + length])
         done += length
 
 
 @kernel
-def rest(s, t):
+def tail(state: Memory, coefficients: Memory) -> float:
     """An upper bound of |output| from here on, without further excitation."""
     bound = 0.0
     for k in range(PASS):
-        bound += abs(s[_IN + k])
-    bound *= t[2]  # the pass that has begun
-    for m in range(int(t[0])):
-        bound += math.sqrt(_squared_amplitude(s, t, m))
+        bound += abs(state.excitation[k])
+    bound *= coefficients.amplitude_sum  # the pass that has begun
+    for m in range(int(coefficients.modes)):
+        bound += math.sqrt(_squared_amplitude(coefficients, state, m))
     return bound
 
 
 @kernel
-def _padded(modes):
-    """The length of a row: vector loops over whole eights have no remainder."""
-    return (modes + 7) // 8 * 8
-
-
-@kernel
-def _run_part(s, t, excitation, out, done, start, length):
+def _run_part(excitation: Floats, start: int, coefficients: Memory, state: Memory, out: Floats) -> None:
     """A pass as far as its excitation is known: anew from its beginning, and undone unless this was its end."""
-    for k in range(length):
-        s[_IN + start + k] = excitation[done + k]
-    ends = start + length == PASS
-    rows = 2 * _padded(int(t[0]))
+    for k in range(out.size):
+        state.excitation[start + k] = excitation[k]
+    ends = start + out.size == PASS
     if not ends:
-        for m in range(_VALUES, _VALUES + rows):
-            s[m + rows] = s[m]
-    _run_passes(s, t, s, _IN, s, _OUT, 1)
-    for k in range(length):
-        out[done + k] = s[_OUT + start + k]
+        state.kept_near[:] = state.near
+        state.kept_far[:] = state.far
+    _run_passes(state.excitation, coefficients, state, state.out)
+    for k in range(out.size):
+        out[k] = state.out[start + k]
     if ends:
-        for k in range(_IN, _OUT):
-            s[k] = 0.0
+        state.excitation[:] = 0.0
     else:
-        for m in range(_VALUES, _VALUES + rows):
-            s[m] = s[m + rows]
+        state.near[:] = state.kept_near
+        state.far[:] = state.kept_far
 
 
 @kernel
-def _drop(s, t):
+def _drop(coefficients: Memory, state: Memory) -> None:
     """Set modes under the floor to exactly 0, unless excitation of late may still be building them up."""
-    if s[1] == 0.0:
-        s[0] = 0.0
-        row = _padded(int(t[0]))
-        for m in range(row):
-            if _squared_amplitude(s, t, m) > t[1]:
-                s[0] = 1.0
+    if state.driven_lately == 0.0:
+        state.sounds = 0.0
+        for m in range(state.row):
+            if _squared_amplitude(coefficients, state, m) > coefficients.floor_squared:
+                state.sounds = 1.0
             else:
-                s[_VALUES + m] = s[_VALUES + row + m] = 0.0
-    s[1] = 0.0
+                state.near[m] = state.far[m] = 0.0
+    state.driven_lately = 0.0
 
 
 @kernel
-def _squared_amplitude(s, t, m):
-    row = _padded(int(t[0]))
-    near, far = s[_VALUES + m], s[_VALUES + row + m]
-    o = _TABLE + m
-    sine = t[o + _GAIN * row] * near
-    cosine = t[o + _QUADRATURE_NEAR * row] * near - t[o + _QUADRATURE_FAR * row] * far
+def _squared_amplitude(c: Memory, state: Memory, m: int) -> float:
+    near, far = state.near[m], state.far[m]
+    sine = c.gain[m] * near
+    cosine = c.quadrature_near[m] * near - c.quadrature_far[m] * far
     return sine * sine + cosine * cosine
 
 
 @modal_kernel
-def _run_passes(s, t, excitation, first_in, out, first_out, count):
-    """`count` whole passes, from `excitation[first_in]` to `out[first_out]`."""
+def _run_passes(excitation: Floats, coefficients: Memory, state: Memory, out: Floats) -> None:
+    """Whole passes, from `excitation` to `out`."""
     widest()
-    row = _padded(int(t[0]))
-    nears, fars = s[_VALUES : _VALUES + row], s[_VALUES + row : _VALUES + 2 * row]
-    o = _TABLE
-    gains, as_, bs = t[o : o + row], t[o + row : o + 2 * row], t[o + 2 * row : o + 3 * row]
-    a_rests, b_rests = t[o + 3 * row : o + 4 * row], t[o + 4 * row : o + 5 * row]
-    for i in range(count):
-        o = first_in + PASS * i
-        e0, e1, e2, e3, e4, e5, e6, e7 = (
-            excitation[o + 0],
-            excitation[o + 1],
-            excitation[o + 2],
-            excitation[o + 3],
-            excitation[o + 4],
-            excitation[o + 5],
-            excitation[o + 6],
-            excitation[o + 7],
-        )
-        e8, e9, e10, e11, e12, e13, e14, e15 = (
-            excitation[o + 8],
-            excitation[o + 9],
-            excitation[o + 10],
-            excitation[o + 11],
-            excitation[o + 12],
-            excitation[o + 13],
-            excitation[o + 14],
-            excitation[o + 15],
-        )
+    nears, fars = state.near, state.far
+    gains, as_, bs = coefficients.gain, coefficients.near, coefficients.far
+    a_rests, b_rests = coefficients.near_rest, coefficients.far_rest
+    for i in range(0, out.size, PASS):
+        e = excitation[i : i + PASS]
+        e0, e1, e2, e3, e4, e5, e6, e7 = e[0], e[1], e[2], e[3], e[4], e[5], e[6], e[7]
+        e8, e9, e10, e11, e12, e13, e14, e15 = e[8], e[9], e[10], e[11], e[12], e[13], e[14], e[15]
         a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = a8 = a9 = a10 = a11 = a12 = a13 = a14 = a15 = 0.0
-        for m in range(row):
+        for m in range(state.row):
             x, y = nears[m], fars[m]
             g, a, b = gains[m], as_[m], bs[m]
             a0 += g * x
@@ -233,24 +214,6 @@ def _run_passes(s, t, excitation, first_in, out, first_out, count):
             x = a * y + (b * x + e15)
             nears[m] = x + (a_rests[m] * x + b_rests[m] * y)
             fars[m] = y
-        o = first_out + PASS * i
-        out[o + 0], out[o + 1], out[o + 2], out[o + 3], out[o + 4], out[o + 5], out[o + 6], out[o + 7] = (
-            a0,
-            a1,
-            a2,
-            a3,
-            a4,
-            a5,
-            a6,
-            a7,
-        )
-        out[o + 8], out[o + 9], out[o + 10], out[o + 11], out[o + 12], out[o + 13], out[o + 14], out[o + 15] = (
-            a8,
-            a9,
-            a10,
-            a11,
-            a12,
-            a13,
-            a14,
-            a15,
-        )
+        o = out[i : i + PASS]
+        o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7] = a0, a1, a2, a3, a4, a5, a6, a7
+        o[8], o[9], o[10], o[11], o[12], o[13], o[14], o[15] = a8, a9, a10, a11, a12, a13, a14, a15

@@ -3,21 +3,62 @@
 The scheme is in `contact_step`; `hammer` is the same hammer in real time.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import number
 from underfoot.errors import require
-from underfoot.models.modal import contact_motion
-from underfoot.models.modal import hammer as impact_row
+from underfoot.models.modal import contact_motion, hammer, phasors
 from underfoot.models.modal.bank import checked_modes
+from underfoot.models.signals.events import event_list
+
+
+class ModalObject(NamedTuple):
+    """What is struck: one number a mode in each list.
+
+    Frequencies of the damped ringing (Hz) and decays b (1/s) as in equation 3.4, 0 or more; modal masses above 0 (kg);
+    shapes at the struck point.
+    """
+
+    frequencies_hz: ArrayLike
+    decays_per_s: ArrayLike
+    masses_kg: ArrayLike
+    shapes: ArrayLike
 
 
 @dataclass(frozen=True)
-class Blow:
-    """What a blow does, frame by frame."""
+class Hammer:
+    """What strikes: it touches the surface at frame 0 and presses it with k x^a (1 + mu x'), but never pulls.
+
+    Mass above 0, velocity 0 or more, stiffness k above 0 (N/m^a), exponent a from 1 to 10, damping mu = lambda / k 0 or
+    more (s/m), and a constant load that presses it on, 0 or more (N). Raises `BadValue`.
+    """
+
+    mass_kg: float
+    velocity_m_s: float
+    stiffness: float
+    exponent: float = 1.5
+    damping_s_m: float = 0.0
+    load_n: float = field(default=0.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        for name, lowest, highest, allowed in (
+            ("mass_kg", 1e-12, 1e12, "1e-12 to 1e12 kg"),
+            ("velocity_m_s", 0.0, 1e6, "0 to 1e6 m/s"),
+            ("stiffness", 1e-12, 1e20, "1e-12 to 1e20 N/m^a"),
+            ("exponent", 1.0, 10.0, "1 to 10"),
+            ("damping_s_m", 0.0, 1e6, "0 to 1e6 s/m"),
+            ("load_n", 0.0, 1e9, "0 to 1e9 N"),
+        ):
+            number(name, getattr(self, name), lowest, highest, allowed)
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What a strike does, frame by frame."""
 
     force_n: NDArray[np.float64]
     """Contact force (N), never negative, the mean over each frame."""
@@ -29,65 +70,34 @@ class Blow:
     """Sub-steps of a frame while the hammer is there."""
 
 
-def blow(
-    mass_kg: float,
-    velocity_m_s: float,
-    stiffness: float,
-    exponent: float,
-    damping_s_m: float,
-    frequencies_hz: ArrayLike,
-    decays_per_s: ArrayLike,
-    masses_kg: ArrayLike,
-    shapes: ArrayLike,
-    seconds: float,
-    rate: float,
-    error: float,
-    load_n: float = 0.0,
-) -> Blow:
-    """Strike a modal object at rest with a hammer, `seconds` long at `rate` frames a second.
+def strike(by: Hammer, target: ModalObject, seconds: float, rate: float, error: float) -> Impact:
+    """Strike a modal object at rest, `seconds` long at `rate` frames a second.
 
-    The hammer (mass above 0, velocity 0 or more) touches the surface at frame 0 and presses it with k x^a (1 + mu x'),
-    but never pulls: stiffness k above 0 (N/m^a), exponent a from 1 to 10, damping mu = lambda / k 0 or more (s/m). The
-    object's modes: frequencies of the damped ringing (Hz) and decays b (1/s) as in equation 3.4, 0 or more; modal
-    masses above 0 (kg); shapes at the struck point. A mode at or above half the rate takes part in the contact, but is
-    left out of displacement and acceleration, where it would alias. `load_n` presses the hammer on (0 or more).
+    A mode at or above half the rate takes part in the contact, but is left out of displacement and acceleration, where
+    it would alias. `error`, 1e-12 to 0.5, is the relative L2 error asked of the displacement. Sub-steps are doubled
+    until two runs agree to it, at most to 4096 a frame; where those do not suffice (a contact shorter than 1/200 of a
+    frame) the error is larger, but energy is never gained. Rounding sets a floor near 1e-12. Raises `BadValue`.
 
-    `error`, 1e-12 to 0.5, is the relative L2 error asked of the displacement. Sub-steps are doubled until two runs
-    agree to it, at most to 4096 a frame; where those do not suffice (a contact shorter than 1/200 of a frame) the error
-    is larger, but energy is never gained. Rounding sets a floor near 1e-12. Raises `BadValue`.
-
-    >>> hit = blow(0.02, 1.0, 1e7, 1.5, 0.0, [200.0], [10.0], [1.0], [1.0], seconds=0.01, rate=48_000, error=1e-6)
+    >>> hit = strike(Hammer(0.02, 1.0, 1e7), ModalObject([200.0], [10.0], [1.0], [1.0]), 0.01, 48_000, error=1e-6)
     >>> round(float(hit.force_n.sum()) / 48_000, 4)  # impulse, N s: less than 2 m v, since the object gives way
     0.0393
     """
-    for name, value, lowest, highest, allowed in (
-        ("mass_kg", mass_kg, 1e-12, 1e12, "1e-12 to 1e12 kg"),
-        ("velocity_m_s", velocity_m_s, 0.0, 1e6, "0 to 1e6 m/s"),
-        ("stiffness", stiffness, 1e-12, 1e20, "1e-12 to 1e20 N/m^a"),
-        ("exponent", exponent, 1.0, 10.0, "1 to 10"),
-        ("damping_s_m", damping_s_m, 0.0, 1e6, "0 to 1e6 s/m"),
-        ("rate", rate, 1.0, 1e9, "1 to 1e9 Hz"),
-        ("seconds", seconds, 0.0, 1e6, "0 to 1e6 s"),
-        ("error", error, 1e-12, 0.5, "1e-12 to 0.5"),
-        ("load_n", load_n, 0.0, 1e9, "0 to 1e9 N"),
-    ):
-        number(name, value, lowest, highest, allowed)
-    frequencies, decays, masses, weights = checked_modes(
-        frequencies_hz=frequencies_hz, decays_per_s=decays_per_s, masses_kg=masses_kg, shapes=shapes
-    )
-    order = np.argsort(decays, kind="stable")
-    modes = (frequencies[order], decays[order], masses[order], weights[order])
-    mobility = float((weights**2 / masses).sum())
+    number("rate", rate, 1.0, 1e9, "1 to 1e9 Hz")
+    number("seconds", seconds, 0.0, 1e6, "0 to 1e6 s")
+    number("error", error, 1e-12, 0.5, "1e-12 to 0.5")
+    modes = np.array(checked_modes(**target._asdict()))
+    modes = np.ascontiguousarray(modes[:, np.argsort(modes[1], kind="stable")])
+    mobility = float((modes[3] ** 2 / modes[2]).sum())
     rate = float(rate)
     frames = round(float(seconds) * rate)
     require(frames <= 2**28, "seconds", seconds, f"at most 2^28 frames, {2**28 / rate:.6g} s at this rate")
-    steps = impact_row.substeps(error, mass_kg, stiffness, exponent, velocity_m_s, mobility, rate)
-    hammer = np.array([mass_kg, stiffness, exponent, damping_s_m, load_n, error, (steps + 1) // 2], dtype=np.float64)
-    coarse = _run(hammer, velocity_m_s, modes, frames, rate)
+    steps = hammer.substeps(error, by.mass_kg, by.stiffness, by.exponent, by.velocity_m_s, mobility, rate)
+    steps = (steps + 1) // 2
+    coarse = _run(by, modes, steps, frames, rate)
     change = np.inf
     while True:
-        hammer[-1] *= 2
-        fine = _run(hammer, velocity_m_s, modes, frames, rate)
+        steps *= 2
+        fine = _run(by, modes, steps, frames, rate)
         before = change
         change = _distance(coarse, fine)
         if 4.0 * change <= error:
@@ -95,32 +105,36 @@ def blow(
         # The error of one smooth contact falls 16-fold with each doubling; that of a rattle, hardly predictably.
         left = change / 3.0 if _contacts(fine) == 1 else 2.0 * change
         rounding = change < 1e-9 and change > 0.5 * before
-        if left <= error or rounding or 2 * fine.substeps > impact_row.MOST_SUBSTEPS:
+        if left <= error or rounding or 2 * fine.substeps > hammer.MOST_SUBSTEPS:
             return fine
         coarse = fine
 
 
-_Modes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+def _run(by: Hammer, modes: NDArray[np.float64], substeps: int, frames: int, rate: float) -> Impact:
+    """One run with so many sub-steps a frame."""
+    sizes = phasors.sizes(modes.shape[1])
+    known, state = contact_motion.OBJECT.zeros(**sizes), contact_motion.STATE.zeros(row=sizes["row"])
+    hammer.design(modes, 1.0, 1.0, rate, 0.0, known)
+    thrown = hammer.HAMMER.zeros()
+    thrown.mass, thrown.stiffness, thrown.exponent, thrown.damping = (
+        by.mass_kg,
+        by.stiffness,
+        by.exponent,
+        by.damping_s_m,
+    )
+    thrown.load, thrown.error, thrown.substeps = by.load_n, 0.0, substeps
+    out = hammer.Response(np.empty(frames), np.empty(frames), np.empty(frames))
+    hammer.ring(event_list((0.0, by.velocity_m_s)), thrown, 0, known, state, out)
+    return Impact(out.force, out.displacement, out.acceleration, substeps)
 
 
-def _run(hammer: NDArray[np.float64], velocity_m_s: float, modes: _Modes, frames: int, rate: float) -> Blow:
-    """One run, with the hammer's own number of sub-steps."""
-    s = np.zeros(contact_motion.state_size(modes[0].size))
-    t = np.zeros(contact_motion.tuning_size(modes[0].size))
-    impact_row.tune(t, *modes, float(rate), 0.0)
-    throw = np.array([0.0, velocity_m_s, 0.0])
-    force, acceleration, displacement = np.empty(frames), np.empty(frames), np.empty(frames)
-    impact_row.ring(s, t, hammer, throw, 1, force, acceleration, displacement, 0, frames)
-    return Blow(force, displacement, acceleration, int(hammer[-1]))
-
-
-def _distance(coarse: Blow, fine: Blow) -> float:
+def _distance(coarse: Impact, fine: Impact) -> float:
     """The relative L2 difference of two runs' displacements."""
     size = float(np.linalg.norm(fine.displacement_m))
     return float(np.linalg.norm(fine.displacement_m - coarse.displacement_m)) / size if size > 0.0 else 0.0
 
 
-def _contacts(run: Blow) -> int:
+def _contacts(run: Impact) -> int:
     """How often contact begins, as far as whole frames show it."""
     touching = run.force_n > 0.0
     return int(np.count_nonzero(touching & np.diff(touching, prepend=False)))

@@ -8,24 +8,30 @@ would cost more than the modes do. The end of 64 frames is one product with p^64
 
 import math
 
-from underfoot.kernels import kernel, modal_kernel, widest
+from underfoot.kernels import Floats, kernel, modal_kernel, widest
+from underfoot.layouts import Layout, Memory
 
 BLOCK = 64
-TABLE_ROWS = 12
-"""Powers 1, 2, 3, 4, 16 and 64 of the poles: a row of real parts, then one of imaginary parts, for each."""
-PHASOR_ROWS = 4
-"""x and y, and two rows to work with."""
 
 FEW = 16
 """In a row of at most so many modes each has its `waves`, 1 KB; beyond, they would no longer stay in the cache."""
 
 _EXPONENTS = (1, 2, 3, 4, 16, 64)
-P64 = 10
-"""The row of p^64."""
+
+POWERS = Layout(
+    "powers",
+    **{f"p{n}_{part}": ("row",) for n in _EXPONENTS for part in ("re", "im")},
+    waves=("wave_values",),
+)
+"""Powers 1, 2, 3, 4, 16 and 64 of the poles: a row of real and one of imaginary parts for each. `waves`, where modes
+are few, are 64 powers of each pole, a mode's real parts and then its imaginary parts."""
+
+PHASORS = Layout("phasors", re=("row",), im=("row",), work_re=("row",), work_im=("row",))
+"""x and y of each mode, and two rows to work with."""
 
 
 @kernel
-def padded(modes):
+def padded(modes: int) -> int:
     """The length of a row, a multiple of what the inner loops take at a time.
 
     >>> padded(10), padded(20)
@@ -35,7 +41,7 @@ def padded(modes):
 
 
 @kernel
-def in_use(last, row):
+def in_use(last: int, row: int) -> int:
     """How many modes of a row to go through, so that the first `last` are among them.
 
     >>> in_use(3, 12), in_use(9, 12), in_use(9, 200)
@@ -44,31 +50,33 @@ def in_use(last, row):
     return min((last + 7) // 8 * 8, row)
 
 
-@kernel
-def waves_size(modes):
-    """The floats of `waves`: 64 powers of each pole, real parts and then imaginary parts, where modes are few.
+def sizes(modes: int) -> dict[str, int]:
+    """The sizes of memories for so many modes.
 
-    >>> waves_size(10), waves_size(17)
-    (1536, 0)
+    >>> sizes(10), sizes(17)
+    ({'row': 12, 'wave_values': 1536}, {'row': 24, 'wave_values': 0})
     """
-    return 2 * BLOCK * padded(modes) if modes <= FEW else 0
+    row = padded(modes)
+    return {"row": row, "wave_values": 2 * BLOCK * row if modes <= FEW else 0}
 
 
 @kernel
-def tabulate(table, row, waves, m, frequency_hz, decay_per_s, rate_hz):
+def tabulate(powers: Memory, m: int, frequency_hz: float, decay_per_s: float, rate_hz: float) -> None:
     """Write the powers of the pole of mode `m`.
 
     Of an angle reduced exactly, each: what rounding does to one power, the next 64 frames would do again.
     """
-    for i in range(6):
-        size = math.exp(-decay_per_s * _EXPONENTS[i] / rate_hz)
-        angle = 2.0 * math.pi * (frequency_hz * _EXPONENTS[i] % rate_hz / rate_hz)
-        table[2 * i * row + m] = size * math.cos(angle)
-        table[(2 * i + 1) * row + m] = size * math.sin(angle)
+    powers.p1_re[m], powers.p1_im[m] = _power(1, frequency_hz, decay_per_s, rate_hz)
+    powers.p2_re[m], powers.p2_im[m] = _power(2, frequency_hz, decay_per_s, rate_hz)
+    powers.p3_re[m], powers.p3_im[m] = _power(3, frequency_hz, decay_per_s, rate_hz)
+    powers.p4_re[m], powers.p4_im[m] = _power(4, frequency_hz, decay_per_s, rate_hz)
+    powers.p16_re[m], powers.p16_im[m] = _power(16, frequency_hz, decay_per_s, rate_hz)
+    powers.p64_re[m], powers.p64_im[m] = _power(64, frequency_hz, decay_per_s, rate_hz)
+    waves = powers.waves
     if waves.size > 0:
         re, im = waves[2 * BLOCK * m : 2 * BLOCK * m + BLOCK], waves[2 * BLOCK * m + BLOCK : 2 * BLOCK * (m + 1)]
         re[0], im[0] = 1.0, 0.0
-        x, y = table[m], table[row + m]
+        x, y = powers.p1_re[m], powers.p1_im[m]
         known = 1
         while known < BLOCK:
             for k in range(known):
@@ -79,24 +87,32 @@ def tabulate(table, row, waves, m, frequency_hz, decay_per_s, rate_hz):
 
 
 @kernel
-def free_block(block, table, row, waves, phasors, active):
+def _power(exponent: int, frequency_hz: float, decay_per_s: float, rate_hz: float) -> tuple[float, float]:
+    size = math.exp(-decay_per_s * exponent / rate_hz)
+    angle = 2.0 * math.pi * (frequency_hz * exponent % rate_hz / rate_hz)
+    return size * math.cos(angle), size * math.sin(angle)
+
+
+@kernel
+def free_block(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
     """Fill `block` with the free ringing of the first `active` modes, and move their phasors to its end.
 
     `active` is what `in_use` or `padded` gives.
     """
     widest()
-    if waves.size > 0:
-        _few(block, table, row, waves, phasors, active)
+    if powers.waves.size > 0:
+        _few(block, powers, phasors, active)
     else:
-        _many(block, table, row, phasors, active)
+        _many(block, powers, phasors, active)
 
 
 @modal_kernel
-def _few(block, table, row, waves, phasors, active):
+def _few(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
     """Four modes at a time, frames innermost."""
     widest()
-    x, y = phasors[:active], phasors[row : row + active]
-    p64, q64 = table[10 * row : 10 * row + active], table[11 * row : 11 * row + active]
+    x, y = phasors.re[:active], phasors.im[:active]
+    p64, q64 = powers.p64_re[:active], powers.p64_im[:active]
+    waves = powers.waves
     for k in range(BLOCK):
         block[k] = 0.0
     for m in range(0, active, 4):
@@ -114,16 +130,14 @@ def _few(block, table, row, waves, phasors, active):
 
 
 @modal_kernel
-def _many(block, table, row, phasors, active):
+def _many(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
     """Sixteen sums at a time stay in registers: four phasors, four frames apart, times three tabulated powers."""
     widest()
-    p1, q1 = table[:active], table[row : row + active]
-    p2, q2 = table[2 * row : 2 * row + active], table[3 * row : 3 * row + active]
-    p3, q3 = table[4 * row : 4 * row + active], table[5 * row : 5 * row + active]
-    p4, q4 = table[6 * row : 6 * row + active], table[7 * row : 7 * row + active]
-    p64, q64 = table[10 * row : 10 * row + active], table[11 * row : 11 * row + active]
-    x, y = phasors[:active], phasors[row : row + active]
-    u, v = phasors[2 * row : 2 * row + active], phasors[3 * row : 3 * row + active]
+    p1, q1, p2, q2 = powers.p1_re[:active], powers.p1_im[:active], powers.p2_re[:active], powers.p2_im[:active]
+    p3, q3, p4, q4 = powers.p3_re[:active], powers.p3_im[:active], powers.p4_re[:active], powers.p4_im[:active]
+    p64, q64 = powers.p64_re[:active], powers.p64_im[:active]
+    x, y = phasors.re[:active], phasors.im[:active]
+    u, v = phasors.work_re[:active], phasors.work_im[:active]
     for m in range(active):
         r, i = x[m], y[m]
         u[m], v[m] = r, i
@@ -161,20 +175,24 @@ def _many(block, table, row, phasors, active):
 
 
 @kernel
-def advanced(table, row, m, x, y, frames):
+def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[float, float]:
     """The phasor (x, y) of mode `m` after 0 to 64 `frames`."""
     if frames == BLOCK:
-        return _times(table, row, m, 10, x, y)
+        return _times(powers.p64_re[m], powers.p64_im[m], x, y)
     for _ in range(frames // 16):
-        x, y = _times(table, row, m, 8, x, y)
+        x, y = _times(powers.p16_re[m], powers.p16_im[m], x, y)
     for _ in range(frames % 16 // 4):
-        x, y = _times(table, row, m, 6, x, y)
-    if frames % 4 > 0:
-        x, y = _times(table, row, m, 2 * (frames % 4 - 1), x, y)
+        x, y = _times(powers.p4_re[m], powers.p4_im[m], x, y)
+    left = frames % 4
+    if left == 1:
+        x, y = _times(powers.p1_re[m], powers.p1_im[m], x, y)
+    elif left == 2:
+        x, y = _times(powers.p2_re[m], powers.p2_im[m], x, y)
+    elif left == 3:
+        x, y = _times(powers.p3_re[m], powers.p3_im[m], x, y)
     return x, y
 
 
 @kernel
-def _times(table, row, m, i, x, y):
-    a, b = table[i * row + m], table[(i + 1) * row + m]
+def _times(a: float, b: float, x: float, y: float) -> tuple[float, float]:
     return x * a - y * b, y * a + x * b

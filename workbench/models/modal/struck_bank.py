@@ -3,160 +3,124 @@
 Blocks lie at multiples of 64 session frames, whatever the calls. An event adds its response, tabulated once, to the
 rest of its block, and its exact share to the phasors at the block's end; hence the same bits however the frames are
 split into calls.
-
-A row is a state `s`, all zero at rest, and a tuning `t`, both float64 and contiguous: `s` holds the block's output
-and the phasors at its end; `t` the response to an event of strength 1, the amplitudes and the powers of the poles.
 """
 
 import math
 
-from underfoot.kernels import kernel
-from underfoot.models.modal.phasors import (
-    BLOCK,
-    PHASOR_ROWS,
-    TABLE_ROWS,
-    advanced,
-    free_block,
-    in_use,
-    padded,
-    tabulate,
-    waves_size,
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Layout, Memory
+from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS, advanced, free_block, in_use, tabulate
+
+STATE = Layout("struck_bank", "active", "struck_lately", "given", block=BLOCK, phasors=PHASORS)
+"""Modes in use, whether an event came of late, and how many frames of the block were given out; the block's output, and
+the phasors at its end."""
+COEFFICIENTS = Layout(
+    "struck_bank_coefficients", "modes", "floor_squared", response=BLOCK, amplitudes=PHASORS, powers=POWERS
 )
+"""How many modes, and the square of the amplitude below which one drops out; the response to an event of strength 1,
+the amplitudes (in `amplitudes.re`), and the powers of the poles."""
 
 _PATIENCE = 32 * BLOCK  # how often modes that fell below the floor are looked for
-_OUTPUT = 8  # before it, in s: modes in use, events of late, frames of the block given out; in t: modes, floor squared
-_ROWS = _OUTPUT + BLOCK
-# From there on in s: phasors; in t: phasors to work with (the first row keeps the amplitudes), the table, the waves.
 
 
 @kernel
-def state_size(modes):
-    """The floats of `s`.
+def design(
+    modes: NDArray[np.float64], pitch: float, decay: float, rate_hz: float, floor: float, coefficients: Memory
+) -> None:
+    """The bank of modes a exp(-b t) sin(2 pi f t), `modes` [3, m] rows of f (Hz), b (1/s) and a.
 
-    >>> state_size(10)
-    120
-    """
-    return _ROWS + PHASOR_ROWS * padded(modes)
-
-
-@kernel
-def tuning_size(modes):
-    """The floats of `t`.
-
-    >>> tuning_size(10)
-    1800
-    """
-    return _ROWS + (PHASOR_ROWS + TABLE_ROWS) * padded(modes) + waves_size(modes)
-
-
-@kernel
-def tune(t, frequencies_hz, decays_per_s, amplitudes, rate_hz, floor):
-    """Set `t` for modes a exp(-b t) sin(2 pi f t). What rings already goes on with the new frequencies and decays.
-
+    `pitch` is a factor on all frequencies and `decay` one on all decays. What rings already goes on with the new ones.
     A mode at or above half the rate is left out: it would alias. One whose amplitude falls below `floor` (output
     units; 120 dB below what is loud is a good choice) drops out, and so does the cost of the modes behind the last
     that sounds: list slow decays first.
     """
-    modes = frequencies_hz.size
-    row = padded(modes)
-    t[:] = 0.0
-    t[0] = modes
-    t[1] = floor * floor
-    phasors = t[_ROWS:]
-    table, waves = _tables(t)
-    for m in range(modes):
-        if frequencies_hz[m] < 0.5 * rate_hz:
-            tabulate(table, row, waves, m, frequencies_hz[m], decays_per_s[m], rate_hz)
-            phasors[m] = amplitudes[m]
-    free_block(t[_OUTPUT:_ROWS], table, row, waves, phasors, row)
-    for m in range(modes):
-        phasors[m] = amplitudes[m] if frequencies_hz[m] < 0.5 * rate_hz else 0.0
+    count = modes.shape[1]
+    coefficients.values[:] = 0.0
+    coefficients.modes, coefficients.floor_squared = count, floor * floor
+    phasors = coefficients.amplitudes
+    for m in range(count):
+        frequency = modes[0, m] * pitch
+        if frequency < 0.5 * rate_hz:
+            tabulate(coefficients.powers, m, frequency, modes[1, m] * decay, rate_hz)
+            phasors.re[m] = modes[2, m]
+    free_block(coefficients.response, coefficients.powers, phasors, phasors.row)
+    for m in range(count):
+        phasors.re[m] = modes[2, m] if modes[0, m] * pitch < 0.5 * rate_hz else 0.0
 
 
 @kernel
-def ring(s, t, events, count, out, frame, n):
-    """Ring for `n` frames from session frame `frame` into `out`; one struck by 1 adds sum a exp(-b t) sin(2 pi f t).
+def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
+    """Ring from session frame `frame` on into `out`; an event of strength 1 adds sum a exp(-b t) sin(2 pi f t).
 
-    `events` is flat, (time, strength, duration) for each of `count` events, in order of time; one acts from the
-    frame that its time lies in. One before `frame` acts at once.
+    An event acts from the frame that its time lies in; one before `frame` acts at once.
     """
-    row = padded(int(t[0]))
-    table, waves = _tables(t)
-    block = s[_OUTPUT:_ROWS]
-    phasors = s[_ROWS:]
-    done = 0
-    event = 0
+    block, powers, phasors = state.block, coefficients.powers, state.phasors
+    done, event, count, n = 0, 0, len(events), out.size
     while done < n:
         start = (frame + done) % BLOCK
         length = min(BLOCK - start, n - done)
-        struck = event < count and events[3 * event] < frame + done + length
-        straight = length == BLOCK and not struck  # nothing is to be kept of this block
+        is_struck = event < count and events.time[event] < frame + done + length
+        straight = length == BLOCK and not is_struck  # nothing is to be kept of this block
         if start == 0:
             if (frame + done) % _PATIENCE == 0:
-                _drop(s, t)
+                _drop(coefficients, state)
             goal = out[done : done + BLOCK] if straight else block
-            free_block(goal, table, row, waves, phasors, int(s[0]))
-        while event < count and events[3 * event] < frame + done + length:
-            at = int(math.floor(events[3 * event])) - (frame + done)
-            _strike(s, t, table, start + max(at, 0), events[3 * event + 1])
+            free_block(goal, powers, phasors, int(state.active))
+        while event < count and events.time[event] < frame + done + length:
+            at = int(math.floor(events.time[event])) - (frame + done)
+            _strike(coefficients, state, start + max(at, 0), events.strength[event])
             event += 1
         if not straight:
             for i in range(length):
                 out[done + i] = block[start + i]
         done += length
-        s[2] = (start + length) % BLOCK if s[0] > 0.0 else 0.0
+        state.given = (start + length) % BLOCK if state.active > 0.0 else 0.0
 
 
 @kernel
-def rest(s, t):
+def tail(state: Memory) -> float:
     """An upper bound of |output| from here on, if nothing strikes again."""
-    row = padded(int(t[0]))
+    block, phasors = state.block, state.phasors
     bound = 0.0
-    if s[2] > 0.0:
-        for i in range(_OUTPUT + int(s[2]), _ROWS):
-            bound = max(bound, abs(s[i]))
-    for m in range(_ROWS, _ROWS + int(s[0])):
-        bound += math.sqrt(s[m] ** 2 + s[m + row] ** 2)
+    if state.given > 0.0:
+        for i in range(int(state.given), BLOCK):
+            bound = max(bound, abs(block[i]))
+    for m in range(int(state.active)):
+        bound += math.sqrt(phasors.re[m] ** 2 + phasors.im[m] ** 2)
     return bound
 
 
 @kernel
-def _tables(t):
-    """The powers of the poles, and their waves."""
-    modes = int(t[0])
-    table = _ROWS + PHASOR_ROWS * padded(modes)
-    waves = table + TABLE_ROWS * padded(modes)
-    return t[table:waves], t[waves : waves + waves_size(modes)]
-
-
-@kernel
-def _drop(s, t):
+def _drop(coefficients: Memory, state: Memory) -> None:
     """Set modes under the floor to exactly 0, unless events of late may still be building them up."""
-    if s[1] == 0.0:
-        row = padded(int(t[0]))
+    if state.struck_lately == 0.0:
+        re, im = state.phasors.re, state.phasors.im
         last = 0
-        for m in range(int(s[0])):
-            x, y = _ROWS + m, _ROWS + row + m
-            if s[x] * s[x] + s[y] * s[y] > t[1]:
+        for m in range(int(state.active)):
+            if re[m] * re[m] + im[m] * im[m] > coefficients.floor_squared:
                 last = m + 1
             else:
-                s[x] = s[y] = 0.0
-        s[0] = in_use(last, row)
+                re[m] = im[m] = 0.0
+        state.active = in_use(last, re.size)
         if last == 0:
-            s[_OUTPUT:] = 0.0
-    s[1] = 0.0
+            state.block[:] = 0.0
+            state.phasors.values[:] = 0.0
+    state.struck_lately = 0.0
 
 
 @kernel
-def _strike(s, t, table, at, strength):
+def _strike(coefficients: Memory, state: Memory, at: int, strength: float) -> None:
     """Add an event at frame `at` of the block: the tabulated response, and its phasors at the block's end."""
+    block, response = state.block, coefficients.response
     for i in range(BLOCK - at):
-        s[_OUTPUT + at + i] += strength * t[_OUTPUT + i]
-    modes = int(t[0])
-    row = padded(modes)
-    for m in range(modes):
-        x, y = advanced(table, row, m, strength * t[_ROWS + m], 0.0, BLOCK - at)
-        s[_ROWS + m] += x
-        s[_ROWS + row + m] += y
-    s[0] = row
-    s[1] = 1.0
+        block[at + i] += strength * response[i]
+    re, im, amplitudes = state.phasors.re, state.phasors.im, coefficients.amplitudes.re
+    for m in range(int(coefficients.modes)):
+        x, y = advanced(coefficients.powers, m, strength * amplitudes[m], 0.0, BLOCK - at)
+        re[m] += x
+        im[m] += y
+    state.active = re.size
+    state.struck_lately = 1.0

@@ -6,15 +6,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Layout, Memory
 from underfoot.models.filtering import second_order
 
-NOTE_STATE, NOTE_TUNING = 6, 4
-"""Floats of state and tuning of an attack-decay envelope."""
-CONTACT_STATE, CONTACT_TUNING = 1, 1
-"""Floats of state and tuning of the constant envelope."""
-STRAIN_STATE, STRAIN_TUNING = second_order.SECTION_STATE, second_order.SECTION_TUNING
-"""Floats of state and tuning of the dynamic envelope."""
+NOTE_STATE = Layout("note", "onset", "start_value", "peak", "duration", "attack", "decay")
+"""Of the note that sounds: its onset (session frames), the value at its onset, its peak, and its times in frames; a
+duration of 0 where none sounds."""
+NOTE_COEFFICIENTS = Layout("note_coefficients", "attack", "decay", "duration", "amplitude")
+"""Of a note: attack, decay and default duration in frames, and the peak at strength 1."""
+CONTACT_STATE = Layout("contact_envelope", "level")
+CONTACT_COEFFICIENTS = Layout("contact_envelope_coefficients", "step")
+STRAIN_STATE, STRAIN_COEFFICIENTS = second_order.STATE, second_order.COEFFICIENTS
 
 SHORTEST_SEGMENT_S = 0.5e-3
 """No attack or decay of a running note is shorter: a step would click."""
@@ -54,138 +57,140 @@ def attack_decay(
 
 
 @kernel
-def tune_note(t, attack_s, decay_s, duration_s, amplitude, rate):
-    """Fill `t` (NOTE_TUNING); `duration_s` is for events that do not know theirs, `amplitude` for a strength of 1."""
+def design_note(
+    attack_s: float, decay_s: float, duration_s: float, amplitude: float, rate: float, coefficients: Memory
+) -> None:
+    """A note's times and peak; `duration_s` is for events that do not know theirs, `amplitude` for a strength of 1."""
     shortest = SHORTEST_SEGMENT_S * rate
-    t[0] = max(attack_s * rate, shortest)
-    t[1] = max(decay_s * rate, shortest)
-    t[2] = duration_s * rate
-    t[3] = amplitude
+    coefficients.attack = max(attack_s * rate, shortest)
+    coefficients.decay = max(decay_s * rate, shortest)
+    coefficients.duration = duration_s * rate
+    coefficients.amplitude = amplitude
 
 
 @kernel
-def run_note(s, t, events, count, frame, rate, y, n):
-    """Fill `n` frames of `y` with the envelope of the notes that `events` (3 `count` floats, sorted) begin.
+def run_note(events: Memory, rate: float, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
+    """Fill `out` with the envelope of the notes that `events` begin.
 
     Onsets are sub-sample. A note that begins while another sounds rises or falls from the present value to its own
     peak, amplitude times strength; it keeps the attack, decay and amplitude it began with.
 
-    >>> s, t, y = np.zeros(NOTE_STATE), np.zeros(NOTE_TUNING), np.empty(200)
-    >>> tune_note(t, 0.02, 0.02, 0.1, 1.0, 1000.0)
-    >>> run_note(s, t, np.array([5.5, 2.0, 0.0]), 1, 0, 1000.0, y, 200)
-    >>> bool(y[:6].max() == 0.0), bool(y.max() == 2.0), bool(y[106:].max() == 0.0)
+    >>> from underfoot.models.signals.events import event_list
+    >>> coefficients, state, envelope = NOTE_COEFFICIENTS.zeros(), NOTE_STATE.zeros(), np.empty(200)
+    >>> design_note(0.02, 0.02, 0.1, 1.0, 1000.0, coefficients)
+    >>> run_note(event_list((5.5, 2.0)), 1000.0, 0, coefficients, state, envelope)
+    >>> bool(envelope[:6].max() == 0.0), bool(envelope.max() == 2.0), bool(envelope[106:].max() == 0.0)
     (True, True, True)
     """
-    following = 0
-    for i in range(n):
+    count, following = len(events), 0
+    for i in range(out.size):
         now = frame + i
-        while following < count and math.floor(events[3 * following]) <= now:
-            _begin_note(s, t, events[3 * following], events[3 * following + 1], events[3 * following + 2] * rate)
+        while following < count and math.floor(events.time[following]) <= now:
+            duration = events.duration[following] * rate
+            _begin_note(state, coefficients, events.time[following], events.strength[following], duration)
             following += 1
-        if s[3] > 0.0 and now - s[0] >= s[3]:
-            for j in range(NOTE_STATE):
-                s[j] = 0.0
-        y[i] = _note_value(s, now) if s[3] > 0.0 else 0.0
+        if state.duration > 0.0 and now - state.onset >= state.duration:
+            state.onset = state.start_value = state.peak = state.duration = state.attack = state.decay = 0.0
+        out[i] = _note_value(state, now) if state.duration > 0.0 else 0.0
 
 
 @kernel
-def rest_note(s, t):
+def tail_note(state: Memory) -> float:
     """An upper bound of |output| from here on without another event: exactly 0 once the note has ended."""
-    return max(abs(s[1]), abs(s[2]))
+    return max(abs(state.start_value), abs(state.peak))
 
 
 @kernel
-def tune_contact(t, rate):
-    """Fill `t` (CONTACT_TUNING) for the constant envelope."""
-    t[0] = 1.0 / max(CONTACT_RAMP_S * rate, 1.0)
+def design_contact(rate: float, coefficients: Memory) -> None:
+    """The constant envelope's ramp."""
+    coefficients.step = 1.0 / max(CONTACT_RAMP_S * rate, 1.0)
 
 
 @kernel
-def run_contact(s, t, force_n, y, n):
+def run_contact(force_n: Floats, coefficients: Memory, state: Memory, out: Floats) -> None:
     """The constant envelope: 1 while `force_n` is above 0, else 0, with a linear ramp of 5 ms between."""
-    level, step = s[0], t[0]
-    for i in range(n):
+    level, step = state.level, coefficients.step
+    for i in range(out.size):
         if force_n[i] > 0.0:
             level = min(1.0, level + step)
         else:
             level = max(0.0, level - step)
-        y[i] = level
-    s[0] = level
+        out[i] = level
+    state.level = level
 
 
 @kernel
-def rest_contact(s, t):
+def tail_contact(state: Memory, coefficients: Memory) -> float:
     """The largest output from here on if the force stays 0."""
-    return max(0.0, s[0] - t[0])
+    return max(0.0, state.level - coefficients.step)
 
 
 @kernel
-def proportional(force_n, full_force_n, y, n):
+def proportional(force_n: Floats, full_force_n: float, out: Floats) -> None:
     """The force-proportional envelope, `F / F0`; the thesis's F0 is 750 N.
 
-    >>> y = np.empty(1)
-    >>> proportional(np.array([375.0]), FULL_FORCE_N, y, 1)
-    >>> y
+    >>> envelope = np.empty(1)
+    >>> proportional(np.array([375.0]), FULL_FORCE_N, envelope)
+    >>> envelope
     array([0.5])
     """
     gain = 1.0 / full_force_n
-    for i in range(n):
-        y[i] = gain * force_n[i]
+    for i in range(out.size):
+        out[i] = gain * force_n[i]
 
 
 @kernel
-def tune_strain_rate(t, frequency_hz, damping, mass_kg, rate):
-    """Fill `t` (STRAIN_TUNING) for `x'' + 2 z w0 x' + w0^2 x = F / M` (6.1), force to x', plain bilinear transform.
+def design_strain_rate(frequency_hz: float, damping: float, mass_kg: float, rate: float, coefficients: Memory) -> None:
+    """A layer `x'' + 2 z w0 x' + w0^2 x = F / M` (6.1), force to x', plain bilinear transform.
 
     `frequency_hz` is w0 / 2 pi, held at 0.49 of the rate; `damping` z, at least 0.01; `mass_kg` M, above 0.
     """
     w0 = 2.0 * math.pi * min(max(frequency_hz, 1e-3), second_order.HIGHEST * rate)
-    second_order.tune_section(t, 0.5 * w0 / rate, 2.0 * max(damping, 0.01), 0.0, 1.0 / (mass_kg * w0), 0.0)
+    second_order.design(0.5 * w0 / rate, 2.0 * max(damping, 0.01), 0.0, 1.0 / (mass_kg * w0), 0.0, coefficients)
 
 
 @kernel
-def run_strain_rate(s, t, force_n, choice, y, n):
+def run_strain_rate(force_n: Floats, part: int, coefficients: Memory, state: Memory, out: Floats) -> None:
     """The dynamic envelope: strain rate of a layer under `force_n`, SIGNED, ABSOLUTE or only its POSITIVE part.
 
     A step's response is `t exp(-w0 t) / M`: it peaks 1 / w0 = 12.73 ms after the step (the thesis's 80 ms is 1 / f0).
     """
-    second_order.run(s, t, force_n, y, n)
-    if choice == ABSOLUTE:
-        for i in range(n):
-            y[i] = abs(y[i])
-    elif choice == POSITIVE:
-        for i in range(n):
-            y[i] = max(y[i], 0.0)
+    second_order.run(force_n, coefficients, state, out)
+    if part == ABSOLUTE:
+        for i in range(out.size):
+            out[i] = abs(out[i])
+    elif part == POSITIVE:
+        for i in range(out.size):
+            out[i] = max(out[i], 0.0)
 
 
 @kernel
-def rest_strain_rate(s, t):
+def tail_strain_rate(state: Memory, coefficients: Memory) -> float:
     """An upper bound of |output| from here on if the force stays 0."""
-    return second_order.rest(s, t)
-
-
-# A note's state: onset (session frames), value at onset, peak, duration, attack and decay (frames). Duration 0: none.
+    return second_order.tail(state, coefficients)
 
 
 @kernel
-def _begin_note(s, t, onset, strength, duration):
-    present = _note_value(s, onset) if s[3] > 0.0 else 0.0
-    attack, decay = t[0], t[1]
-    length = max(duration if duration > 0.0 else t[2], 2.0)
+def _begin_note(state: Memory, coefficients: Memory, onset: float, strength: float, duration: float) -> None:
+    present = _note_value(state, onset) if state.duration > 0.0 else 0.0
+    attack, decay = coefficients.attack, coefficients.decay
+    length = max(duration if duration > 0.0 else coefficients.duration, 2.0)
     fit = min(1.0, length / (attack + decay))
-    s[0], s[1], s[2], s[3], s[4], s[5] = onset, present, t[3] * strength, length, attack * fit, decay * fit
+    state.onset, state.start_value, state.peak = onset, present, coefficients.amplitude * strength
+    state.duration, state.attack, state.decay = length, attack * fit, decay * fit
 
 
 @kernel
-def _note_value(s, now):
-    age = now - s[0]
-    left = s[3] - age
+def _note_value(state: Memory, now: float) -> float:
+    age = now - state.onset
+    left = state.duration - age
     if age <= 0.0:
-        return s[1]
-    if age < s[4]:
-        return s[1] + (s[2] - s[1]) * 0.5 * (1.0 - math.cos(math.pi * age / s[4]))
+        return state.start_value
+    if age < state.attack:
+        rise = 0.5 * (1.0 - math.cos(math.pi * age / state.attack))
+        return state.start_value + (state.peak - state.start_value) * rise
     if left <= 0.0:
         return 0.0
-    if left < s[5]:
-        return s[2] * 0.5 * (1.0 - math.cos(math.pi * left / s[5]))
-    return s[2]
+    if left < state.decay:
+        return state.peak * 0.5 * (1.0 - math.cos(math.pi * left / state.decay))
+    return state.peak

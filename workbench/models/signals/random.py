@@ -30,14 +30,14 @@ def stream_key(*names: object) -> np.uint64:
 
 
 @kernel
-def _mix(z):
+def _mix(z: np.uint64) -> np.uint64:
     z = (z ^ (z >> _30)) * _FIRST
     z = (z ^ (z >> _27)) * _SECOND
     return z ^ (z >> _31)
 
 
 @kernel
-def uniform(key, counter):
+def uniform(key: np.uint64, counter: int) -> float:
     """A float64 in (0, 1), never 0 or 1: draw number `counter` (int64) of the stream `key` (uint64).
 
     >>> 0.0 < uniform(np.uint64(1), 0) < 1.0
@@ -48,7 +48,7 @@ def uniform(key, counter):
 
 
 @kernel
-def open_unit(bits):
+def open_unit(bits: np.uint64) -> float:
     """The 64 random `bits` (uint64) as a float64 in (0, 1), in the middle of one of 2^52 equal cells.
 
     One bit more, and the highest cell's middle would round to 1.
@@ -57,7 +57,7 @@ def open_unit(bits):
 
 
 @kernel
-def exponential(key, counter):
+def exponential(key: np.uint64, counter: int) -> float:
     """Draw `counter` of the stream `key`, exponential with mean 1.
 
     >>> exponential(np.uint64(1), 0) > 0.0
@@ -67,7 +67,7 @@ def exponential(key, counter):
 
 
 @kernel
-def normal(key, counter):
+def normal(key: np.uint64, counter: int) -> float:
     """Draw `counter` of the stream `key`, normal with mean 0 and deviation 1 (Box and Muller; uses two uniforms).
 
     >>> abs(normal(np.uint64(1), 0)) < 9.0

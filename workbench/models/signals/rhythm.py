@@ -4,17 +4,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Memory
+from underfoot.models.signals.events import append
 
 STEPS = 24
 """Steps in a bar."""
 SHORTEST_BAR_S, LONGEST_BAR_S = 0.45, 0.75
 """The thesis's range of bars."""
-NOTE_FLOATS = 3
-"""Floats a note takes in a table: onset and length as fractions of the bar, and amplitude."""
+ONSET, LENGTH, AMPLITUDE = range(3)
+"""Columns of a table of notes: onset and length as fractions of the bar, and amplitude."""
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,9 @@ class Rhythm:
         """The onsets in seconds from the start, over all repeats, or over `bars` bars of a rhythm without end."""
         return [self.bar_s * (bar + note.step / STEPS) for bar in range(self.repeats or bars) for note in self.notes]
 
-    def table(self) -> NDArray[np.float64]:
-        """The notes as the flat float64 array that `play` takes."""
-        rows = [(note.step / STEPS, note.length / STEPS, note.amplitude) for note in self.notes]
-        return np.array(rows, dtype=np.float64).ravel()
+    def table(self) -> Floats:
+        """The notes as the array [note, 3] that `play` takes."""
+        return np.array([(note.step / STEPS, note.length / STEPS, note.amplitude) for note in self.notes])
 
 
 def rhythm(name: str, bar_s: float, repeats: int, *notes: tuple[int, int, float]) -> Rhythm:
@@ -92,34 +92,30 @@ lengths in turn."""
 
 
 @kernel
-def play(notes, bar_frames, repeats, start, frame, n, rate, events):
-    """Write the notes whose onset's frame lies in [frame, frame + n) to `events` and give their count.
+def play(
+    notes: Floats, bar_frames: float, repeats: int, start: float, frame: int, end: int, rate: float, events: Memory
+) -> None:
+    """Add the notes whose onset's frame lies in [frame, end) to `events`: their times, amplitudes and durations.
 
-    `notes` is a table (`Rhythm.table`), `start` the session frame (float64, sub-sample) of the first bar, `repeats` 0
-    for ever. An event is (time in session frames, amplitude, duration in s); repeat r of a note has
-    `start + (r + step / 24) bar_frames`, computed afresh each time, so nothing drifts. `bar_frames` below 48 count as
-    48; with them and `start` kept, stretches partition the rhythm: no note is lost or doubled. Notes without room in
-    `events` (3 floats each) are left out.
+    `notes` [note, 3] is a table (`Rhythm.table`), `start` the session frame (float64, sub-sample) of the first bar,
+    `repeats` 0 for ever. Repeat r of a note has the time `start + (r + step / 24) bar_frames`, computed afresh each
+    time, so nothing drifts. `bar_frames` below 48 count as 48; with them and `start` kept, stretches partition the
+    rhythm: no note is lost or doubled. Notes without room in `events` are left out.
 
-    >>> events = np.zeros(30)
-    >>> count = play(RHYTHMS[0].table(), 28800.0, 3, 0.5, 0, 20000, 48000.0, events)
-    >>> events[: 3 * count : 3]
+    >>> from underfoot.models.signals.events import event_list
+    >>> events = event_list(room=10)
+    >>> play(RHYTHMS[0].table(), 28800.0, 3, 0.5, 0, 20000, 48000.0, events)
+    >>> events.time[: len(events)]
     array([5.00000e-01, 7.20050e+03, 1.44005e+04])
     """
     bar = max(bar_frames, 2.0 * STEPS)
     bar_s = bar / rate
-    count = 0
     repeat = max(int((frame - start) / bar) - 1, 0)
     while repeats == 0 or repeat < repeats:
-        if start + repeat * bar >= frame + n:
+        if start + repeat * bar >= end:
             break
-        for i in range(0, notes.size, NOTE_FLOATS):
-            time = start + (repeat + notes[i]) * bar
-            onset = math.floor(time)
-            if onset >= frame and onset < frame + n and 3 * count + 3 <= events.size:
-                events[3 * count] = time
-                events[3 * count + 1] = notes[i + 2]
-                events[3 * count + 2] = notes[i + 1] * bar_s
-                count += 1
+        for i in range(notes.shape[0]):
+            time = start + (repeat + notes[i, ONSET]) * bar
+            if frame <= math.floor(time) < end and len(events) < events.room:
+                append(events, time, notes[i, AMPLITUDE], notes[i, LENGTH] * bar_s)
         repeat += 1
-    return count

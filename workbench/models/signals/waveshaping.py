@@ -1,8 +1,8 @@
 """Harmonic tones by Chebyshev waveshaping (thesis 3.1, 3.2) on a phasor that does not drift, and their roughness.
 
 True sines, phases included: `sum a_k sin(k th) = sin(th) sum a_k U_(k-1)(cos th)`, k from 1, so there is no DC. The
-printed `T_k(sin th)` has other phases and a DC term (errata). The sum over U is Clenshaw's recurrence: one sine, one
-cosine and N multiplications a frame, a span's frames side by side.
+printed `T_k(sin th)` has other phases and a DC term (docs/models.md#tones). The sum over U is Clenshaw's
+recurrence: one sine, one cosine and N multiplications a frame, a span's frames side by side.
 """
 
 import math
@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Layout, Memory
 
-STATE_SIZE = 2
-"""Floats of dynamic state `run` and `roughen` each need: the phase and its rounding remainder, in Hz times frames."""
+PHASE = Layout("phase", "high", "low")
+"""A phase and its rounding remainder, in Hz times frames."""
 LANES = 32
 """Frames that `run` takes side by side, a span."""
-WORK_SHAPE = (5, LANES)
-"""Shape of the float64 memory that `run` works in."""
-_SINE, _TWICE, _SUM, _BEFORE, _PITCH = range(5)
+STATE = Layout("tone", phase=PHASE, sine=LANES, twice_cosine=LANES, sum=LANES, before=LANES, pitch=LANES)
+"""The phase, and memory to work in whose contents mean nothing between calls."""
 
 
 def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> NDArray[np.float64]:
@@ -37,9 +37,9 @@ def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> ND
     number("seconds", seconds, 0.0, 2**31 / rate, f"0 to {2**31 / rate:.6g} s at this rate: 2^31 frames")
     weights = numbers("amplitudes", amplitudes)
     require(weights.size > 0, "amplitudes", amplitudes, "a row of at least one number")
-    y = np.empty(round(float(seconds) * rate))
-    run(np.zeros(STATE_SIZE), np.array([f0_hz]), weights, rate, np.zeros(WORK_SHAPE), y, y.size)
-    return y
+    signal = np.empty(round(float(seconds) * rate))
+    run(np.array([f0_hz]), weights, rate, STATE.zeros(), signal)
+    return signal
 
 
 def peak_bound(amplitudes: ArrayLike, roughness: float = 0.0) -> float:
@@ -52,7 +52,7 @@ def peak_bound(amplitudes: ArrayLike, roughness: float = 0.0) -> float:
 
 
 @kernel
-def audible_harmonics(f0_hz, count, rate):
+def audible_harmonics(f0_hz: float, count: int, rate: float) -> int:
     """How many of `count` harmonics of `f0_hz` lie below half the rate; the rest are left out.
 
     >>> audible_harmonics(3000.0, 10, 48000.0)
@@ -69,70 +69,71 @@ def audible_harmonics(f0_hz, count, rate):
 
 
 @kernel
-def run(s, f0_hz, amplitudes, rate, work, y, n):
-    """Fill `n` frames of `y` with the tone and move the phase in `s` (STATE_SIZE; zeros: the tone begins at phase 0).
+def run(f0_hz: Floats, amplitudes: Floats, rate: float, state: Memory, out: Floats) -> None:
+    """Fill `out` with the tone and move the phase (a state of zeros: the tone begins at phase 0).
 
     `f0_hz` holds one value for the whole stretch or one a frame; the phase is its running sum, so a ramp glides.
-    `amplitudes` are a_1, a_2, ...; `work` (WORK_SHAPE) is memory whose contents mean nothing between calls. At |f0| of
-    half the rate and above nothing is audible and the phase stands.
+    `amplitudes` are a_1, a_2, ... At |f0| of half the rate and above nothing is audible and the phase stands.
     """
     moves = 1 if f0_hz.size > 1 else 0
-    high, low, per_rate = s[0], s[1], 1.0 / rate
-    for first in range(0, n, LANES):
-        count = min(LANES, n - first)
+    phase, sine, pitch, total = state.phase, state.sine, state.pitch, state.sum
+    high, low, per_rate = phase.high, phase.low, 1.0 / rate
+    for first in range(0, out.size, LANES):
+        count = min(LANES, out.size - first)
         for j in range(count):
             f0 = f0_hz[(first + j) * moves]
-            work[_PITCH, j] = abs(f0)
-            work[_SINE, j] = (high + low) * per_rate
+            pitch[j] = abs(f0)
+            sine[j] = (high + low) * per_rate
             high, low = next_phase(high, low, f0, rate)
-        _sum_harmonics(work, amplitudes, 0.5 * rate)
+        _sum_harmonics(state, amplitudes, 0.5 * rate)
         for j in range(count):
-            y[first + j] = work[_SINE, j] * work[_SUM, j]
-    s[0], s[1] = high, low
+            out[first + j] = sine[j] * total[j]
+    phase.high, phase.low = high, low
 
 
 @kernel
-def _sum_harmonics(work, amplitudes, half):
-    """From the turns in row _SINE: the sine there, and the sum over U in row _SUM, of all lanes side by side.
+def _sum_harmonics(work: Memory, amplitudes: Floats, half: float) -> None:
+    """From the turns in `sine`: the sine there, and the sum over U in `sum`, of all lanes side by side.
 
     Every lane is computed, used or not, so the loops have one length and become vector instructions.
     """
+    sines, twice, total, before, pitch = work.sine, work.twice_cosine, work.sum, work.before, work.pitch
     for j in range(LANES):
-        sine, cosine = sin_cos(work[_SINE, j])
-        work[_SINE, j] = sine
-        work[_TWICE, j] = 2.0 * cosine
-        work[_SUM, j] = work[_BEFORE, j] = 0.0
+        sine, cosine = sin_cos(sines[j])
+        sines[j] = sine
+        twice[j] = 2.0 * cosine
+        total[j] = before[j] = 0.0
     n = amplitudes.size
     for k in range(n + n % 2, 0, -2):
         upper = amplitudes[k - 1] if k <= n else 0.0
         lower = amplitudes[k - 2]
         for j in range(LANES):
-            heard = upper if k * work[_PITCH, j] < half else 0.0
-            b = heard + work[_TWICE, j] * work[_SUM, j] - work[_BEFORE, j]
-            heard = lower if (k - 1) * work[_PITCH, j] < half else 0.0
-            work[_SUM, j] = heard + work[_TWICE, j] * b - work[_SUM, j]
-            work[_BEFORE, j] = b
+            heard = upper if k * pitch[j] < half else 0.0
+            b = heard + twice[j] * total[j] - before[j]
+            heard = lower if (k - 1) * pitch[j] < half else 0.0
+            total[j] = heard + twice[j] * b - total[j]
+            before[j] = b
 
 
 @kernel
-def roughen(s, x, depth, frequency_hz, rate, y, n):
-    """Multiply `n` frames of `x` by `1 + m sin(2 pi f_r t)` into `y` (they may be the same array).
+def roughen(signal: Floats, depth: Floats, frequency_hz: Floats, rate: float, phase: Memory, out: Floats) -> None:
+    """Multiply `signal` by `1 + m sin(2 pi f_r t)` into `out` (they may be the same array).
 
-    `depth` (m) and `frequency_hz` (f_r; thesis: 25 Hz) each hold one value for the stretch or one a frame; `s` is the
-    modulation's own phase (STATE_SIZE).
+    `depth` (m) and `frequency_hz` (f_r; thesis: 25 Hz) each hold one value for the stretch or one a frame; `phase` is
+    the modulation's own.
     """
     deepens = 1 if depth.size > 1 else 0
     moves = 1 if frequency_hz.size > 1 else 0
-    high, low, per_rate = s[0], s[1], 1.0 / rate
-    for i in range(n):
+    high, low, per_rate = phase.high, phase.low, 1.0 / rate
+    for i in range(out.size):
         sine, _ = sin_cos((high + low) * per_rate)
-        y[i] = x[i] * (1.0 + depth[i * deepens] * sine)
+        out[i] = signal[i] * (1.0 + depth[i * deepens] * sine)
         high, low = next_phase(high, low, frequency_hz[i * moves], rate)
-    s[0], s[1] = high, low
+    phase.high, phase.low = high, low
 
 
 @kernel
-def next_phase(high, low, frequency_hz, rate):
+def next_phase(high: float, low: float, frequency_hz: float, rate: float) -> tuple[float, float]:
     """The phase one frame later, as `high + low` within half a rate of 0, in Hz times frames (a turn is `rate`).
 
     Frequencies are summed as they are given, undivided, and what each addition rounds off is kept in `low`; the turn
@@ -152,7 +153,7 @@ def next_phase(high, low, frequency_hz, rate):
 
 
 @kernel
-def sin_cos(turns):
+def sin_cos(turns: float) -> tuple[float, float]:
     """Sine and cosine of `2 pi turns`, |turns| at most 1: Taylor series on an eighth of a turn, within 3e-16.
 
     >>> sin_cos(0.5)[1]

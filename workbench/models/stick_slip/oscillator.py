@@ -1,28 +1,63 @@
-"""The slipping block between stick and stick: a damped oscillator in white noise, whose transition law is Gaussian.
+"""The slipping block: a damped oscillator in white noise, whose transition density is Gaussian.
 
-`dx = v dt`, `dv = (-w0^2 x - zeta v) dt + sqrt(2 D) dW` (8.23): x in m, v in m/s, w0 in rad/s, the damping zeta is a
-rate in 1/s, the noise D in m^2/s^3. From (x, v) the state after t is normal about `A(t) (x, v)` with covariance `S(t)`.
+`dx = v dt`, `dv = (-w0^2 x - zeta v) dt + sqrt(2 D) dW` (8.23). From (x, v) the state after a time t is normal with
+mean `A(t) (x, v)` and covariance `S(t)`.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from underfoot.arguments import number
 from underfoot.kernels import kernel
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
+
+
+class BlockOnBelt(NamedTuple):
+    """A block on a spring, in white noise, that a belt drags along; and the state in which its slip begins.
+
+    Any consistent units will do; those given here are SI. `require_slip` has the ranges.
+
+    >>> block = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0)
+    """
+
+    w0: float
+    """Natural angular frequency, rad/s."""
+    zeta: float
+    """Damping rate, 1/s (damping over mass; twice the damping ratio times w0)."""
+    noise: float
+    """Noise intensity D, m^2/s^3: white noise adds 2 D t to the variance of the velocity."""
+    belt_velocity: float
+    """v_b, m/s. The slip ends when the block's velocity first reaches it."""
+    x0: float
+    """Position at slip onset, m."""
+    v0: float
+    """Velocity at slip onset, m/s."""
+
+
+class Transition(NamedTuple):
+    """Propagator A and covariance S of position x and velocity v over one time."""
+
+    a_xx: float
+    a_xv: float
+    a_vx: float
+    a_vv: float
+    s_xx: float
+    s_xv: float
+    s_vv: float
 
 
 @kernel
-def transition(w0, zeta, noise, t):
-    """Propagator `(A_xx, A_xv, A_vx, A_vv)` and covariance `(S_xx, S_xv, S_vv)` after `t` > 0 s, as seven numbers.
+def transition(w0: float, zeta: float, noise: float, t: float) -> Transition:
+    """The propagator and the covariance after `t` > 0 s.
 
-    The matrix exponential and covariance of 8.23 (8.24 to 8.26 as the errata correct them), for any damping. Where the
-    closed form would cancel (small t, small or large zeta) the covariance is summed from positive terms and doubled up.
+    The matrix exponential and covariance of 8.23 (8.24 to 8.26, corrected), for any damping. Where the
+    closed form would cancel (small t, small or large zeta) the covariance is integrated over a part of t, as a sum of
+    positive terms, and the part is doubled until it is t.
 
-    >>> values = transition(1.0, 0.1, 0.4, 1e-3)
-    >>> abs(values[6] / (2 * 0.4 * 1e-3) - 1) < 1e-3
+    >>> abs(transition(1.0, 0.1, 0.4, 1e-3).s_vv / (2 * 0.4 * 1e-3) - 1) < 1e-3
     True
     """
     fastest = max(w0, zeta)
@@ -32,16 +67,16 @@ def transition(w0, zeta, noise, t):
         s_xx = level * ((1.0 - xx * xx) / (w0 * w0) - xv * xv)
         s_xv = -level * (xx * vx / (w0 * w0) + xv * vv)
         s_vv = level * (1.0 - vx * vx / (w0 * w0) - vv * vv)
-        return xx, xv, vx, vv, s_xx, s_xv, s_vv
+        return Transition(xx, xv, vx, vv, s_xx, s_xv, s_vv)
     doublings = 0
     part = t
     while fastest * part > 1.0:
         part *= 0.5
         doublings += 1
     s_xx = s_xv = s_vv = 0.0
-    for i in range(_NODES.size):
-        xx, xv, vx, vv = _propagator(w0, zeta, 0.5 * part * (1.0 + _NODES[i]))
-        weight = noise * part * _WEIGHTS[i]
+    for i in range(_GAUSS_NODES.size):
+        xx, xv, vx, vv = _propagator(w0, zeta, 0.5 * part * (1.0 + _GAUSS_NODES[i]))
+        weight = noise * part * _GAUSS_WEIGHTS[i]
         s_xx += weight * xv * xv
         s_xv += weight * xv * vv
         s_vv += weight * vv * vv
@@ -53,37 +88,38 @@ def transition(w0, zeta, noise, t):
             s_vv + vx * vx * s_xx + 2.0 * vx * vv * s_xv + vv * vv * s_vv,
         )
         xx, xv, vx, vv = xx * xx + xv * vx, xx * xv + xv * vv, vx * xx + vv * vx, vx * xv + vv * vv
-    return xx, xv, vx, vv, s_xx, s_xv, s_vv
+    return Transition(xx, xv, vx, vv, s_xx, s_xv, s_vv)
 
 
-def require_slip(
-    w0: float, zeta: float, noise: float, belt_velocity: float, x0: float, v0: float, t_end: float, error: float
-) -> tuple[float, ...]:
-    """What every slip needs, in this order, as float64; `BadValue` names the first value that is out of its range.
+def require_slip(block: BlockOnBelt, t_end: float, error: float) -> tuple[BlockOnBelt, float, float]:
+    """What every slip needs, as float64; `BadValue` names the first value that is out of range.
 
-    Ranges are wide, and go with the units 1/w0 and v_b/w0: beyond them float64 or patience would end.
+    `t_end`: how long the slip is followed, s; `error`: the largest CDF difference. Ranges are wide, and relative to
+    the units 1/w0 and v_b/w0; beyond them float64 or the time to compute would not suffice.
 
-    >>> require_slip(1.0, 0.1, 0.4, 1.0, 0.0, 1.0, 20.0, 1e-4)
+    >>> require_slip(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, 1.0), 20.0, 1e-4)
     Traceback (most recent call last):
     underfoot.errors.BadValue: v0 is 1.0; allowed: below belt_velocity, and not below -1e9 times it
     """
-    rate = number("w0", w0, 1e-30, 1e30, "1e-30 to 1e30 rad/s")
-    belt = number("belt_velocity", belt_velocity, 1e-30, 1e30, "1e-30 to 1e30 m/s")
+    rate = number("w0", block.w0, 1e-30, 1e30, "1e-30 to 1e30 rad/s")
+    belt = number("belt_velocity", block.belt_velocity, 1e-30, 1e30, "1e-30 to 1e30 m/s")
     level = rate * belt * belt
-    return (
+    below_belt = "below belt_velocity, and not below -1e9 times it"
+    checked = BlockOnBelt(
         rate,
-        number("zeta", zeta, 0.0, 1e9 * rate, "0 to 1e9 w0"),
-        number("noise", noise, 1e-15 * level, 1e15 * level, "1e-15 to 1e15 w0 v_b^2"),
+        number("zeta", block.zeta, 0.0, 1e9 * rate, "0 to 1e9 w0"),
+        number("noise", block.noise, 1e-15 * level, 1e15 * level, "1e-15 to 1e15 w0 v_b^2"),
         belt,
-        number("x0", x0, -1e12 * belt / rate, 1e12 * belt / rate, "at most 1e12 v_b / w0 in size"),
-        number("v0", v0, -1e9 * belt, math.nextafter(belt, 0.0), "below belt_velocity, and not below -1e9 times it"),
-        number("t_end", t_end, 1e-12 / rate, 1e12 / rate, "1e-12 to 1e12 / w0"),
-        number("error", error, 1e-6, 0.1, "1e-6 to 0.1"),
+        number("x0", block.x0, -1e12 * belt / rate, 1e12 * belt / rate, "at most 1e12 v_b / w0 in size"),
+        number("v0", block.v0, -1e9 * belt, math.nextafter(belt, 0.0), below_belt),
     )
+    t_end = number("t_end", t_end, 1e-12 / rate, 1e12 / rate, "1e-12 to 1e12 / w0")
+    return checked, t_end, number("error", error, 1e-6, 0.1, "1e-6 to 0.1")
 
 
 @kernel
-def _propagator(w0, zeta, t):
+def _propagator(w0: float, zeta: float, t: float) -> tuple[float, float, float, float]:
+    # A_xx, A_xv, A_vx and A_vv after t: a series where the damping is nearly critical, else sine or hyperbolic sine.
     half = 0.5 * zeta
     square = (w0 * w0 - half * half) * t * t
     if abs(square) < 1e-6:

@@ -1,22 +1,28 @@
-"""The joint law of a slip's duration and distance as a table from which one look-up draws a slip.
+"""The joint distribution of a slip's duration and distance as a table of quantiles: one look-up draws a slip.
 
-The law depends on four numbers only, the units of time and length being 1/w0 and v_b/w0. A table is flat, float64: a
-head, a guide that says where a chance lies among the durations, chances and durations that straight lines join, and for
-each duration a row of distances at chances sin^2(pi y / 2), y in even steps.
+The distribution depends on four numbers only, the units of time and length being 1/w0 and v_b/w0. A table is flat,
+float64: a head; a guide, the index to begin at for each 256th of the quantile levels; quantile levels and the durations
+there, to be joined by straight lines; and for each duration a row of distances, at the quantile levels
+sin^2(pi y / 2) with y in even steps.
 """
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.arguments import number
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 from underfoot.models.signals.random import uniform
 
+if TYPE_CHECKING:
+    from underfoot.models.stick_slip.mixture import NormalMixture
+    from underfoot.models.stick_slip.tabulated import Distribution
+
 LONGEST = 800.0
-"""Slips are followed for so long, in 1/w0: what still lasts then is taken to end then."""
+"""How long slips are followed, in 1/w0: those that still last then are taken to end then."""
 
 MEAN, _DURATIONS, _DISTANCES, _GUIDE = range(4)
 """The head of a table: the mean size of a distance, and how many durations and distances there are; then the guide."""
@@ -26,43 +32,42 @@ _CHANCES = _GUIDE + _GUIDES
 
 
 def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: float = 1e-3) -> NDArray[np.float64]:
-    """Tabulate the joint law of a slip's duration and distance for `draw`.
+    """Tabulate the joint distribution of a slip's duration and distance for `draw`.
 
-    All in units of 1/w0 and v_b/w0: `zeta` is the damping over w0, `noise` D/(w0 v_b^2), `x0` and `v0` (< 1) the start.
-    `error`, 3e-4 to 0.1, is the largest CDF difference of durations, distances and periods; it sets the size of the
-    table. `BadValue` for values out of range, or where this error would take work out of all proportion. Takes 0.02 to
-    0.3 s at an error of 1e-3: not for the audio callback.
+    All in units of 1/w0 and v_b/w0: `zeta` is the damping rate over w0, `noise` D/(w0 v_b^2), `x0` and `v0` (< 1) the
+    slip's start. `error`, 3e-4 to 0.1: the largest CDF difference of durations, distances and periods; it sets the size
+    of the table. `BadValue` for values out of range, or where this error would take work out of all proportion. Takes
+    0.02 to 0.3 s at an error of 1e-3: not for the audio callback.
 
     >>> table = slip_table(0.4, 0.5, 2.0, error=1e-2)
     >>> round(float(table[MEAN]), 1), table.size < 2000
     (3.3, True)
     """
-    from underfoot.models.stick_slip.slip_distribution import SlipLaw
+    from underfoot.models.stick_slip.oscillator import BlockOnBelt
+    from underfoot.models.stick_slip.slip_distribution import SlipDistribution
 
     number("error", error, 3e-4, 0.1, "3e-4 to 0.1")
-    solved = SlipLaw.solve(1.0, zeta, noise, 1.0, x0, v0, LONGEST, error)
-    law = replace(solved, error=0.25 * error)  # read at finer steps than it would take by itself
-    cdf, times = law.duration.cdf, law.duration.t
-    begin = int(np.flatnonzero(cdf == 0.0)[-1])
-    end = int(np.flatnonzero(cdf < cdf[-1])[-1]) + 2 if cdf[-1] > 0.0 else begin + 1
-    cdf, times = np.append(cdf[begin:end], 1.0), np.append(times[begin:end], LONGEST)
-    durations, distances = times.size, 2 + math.ceil(1.5 / math.sqrt(error))
-    fineness = max(6.0, 0.2 / math.sqrt(error))
-    rows = _filled([_distances(*law.places(float(t)), x0, distances, fineness) for t in times[:-1]], distances)
-    guide = np.searchsorted(cdf, np.arange(_GUIDES) / _GUIDES, side="right") - 1
-    table = np.concatenate([[0.0, durations, distances], guide, cdf, times, rows.ravel()])
-    table[MEAN] = _mean_size(table)
+    solved = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, v0), LONGEST, error)
+    slip = replace(solved, error=0.25 * error)  # tabulated more densely than its own error needs
+    levels, times = _duration_quantiles(slip.duration)
+    count = 2 + math.ceil(1.5 / math.sqrt(error))
+    points_per_component = max(6.0, 0.2 / math.sqrt(error))
+    ends = (slip.end_positions(float(t)) for t in times[:-1])
+    rows = _filled([_distance_quantiles(positions, x0, count, points_per_component) for positions in ends], count)
+    guide = np.searchsorted(levels, np.arange(_GUIDES) / _GUIDES, side="right") - 1
+    table = np.concatenate([[0.0, times.size, count], guide, levels, times, rows.ravel()])
+    table[MEAN] = _mean_distance(table)
     return table
 
 
 @kernel
-def draw(table, key, counter):
+def draw(table: Floats, key: int, counter: int) -> tuple[float, float]:
     """Draw number `counter` of the stream `key` from a `slip_table`: a duration and a distance, in its units."""
     return look_up(table, uniform(key, 2 * counter), uniform(key, 2 * counter + 1))
 
 
 @kernel
-def look_up(table, first, second):
+def look_up(table: Floats, first: float, second: float) -> tuple[float, float]:
     """The duration that the chance `first`, in (0, 1), stands for, and the distance that `second` then stands for."""
     durations, distances = int(table[_DURATIONS]), int(table[_DISTANCES])
     i = int(table[_GUIDE + int(first * _GUIDES)])
@@ -83,27 +88,36 @@ def look_up(table, first, second):
     return duration, (1.0 - y) * near + y * far
 
 
-def _distances(
-    middles: NDArray[np.float64], masses: NDArray[np.float64], width: float, x0: float, count: int, fineness: float
+def _duration_quantiles(duration: "Distribution") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Quantile levels from 0 to 1 and durations; the last level stands for all that still lasts."""
+    cdf, times = duration.cdf, duration.points
+    begin = int(np.flatnonzero(cdf == 0.0)[-1])
+    end = int(np.flatnonzero(cdf < cdf[-1])[-1]) + 2 if cdf[-1] > 0.0 else begin + 1
+    return np.append(cdf[begin:end], 1.0), np.append(times[begin:end], LONGEST)
+
+
+def _distance_quantiles(
+    positions: "NormalMixture", x0: float, count: int, points_per_component: float
 ) -> NDArray[np.float64] | None:
-    """Rising distances at the table's chances, of slips that end as these packets say; None where next to none do.
+    """Distances, rising, at `count` quantile levels, of slips that end at these positions; None where next to none do.
 
-    `fineness`: places to a packet at which the law is read.
+    `points_per_component`: how densely the CDF is read.
     """
-    from underfoot.models.stick_slip.slip_distribution import mixture
+    from underfoot.models.stick_slip.mixture import density_and_cdf
 
-    if masses.sum() <= 1e-9:
+    means, widths, weights = positions
+    if weights.sum() <= 1e-9:
         return None
-    at = np.linspace(middles[0] - 5.0 * width, middles[-1] + 5.0 * width, int(fineness * (middles.size + 10)))
-    law = np.empty((2, at.size))
-    mixture(at, middles, np.full(middles.size, width), masses, law)
-    risen = np.maximum.accumulate(np.maximum(law[1], 0.0)) + np.linspace(0.0, 1e-12 * law[1, -1], at.size)
-    chances = np.sin(0.5 * math.pi * np.linspace(0.0, 1.0, count)) ** 2
-    return x0 - np.interp(np.clip(chances, 1e-5, 1.0 - 1e-5) * risen[-1], risen, at)[::-1]
+    margin = 5.0 * widths[0]
+    x = np.linspace(means[0] - margin, means[-1] + margin, int(points_per_component * (means.size + 10)))
+    cdf = density_and_cdf(positions, x)[1]
+    rising = np.maximum.accumulate(np.maximum(cdf, 0.0)) + np.linspace(0.0, 1e-12 * cdf[-1], x.size)
+    levels = np.sin(0.5 * math.pi * np.linspace(0.0, 1.0, count)) ** 2
+    return x0 - np.interp(np.clip(levels, 1e-5, 1.0 - 1e-5) * rising[-1], rising, x)[::-1]
 
 
 def _filled(rows: list[NDArray[np.float64] | None], count: int) -> NDArray[np.float64]:
-    """Rows of distances; a missing one is its neighbour's, later ones first."""
+    """Rows of distances; where there is none, the next known one's, or else the last known one's."""
     known = [k for k, row in enumerate(rows) if row is not None]
     if not known:
         return np.zeros((len(rows), count))
@@ -111,14 +125,15 @@ def _filled(rows: list[NDArray[np.float64] | None], count: int) -> NDArray[np.fl
     return np.array([rows[k] for k in nearest])
 
 
-def _mean_size(table: NDArray[np.float64]) -> float:
+def _mean_distance(table: NDArray[np.float64]) -> float:
+    """The mean size of a distance, over evenly spaced quantile levels."""
     sizes = np.empty((256, 64))
-    _sizes(table, sizes)
+    _distance_sizes(table, sizes)
     return float(sizes.mean())
 
 
 @kernel
-def _sizes(table, out):
+def _distance_sizes(table: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             _, distance = look_up(table, (i + 0.5) / out.shape[0], (j + 0.5) / out.shape[1])

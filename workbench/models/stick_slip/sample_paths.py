@@ -4,118 +4,125 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.arguments import seed_of, whole
 from underfoot.errors import require
 from underfoot.kernels import kernel
-from underfoot.models.stick_slip.oscillator import require_slip, transition
+from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, transition
 
 _MOST_STEPS = 1e8
 """In t_end, of the shortest."""
 
+_STEP = np.dtype(
+    [
+        *(("length", np.float64), ("a_xx", np.float64), ("a_xv", np.float64), ("a_vx", np.float64)),
+        *(("a_vv", np.float64), ("v_deviation", np.float64), ("x_with_v", np.float64), ("x_alone", np.float64)),
+        ("clearance", np.float64),
+    ],
+    align=True,
+)
+"""A step of `length` s: propagator; standard deviation of v; of x, the part that goes with v's and the part that is
+independent of it. From a `clearance` m/s below the belt velocity the noise cannot reach it in one step."""
+
 
 class Paths(NamedTuple):
-    """One entry a slip."""
+    """One entry per slip."""
 
-    duration: np.ndarray
-    """s; inf where the slip still lasted at t_end."""
-    position: np.ndarray
-    """x at its end, m; nan where it still lasted."""
+    duration: NDArray[np.float64]
+    """s; inf where the slip still lasts at t_end."""
+    position: NDArray[np.float64]
+    """x at its end, m; nan where it still lasts."""
 
 
-def paths(
-    w0: float,
-    zeta: float,
-    noise: float,
-    belt_velocity: float,
-    x0: float,
-    v0: float,
-    t_end: float,
-    count: int,
-    error: float = 1e-4,
-    seed: int = 0,
-) -> Paths:
-    """Draw `count` slips: their durations and the places of their ends. The same `seed` gives the same slips.
+def paths(block: BlockOnBelt, t_end: float, count: int, error: float = 1e-4, seed: int = 0) -> Paths:
+    """Draw `count` slips: their durations and the positions of their ends. The same `seed` gives the same slips.
 
-    Parameters as for `friction.first_passage`; `error` here is that of the method (largest CDF difference of an endless
-    sample), 1e-6 to 0.1, and sets the step: the sample's own noise is about 1/sqrt(count) whatever the step.
+    `t_end`: how long each slip is followed, s. `error` is that of the method (largest CDF difference of an endless
+    sample), 1e-6 to 0.1, and sets the step; the sample's own noise is about 1/sqrt(count) whatever the step.
+    `BadValue` for values out of range.
 
-    >>> drawn = paths(1.0, 0.1, 0.4, 1.0, 0.0, -1.0, 20.0, count=2000, seed=1)
+    >>> drawn = paths(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0, count=2000, seed=1)
     >>> bool(abs(np.mean(drawn.duration < 3.0) - 0.814) < 0.04)
     True
     """
-    w0, zeta, noise, belt_velocity, x0, v0, t_end, error = require_slip(
-        w0, zeta, noise, belt_velocity, x0, v0, t_end, error
-    )
+    block, t_end, error = require_slip(block, t_end, error)
     count = whole("count", count, 0, 2**31, "0 to 2^31")
-    pull = w0 * w0 * abs(x0) + max(w0, zeta) * abs(v0)
-    shortest = _shortest(w0, zeta, noise, belt_velocity - v0, pull, error)
+    shortest = _shortest_step(block, error)
     require(t_end <= _MOST_STEPS * shortest, "t_end", t_end, f"for these values: up to {_MOST_STEPS * shortest:.3g}")
     steps = max(1, math.ceil(t_end / shortest))
-    longest = max(1, min(steps, int(steps / (t_end * (w0 + zeta)))))
-    levels = np.empty((int(math.log2(longest)) + 1, 9))
-    for level in range(len(levels)):
-        stride = t_end / steps * 2.0**level
-        a_xx, a_xv, a_vx, a_vv, s_xx, s_xv, s_vv = transition(w0, zeta, noise, stride)
-        root = math.sqrt(s_vv)
-        tied = s_xv / root
-        free = math.sqrt(max(0.0, s_xx - tied * tied))
-        levels[level] = stride, a_xx, a_xv, a_vx, a_vv, root, tied, free, 6.0 * root
-    duration = np.full(count, math.inf)
-    position = np.full(count, math.nan)
-    motion = (w0, zeta, noise, belt_velocity)
-    _draw(motion, x0, v0, steps, levels, np.random.default_rng(seed_of(seed)), duration, position)
-    return Paths(duration, position)
+    longest = max(1, min(steps, int(steps / (t_end * (block.w0 + block.zeta)))))
+    lengths = [t_end / steps * 2.0**level for level in range(int(math.log2(longest)) + 1)]
+    drawn = Paths(np.full(count, math.inf), np.full(count, math.nan))
+    _draw(block, steps, _steps(block, lengths), np.random.default_rng(seed_of(seed)), drawn)
+    return drawn
 
 
-def _shortest(w0: float, zeta: float, noise: float, gap: float, pull: float, error: float) -> float:
-    """The step near the belt velocity, s, from the bias measured against `SlipLaw` at 2e6 slips.
+def _steps(block: BlockOnBelt, lengths: list[float]) -> NDArray[np.void]:
+    """What is drawn in steps of these `lengths`, each twice the one before: [lengths] of `_STEP`."""
+    steps = np.empty(len(lengths), _STEP)
+    for i, length in enumerate(lengths):
+        free = transition(block.w0, block.zeta, block.noise, length)
+        deviation = math.sqrt(free.s_vv)
+        with_v = free.s_xv / deviation
+        alone = math.sqrt(max(0.0, free.s_xx - with_v * with_v))
+        steps[i] = length, free.a_xx, free.a_xv, free.a_vx, free.a_vv, deviation, with_v, alone, 6.0 * deviation
+    return steps
 
-    Drift that changes within a step costs 0.12 (max(w0, zeta) h)^2. That survivors' places are drawn as if the belt
-    velocity were not there costs 0.06 (2 D h / gap^2)^1.3. A `pull` (m/s^2) that carries further in a step than noise
-    does turns by max(w0, zeta) h of itself, and shifts the crossing by some 0.2 of that in deviations of the noise.
+
+def _shortest_step(block: BlockOnBelt, error: float) -> float:
+    """The step near the belt velocity, s, from the bias measured against `SlipDistribution` with 2e6 slips.
+
+    Drift that changes within a step costs 0.12 (max(w0, zeta) h)^2. That survivors' positions are drawn as if the belt
+    velocity were not there costs 0.06 (2 D h / gap^2)^1.3. An acceleration that carries further in a step than noise
+    does changes by max(w0, zeta) h of itself, and shifts the crossing by some 0.2 of that in deviations of the noise.
     """
-    turning = max(w0, zeta)
-    drifting = math.sqrt(error / 0.12) / turning
+    w0, zeta, noise, belt_velocity, x0, v0 = block
+    gap = belt_velocity - v0
+    acceleration = w0 * w0 * abs(x0) + max(w0, zeta) * abs(v0)
+    fastest = max(w0, zeta)
+    drifting = math.sqrt(error / 0.12) / fastest
     spreading = (error / 0.06) ** (1.0 / 1.3) * gap * gap / (2.0 * noise)
-    if pull == 0.0:
+    if acceleration == 0.0:
         return min(drifting, spreading)
-    pulled = (error * math.sqrt(2.0 * noise) / (0.2 * turning * pull)) ** (2.0 / 3.0)
-    return min(drifting, spreading, max(pulled, 2.0 * noise / (pull * pull)))
+    accelerated = (error * math.sqrt(2.0 * noise) / (0.2 * fastest * acceleration)) ** (2.0 / 3.0)
+    return min(drifting, spreading, max(accelerated, 2.0 * noise / (acceleration * acceleration)))
 
 
 @kernel
-def _draw(motion, x0, v0, steps, levels, generator, duration, position):
-    w0, zeta, noise, belt = motion
-    for i in range(duration.size):
-        x = x0
-        v = v0
+def _draw(
+    block: BlockOnBelt, count: int, steps: NDArray[np.record], generator: np.random.Generator, drawn: Paths
+) -> None:
+    w0, zeta, noise, belt_velocity = block.w0, block.zeta, block.noise, block.belt_velocity
+    for i in range(drawn.duration.size):
+        x = block.x0
+        v = block.v0
         done = 0
         level = 0
-        while done < steps:
-            pull = w0 * w0 * abs(x) + zeta * abs(v)
+        while done < count:
+            acceleration = w0 * w0 * abs(x) + zeta * abs(v)
             # As long a step, of 1, 2, 4, ... short ones, as leaves the belt velocity out of reach, or else a short one.
-            level = min(level + 1, levels.shape[0] - 1)
+            level = min(level + 1, steps.size - 1)
             while level > 0:
-                stride = levels[level, 0]
-                swing = (pull + w0 * w0 * abs(v) * stride) * stride
-                if done + (1 << level) <= steps and belt - v > swing + levels[level, 8]:
+                length = steps[level].length
+                drift = (acceleration + w0 * w0 * abs(v) * length) * length
+                if done + (1 << level) <= count and belt_velocity - v > drift + steps[level].clearance:
                     break
                 level -= 1
-            stride, a_xx, a_xv, a_vx, a_vv, root, tied, free, _ = levels[level]
+            step = steps[level]
             first = generator.standard_normal()
-            next_v = a_vx * x + a_vv * v + root * first
-            next_x = a_xx * x + a_xv * v + tied * first + free * generator.standard_normal()
-            gap = belt - v
-            next_gap = belt - next_v
+            next_v = step.a_vx * x + step.a_vv * v + step.v_deviation * first
+            next_x = step.a_xx * x + step.a_xv * v + step.x_with_v * first + step.x_alone * generator.standard_normal()
+            gap = belt_velocity - v
+            next_gap = belt_velocity - next_v
             crossed = next_gap <= 0.0
             if not crossed:
-                odds = gap * next_gap / (noise * stride)
-                crossed = odds < 40.0 and generator.random() < math.exp(-odds)
+                exponent = gap * next_gap / (noise * step.length)
+                crossed = exponent < 40.0 and generator.random() < math.exp(-exponent)
             if crossed:
-                part = stride * _bridge(gap, abs(next_gap), 2.0 * noise * stride, generator)
-                duration[i] = levels[0, 0] * done + part
-                position[i] = x + belt * part - _lag_behind(gap, part, noise, generator)
+                part = step.length * _bridge_crossing(gap, abs(next_gap), 2.0 * noise * step.length, generator)
+                drawn.duration[i] = steps[0].length * done + part
+                drawn.position[i] = x + belt_velocity * part - _bridge_area(gap, part, noise, generator)
                 break
             x = next_x
             v = next_v
@@ -123,14 +130,15 @@ def _draw(motion, x0, v0, steps, levels, generator, duration, position):
 
 
 @kernel
-def _bridge(gap, next_gap, variance, generator):
-    # When within the step the bridge first meets the line, as a part of it: r / (1 + r), r inverse Gaussian with mean
-    # gap / next_gap and shape gap^2 / variance (Michael, Schucany and Haas's draw, its root free of cancellation).
+def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np.random.Generator) -> float:
+    # When, as a part of the step, the bridge first crosses the belt velocity: r / (1 + r), with r inverse Gaussian of
+    # mean gap / next_gap and shape gap^2 / variance (drawn as Michael, Schucany and Haas do, the root without
+    # cancellation).
     if gap <= 1e-12 * next_gap:
         return 0.0
     shape = gap * gap / variance
     square = generator.standard_normal() ** 2
-    # With m the mean, next_gap -> 0 is the Levy law: r = shape / square.
+    # As next_gap goes to 0 the distribution becomes Levy's: r = shape / square.
     inverse_mean = next_gap / gap
     root = 2.0 * shape * inverse_mean + square
     # smaller root: r = 2 shape / (2 shape/m + y + sqrt(y^2 + 4 shape y / m))
@@ -143,10 +151,10 @@ def _bridge(gap, next_gap, variance, generator):
 
 
 @kernel
-def _lag_behind(gap, part, noise, generator):
-    # What the belt gains on a block that first reaches its velocity after `part`: the area under a Bessel bridge, the
-    # length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0. From its middle, with weights that give the
-    # mean area both without noise and without gap.
+def _bridge_area(gap: float, part: float, noise: float, generator: np.random.Generator) -> float:
+    # How far the belt moves ahead of a block that first reaches its velocity after `part` s: the area under a Bessel
+    # bridge, the length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0. Taken from its middle, with
+    # weights that give the mean area both without noise and without gap.
     spread = math.sqrt(0.5 * noise * part)
     along = 0.5 * gap + spread * generator.standard_normal()
     across = spread * spread * (generator.standard_normal() ** 2 + generator.standard_normal() ** 2)

@@ -29,8 +29,8 @@ class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A standing foot (figure 4.12): its own mass on sole and flesh, and a body above it on the leg. `BadValue` outside
     `FOOT_RANGES`.
 
-    The thesis takes a leg of 30 kN/m and 50 kg and finds 150 Hz; that is 3.9 Hz (ERRATA). Near 150 Hz, where the
-    measured response changes with load, it is the foot itself on its sole that moves.
+    The thesis takes a leg of 30 kN/m and 50 kg and finds 150 Hz; that is 3.9 Hz (docs/models.md#whole-tile-and-foot).
+    Near 150 Hz, where the measured response changes with load, it is the foot itself on its sole that moves.
 
     >>> round(Foot().leg_hz(), 1), round(Foot().sole_hz())
     (3.9, 145)

@@ -1,15 +1,16 @@
-"""Force sensing resistors (section 4.3.2): a conductance that grows with force, softly at first, and remembers.
+"""Force sensing resistors (section 4.3.2): conductance grows with force, with a soft start, hysteresis and creep.
 
 The thesis's parts (Interlink 402) are sold with these figures: up to 25 % from part to part (6 % within a batch), a
 resistance 10 % lower when force falls than when it rises, under 5 % of drift a decade of time, 20 N at most. A part is
 one side of a divider, read by a 16-bit converter.
 
-The law is `R = Rs / Fe + R0`, with `Fe = F (F / 10 N)^(p-1) F / (F + Fs)`: conductance about proportional to force, a
-soft start, and a series resistance that remains. Memory comes before the law: play operators whose width is a share
-of the force (hysteresis), then a chain of lags, two a decade of time (creep).
+The static model is `R = Rs / Fe + R0`, with `Fe = F (F / 10 N)^(p-1) F / (F + Fs)`: conductance about proportional to
+force, a soft start, and a series resistance that remains. Before it come play operators whose width is a share of the
+force (hysteresis), then first-order lags in parallel, two a decade of time (creep).
 """
 
 import math
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -27,8 +28,8 @@ _BEND_N = 10.0
 _PLAYS = 4
 _FIRST_LAG_S, _LAGS = 0.03, 12
 _LAGS_A_DECADE = 2
-_KEPT_S = 1.0
-"""A load held for this long reads as the law says; sooner it reads less, later more."""
+_REFERENCE_S = 1.0
+"""A load held for this long reads as the static model says; sooner it reads less, later more."""
 
 
 class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -61,7 +62,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 
     def part(self, *names: object) -> "Fsr":
-        """A part of this kind, drawn by `names` (seed, tile, sensor): its own law, hysteresis and creep.
+        """A part of this kind, drawn by `names` (seed, tile, sensor): its own static model, hysteresis and creep.
 
         The exponent varies by a tenth of `spread`, the rest by all of it.
 
@@ -89,9 +90,8 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         array([   inf, 10200.,   700.])
         """
         force = np.maximum(np.asarray(force_n, dtype=np.float64), 0.0)
-        t = np.empty(tuning_size())
-        tune(t, self, 1000.0)
-        return _resistances(np.atleast_1d(force), t).reshape(force.shape)
+        found: NDArray[np.float64] = _resistances(np.atleast_1d(force), coefficients([self], 1000.0)[0])
+        return found.reshape(force.shape)
 
     def counts(self, corner_n: ArrayLike) -> NDArray[np.float64]:
         """What the converter reads, not rounded, of a force that rises on a corner: no hysteresis, creep or noise.
@@ -126,89 +126,113 @@ FSR_RANGES = {
 }
 """The allowed range of each of a sensor's parameters."""
 
-_SHARE, _RESISTANCE, _SERIES, _SOFT, _BEND, _DIVIDER, _HYSTERESIS, _NOISE, _AT_ONCE, _EACH = range(10)
-_LAG = 10
+STATE = np.dtype([("plays", np.float64, (_PLAYS,)), ("lags", np.float64, (_LAGS,))], align=True)
+"""What a part has kept of the forces before, newtons: outputs of its play operators and of its lags."""
+
+COEFFICIENTS = np.dtype(
+    [
+        ("share", np.float64),
+        ("resistance_ohm_n", np.float64),
+        ("series_ohm", np.float64),
+        ("soft_start_n", np.float64),
+        ("exponent_less_1", np.float64),
+        ("divider_ohm", np.float64),
+        ("hysteresis", np.float64),
+        ("noise_counts", np.float64),
+        ("at_once", np.float64),
+        ("each_lag", np.float64),
+        ("lag_steps", np.float64, (_LAGS,)),
+    ],
+    align=True,
+)
+"""A part as kernels read it. Of a steady force `at_once` is felt without delay and `each_lag` after each lag, whose
+one-pole steps are `lag_steps`; the other fields are as in `Fsr`."""
 
 
-def state_size() -> int:
-    """Numbers of a part's memory: plays, then lags."""
-    return _PLAYS + _LAGS
-
-
-def tuning_size() -> int:
-    """Numbers of a part's tuning."""
-    return _LAG + _LAGS
-
-
-def tune(t: NDArray[np.float64], part: Fsr, rate_hz: float) -> None:
-    """Write the coefficients of one part, read `rate_hz` times a second, into `t` (tuning_size(),)."""
+def coefficients(parts: Sequence[Fsr], rate_hz: float) -> NDArray[np.void]:
+    """The coefficients of parts that are read `rate_hz` times a second: shape (parts,) of `COEFFICIENTS`."""
     lags_s = _FIRST_LAG_S * 10.0 ** (np.arange(_LAGS) / _LAGS_A_DECADE)
-    each = part.creep / _LAGS_A_DECADE
-    t[:_LAG] = (
-        part.share,
-        part.resistance_ohm_n,
-        part.series_ohm,
-        part.soft_start_n,
-        part.exponent - 1.0,
-        part.divider_ohm,
-        part.hysteresis,
-        part.noise_counts,
-        1.0 + each * float(np.expm1(-_KEPT_S / lags_s).sum()),
-        each,
-    )
-    t[_LAG:] = -np.expm1(-1.0 / (rate_hz * lags_s))
+    found = np.zeros(len(parts), COEFFICIENTS)
+    for c, part in zip(found, parts, strict=True):
+        for name in ("share", "resistance_ohm_n", "series_ohm", "soft_start_n", "divider_ohm"):
+            c[name] = getattr(part, name)
+        c["hysteresis"], c["noise_counts"] = part.hysteresis, part.noise_counts
+        c["exponent_less_1"] = part.exponent - 1.0
+        each = part.creep / _LAGS_A_DECADE
+        c["at_once"], c["each_lag"] = 1.0 + each * float(np.expm1(-_REFERENCE_S / lags_s).sum()), each
+        c["lag_steps"] = -np.expm1(-1.0 / (rate_hz * lags_s))
+    return found
 
 
 @kernel
-def settle(s, t, corner_n):
-    """Put the memory where it is once `corner_n` newtons have risen on the corner and rested for ever."""
-    force = max(corner_n, 0.0) * t[_SHARE]
-    for i in range(len(s)):
-        s[i] = force
-
-
-@kernel
-def sense(s, t, corner_n, counts, key, sample, n):
-    """Readings (n,), whole numbers 0 to 65535, of the forces (n,) on one corner, newtons; below 0 counts as 0.
-
-    `s` is the memory, `t` the tuning, `sample` the absolute number of the first reading, which with `key` decides the
-    noise: the readings do not depend on how they are cut into calls.
-    """
-    for i in range(n):
-        force = max(corner_n[i], 0.0) * t[_SHARE]
-        felt = 0.0
+def settle(states: NDArray[np.void], coefficients: NDArray[np.void], corner_n: float) -> None:
+    """Set the states (parts,) as they are once `corner_n` newtons have risen on each corner and rested for ever."""
+    for j in range(len(states)):
+        state = states[j]
+        force = max(corner_n, 0.0) * coefficients[j].share
         for k in range(_PLAYS):
-            width = 2.0 * t[_HYSTERESIS] * (k + 0.5) / _PLAYS
-            s[k] = min(max(s[k], force), (1.0 + width) * force)
-            felt += s[k] / _PLAYS
-        crept = t[_AT_ONCE] * felt
+            state.plays[k] = force
         for k in range(_LAGS):
-            s[_PLAYS + k] += t[_LAG + k] * (felt - s[_PLAYS + k])
-            crept += t[_EACH] * s[_PLAYS + k]
-        reading = FULL_COUNTS * t[_DIVIDER] / (t[_DIVIDER] + _resistance(crept, t))
-        if t[_NOISE] > 0.0:
-            reading += t[_NOISE] * normal(key, sample + i)
+            state.lags[k] = force
+
+
+@kernel
+def sense(
+    states: NDArray[np.void],
+    coefficients: NDArray[np.void],
+    keys: NDArray[np.uint64],
+    corners_n: NDArray[np.float64],
+    counts: NDArray[np.float64],
+    sample: int,
+    n: int,
+) -> None:
+    """Write n readings `counts` (n, parts), whole numbers 0 to 65535, of the corners' forces (n, parts), newtons.
+
+    Forces below 0 count as 0; the two arrays may be the same. `sample` is the absolute number of the first reading;
+    with `keys` (parts,) it decides the noise, so that readings do not depend on how they are cut into calls.
+    """
+    for j in range(len(states)):
+        _sense_part(states[j], coefficients[j], keys[j], corners_n[:, j], counts[:, j], sample, n)
+
+
+@kernel
+def _sense_part(
+    state: np.record,
+    c: np.record,
+    key: np.uint64,
+    corner_n: NDArray[np.float64],
+    counts: NDArray[np.float64],
+    sample: int,
+    n: int,
+) -> None:
+    for i in range(n):
+        force = max(corner_n[i], 0.0) * c.share
+        apparent_n = 0.0
+        for k in range(_PLAYS):
+            width = 2.0 * c.hysteresis * (k + 0.5) / _PLAYS
+            state.plays[k] = min(max(state.plays[k], force), (1.0 + width) * force)
+            apparent_n += state.plays[k] / _PLAYS
+        crept_n = c.at_once * apparent_n
+        for k in range(_LAGS):
+            state.lags[k] += c.lag_steps[k] * (apparent_n - state.lags[k])
+            crept_n += c.each_lag * state.lags[k]
+        reading = FULL_COUNTS * c.divider_ohm / (c.divider_ohm + _resistance(crept_n, c))
+        if c.noise_counts > 0.0:
+            reading += c.noise_counts * normal(key, sample + i)
         counts[i] = min(max(math.floor(reading + 0.5), 0.0), FULL_COUNTS)
 
 
 @kernel
-def sense_tile(s, t, keys, corners_n, counts, sample, n):
-    """`sense` for the four sensors of a tile: forces and counts (n, 4), memories and tunings one a row, keys (4,)."""
-    for sensor in range(4):
-        sense(s[sensor], t[sensor], corners_n[:, sensor], counts[:, sensor], keys[sensor], sample, n)
-
-
-@kernel
-def _resistance(force, t):
-    if force <= 0.0:
+def _resistance(force_n: float, c: np.record) -> float:
+    if force_n <= 0.0:
         return math.inf
-    effective = force * force / (force + t[_SOFT]) * (force / _BEND_N) ** t[_BEND]
-    return t[_RESISTANCE] / effective + t[_SERIES]
+    effective = force_n * force_n / (force_n + c.soft_start_n) * (force_n / _BEND_N) ** c.exponent_less_1
+    return c.resistance_ohm_n / effective + c.series_ohm
 
 
 @kernel
-def _resistances(force, t):
-    out = np.empty_like(force)
-    for i in range(force.size):
-        out.ravel()[i] = _resistance(force.ravel()[i], t)
+def _resistances(force_n: NDArray[np.float64], c: np.record) -> NDArray[np.float64]:
+    out = np.empty_like(force_n)
+    for i in range(force_n.size):
+        out.ravel()[i] = _resistance(force_n.ravel()[i], c)
     return out

@@ -1,9 +1,9 @@
-"""Curves that turn a force sensing resistor's reading into newtons: the laws, and how each is fitted.
+"""Curves from a force sensing resistor's reading to newtons: families of curves, and how each is fitted.
 
-Each fit takes `x`, the reading's distance from rest (0 and above, shape (n,)), the force `f` in newtons and a weight
-`w`, and gives a `Law` through 0: knots with slopes, between which a cubic runs. All errors are weighed in newtons,
-because that is what a curve is used for; a straight line in log-log, fitted without, spends itself on the lightest
-touch.
+Each fit takes `x`, the reading less that of the unloaded sensor (0 and above, shape (n,)), the force `f` in newtons and
+a weight `w`, and gives a `FittedCurve` through 0: knots with slopes, between which a cubic runs; None where the data
+allow none. Errors are squared in newtons, because that is what a curve is used for: a straight line in log-log that is
+fitted to logarithms is best for the lightest touch, and errs where forces are large.
 """
 
 from collections.abc import Callable
@@ -17,40 +17,51 @@ _KNOTS = 49
 
 
 @dataclass(frozen=True)
-class Law:
-    """A fitted curve: its name, its constants, and knots `x`, `f` with slopes, all rising from (0, 0)."""
+class FittedCurve:
+    """A fitted curve: its family, its constants, and knots `x`, `f` with slopes, all rising from (0, 0)."""
 
-    name: str
+    family: str
     parameters: dict[str, float]
     x: Values
     f: Values
     slope: Values
 
     def force(self, x: Values) -> Values:
-        """Newtons at distances `x` from rest; beyond the knots along the last slope."""
-        at = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, self.x.size - 2)
-        width = self.x[at + 1] - self.x[at]
-        t = np.clip((x - self.x[at]) / width, 0.0, 1.0)
-        s = 1.0 - t
-        inside = s * s * (1.0 + 2.0 * t) * self.f[at] + t * t * (3.0 - 2.0 * t) * self.f[at + 1]
-        inside += width * t * s * (s * self.slope[at] - t * self.slope[at + 1])
-        below, above = np.minimum(x - self.x[0], 0.0), np.maximum(x - self.x[-1], 0.0)
-        return np.asarray(inside + below * self.slope[0] + above * self.slope[-1])
+        """Newtons at readings `x` above that of the unloaded sensor; beyond the knots along the last slope."""
+        return cubic_hermite(self.x, self.f, self.slope, x)
 
 
-def straight(x: Values, f: Values, w: Values) -> Law:
-    """F = a x: what to begin with."""
+def cubic_hermite(x: Values, y: Values, slope: Values, at: Values) -> Values:
+    """The cubic Hermite spline through knots (`x`, `y`) with slopes, at points of any shape. NaN stays NaN.
+
+    Beyond the knots it goes on along the first and the last slope.
+
+    >>> cubic_hermite(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([-1.0, 0.5, 2.0]))
+    array([0.  , 0.25, 3.  ])
+    """
+    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
+    width = x[k + 1] - x[k]
+    t = np.clip((at - x[k]) / width, 0.0, 1.0)
+    s = 1.0 - t
+    inside = s * s * (1.0 + 2.0 * t) * y[k] + t * t * (3.0 - 2.0 * t) * y[k + 1]
+    inside = inside + width * t * s * (s * slope[k] - t * slope[k + 1])
+    below, above = np.minimum(at - x[0], 0.0), np.maximum(at - x[-1], 0.0)
+    return np.asarray(inside + below * slope[0] + above * slope[-1])
+
+
+def straight(x: Values, f: Values, w: Values) -> FittedCurve:
+    """F = a x: the first approximation."""
     a = max(float((w * f * x).sum() / max((w * x * x).sum(), 1e-300)), 1e-12)
     ends = np.array([0.0, float(x.max())])
-    return Law("straight", {"factor": a}, ends, a * ends, np.full(2, a))
+    return FittedCurve("straight", {"factor": a}, ends, a * ends, np.full(2, a))
 
 
-def power(x: Values, f: Values, w: Values) -> Law | None:
-    """F = a x^b, a straight line in log-log weighed so that newtons count.
+def power(x: Values, f: Values, w: Values) -> FittedCurve | None:
+    """F = a x^b, a straight line in log-log, weighted so that errors count in newtons.
 
     >>> x = np.linspace(0.0, 1000.0, 50)
-    >>> law = power(x, 1e-3 * x**1.5, np.ones(50))
-    >>> round(law.parameters["exponent"], 6)
+    >>> curve = power(x, 1e-3 * x**1.5, np.ones(50))
+    >>> round(curve.parameters["exponent"], 6)
     1.5
     """
     good = (x > 0.0) & (f > 0.0)
@@ -60,15 +71,15 @@ def power(x: Values, f: Values, w: Values) -> Law | None:
     slopes = np.stack([np.ones_like(logs), logs], axis=1)
     (log_a, b), *_ = np.linalg.lstsq(slopes * weight[:, None], np.log(f[good]) * weight, rcond=None)
     a, b = float(np.exp(log_a)), float(np.clip(b, 0.2, 8.0))
-    return _law("power", {"factor": a, "exponent": b}, lambda v: a * v**b, float(x.max()))
+    return _sampled("power", {"factor": a, "exponent": b}, lambda v: a * v**b, float(x.max()))
 
 
-def rational(x: Values, f: Values, w: Values) -> Law | None:
+def rational(x: Values, f: Values, w: Values) -> FittedCurve | None:
     """F = a x / (1 - x / c): a conductance that rises with force, read across a divider. c is above all readings.
 
     >>> x = np.linspace(0.0, 900.0, 50)
-    >>> law = rational(x, 0.01 * x / (1.0 - x / 1200.0), np.ones(50))
-    >>> round(law.parameters["ceiling"])
+    >>> curve = rational(x, 0.01 * x / (1.0 - x / 1200.0), np.ones(50))
+    >>> round(curve.parameters["ceiling"])
     1200
     """
     top = float(x.max())
@@ -76,12 +87,12 @@ def rational(x: Values, f: Values, w: Values) -> Law | None:
     return _best_of("rational", ("factor", "ceiling"), x, f, w, 1.0 - np.geomspace(1.0, 1e-3, 60), _rational(top))
 
 
-def exponential(x: Values, f: Values, w: Values) -> Law | None:
+def exponential(x: Values, f: Values, w: Values) -> FittedCurve | None:
     """F = a (exp(x / c) - 1): a reading that goes with the logarithm of the force.
 
     >>> x = np.linspace(0.0, 900.0, 50)
-    >>> law = exponential(x, 0.5 * np.expm1(x / 250.0), np.ones(50))
-    >>> round(law.parameters["scale"])
+    >>> curve = exponential(x, 0.5 * np.expm1(x / 250.0), np.ones(50))
+    >>> round(curve.parameters["scale"])
     250
     """
     top = float(x.max())
@@ -92,20 +103,20 @@ def exponential(x: Values, f: Values, w: Values) -> Law | None:
     return _best_of("exponential", ("factor", "scale"), x, f, w, np.geomspace(0.05, 14.0, 80), shape)
 
 
-def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Values]) -> Law | None:
-    """R = Rs / F + R0, where the divider is known: `conductance` gives siemens at a distance x from rest.
+def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Values]) -> FittedCurve | None:
+    """R = Rs / F + R0, where the divider is known: `conductance` gives siemens above those of the unloaded sensor.
 
     >>> x = np.linspace(1.0, 900.0, 50)
     >>> siemens = lambda v: v / (1e4 * (1000.0 - v))
-    >>> law = resistor(x, 3e4 / (1.0 / siemens(x) - 200.0), np.ones(50), siemens)
-    >>> round(law.parameters["rs_ohm_n"]), round(law.parameters["r0_ohm"])
+    >>> curve = resistor(x, 3e4 / (1.0 / siemens(x) - 200.0), np.ones(50), siemens)
+    >>> round(curve.parameters["rs_ohm_n"]), round(curve.parameters["r0_ohm"])
     (30000, 200)
     """
     good = (x > 0.0) & (f > 0.0)
     if np.count_nonzero(good) < 2:
         return None
     g = conductance(x[good])
-    # Rs G + R0 F G = F, linear in both; weighed by newtons as it stands.
+    # Rs G + R0 F G = F, linear in both, with errors in newtons as it stands.
     terms, weight = np.stack([g, f[good] * g], axis=1), np.sqrt(w[good])
     (rs, r0), *_ = np.linalg.lstsq(terms * weight[:, None], f[good] * weight, rcond=None)
     r0 = max(float(r0), 0.0)
@@ -119,18 +130,18 @@ def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Va
         siemens = conductance(v)
         return np.asarray(rs * siemens / (1.0 - r0 * siemens))
 
-    return _law("resistor", {"rs_ohm_n": float(rs), "r0_ohm": r0}, force, top)
+    return _sampled("resistor", {"rs_ohm_n": float(rs), "r0_ohm": r0}, force, top)
 
 
-def spline(x: Values, f: Values, w: Values, pieces: int) -> Law | None:
-    """A monotone cubic of `pieces` pieces: integrated splines with weights of 0 and above (Ramsay 1988).
+def spline(x: Values, f: Values, w: Values, pieces: int) -> FittedCurve | None:
+    """A monotone cubic spline of `pieces` pieces: I-splines with weights of 0 and above (Ramsay 1988).
 
-    The pieces are short in newtons where forces are small: a place on a tile comes of ratios of forces, and a sensor
-    starts softly. Rising by construction.
+    The pieces are short in newtons where forces are small: a centroid is made of ratios of forces, and a sensor starts
+    softly. It rises by construction.
 
     >>> x = np.linspace(0.0, 1.0, 200)
-    >>> law = spline(x, 10.0 * x**3, np.ones(200), 6)
-    >>> bool(np.abs(law.force(x) - 10.0 * x**3).max() < 0.02)
+    >>> curve = spline(x, 10.0 * x**3, np.ones(200), 6)
+    >>> bool(np.abs(curve.force(x) - 10.0 * x**3).max() < 0.02)
     True
     """
     from scipy.interpolate import BSpline
@@ -148,19 +159,19 @@ def spline(x: Values, f: Values, w: Values, pieces: int) -> Law | None:
     basis = [BSpline(padded, np.r_[np.zeros(i), np.ones(count - i)], 3) for i in range(1, count)]
     at = np.clip(x, knots[0], knots[-1])
     terms = np.stack([one(at) for one in basis], axis=1)
-    # A little stiffness, so that a weight that no reading speaks for follows its neighbours.
-    bend = np.diff(np.eye(count - 1), 2, axis=0) * 1e-3 * np.sqrt(w.sum() / max(1, count - 3))
-    left = np.concatenate([terms * np.sqrt(w)[:, None], bend])
-    right = np.concatenate([f * np.sqrt(w), np.zeros(len(bend))])
+    # A little smoothing, so that a weight for which there is no reading follows its neighbours.
+    smoothing = np.diff(np.eye(count - 1), 2, axis=0) * 1e-3 * np.sqrt(w.sum() / max(1, count - 3))
+    left = np.concatenate([terms * np.sqrt(w)[:, None], smoothing])
+    right = np.concatenate([f * np.sqrt(w), np.zeros(len(smoothing))])
     weights, _ = nnls(left, right)
     y = sum(c * one(knots) for c, one in zip(weights, basis, strict=True))
     slope = sum(c * one.derivative()(knots) for c, one in zip(weights, basis, strict=True))
     y, slope = np.maximum.accumulate(np.asarray(y)), np.maximum(np.asarray(slope), 0.0)
-    return Law("spline", {"pieces": float(knots.size - 1)}, knots, y, slope)
+    return FittedCurve("spline", {"pieces": float(knots.size - 1)}, knots, y, slope)
 
 
 def rising(values: Values, weights: Values) -> Values:
-    """The nearest sequence that never falls (weighted least squares, pool of adjacent violators).
+    """The nearest sequence that never falls: isotonic regression by weighted least squares.
 
     >>> rising(np.array([1.0, 3.0, 2.0, 4.0]), np.ones(4))
     array([1. , 2.5, 2.5, 4. ])
@@ -171,14 +182,14 @@ def rising(values: Values, weights: Values) -> Values:
 
 
 def _best_of(
-    name: str,
+    family: str,
     names: tuple[str, str],
     x: Values,
     f: Values,
     w: Values,
     shapes: Values,
     made: Callable[[float], tuple[dict[str, float], Callable[[Values], Values]]],
-) -> Law | None:
+) -> FittedCurve | None:
     """The best of F = a h(x) over one shape constant; a is linear, so a scan and one golden section do."""
 
     def error(s: float) -> tuple[float, float]:
@@ -197,7 +208,7 @@ def _best_of(
     if a <= 0.0:
         return None
     constants, h = made(s)
-    return _law(name, {names[0]: a, **constants}, lambda v: a * h(v), float(x.max()))
+    return _sampled(family, {names[0]: a, **constants}, lambda v: a * h(v), float(x.max()))
 
 
 def _rational(top: float) -> Callable[[float], tuple[dict[str, float], Callable[[Values], Values]]]:
@@ -207,8 +218,8 @@ def _rational(top: float) -> Callable[[float], tuple[dict[str, float], Callable[
     return made
 
 
-def _law(name: str, parameters: dict[str, float], force: Callable[[Values], Values], top: float) -> Law:
-    """A law in closed form as knots that lie close where it bends: evenly in the force and in the reading together."""
+def _sampled(family: str, parameters: dict[str, float], force: Callable[[Values], Values], top: float) -> FittedCurve:
+    """A curve in closed form as knots that lie close where it turns: evenly in force and reading together."""
     fine = top * np.linspace(0.0, 1.0, 4001) ** 2
     y = force(fine)
     length = fine / fine[-1] + y / y[-1]
@@ -219,7 +230,7 @@ def _law(name: str, parameters: dict[str, float], force: Callable[[Values], Valu
     # 1980).
     secants = np.diff(f) / np.diff(at)
     most = 3.0 * np.minimum(np.r_[secants[0], secants], np.r_[secants, secants[-1]])
-    return Law(name, parameters, at, f, np.clip(slope, 0.0, most))
+    return FittedCurve(family, parameters, at, f, np.clip(slope, 0.0, most))
 
 
 def _knots(x: Values, f: Values, w: Values, pieces: int) -> Values:

@@ -1,6 +1,6 @@
 """The plate of a tile (section 4.4.2): a stiff, light rectangle, hinged along its edges, and its bending modes.
 
-Equations 4.3, 4.8 and 4.9 are corrected (ERRATA, chapter 4): no factor h in the frequency, modal coordinates with
+Equations 4.3, 4.8 and 4.9 are corrected (docs/models.md#plate): no factor h in the frequency, modal coordinates with
 their norm 4 / (rho h Lx Ly), and damping. Two stiffnesses of a sandwich are kept: the thesis's, with which equation
 4.5 gives 860.7 Hz for the panel of 2.54 cm, and the textbook's for thin facings, 5.196 times larger.
 """

@@ -23,7 +23,7 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     `force_n` is what a full-scale drive asks for in the middle of the band; compressed it is 49 N, on 2.7 kg about the
     20 m/s^2 that an uncalibrated tile is taken to give. `resonance_hz` and `damping` are the moving mass's;
     `colour_hz`, `colour` (the factor there, below 1 a notch) and `colour_damping` the case's; `corner_hz` is the
-    coil's. Forces bend over towards `ceiling_n`, `bias` of it off the middle, which makes even harmonics too.
+    coil's. Forces saturate softly at `ceiling_n`, `bias` of it off the middle, which makes even harmonics too.
     """
 
     force_n: float = 64.0
@@ -70,10 +70,13 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         compress(self.compression(), out, out, out.size)
         return out.reshape(force.shape)
 
-    def compression(self) -> NDArray[np.float64]:
-        """The tuning of `compress`: ceiling, bias, and the slope and value at rest."""
-        at_rest = self.bias / math.sqrt(1.0 + self.bias**2)
-        return np.array([self.ceiling_n, self.bias, (1.0 + self.bias**2) ** 1.5, at_rest])
+    def compression(self) -> NDArray[np.void]:
+        """The coefficients of `compress`: shape (1,) of `COMPRESSION`."""
+        found = np.zeros(1, COMPRESSION)
+        found["ceiling_n"], found["bias"] = self.ceiling_n, self.bias
+        found["gain"] = (1.0 + self.bias**2) ** 1.5
+        found["offset"] = self.bias / math.sqrt(1.0 + self.bias**2)
+        return found
 
 
 SHAKER_RANGES = {
@@ -90,12 +93,20 @@ SHAKER_RANGES = {
 """The allowed range of each of a shaker's parameters."""
 
 
+COMPRESSION = np.dtype(
+    [("ceiling_n", np.float64), ("bias", np.float64), ("gain", np.float64), ("offset", np.float64)], align=True
+)
+"""A soft saturation: its ceiling and bias as in `Shaker`, and the gain and offset that make 0 of 0 with slope 1."""
+
+
 @kernel
-def compress(t, given, out, n):
-    """Bend n forces over towards the ceiling, both ways, slope 1 at rest; the two arrays may be the same."""
+def compress(compression: NDArray[np.void], given: NDArray[np.float64], out: NDArray[np.float64], n: int) -> None:
+    """Saturate n forces softly towards the ceiling, both ways, slope 1 at 0; the two arrays may be the same."""
+    c = compression[0]
+    ceiling_n, bias, gain, offset = c.ceiling_n, c.bias, c.gain, c.offset
     for i in range(n):
-        x = given[i] / t[0] + t[1]
-        out[i] = t[0] * t[2] * (x / math.sqrt(1.0 + x * x) - t[3])
+        x = given[i] / ceiling_n + bias
+        out[i] = ceiling_n * gain * (x / math.sqrt(1.0 + x * x) - offset)
 
 
 def _pair(frequency_hz: float, damping: float) -> list[complex]:

@@ -1,6 +1,7 @@
 """The suspension of a tile (section 4.4.3): four rubber mounts under a rigid plate, its resonance and its deflections.
 
-The thesis finds f0 = 49 Hz, which is right, and 4.5 mm of deflection at 1000 N on one corner, which is not (ERRATA).
+The thesis finds f0 = 49 Hz, which is right, and 4.5 mm of deflection at 1000 N on one corner, which is not
+(docs/models.md#suspension).
 """
 
 import math

@@ -1,0 +1,69 @@
+"""What `make docs` adds to the pages of this folder: the front page, and a reference of what scripts may call.
+
+MkDocs runs the functions as hooks, and Griffe, which reads the sources without importing them, the class.
+"""
+
+import re
+from pathlib import Path
+
+import griffe
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = ROOT / "workbench"
+NOT_FOR_SCRIPTS = ("bench", "commands", "nodes")
+"""Packages without a page: two are reached from the command line, and `underfoot nodes` prints the third."""
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Put the pages of the reference behind the others."""
+    assert config.nav is not None
+    config.nav.append({"Reference": [{name: _page(name)} for name in _modules()]})
+    return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that are made: README, CONTRIBUTING, and the reference."""
+    made = {"index.md": _from_docs("README.md"), "contributing.md": _from_docs("CONTRIBUTING.md")}
+    for name, modules in _modules().items():
+        made[_page(name)] = f"# {name}\n\n" + "\n\n".join(f"::: {module}" for module in modules) + "\n"
+    for path, text in made.items():
+        files.append(File.generated(config, path, content=text))
+    for picture in sorted((ROOT / "assets").glob("*.png")):
+        files.append(File.generated(config, f"assets/{picture.name}", abs_src_path=str(picture)))
+    return files
+
+
+def _from_docs(name: str) -> str:
+    """A page of the project's top folder, with its links to docs/ as they are from there."""
+    return (ROOT / name).read_text(encoding="utf-8").replace("](docs/", "](")
+
+
+def _page(name: str) -> str:
+    return f"reference/{name}.md"
+
+
+def _modules() -> dict[str, list[str]]:
+    """Modules by page: a page for each package, and one for the modules that stand in none."""
+    pages: dict[str, list[str]] = {}
+    for path in sorted(SOURCES.rglob("*.py")):
+        place = path.relative_to(SOURCES).with_suffix("").parts
+        if place[0] in NOT_FOR_SCRIPTS or place[-1] == "__main__":
+            continue
+        package = ("underfoot", *place[:-1])
+        module = package if place[-1] == "__init__" else (*package, place[-1])
+        if not place[-1].startswith("_") or module == package:
+            pages.setdefault(".".join(package), []).append(".".join(module))
+    return {name: pages[name] for name in sorted(pages)}
+
+
+class Doctests(griffe.Extension):
+    """Examples in docstrings (`>>>`) as code: Markdown would take them for quotations."""
+
+    def on_object(self, *, obj: griffe.Object, **_: object) -> None:
+        """Put fences around the examples of an object's docstring."""
+        if obj.docstring is not None:
+            obj.docstring.value = re.sub(
+                r"^>>> .*(?:\n(?!\s*$).*)*", lambda found: f"```pycon\n{found[0]}\n```", obj.docstring.value, flags=re.M
+            )

@@ -1,0 +1,102 @@
+"""A rig of hardware: a line's frames become readings, with a load cell beside them."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from underfoot.calibration.rig import Sound
+from underfoot.calibration.rigs.device import DeviceRig, LoadCell, load_cell_of
+from underfoot.devices.framing.wire_format import encode
+from underfoot.errors import BadValue, DeviceError
+
+
+class Line:
+    """A port that gives what is put into it, and says when all of it was read."""
+
+    def __init__(self, name="line"):
+        self.name, self._waiting, self._more = name, [], threading.Condition()
+
+    def put(self, frames):
+        with self._more:
+            self._waiting.append(encode(frames))
+
+    def open(self):
+        pass
+
+    def read(self):
+        with self._more:
+            self._more.notify_all()
+            if self._waiting:
+                return self._waiting.pop(0)
+            self._more.wait(0.005)
+            return b""
+
+    def drained(self):
+        """Wait until the reader has come back for more, twice: then what it had is in the rig."""
+        with self._more:
+            for _ in range(2):
+                assert self._more.wait_for(lambda: not self._waiting, 5.0)
+                self._more.wait(1.0)
+
+    def close(self):
+        pass
+
+
+def gathered(rig, line):
+    line.drained()
+    return rig.read()
+
+
+def frames(tile, begin, count, readings):
+    rows = [[tile, (begin + i) & 0xFFFF, 1000 * (begin + i), *readings(begin + i)] for i in range(count)]
+    return np.array(rows)
+
+
+def test_readings_are_evenly_timed_and_only_of_this_tile():
+    line = Line()
+    rig = DeviceRig(line, 3)
+    try:
+        line.put(frames(3, 0, 50, lambda i: (i, 1, 2, 3)))
+        line.put(frames(4, 0, 50, lambda i: (9, 9, 9, 9)))
+        readings = gathered(rig, line)
+        assert readings.values[:, 0].tolist() == list(range(50))
+        assert np.diff(readings.time_s) == pytest.approx(np.full(49, 1e-3), abs=1e-9)
+        assert readings.force_n is None
+        assert rig.read().time_s.size == 0
+        with pytest.raises(BadValue, match="carries no sound"):
+            rig.play(Sound(np.zeros(1), 48000, "none"))
+    finally:
+        rig.close()
+
+
+def test_a_load_cell_on_the_same_line_is_read_at_the_tile_s_times():
+    line = Line()
+    rig = DeviceRig(line, 0, LoadCell(tile=9, sensor=1, newtons_per_count=0.5, zero=100.0))
+    try:
+        both = np.empty((100, 7), dtype=int)
+        both[0::2] = frames(0, 0, 50, lambda i: (i, 0, 0, 0))
+        both[1::2] = frames(9, 0, 50, lambda i: (0, 100 + 4 * i, 0, 0))
+        line.put(both)
+        readings = gathered(rig, line)
+        assert readings.force_n == pytest.approx(2.0 * readings.values[:, 0])
+    finally:
+        rig.close()
+
+
+def test_a_line_on_which_nothing_comes_is_said_to_be_so():
+    rig = DeviceRig(Line("nowhere"), 0, silent_reads=3)
+    try:
+        for _ in range(3):
+            rig.read()
+        with pytest.raises(DeviceError, match="nothing comes of tile 0"):
+            rig.read()
+    finally:
+        rig.close()
+
+
+def test_a_cell_is_named_in_a_word():
+    assert load_cell_of("9.2:-0.05:120") == LoadCell(9, 1, -0.05, 120.0)
+    for text in ("9", "9.5:1:0", "9.1:0:0", "a.1:1:1"):
+        with pytest.raises(BadValue):
+            load_cell_of(text)

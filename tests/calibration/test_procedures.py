@@ -1,0 +1,297 @@
+"""Procedures on presses without a window: from first to last page, refusals on the spot, the way back, cancelling."""
+
+import numpy as np
+import pytest
+
+from underfoot.calibration.procedure import run, step
+from underfoot.calibration.procedures.centroid import CentroidProcedure, places
+from underfoot.calibration.procedures.fsr import FsrProcedure
+from underfoot.calibration.rig import PressRequest, Readings
+from underfoot.calibration.rigs.simulated_hand import SimulatedHand
+from underfoot.errors import BadMeasurement, BadValue
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.simulated_tile import SimulatedTile
+
+TILE = default_floor(1, 1).tiles[0]
+QUICK = {"loadings": 3, "hold_s": 3.0, "full_scale_n": 400.0}
+RATE_HZ = 100.0
+
+
+class Hand:
+    """Presses exactly what is asked, on sensors that read 20 counts a newton from 2000 on; tests spoil something."""
+
+    def __init__(self, counts=None, load=None, force=True):
+        self.counts = counts or (lambda corners: 2000.0 + 20.0 * corners)
+        self.load, self.has_cell = load or (lambda press, force: force), force
+        self.time, self.force, self.asked, self.reads = 0.0, 0.0, None, 0
+        self.at_m, self.empty = (0.0, 0.0), 0
+
+    def press(self, press):
+        self.asked = press
+
+    def read(self):
+        self.reads += 1
+        assert self.reads < 20_000, f"stuck at {self.asked}"
+        n = 10
+        if self.at_m != self.asked.at_m and self.empty >= 3:
+            self.at_m = self.asked.at_m
+        wanted = self.asked.force_n if self.at_m == self.asked.at_m else 0.0
+        self.empty = self.empty + 1 if self.force == 0.0 else 0
+        force = self.force + np.clip(wanted - self.force, -40.0, 40.0) * np.arange(1, n + 1) / n
+        self.force = float(force[-1])
+        x, y = np.array(self.at_m) / TILE.sensors_m[0]
+        corners = np.outer(self.load(self.asked, force), 0.25 * (1 + np.array([x, -x, -x, x]) + np.array([y, y, -y, -y])
+                           + np.array([x * y, -x * y, x * y, -x * y])))  # fmt: skip
+        time_s = self.time + np.arange(1, n + 1) / RATE_HZ
+        self.time = float(time_s[-1])
+        return Readings(time_s, self.counts(corners), force if self.has_cell else None)
+
+    def close(self):
+        pass
+
+
+def walked(procedure, rig, values=None, until="result"):
+    """Step to the page whose key begins so."""
+    while not procedure.page.key.startswith(until):
+        step(procedure, rig, values)
+    return procedure.page
+
+
+# --- on the simulator, with no hands ---
+
+
+def test_both_procedures_run_on_the_simulator_from_first_to_last_page():
+    hand = SimulatedHand(SimulatedTile(TILE, seed=5), seed=5, rate_hz=250.0)
+    seen = []
+    result = run(FsrProcedure(TILE), hand, QUICK, lambda page: seen.append(page))
+    assert (seen[0].key, seen[-1].press.sensor) == ("setup", 3)
+    assert [page.share for page in seen] == sorted(page.share for page in seen)
+    figures = result.figures
+    assert figures["sensors_calibrated"] == 4.0
+    assert figures["error_percent"] < 1.15 * figures["bound_percent"]
+    assert figures["memory_error_percent"] < 2.0
+    assert result.good
+    profile = result.apply(Profile(tile="t1"))
+    result = run(
+        CentroidProcedure(TILE, profile), hand, {"form": "quick", "loads_n": (100.0, 200.0, 400.0), "falling": "yes"}
+    )
+    assert result.figures["mean_over_time_mm"] < 5.0
+    assert result.figures["mean_after_mm"] < 8.0
+    assert result.figures.get("mean_bound_mm", 0.0) <= result.figures["mean_after_mm"]
+    assert result.figures["mean_after_mm_falling"] > 0.0
+    assert [drawing.title for drawing in result.drawings][:1] == ["Before"]
+    done = result.apply(profile)
+    assert done.fsr == profile.fsr
+    assert done.centroid is not None
+    assert done.centroid.over_time is not None
+
+
+def test_the_simulated_hand_presses_where_and_what_it_is_asked():
+    tile = SimulatedTile(TILE, seed=2)
+    hand = SimulatedHand(tile, seed=2)
+    procedure = CentroidProcedure(TILE, None)
+    procedure.answer({"form": "quick"})
+    for page_place in procedure.page.places_m[:3]:
+        hand.press(PressRequest(page_place, 300.0))
+        readings = [hand.read() for _ in range(60)][-1]
+        assert readings.force_n == pytest.approx(np.full(100, 300.0), rel=0.05)
+        hand.press(PressRequest(page_place, 0.0))
+        assert np.abs([hand.read() for _ in range(30)][-1].force_n).max() < 1.0
+
+
+# --- a person's hands ---
+
+
+def test_known_weights_make_a_curve():
+    procedure, hand = FsrProcedure(TILE), Hand(force=False)
+    result = run(procedure, hand, {"reference": "known weights", "weights_n": (20.0, 50.0, 100.0, 200.0, 400.0)})
+    profile = result.apply(Profile(tile="t1"))
+    assert profile.force(np.full(4, 2000.0 + 20.0 * 150.0)) == pytest.approx(np.full(4, 150.0), rel=0.01)
+
+
+def test_the_load_cell_makes_the_same_curve():
+    result = run(FsrProcedure(TILE), Hand(), QUICK)
+    profile = result.apply(Profile(tile="t1"))
+    assert profile.force(np.full(4, 2000.0 + 20.0 * 150.0)) == pytest.approx(np.full(4, 150.0), rel=0.01)
+    assert result.figures["error_percent"] < 0.2
+
+
+def test_weights_out_of_order_are_refused():
+    procedure = FsrProcedure(TILE)
+    with pytest.raises(BadMeasurement, match="weights out of order: 20 N after 50 N"):
+        procedure.answer({"reference": "known weights", "weights_n": (10.0, 50.0, 20.0)})
+    assert procedure.page.key == "setup"
+    values = {"reference": "known weights", "weights_n": (20.0, 50.0, 100.0)}
+    walked(procedure, Hand(force=False), values, "sensor1-weight2")
+    with pytest.raises(BadMeasurement, match="out of order: 15 N after 20 N on the way up"):
+        procedure.answer({"weight_n": 15.0})
+    assert procedure.page.asks
+
+
+def test_40_n_typed_as_400_is_refused_and_can_be_mended():
+    procedure, hand = FsrProcedure(TILE), Hand(force=False)
+    values = {"reference": "known weights", "weights_n": (10.0, 20.0, 30.0, 40.0, 500.0)}
+    walked(procedure, hand, values, "sensor1-weight4")
+    procedure.answer({"weight_n": 400.0})
+    with pytest.raises(BadMeasurement, match=r"400 N was typed, but sensor 1 reads as under about 4\d N"):
+        walked(procedure, hand, values, "sensor1-weight5")
+    assert procedure.page.key == "sensor1-weight4"
+    procedure.answer({"weight_n": 40.0})
+    while procedure.page.key == "sensor1-weight4":
+        step(procedure, hand, values)
+    assert procedure.page.key == "sensor1-weight5"
+
+
+def test_a_silent_sensor_is_refused_and_can_be_skipped():
+    procedure = FsrProcedure(TILE)
+
+    def dead(corners):
+        counts = 2000.0 + 20.0 * corners
+        counts[:, 1] = 730.0
+        return counts
+
+    hand = Hand(dead)
+    with pytest.raises(BadMeasurement, match="sensor 2 gives no signal: it stays at 730 under"):
+        run(procedure, hand, QUICK)
+    assert procedure.page.key == "sensor2-rise1"
+    procedure.skip()
+    assert procedure.page.key == "sensor3-tare"
+    result = run(procedure, hand, QUICK)
+    assert not result.good
+    assert "sensor 2: it has no pairs" in result.verdict
+    assert np.isnan(result.apply(Profile(tile="t1")).force(np.full(4, 3000.0))).tolist() == [False, True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("hand", "said"),
+    [
+        (Hand(lambda corners: 2000.0 + 20.0 * corners[:, [1, 0, 2, 3]]), "sensor 2 responds when sensor 1 is pressed"),
+        (Hand(lambda corners: np.minimum(2000.0 + 300.0 * corners, 65535.0)), "sensor 1 clips: it stays at 65535"),
+        (Hand(force=False), "there is no load cell among the readings"),
+    ],
+)
+def test_what_cannot_be_right_is_refused_on_the_spot(hand, said):
+    procedure = FsrProcedure(TILE)
+    with pytest.raises(BadMeasurement, match=said):
+        run(procedure, hand, QUICK)
+    assert procedure.page.key == "sensor1-rise1"
+    assert procedure.result is None
+
+
+def test_a_load_cell_that_is_silent_is_refused():
+    class Silent(Hand):
+        def read(self):
+            readings = super().read()
+            return Readings(readings.time_s, readings.values, np.zeros(readings.time_s.size))
+
+    with pytest.raises(BadMeasurement, match="the load cell gives no force while sensor 1 is pressed"):
+        run(FsrProcedure(TILE), Silent(), QUICK)
+
+
+def test_nobody_who_presses_is_given_up():
+    class Absent(Hand):
+        def press(self, press):
+            super().press(press if press.force_n == 0.0 else type(press)(press.at_m, 1.0, press.hold_s, press.sensor))
+
+    with pytest.raises(BadMeasurement, match=r"not complete after 120 s\. Press harder"):
+        run(FsrProcedure(TILE), Absent(), QUICK)
+
+
+def test_back_forgets_what_was_taken_and_cancel_changes_nothing():
+    procedure, hand = FsrProcedure(TILE), Hand()
+    procedure.back()
+    assert procedure.page.key == "setup"
+    walked(procedure, hand, QUICK, "sensor1-rise2")
+    assert procedure.drawings
+    procedure.back()
+    assert procedure.page.key == "sensor1-fall1"
+    procedure.back()
+    assert procedure.page.key == "sensor1-rise1"
+    first = run(procedure, hand, QUICK)
+    assert first.figures["error_percent"] < 0.5
+    procedure.back()
+    assert procedure.result is None
+    profile = Profile(tile="t1")
+    assert profile == Profile(tile="t1")  # a result changes nothing until it is applied
+    with pytest.raises(BadValue, match="takes a press, not an answer"):
+        procedure.answer({})
+    with pytest.raises(BadValue, match="takes no recording"):
+        procedure.hear(np.zeros(3))
+
+
+def test_answers_are_checked():
+    procedure = FsrProcedure(TILE)
+    for values, said in (
+        ({"reference": "thumb"}, "reference is 'thumb'; allowed: load cell, known weights"),
+        ({"full_scale_n": -3.0}, "full_scale_n is -3.0; allowed: 5 to 5000 N"),
+        ({"colour": 3}, "does not ask for colour"),
+    ):
+        with pytest.raises(BadValue, match=said):
+            procedure.answer(values)
+    assert procedure.page.key == "setup"
+
+
+# --- the centroid ---
+
+
+def newtons(**more):
+    return Hand(lambda corners: corners, **more)
+
+
+def test_readings_that_are_newtons_need_no_profile():
+    result = run(CentroidProcedure(TILE), newtons(force=False), {"form": "quick"})
+    assert result.figures["worst_after_mm"] < 0.5
+    assert result.figures["presses"] == 27.0
+    name, header, rows = result.raw[0]
+    assert (name, header.count(",") + 1, rows.shape) == ("presses", 8, (27, 7))
+
+
+def test_what_still_drifts_from_older_loads_is_taken_off():
+    class Drifting(Hand):
+        def read(self):
+            readings = super().read()
+            drift = np.outer(60.0 - 0.3 * readings.time_s, [1.0, 0.0, 0.3, 0.0])
+            return Readings(readings.time_s, readings.values + drift, readings.force_n)
+
+    procedure = CentroidProcedure(TILE)
+    run(procedure, Drifting(lambda corners: corners), {"form": "quick"})
+    found = procedure.accuracy
+    assert found.errors_mm(found.before_m).max() < 0.3
+
+
+def test_one_s_own_places_are_pressed():
+    own = ((0.0, 0.0), (0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1), (0.05, 0.0))
+    procedure = CentroidProcedure(TILE)
+    run(procedure, newtons(), {"pattern": "own", "places_m": own, "loads_n": (100.0, 300.0)})
+    assert {tuple(place) for place in procedure.accuracy.at_m} == set(own)
+    with pytest.raises(BadValue, match="at least 6 places of your own"):
+        CentroidProcedure(TILE).answer({"pattern": "own", "places_m": own[:3]})
+    with pytest.raises(BadMeasurement, match="loads out of order"):
+        CentroidProcedure(TILE).answer({"loads_n": (300.0, 100.0)})
+
+
+def test_a_press_at_another_place_and_an_unsteady_one_are_refused():
+    swapped = Hand(lambda corners: corners[:, [2, 3, 0, 1]])
+    with pytest.raises(BadMeasurement, match="mm from where it was asked for"):
+        run(CentroidProcedure(TILE), swapped, {"form": "quick"})
+    draws = np.random.default_rng(0)
+    shaking = newtons(load=lambda press, force: force * (1.0 + 0.15 * draws.standard_normal(force.size)), force=False)
+    with pytest.raises(BadMeasurement, match="the press is unsteady: its force varies by"):
+        run(CentroidProcedure(TILE), shaking, {"form": "quick", "loads_n": (100.0,)})
+
+
+def test_a_tile_that_is_silent_under_load_is_refused():
+    with pytest.raises(BadMeasurement, match="no signal: the sensors add up to 0 N"):
+        run(CentroidProcedure(TILE), Hand(lambda corners: 0.0 * corners), {"form": "quick"})
+
+
+def test_places_lie_on_the_tile_apart_from_each_other_and_are_drawn_by_the_seed():
+    for count in (9, 50):
+        for seed in (None, 4):
+            found = places(TILE, count, seed)
+            assert found.shape == (count, 2)
+            assert np.abs(found).max() <= TILE.size_m[0] / 2.0 - 0.02 + 1e-4
+            apart = np.hypot(*(found[:, None] - found[None]).T) + 9.0 * np.eye(count)
+            assert apart.min() > 0.003
+    assert not np.array_equal(places(TILE, 50, 1), places(TILE, 50, 2))

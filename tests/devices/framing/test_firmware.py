@@ -1,0 +1,58 @@
+"""The frame encoder of the sketch, compiled by this machine's compiler: the same bytes, and decoded again."""
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from underfoot.devices.framing import wire_format
+from underfoot.devices.framing.parser import Parser
+
+SKETCH = Path(__file__).resolve().parents[3] / "assets/firmware/tile"
+COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
+
+
+@pytest.fixture(scope="module")
+def encode(tmp_path_factory):
+    """The C function: takes a row of a frame, gives its bytes."""
+    if COMPILER is None:
+        pytest.skip("there is no C compiler (cc, gcc or clang)")
+    library = tmp_path_factory.mktemp("firmware") / "tile_frame.so"
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror", "-O1", "-shared", "-fPIC"]
+    subprocess.run([COMPILER, *flags, str(SKETCH / "tile_frame.c"), "-o", str(library)], check=True)
+    function = ctypes.CDLL(str(library)).tile_frame_encode
+    function.restype = ctypes.c_size_t
+    u16 = ctypes.c_uint16
+    function.argtypes = [ctypes.c_char_p, u16, u16, ctypes.c_uint32, u16 * 4]
+
+    def run(row):
+        out = ctypes.create_string_buffer(wire_format.FRAME_BYTES)
+        size = function(out, *row[:3], (u16 * 4)(*row[3:]))
+        return out.raw[:size]
+
+    return run
+
+
+def test_the_firmware_s_frames_are_ours(encode):
+    rows = np.random.default_rng(7).integers(0, wire_format.MAX_VALUES + 1, (2000, 7))
+    rows[::3] &= 0xFF00FF  # with many zero bytes among them
+    rows[0], rows[1] = 0, wire_format.MAX_VALUES
+    sent = b"".join(encode(row) for row in rows.tolist())
+    assert sent == wire_format.encode(rows)
+
+
+def test_the_parser_decodes_what_the_firmware_sends(encode):
+    rows = [[5, i & 0xFFFF, (1000 * i) & 0xFFFFFFFF, i, 256 * (i % 256), 0, 65535 - i] for i in range(3000)]
+    parser = Parser()
+    got = parser.feed(b"".join(encode(row) for row in rows))
+    np.testing.assert_array_equal(wire_format.rows_of(got), rows)
+    assert parser.counts.lost == parser.counts.corrupted == 0
+
+
+def test_the_sketch_sends_by_that_function():
+    sketch = (SKETCH / "tile.ino").read_text()
+    assert '#include "tile_frame.h"' in sketch
+    assert "tile_frame_encode(frame, TILE, sequence, now, readings)" in sketch

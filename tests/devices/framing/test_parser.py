@@ -1,0 +1,269 @@
+"""The parser: any bytes in any pieces; what was damaged is never taken for a sample, and losses are counted exactly."""
+
+import tracemalloc
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_frames import frames_of, packed, rows, stuffed
+
+from underfoot.devices.framing.parser import FrameCounts, Parser
+from underfoot.devices.framing.wire_format import FRAME_BYTES, csv_lines, encode, rows_of
+from underfoot.errors import BadValue
+
+
+def parsed(*pieces, form="auto"):
+    parser = Parser(form)
+    got = [parser.feed(piece).copy() for piece in pieces]
+    return parser, np.concatenate(got)
+
+
+# --- whole streams ---
+
+
+@pytest.mark.parametrize("write", [encode, csv_lines])
+@settings(deadline=None)
+@given(st.lists(st.integers(1, 60), min_size=1, max_size=12))
+def test_any_pieces_give_the_same_frames(write, lengths):
+    sent = rows(8, tiles=3)
+    data = write(sent)
+    cuts = np.cumsum(lengths)
+    pieces = [data[a:b] for a, b in zip([0, *cuts], [*cuts, len(data)], strict=True)]
+    parser, got = parsed(*pieces)
+    np.testing.assert_array_equal(rows_of(got), sent)
+    assert parser.counts == FrameCounts(accepted=len(sent))
+    assert parser.form == ("binary" if write is encode else "csv")
+    assert parser.bytes == len(data)
+
+
+def test_the_sequence_goes_round_and_time_is_unwrapped():
+    sent = rows(3000, tiles=2, first=65_000, start_us=(1 << 32) - 65_500_000)
+    parser, got = parsed(encode(sent))
+    assert parser.counts == FrameCounts(accepted=6000)
+    time_us = got["microseconds"][got["tile"] == 1]
+    assert (np.diff(time_us) == 1000).all()
+    assert time_us[-1] > 1 << 32
+
+
+def test_a_stream_that_is_joined_in_the_middle_of_a_frame_counts_nothing_as_wrong():
+    for data in (encode(rows(5))[10:], csv_lines(rows(5))[1:]):
+        parser = Parser()
+        parser.resync()
+        assert parser.feed(data)["sequence"].tolist() == [1, 2, 3, 4]
+        assert parser.counts == FrameCounts(accepted=4)
+
+
+def test_a_line_whose_first_digit_was_missed_is_no_line_of_another_tile():
+    parser = Parser()
+    parser.resync()
+    assert parser.feed(b"2,5,5000,1,2,3,4\n12,6,6000,1,2,3,4\n")["tile"].tolist() == [12]
+
+
+def test_lines_may_end_as_windows_ends_them_and_hold_spaces():
+    _, got = parsed(b"2, 41, 41000, 1, 2, 3, 4\r\n2,42,42000,5,6,7,8\r\n")
+    assert rows_of(got).tolist() == [[2, 41, 41000, 1, 2, 3, 4], [2, 42, 42000, 5, 6, 7, 8]]
+
+
+def test_a_long_counter_in_a_line_goes_round_like_a_short_one():
+    parser, got = parsed(*[b"0,%d,%d,1,2,3,4\n" % (i, 1000 * i) for i in range(65_530, 65_545)])
+    assert parser.counts == FrameCounts(accepted=15)
+    assert got["sequence"][-1] == 65_544 - 65_536
+
+
+def test_a_boot_message_and_new_firmware_do_not_confuse_it():
+    sent = rows(600)
+    first, second, third = sent[:200], sent[200:400], sent[400:]
+    noise = b"Tile 4 booting, firmware 1.2\r\nADC ok\r\n"
+    parser, got = parsed(noise + encode(first), b"?" * 5000 + b"\n" + csv_lines(second), b"\n" * 5000 + encode(third))
+    np.testing.assert_array_equal(rows_of(got), sent)
+    assert parser.form == "binary"
+
+
+def test_a_form_that_was_chosen_stays():
+    sent = rows(3)
+    assert len(parsed(encode(sent), form="csv")[1]) == 0
+    assert len(parsed(csv_lines(sent), form="binary")[1]) == 0
+    with pytest.raises(BadValue, match="form is 'xml'; allowed: auto, binary, csv"):
+        Parser("xml")
+
+
+# --- damage ---
+
+
+@pytest.mark.parametrize("form", ["auto", "binary", "csv"])
+def test_a_million_random_bytes_are_no_frame(form):
+    data = np.random.default_rng(3).integers(0, 256, 1_000_000).astype(np.uint8)
+    parser, got = parsed(*np.array_split(data, 77), form=form)
+    assert len(got) == 0
+    assert parser.counts.accepted == parser.counts.lost == 0
+    assert len(parser.feed(b"\0\n" + (csv_lines if form == "csv" else encode)(rows(1)))) == 1
+
+
+@pytest.mark.parametrize("byte", range(FRAME_BYTES))
+@pytest.mark.parametrize("change", [0x01, 0x80, 0xFF, None])
+def test_one_wrong_byte_costs_its_frame_and_no_other(byte, change):
+    sent = rows(5)
+    frames = frames_of(encode(sent))
+    spoilt = bytearray(frames[2])
+    if change is None:
+        spoilt[byte] = 7 if byte == FRAME_BYTES - 1 else 0
+        if spoilt == frames[2]:
+            spoilt[byte] ^= 2
+    else:
+        spoilt[byte] ^= change
+    parser, got = parsed(b"".join([*frames[:2], bytes(spoilt), *frames[3:]]))
+    np.testing.assert_array_equal(rows_of(got), sent[[0, 1, 3, 4]])
+    assert parser.counts.lost == 1
+    assert 1 <= parser.counts.corrupted <= 2
+
+
+@pytest.mark.parametrize("kept", range(1, FRAME_BYTES))
+def test_a_frame_that_broke_off_costs_no_other(kept):
+    frames = frames_of(encode(rows(5)))
+    parser, got = parsed(b"".join([*frames[:2], frames[2][:kept], *frames[3:]]))
+    assert got["sequence"].tolist() == [0, 1, 3, 4]
+    assert parser.counts.lost == 1
+
+
+def test_another_version_another_length_and_a_wrong_checksum_are_refused():
+    row = rows(1)[0].tolist()
+    good = packed(row)
+    body = good[:17]
+
+    def sealed(text):
+        return stuffed(text + zlib.crc32(text).to_bytes(4, "little")) + b"\0"
+
+    bad = [sealed(b"\2" + body[1:]), sealed(body + b"\0"), sealed(body[:-1]), stuffed(body + b"abcd") + b"\0"]
+    for each in (*bad, b"\0\0\0", b"\x16" + good.replace(b"\0", b"\1") + b"\0"):
+        assert len(parsed(each, form="binary")[1]) == 0
+    assert len(parsed(sealed(body), form="binary")[1]) == 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"1,2,3,4,5,6",
+        b"1,2,3,4,5,6,7,8",
+        b"1,2,3,4,5,6,",
+        b",2,3,4,5,6,7",
+        b"1,2,3,4,5,6,-7",
+        b"1,2,3,4,5,6,7.5",
+        b"65536,2,3,4,5,6,7",
+        b"1,2,3,4,5,6,65536",
+        b"1,2,4294967296,4,5,6,7",
+        b"tile,sequence,microseconds,r1,r2,r3,r4",
+        b"1,2,3,4,5,6,7" + b"0" * 500,
+    ],
+)
+def test_a_line_that_is_none_is_counted_and_left_out(line):
+    sent = rows(4)
+    parser, got = parsed(csv_lines(sent[:2]), line + b"\n", csv_lines(sent[2:]))
+    np.testing.assert_array_equal(rows_of(got), sent)
+    assert parser.counts == FrameCounts(accepted=4, corrupted=1)
+
+
+# --- order ---
+
+
+def told(order, count=40):
+    frames = frames_of(encode(rows(count)))
+    parser, got = parsed(b"".join(frames[i] for i in order))
+    return parser.counts, got["sequence"].tolist()
+
+
+def test_what_is_missing_is_counted():
+    assert told([0, 1, 5, 6, 9]) == (FrameCounts(accepted=5, lost=5), [0, 1, 5, 6, 9])
+
+
+def test_what_comes_twice_is_handed_over_once():
+    assert told([0, 1, 1, 2, 1, 3, 0]) == (FrameCounts(accepted=4, doubled=3), [0, 1, 2, 3])
+
+
+def test_what_comes_late_is_handed_over_and_no_longer_missing():
+    assert told([0, 2, 1, 3, 5, 6, 4]) == (FrameCounts(accepted=7, reordered=2), [0, 2, 1, 3, 5, 6, 4])
+
+
+def test_what_comes_behind_the_very_first_was_never_missing():
+    assert told([3, 1, 2, 4]) == (FrameCounts(accepted=4, reordered=2), [3, 1, 2, 4])
+    assert told([3, 1, 4]) == (FrameCounts(accepted=3, reordered=1, lost=1), [3, 1, 4])
+
+
+def test_a_frame_from_long_ago_is_left_out():
+    frames = frames_of(encode(rows(200)))
+    parser, got = parsed(b"".join([*frames[:100], frames[3], *frames[100:150], frames[20], *frames[150:]]))
+    assert got["sequence"].tolist() == list(range(200))
+    assert parser.counts == FrameCounts(accepted=200, stale=2)
+
+
+@pytest.mark.parametrize("before", [70, 1000, 20_000, 40_000, 70_000])
+def test_a_tile_that_begins_anew_is_recognised_and_nothing_counts_as_lost(before):
+    old = rows(100, first=before - 100)
+    parser, got = parsed(encode(old), encode(rows(100)))
+    assert parser.counts.restarts == 1
+    assert parser.counts.lost == 0
+    epochs = got["epoch"]
+    assert epochs[0] == 0
+    assert epochs[-1] == 1
+    assert got["sequence"][epochs == 1].tolist() == list(range(1, 100))  # the first one could have been an old one
+
+
+def test_a_long_silence_is_no_new_beginning():
+    sent = np.concatenate([rows(100), rows(100, first=20_100)])
+    parser, got = parsed(encode(sent))
+    assert parser.counts == FrameCounts(accepted=200, lost=20_000)
+    assert not got["epoch"].any()
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_counts_are_those_of_a_list_and_a_set(data):
+    """An order of frames of which none is older than 60, with losses and doubles, of two tiles."""
+    random = np.random.default_rng(data.draw(st.integers(0, 1 << 32)))
+    order, count = [], 300
+    keys = np.arange(count) + random.integers(0, data.draw(st.integers(1, 55)), count)
+    for i in np.argsort(keys, kind="stable").tolist():
+        order += [i] * int(random.choice([0, 1, 2], p=[0.1, 0.8, 0.1]))
+    frames = frames_of(encode(rows(count // 2, tiles=2)))
+    parser, got = parsed(b"".join(frames[i] for i in order))
+    expected = dict.fromkeys(("accepted", "lost", "doubled", "reordered"), 0)
+    for tile in (0, 1):
+        seen, newest = set(), -1
+        for i in (i // 2 for i in order if i % 2 == tile):
+            if i in seen:
+                expected["doubled"] += 1
+                continue
+            expected["accepted"] += 1
+            expected["reordered"] += i < newest
+            seen.add(i)
+            newest = max(newest, i)
+        expected["lost"] += newest - min(seen) + 1 - len(seen)
+        assert parser.counts_of(tile).accepted == len(seen)
+    assert parser.counts == FrameCounts(**expected)
+    assert len(got) == expected["accepted"]
+
+
+def test_the_period_of_a_tile_is_told_by_its_own_clock():
+    parser, _ = parsed(encode(rows(200, tiles=2, period_us=5000)))
+    assert parser.period_us(1) == 5000
+    assert parser.period_us(7) == 0
+
+
+def test_ten_thousand_chunks_leave_nothing_behind():
+    parser = Parser()
+    data = np.frombuffer(encode(rows(2000)), np.uint8)
+    chunks = [data[i : i + 200] for i in range(0, len(data), 200)]
+    for chunk in chunks:
+        parser.feed(chunk)
+    tracemalloc.start()
+    try:
+        before, _ = tracemalloc.get_traced_memory()
+        for _ in range(50):
+            for chunk in chunks:
+                parser.feed(chunk)
+        after, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert after - before < 256
+    assert peak - before < 2048

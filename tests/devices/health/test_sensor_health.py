@@ -1,0 +1,128 @@
+"""Faults of sensors, made on simulated and measured walks; and no alarm where there is none."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from measured import WALKS, needs_data, walk
+
+from underfoot.devices.conversion import nominal_force, nominal_readings
+from underfoot.devices.health.sensor_health import SensorHealth
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor.layout import default_floor
+
+FLOOR = default_floor(3, 3)
+"""The walker goes round on eight of nine tiles: over t2 from t1 to t3, along x."""
+
+
+@cache
+def walked(rows=3, columns=3, seconds=30, seed=1):
+    """A walker's forces on a floor, (n, tiles, 4)."""
+    source = SimulatedFloor(default_floor(rows, columns), seed=seed)
+    parts = []
+    for end in range(12_000, seconds * 48_000 + 1, 12_000):
+        parts.append(source.forces[: source.pull(end)].copy())
+    return np.concatenate(parts)
+
+
+def found(floor, force_n, rate_hz=1000.0, readings=None, chunk=700):
+    """What is said of sensors that read these newtons."""
+    health = SensorHealth(floor, rate_hz)
+    counts = nominal_readings(force_n) if readings is None else readings(force_n)
+    newtons = nominal_force(counts)
+    tiles = len(floor.tiles)
+    time_s = np.arange(len(force_n)) / rate_hz
+    for a in range(0, len(force_n), chunk):
+        part = slice(a, min(a + chunk, len(force_n)))
+        n = part.stop - a
+        rows, when = np.tile(np.arange(tiles), n), np.repeat(time_s[part], tiles)
+        health.feed(rows, when, counts[part].reshape(-1, 4), newtons[part].reshape(-1, 4))
+    return health.take_notices()
+
+
+def changed(forces, tile, sensor, change):
+    out = forces.copy()
+    out[:, tile, sensor] = change(out[:, tile, sensor])
+    return out
+
+
+# --- no alarm ---
+
+
+@needs_data
+@pytest.mark.parametrize("name", [*WALKS, "floor14/floor"])
+def test_real_walks_name_nobody(name):
+    floor, forces = walk(name)
+    assert found(floor, forces.force_n, forces.rate_hz) == []
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(3, 3), (2, 2), (1, 4)])
+def test_simulated_walks_name_nobody(rows, columns):
+    assert found(default_floor(rows, columns), walked(rows, columns)) == []
+
+
+def test_sensors_of_different_gain_and_noise_name_nobody():
+    random = np.random.default_rng(5)
+    forces = walked() * random.uniform(0.75, 1.25, (1, 9, 4)) + random.normal(0.0, 0.5, walked().shape)
+    assert found(FLOOR, forces) == []
+
+
+def test_who_stands_still_in_a_corner_names_nobody():
+    forces = np.zeros((20_000, 1, 4))
+    forces[1000:19_000, 0, 0] = 700.0
+    assert found(default_floor(1, 1), forces) == []
+
+
+# --- one fault ---
+
+
+@pytest.mark.parametrize("reads", [0, 1000, 40_000])
+def test_a_dead_sensor(reads):
+    def readings(force_n):
+        counts = nominal_readings(force_n)
+        counts[:, 1, 0] = reads
+        return counts
+
+    (line,) = found(FLOOR, walked(), readings=readings)
+    assert line.startswith(f"tile t2: sensor 1 is dead (reads {reads} while its neighbours carry ")
+    assert int(line.split()[-2]) >= 100
+
+
+def test_a_sensor_at_the_end_of_its_range():
+    (line,) = found(FLOOR, changed(4.0 * walked(), 1, 0, lambda f: np.minimum(f, 150.0)))
+    assert line == "tile t2: sensor 1 is saturated (stays at 4000 while the load on its tile changes)"
+    (line,) = found(FLOOR, changed(walked(), 1, 0, lambda f: 100.0 * f))
+    assert line == "tile t2: sensor 1 is saturated (stays at 65535 while the load on its tile changes)"
+
+
+def test_a_loose_sensor():
+    loaded = np.flatnonzero(walked()[:, 1, 0] > 80.0)
+    out = np.zeros(len(walked()), bool)
+    for start in loaded[:: len(loaded) // 12]:
+        out[start : start + 6] = True
+    (line,) = found(FLOOR, changed(walked(), 1, 0, lambda f: np.where(out, 0.0, f)))
+    assert line == "tile t2: sensor 1 is loose (fell to nothing 3 times while its tile was loaded)"
+
+
+def swapped(tile, pair, forces=None):
+    out = (walked() if forces is None else forces).copy()
+    out[:, tile, list(pair)] = out[:, tile, list(pair[::-1])]
+    return out
+
+
+@pytest.mark.parametrize("pair", [(0, 2), (1, 3)])
+def test_sensors_across_from_each_other_are_told_by_the_direction_in_which_feet_roll(pair):
+    lines = found(FLOOR, swapped(1, pair))
+    assert lines == [f"tile t2: sensors {pair[0] + 1} and {pair[1] + 1} are swapped"]
+
+
+@pytest.mark.parametrize(("pair", "other"), [((0, 1), (2, 3)), ((1, 2), (0, 3))])
+def test_sensors_beside_each_other_are_told_from_their_loads(pair, other):
+    (line,) = found(default_floor(), swapped(2, pair, walked(2, 2)))
+    both = [f"{a + 1} and {b + 1}" for a, b in (pair, other)]
+    assert line in {f"tile t3: sensors {a} or {b} are swapped" for a, b in (both, both[::-1])}
+
+
+def test_it_does_not_depend_on_how_the_stream_is_cut():
+    forces = changed(swapped(3, (0, 2)), 1, 0, np.zeros_like)
+    assert found(FLOOR, forces, chunk=37) == found(FLOOR, forces, chunk=100_000) != []

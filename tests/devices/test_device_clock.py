@@ -1,0 +1,139 @@
+"""The device's clock on the session's, against clocks whose drift and delays are known."""
+
+import numpy as np
+import pytest
+
+from underfoot.devices import device_clock
+from underfoot.kernels import kernel
+
+RATE = 48_000.0
+
+
+@kernel
+def followed(time_us, came, blocks, asked, epochs, rate, clock, session, out, late):
+    """What a device floor does with one tile: samples that came are seen, then set, whenever a block is asked for."""
+    i = 0
+    for k in range(len(blocks)):
+        begin = blocks[k]
+        device_clock.observe(session[0], 0, begin / rate * 1e6, asked[k], rate)
+        first = i
+        while i < len(came) and came[i] <= asked[k]:
+            device_clock.observe(clock[0], epochs[i], time_us[i], came[i], rate)
+            i += 1
+        for j in range(first, i):
+            arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
+            device_clock.note_lateness(clock[0], begin - device_clock.sent_frame(session[0], arrived, rate), rate)
+        for j in range(first, i):
+            arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
+            frame = device_clock.sent_frame(session[0], arrived, rate) + clock[0].delay
+            out[j] = device_clock.slewed(clock[0], time_us[j], frame, rate)
+            late[j] = begin > out[j]
+    return i
+
+
+class Run:
+    """`seconds` of a device at 1 kHz whose clock is `ppm` slow, against a sound card whose clock is `card` ppm slow.
+
+    Every sample takes 0.3 ms and then `jitter_ms` (exponential) more; `held` is a stretch (s) in which nothing gets
+    through. `error_ms` is how far behind the true moment each sample was set, `late` whether it came too late for that.
+    """
+
+    def __init__(self, ppm=0.0, jitter_ms=0.2, block=128, seconds=30, card=0.0, held=None, restarts=False):
+        random = np.random.default_rng(4)
+        count = seconds * 1000
+        true_s = 0.0071 + np.arange(count) * 1e-3 * (1.0 + ppm * 1e-6)
+        came_s = true_s + 0.3e-3 + random.exponential(jitter_ms * 1e-3, count)
+        if held:
+            came_s[(came_s > held[0]) & (came_s < held[1])] = held[1]
+        came_s = np.maximum.accumulate(came_s)
+        blocks = np.arange(int(seconds * RATE / block) + 120) * float(block)
+        asked_s = blocks / RATE * (1.0 + card * 1e-6) + random.exponential(0.1e-3, len(blocks))
+        time_us = 5e6 + 1000.0 * np.arange(count)
+        epochs = np.zeros(count, np.int64)
+        if restarts:
+            epochs[count // 2 :] = 1
+            time_us[count // 2 :] -= time_us[count // 2]
+        self.clocks, session = device_clock.DeviceClocks(1, RATE), device_clock.DeviceClocks(1, RATE)
+        out, late = np.full(count, np.nan), np.zeros(count, np.bool_)
+        done = followed(
+            time_us, came_s * RATE, blocks, np.maximum.accumulate(asked_s) * RATE, epochs, RATE, self.clocks.table,
+            session.table, out, late,
+        )  # fmt: skip
+        assert done == count
+        self.stamps = out
+        self.error_ms = (out / RATE * (1.0 + card * 1e-6) - true_s) * 1e3
+        self.late = late
+        self.fit = self.clocks.fit(0)
+
+
+@pytest.mark.parametrize("ppm", [0.0, 43.0, -200.0, 5000.0])
+@pytest.mark.parametrize("jitter_ms", [0.2, 2.0])
+def test_drift_is_found_through_jitter(ppm, jitter_ms):
+    run = Run(ppm, jitter_ms)
+    assert run.fit.drift_ppm == pytest.approx(ppm, abs=10.0 * jitter_ms)
+    assert run.fit.error_s < 0.3e-3 * max(jitter_ms, 1.0)
+
+
+@pytest.mark.parametrize("card", [0.0, -80.0])
+@pytest.mark.parametrize("ppm", [43.0, -200.0])
+def test_samples_are_evenly_spaced_and_there_in_time(ppm, card):
+    run = Run(ppm, card=card)
+    steps = np.diff(run.stamps)
+    assert (steps > 0.0).all()
+    settled = slice(5000, None)
+    true = RATE * 1e-3 * (1.0 + (ppm - card) * 1e-6)
+    assert steps[settled].mean() == pytest.approx(true, rel=2e-5)
+    assert steps[settled].std() < 0.2  # frames, of 48; samples came up to a block and its jitter apart
+    assert run.late[settled].mean() < 0.005
+    assert run.error_ms[settled].min() > 0.3
+    assert run.error_ms[settled].max() < 2.667 + 0.3 + 10 * 0.2
+
+
+def test_what_was_held_up_does_not_move_what_follows():
+    calm, held = Run(43.0), Run(43.0, held=(20.0, 20.3))
+    after = slice(20_400, None)
+    assert held.late[19_990:20_290].mean() > 0.9
+    np.testing.assert_allclose(held.error_ms[after], calm.error_ms[after], atol=0.6)
+    assert held.fit.drift_ppm == pytest.approx(43.0, abs=2.0)
+
+
+def test_a_device_that_begins_anew_is_fitted_anew():
+    run = Run(43.0, restarts=True)
+    assert run.fit.drift_ppm == pytest.approx(43.0, abs=2.0)
+    assert (run.error_ms[16_000:] > 0.3).all()
+    assert (run.error_ms[16_000:] < 8.0).all()
+
+
+def test_a_connection_that_becomes_slower_for_good_is_followed_within_a_second():
+    clocks = device_clock.DeviceClocks(1, RATE)
+    for i in range(8000):
+        way = 48.0 if i < 4000 else 48.0 + 0.2 * RATE
+        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 48.0 * i + way, RATE)
+        if i in (3999, 5000, 7999):
+            assert device_clock.arrival_frame(clocks.table[0], 1000.0 * i, RATE) == pytest.approx(
+                48.0 * i + way, abs=1.0
+            )
+
+
+def test_samples_are_never_set_back_by_more_than_a_force_is_held():
+    run = Run(0.0, jitter_ms=15.0)
+    assert run.fit.delay_s == device_clock.MAX_DELAY_S
+
+
+def test_nothing_is_known_of_a_clock_before_its_first_second():
+    clocks = device_clock.DeviceClocks(2, RATE)
+    assert clocks.fit(0) is None
+    for i in range(900):
+        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 48.0 * i, RATE)
+    assert clocks.fit(0) is None
+    assert clocks.fit(1) is None
+
+
+@pytest.mark.parametrize("slope", [0.0, 1e-4, -0.01])
+def test_sent_undoes_arrival(slope):
+    clocks = device_clock.DeviceClocks(1, RATE)
+    for i in range(3000):
+        device_clock.observe(clocks.table[0], 0, 7e9 + 1000.0 * i, 48.0 * i * (1 + slope) + 99.0, RATE)
+    for time_us in (7e9, 7.001e9, 7.1e9):
+        frame = device_clock.arrival_frame(clocks.table[0], time_us, RATE)
+        assert device_clock.sent_frame(clocks.table[0], frame, RATE) == pytest.approx(time_us * RATE * 1e-6, abs=1e-3)

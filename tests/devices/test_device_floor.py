@@ -1,0 +1,227 @@
+"""What tiles of hardware send becomes rows of forces: by hand, over a transport that gives what it is given."""
+
+import threading
+import time
+import tracemalloc
+from collections import deque
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from underfoot.devices.conversion import Conversion, nominal_force
+from underfoot.devices.device_floor import DeviceFloor
+from underfoot.devices.framing.wire_format import csv_lines, encode, samples_of
+from underfoot.errors import BadValue
+from underfoot.floor.curves import Curve
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Fsr, Profile
+
+RATE = 48_000.0
+
+
+class Given:
+    """A transport over which comes what a test puts there."""
+
+    name = "given"
+
+    def __init__(self):
+        self._data = deque()
+        self._some = threading.Event()
+
+    def put(self, data):
+        self._data.append(data)
+        self._some.set()
+
+    def open(self):
+        pass
+
+    def read(self):
+        if not self._data and not self._some.wait(0.02):
+            return b""
+        self._some.clear()
+        return self._data.popleft() if self._data else b""
+
+    def close(self):
+        pass
+
+
+@contextmanager
+def device_floor(floor, **options):
+    """A floor of hardware, and a function that sends samples of it: (tile, sequence, microseconds, reading) each."""
+    transport = Given()
+    source = DeviceFloor(transport, floor, RATE, **options)
+    source.start()
+
+    def send(samples, write=encode):
+        transport.put(write([[tile, number, time, *[reading] * 4] for tile, number, time, reading in samples]))
+
+    try:
+        yield source, send
+    finally:
+        source.close()
+
+
+def pulled(source, until, accepted, step=128):
+    """All rows, asked for block by block until so many frames were found and nothing more comes: stamps and forces."""
+    state = {"frame": source.end, "idle": 0}
+    stamps, forces, arrivals = [], [], []
+
+    def poll():
+        state["frame"] += step
+        count = source.pull(state["frame"])
+        stamps.extend(source.stamps[:count])
+        arrivals.extend(source.arrivals[:count])
+        forces.extend(source.forces[:count].copy())
+        state["idle"] = 0 if count or source.counts.accepted < accepted else state["idle"] + 1
+        return state["idle"] > 40
+
+    until(poll, "all samples come", 20.0, every=step / RATE)
+    return np.array(stamps), np.array(forces), np.array(arrivals)
+
+
+def whole(forces):
+    """Which tiles have a sample in each row, as text."""
+    return ["".join("-x"[int(x)] for x in row) for row in np.isfinite(forces[:, :, 0])]
+
+
+def test_readings_become_newtons_and_times_frames(until):
+    floor = default_floor(1, 2)
+    with device_floor(floor) as (source, send):
+        send([(t, i, 1000 * i, 1000 + 20 * i + t) for i in range(200) for t in (0, 1)])
+        stamps, forces, arrivals = pulled(source, until, 400)
+    np.testing.assert_allclose(forces[:, 0], np.repeat(np.arange(200.0)[:, None], 4, axis=1), atol=1e-9)
+    np.testing.assert_allclose(forces[:, 1] - forces[:, 0], 0.05, atol=1e-9)
+    assert (np.diff(stamps) > 0.0).all()
+    assert stamps[-1] - stamps[0] == pytest.approx(199 * 48.0, rel=0.06)
+    assert (np.diff(arrivals) >= 0.0).all()
+    assert source.late == 0
+
+
+def test_a_lost_sample_is_missing_in_its_row_and_a_lost_row_is_not_there(until):
+    with device_floor(default_floor(1, 2)) as (source, send):
+        gone = {(5, 1), (9, 0), (12, 0), (12, 1)}
+        send([(t, i, 1000 * i, i) for i in range(20) for t in (0, 1) if (i, t) not in gone])
+        stamps, forces, _ = pulled(source, until, 36)
+    assert whole(forces) == ["xx"] * 5 + ["x-"] + ["xx"] * 3 + ["-x"] + ["xx"] * 2 + ["xx"] * 7
+    steps = np.rint(np.diff(stamps) / 48.0)
+    assert steps.tolist() == [1.0] * 11 + [2.0] + [1.0] * 6
+
+
+def test_a_sample_that_is_out_of_order_stands_where_it_belongs(until):
+    with device_floor(default_floor(1, 2)) as (source, send):
+        samples = [(t, i, 1000 * i, i) for i in range(20) for t in (0, 1)]
+        samples[20], samples[23] = samples[23], samples[20]
+        send(samples)
+        _, forces, _ = pulled(source, until, 40)
+    np.testing.assert_array_equal(forces[:, :, 0], nominal_force(np.arange(20))[:, None] * np.ones(2))
+
+
+def test_tiles_of_clocks_of_their_own_join_the_nearest_row(until):
+    """Two tiles that do not know of each other, half an hour apart by their own clocks."""
+    with device_floor(default_floor(1, 2)) as (source, send):
+        for i in range(0, 600, 3):
+            send([(t, k, (2_000_000_000 + 137) * t + 1000 * k, k) for k in range(i, i + 3) for t in (0, 1)])
+        _, forces, _ = pulled(source, until, 1200)
+    both = np.isfinite(forces[:, :, 0]).all(axis=1)
+    assert both.mean() > 0.9
+    apart = forces[both][:, 1, 0] - forces[both][:, 0, 0]
+    assert np.abs(apart).max() <= 1 / 20.0 + 1e-9
+
+
+def test_the_first_tile_may_go_and_the_others_stay(until):
+    with device_floor(default_floor(1, 2)) as (source, send):
+        send([(t, i, 1000 * i, i) for i in range(400) for t in (0, 1) if t or i < 50])
+        _, forces, _ = pulled(source, until, 450)
+    assert whole(forces) == ["xx"] * 50 + ["-x"] * 350
+
+
+def test_lines_of_text_are_samples_too(until):
+    with device_floor(default_floor(1, 1), rate_hz=200.0) as (source, send):
+        send([(0, i, 5000 * i, 3000) for i in range(50)], write=csv_lines)
+        stamps, forces, _ = pulled(source, until, 49)
+    assert len(forces) == 49  # the first line could have been the end of another
+    assert (forces == 100.0).all()
+    assert np.rint(np.diff(stamps) / 240.0).tolist() == [1.0] * 48
+
+
+def test_a_tile_that_the_floor_does_not_have_and_a_wrong_rate_are_said(until):
+    with device_floor(default_floor(1, 2)) as (source, send):
+        send([(t, i, 2000 * i, 0) for i in range(300) for t in (0, 2, 7)])
+        pulled(source, until, 900)
+        said = source.take_notices()
+        assert source.take_notices() == []
+    assert said[0] == "uncalibrated: t1, t2 (20 counts a newton are assumed)"
+    assert "frames of tile 2, 7, which the floor does not have (0 to 1 are t1 to t2)" in said
+    assert "tile t1 sends 500 samples a second, not 1000" in said
+
+
+def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
+    """Six seconds of a clock whose second lasts 120 ppm longer, of which each sample takes 2 ms to arrive."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    source = DeviceFloor(Given(), default_floor(1, 1), RATE)
+    source.take_notices()
+    said = []
+    for block in range(600):
+        sent = samples_of([[0, i, 1000 * i, 1000, 1000, 1000, 1000] for i in range(10 * block, 10 * block + 10)])
+        now[0] = 1000.002 + 0.01 * (block + 1) * (1.0 + 120e-6)
+        source.receive(sent, now[0])
+        source.pull(480 * (block + 1))
+        said += [(block, line) for line in source.take_notices()]
+    ((block, line),) = said
+    assert line.startswith("device clock: +120.0 ppm, fitted to 0.000 ms; samples are held for ")
+    assert block == 500  # its first sample, at 5 s by the device's clock, closes the twentieth window of a quarter
+
+
+def test_a_rate_that_no_tile_has_is_refused():
+    with pytest.raises(BadValue, match=r"rate_hz is 1\.0; allowed: 20 to 100000 Hz"):
+        DeviceFloor(Given(), default_floor(1, 1), RATE, rate_hz=1.0)
+
+
+def test_hundreds_of_blocks_leave_nothing_behind(until):
+    floor = default_floor(2, 2)
+    with device_floor(floor) as (source, send):
+        send([(t, i, 1000 * i, i) for i in range(4000) for t in range(4)])
+        until(lambda: source.counts.accepted == 16_000, "all came")
+        source.close()  # what the reading thread allocates is its own
+        source.pull(4800)
+        ends = range(4928, 4928 + 128 * 1000, 128)
+        tracemalloc.start()
+        try:
+            for end in ends[:100]:  # whatever is loaded at its first use
+                source.pull(end)
+            before, _ = tracemalloc.get_traced_memory()
+            for end in ends[100:]:
+                source.pull(end)
+            after, _ = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+    assert after - before < 512  # numbers that became longer
+
+
+# --- readings to newtons ---
+
+
+def calibrated(tile, uncalibrated=""):
+    line = Curve(
+        family="linear", readings=(100.0, 1100.0), forces_n=(0.0, 500.0), slopes=(0.5, 0.5), full_scale_n=500.0
+    )
+    last = Curve(uncalibrated=uncalibrated) if uncalibrated else line
+    return Profile(tile=tile, fsr=Fsr(made="2026-01-01", sensors=(line, line, line, last)))
+
+
+def test_a_profile_turns_readings_into_newtons_and_others_are_flagged():
+    conversion = Conversion(default_floor(1, 2), {"t2": calibrated("t2")})
+    rows = np.array([0, 1])
+    readings = np.array([[1000, 3000, 5000, 1020], [100, 600, 1100, 350]])
+    got = conversion.newtons(rows, readings, np.zeros(2), np.zeros(2, int))
+    np.testing.assert_allclose(got, [[0.0, 100.0, 200.0, 1.0], [0.0, 250.0, 500.0, 125.0]])
+    assert "uncalibrated: t1 (20 counts a newton are assumed)" in conversion.notices
+
+
+def test_a_sensor_without_a_curve_is_nominal_and_named():
+    conversion = Conversion(default_floor(1, 1), {"t1": calibrated("t1", "it reads the same at any load")})
+    got = conversion.newtons(np.array([0]), np.array([[600, 600, 600, 3000]]), np.zeros(1), np.zeros(1, int))
+    np.testing.assert_allclose(got, [[250.0, 250.0, 250.0, 100.0]])
+    assert any("sensor 4 of t1 is not calibrated" in line for line in conversion.notices)

@@ -1,0 +1,86 @@
+"""A transport is one file: found by itself, refused where it is not whole, and named wherever targets are."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from underfoot.__main__ import cli
+from underfoot.devices import transports
+from underfoot.devices.transports import TRANSPORTS, target_forms, transport_of
+from underfoot.errors import BadValue
+
+ROOT = Path(__file__).resolve().parents[3]
+
+FILE = """
+from underfoot.devices.transport import Sender, Transport
+
+class LoopbackSender(Sender):
+    option, option_value, help, powers_tiles = "loopback", "", "To itself.", False
+    of = send = unplug = plug = close = None
+
+class LoopbackTransport(Transport):
+    scheme, address_form, help = "loopback", "NAME", "nothing but itself"
+    label, title, dialog_help, sender = "Loopback", "Tiles of nobody", "Any name.", LoopbackSender
+    of = suggestions = open = read = close = None
+"""
+
+
+@pytest.fixture
+def found(tmp_path, monkeypatch):
+    """`found(name, text)`: what is found when there is a file more."""
+
+    def discover(name, text):
+        (tmp_path / f"{name}.py").write_text(text)
+        monkeypatch.setattr(transports, "__path__", [*transports.__path__, str(tmp_path)])
+        return transports.discover()
+
+    return discover
+
+
+def test_a_new_file_is_a_transport(found):
+    more = found("loopback_whole", FILE)
+    assert more.keys() - TRANSPORTS.keys() == {"loopback"}
+    assert more["loopback"].title == "Tiles of nobody"
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [("label, title,", "LoopbackTransport does not declare title"), ("option, ", "LoopbackSender does not declare")],
+)
+def test_one_that_does_not_declare_all_is_refused_by_name(found, declared, message):
+    kept = {"label, title,": "label, _title,", "option, ": "_option, "}[declared]
+    with pytest.raises(TypeError, match=message):
+        found(f"loopback_without_{len(declared)}", FILE.replace(declared, kept))
+
+
+@pytest.mark.parametrize("command", [["--help"], ["monitor", "--help"], ["calibrate", "fsr", "--help"]])
+def test_help_of_commands_has_every_transport(command):
+    said = CliRunner().invoke(cli, command, terminal_width=1000)
+    for scheme, transport in TRANSPORTS.items():
+        assert f"{scheme}:{transport.address_form}" in said.output
+
+
+def test_the_emulator_has_an_option_for_every_transport():
+    said = CliRunner().invoke(cli, ["emulate", "--help"], terminal_width=1000)
+    for transport in TRANSPORTS.values():
+        assert f"--{transport.sender.option}" in said.output
+        assert transport.sender.help in said.output
+
+
+def test_the_readme_has_every_transport():
+    text = (ROOT / "README.md").read_text()
+    lines = {line.split("`")[1]: line for line in text.splitlines() if line.startswith("| `underfoot")}
+    for scheme, transport in TRANSPORTS.items():
+        for command in ("underfoot", "underfoot monitor SOURCE"):
+            assert f"`{scheme}:{transport.address_form}`" in lines[command]
+        assert f"`--{transport.sender.option}`" in lines["underfoot emulate"]
+    firmware = (ROOT / "assets/firmware/README.md").read_text()
+    for scheme in TRANSPORTS:
+        assert f"underfoot monitor {scheme}:" in firmware
+
+
+def test_what_is_no_transport_is_refused():
+    with pytest.raises(BadValue, match=f"transport is 'carrier pigeon'; allowed: {', '.join(TRANSPORTS)}"):
+        transport_of("carrier pigeon", "coop")
+    assert target_forms().count(":") >= len(TRANSPORTS)

@@ -1,0 +1,74 @@
+"""Serial ports, by the pseudo-terminals that stand for them."""
+
+import os
+import sys
+
+import pytest
+from made_frames import rows
+
+from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.transport_reader import TransportReader
+from underfoot.devices.transports import transport_of
+from underfoot.devices.transports.serial import PtySender, SerialTransport
+from underfoot.errors import BadValue, DeviceError
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+
+
+def test_a_port_that_is_not_there_is_waited_for(until, tmp_path):
+    name = tmp_path / "tile"
+    heard = []
+    reader = TransportReader(SerialTransport(str(name)), lambda samples, when: heard.append(len(samples)))
+    reader.start()
+    try:
+        until(lambda: reader.notices, "it says so")
+        assert reader.notices[0] == f"serial:{name} cannot be opened: there is no such port; waiting for it"
+        sender = PtySender()
+        try:
+            os.symlink(sender.name, name)
+            until(lambda: reader.is_open, "it is opened")
+            assert sender.send(encode(rows(5)), [])
+            until(lambda: sum(heard) == 5, "it is read")
+            until(lambda: f"serial:{name} is back" in reader.notices, "it says so")
+        finally:
+            sender.close()
+    finally:
+        reader.close()
+
+
+def test_a_port_belongs_to_one():
+    sender = PtySender()
+    one, other = SerialTransport(sender.name), SerialTransport(sender.name)
+    one.open()
+    try:
+        with pytest.raises(DeviceError, match="cannot be opened"):
+            other.open()
+    finally:
+        one.close()
+        sender.close()
+
+
+def test_what_lay_in_the_buffer_is_dropped():
+    sender = PtySender()
+    port = SerialTransport(sender.name)
+    try:
+        assert sender.send(b"old", [])
+        port.open()
+        assert sender.send(b"new", [])
+        assert port.read()[:1] == b"n"
+    finally:
+        port.close()
+        sender.close()
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ("", "port is ''; allowed: a port's name"),
+        ("/dev/ttyUSB0@fast", "allowed: PORT or PORT@BAUD"),
+        ("/dev/ttyUSB0@1", "baud is 1; allowed: 50 to 20000000"),
+    ],
+)
+def test_ports_that_cannot_be_are_refused(address, message):
+    with pytest.raises(BadValue, match=message):
+        transport_of("serial", address)

@@ -1,0 +1,166 @@
+"""TCP: a stream from a hub that listens, over real sockets of this machine."""
+
+import socket
+import time
+
+import pytest
+from made_frames import rows
+from wired import free_port
+
+from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.transport_reader import TransportReader
+from underfoot.devices.transports import transport_of
+from underfoot.devices.transports.tcp import SEND_TIMEOUT_S, TcpSender, TcpTransport
+from underfoot.errors import BadValue, DeviceError
+
+HOST = "127.0.0.1"
+
+
+@pytest.fixture
+def sender():
+    opened = TcpSender("", free_port())
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def connect(sender):
+    """`connect()`: one more connection to the sender."""
+    opened = []
+
+    def another():
+        transport = TcpTransport.of(sender.name)
+        transport.open()
+        opened.append(transport)
+        return transport
+
+    yield another
+    for transport in opened:
+        transport.close()
+
+
+def read(transport, size):
+    """So many bytes, at least."""
+    data = b""
+    while len(data) < size:
+        data += bytes(transport.read())
+    return data
+
+
+def test_a_frame_that_comes_in_pieces_is_one_frame(until):
+    data = encode(rows(3))
+    heard = []
+    with socket.create_server((HOST, 0)) as hub:
+        transport = TcpTransport(HOST, hub.getsockname()[1])
+        reader = TransportReader(transport, lambda samples, when: heard.extend(samples["sequence"].tolist()))
+        reader.start()
+        try:
+            tile, _ = hub.accept()
+            with tile:
+                for at in range(0, len(data), 7):
+                    tile.sendall(data[at : at + 7])
+                    time.sleep(0.002)
+                until(lambda: heard == [0, 1, 2], "all are read")
+                assert reader.counts.corrupted == 0
+        finally:
+            reader.close()
+
+
+def test_a_hub_that_is_not_there_is_waited_for(until):
+    port = free_port()
+    heard = []
+    reader = TransportReader(TcpTransport(HOST, port), lambda samples, when: heard.append(len(samples)))
+    reader.start()
+    try:
+        until(lambda: reader.notices, "it says so")
+        assert reader.take_notices() == [
+            f"tcp:{HOST}:{port} cannot be connected to: connection refused; waiting for it"
+        ]
+        sender = TcpSender(HOST, port)
+        try:
+            until(lambda: reader.is_open, "it is connected")
+            assert sender.send(encode(rows(5)), [])
+            until(lambda: sum(heard) == 5, "it is read")
+            assert reader.take_notices() == [f"tcp:{HOST}:{port} is back"]
+        finally:
+            sender.close()
+    finally:
+        reader.close()
+
+
+def test_a_connection_that_the_hub_ends_has_gone_away(sender, connect):
+    transport = connect()
+    assert sender.send(b"last", [4])
+    sender.unplug()
+    assert read(transport, 4) == b"last"
+    with pytest.raises(DeviceError, match=f"tcp:{sender.name} went away: the connection was closed"):
+        transport.read()
+    transport.close()
+    with pytest.raises(DeviceError, match="cannot be connected to: connection refused"):
+        transport.open()
+    sender.plug()
+    transport.open()
+    assert sender.send(b"next", [4])
+    assert read(transport, 4) == b"next"
+
+
+def test_the_system_asks_now_and_then_whether_the_hub_is_alive(sender, monkeypatch):
+    """A hub that loses its power says nothing: without it, its end would never be noticed."""
+    opened = []
+    create = socket.create_connection
+    monkeypatch.setattr(socket, "create_connection", lambda *given: opened.append(create(*given)) or opened[-1])
+    transport = TcpTransport.of(sender.name)
+    transport.open()
+    try:
+        (connection,) = opened
+        assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+        if hasattr(socket, "TCP_KEEPIDLE"):
+            asked = [getattr(socket, f"TCP_KEEP{name}") for name in ("IDLE", "INTVL", "CNT")]
+            idle_s, every_s, probes = (connection.getsockopt(socket.IPPROTO_TCP, name) for name in asked)
+            assert idle_s + every_s * probes <= 5
+    finally:
+        transport.close()
+
+
+def test_the_emulator_sends_to_whoever_connected_last(sender, connect):
+    assert not sender.send(b"nobody", [6])
+    first = connect()
+    assert sender.send(b"one", [3])
+    assert read(first, 3) == b"one"
+    second = connect()
+    assert sender.send(b"two", [3])
+    assert read(second, 3) == b"two"
+    with pytest.raises(DeviceError, match="went away"):
+        first.read()
+
+
+def test_the_emulator_lets_go_of_a_reader_that_takes_nothing(sender, connect):
+    connect()
+    data = bytes(1 << 20)
+    began = time.monotonic()
+    while sender.send(data, [len(data)]):
+        assert time.monotonic() - began < 20.0
+    assert not sender.send(b"more", [4])
+    other = connect()
+    assert sender.send(b"more", [4])
+    assert read(other, 4) == b"more"
+    assert SEND_TIMEOUT_S < 1.0  # the emulator stands still meanwhile
+
+
+def test_by_default_the_emulator_is_for_this_machine_alone(sender):
+    assert sender.name.startswith(f"{HOST}:")
+    with pytest.raises(DeviceError, match=f"tcp:{sender.name} cannot be listened at: address already in use"):
+        TcpSender.of(sender.name)
+
+
+@pytest.mark.parametrize("address", [HOST, f"{HOST}:99999", f"{HOST}:0", ":port"])
+def test_addresses_that_cannot_be_are_refused(address):
+    with pytest.raises(BadValue, match="allowed: HOST:PORT with a port of 1 to 65535"):
+        transport_of("tcp", address)
+
+
+def test_a_name_that_no_host_can_have_is_refused():
+    with pytest.raises(DeviceError, match=r"tcp:a\.\.b:9000 cannot be connected to: there can be no host of this name"):
+        TcpTransport("a..b", 9000).open()
+    with pytest.raises(DeviceError, match=r"tcp:a\.\.b:9000 cannot be listened at: "):
+        TcpSender("a..b", 9000)

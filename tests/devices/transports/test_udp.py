@@ -1,0 +1,56 @@
+"""UDP: datagrams are pieces of their own."""
+
+import socket
+
+import pytest
+from wired import free_port
+
+from underfoot.devices.transports import transport_of
+from underfoot.devices.transports.udp import DATAGRAM_BYTES, UdpSender, UdpTransport
+from underfoot.errors import BadValue, DeviceError
+
+
+def test_datagrams_end_frames():
+    port = UdpTransport("127.0.0.1", free_port())
+    port.open()
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            for part in (b"one", b"two"):
+                sender.sendto(part, ("127.0.0.1", port.port))
+        data = b""
+        while len(data) < 8:
+            data += bytes(port.read())
+        assert data == b"one\0two\0"
+        with pytest.raises(DeviceError, match="cannot be listened at: address already in use"):
+            UdpTransport("127.0.0.1", port.port).open()
+    finally:
+        port.close()
+
+
+def test_datagrams_hold_as_many_whole_frames_as_an_ethernet_frame_carries():
+    port = UdpTransport("127.0.0.1", free_port())
+    sender = UdpSender("127.0.0.1", port.port)
+    port.open()
+    try:
+        assert sender.send(bytes(range(1, 251)) * 12, range(500, 3001, 500))
+        data = b""
+        while len(data) < 3003:
+            data += bytes(port.read())
+        assert [len(piece) for piece in data.split(b"\0")] == [1000, 1000, 1000, 0]
+        assert DATAGRAM_BYTES == 1400
+    finally:
+        port.close()
+        sender.close()
+
+
+def test_a_name_that_no_host_can_have_is_refused():
+    with pytest.raises(DeviceError, match=r"udp:a\.\.b:9000 cannot be sent to: there can be no host of this name"):
+        UdpSender("a..b", 9000)
+    with pytest.raises(DeviceError, match=r"udp:a\.\.b:9000 cannot be listened at: "):
+        UdpTransport("a..b", 9000).open()
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1", "127.0.0.1:99999", "127.0.0.1:0", ":port"])
+def test_addresses_that_cannot_be_are_refused(address):
+    with pytest.raises(BadValue, match="allowed: HOST:PORT with a port of 1 to 65535"):
+        transport_of("udp", address)

@@ -1,0 +1,127 @@
+"""Where title, legend, axes and texts of a drawing stand, with words of a known width."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from underfoot.drawing import Drawing, HeatMap, ReferenceLine, Series, series
+from underfoot.drawing.layout import AXIS_PX, Margins, content_of, frame_of
+from underfoot.drawing.look import COLOURS
+from underfoot.drawing.shapes import Backdrop, Dots, HeatImage, Polyline, Segments, Text
+
+LIVE = Drawing(
+    "force",
+    "time, s",
+    "force, N",
+    (series("", [-4.0, -1.0], [0.0, 700.0]),),
+    x_range=(-5.0, 0.0),
+    y_range=(-100.0, 1000.0),
+)
+
+
+def measure(words, size_px, bold):
+    return 6.0 * len(words)
+
+
+def texts(frame):
+    return {shape.words: shape for shape in frame.shapes if isinstance(shape, Text)}
+
+
+def framed(drawing, width=640, height=400, margins=None):
+    return frame_of(drawing, width, height, measure, margins)
+
+
+def test_a_drawing_has_its_title_labels_and_legend_around_the_axes():
+    lines = tuple(series(name, [0, 1], [0, 1]) for name in ("first", "second", ""))
+    frame = framed(Drawing("Title", "time, s", "level, m/s^2", lines))
+    words = texts(frame)
+    assert {"Title", "time, s →", "↑ level, m/s²", "first", "second"} <= words.keys()
+    assert words["Title"].y < words["first"].y == words["second"].y < words["↑ level, m/s²"].y < frame.area.top
+    assert words["time, s →"].y > words["0"].y > frame.area.bottom
+    keys = [shape for shape in frame.shapes if isinstance(shape, Polyline)]
+    assert len(keys) == 2
+    assert keys[1].points[:, 0].min() > words["first"].x + measure("first", 11, False)
+
+
+def test_a_long_title_and_a_long_legend_go_on_in_the_next_line():
+    lines = tuple(series(f"series of number {k}", [0, 1], [0, 1]) for k in range(9))
+    frame = framed(Drawing("words " * 40, "x", "y", lines))
+    shown = [shape for shape in frame.shapes if isinstance(shape, Text)]
+    assert all(shape.x + measure(shape.words, 11, False) <= 640 for shape in shown if shape.anchor == "start")
+    title = [shape for shape in shown if shape.bold]
+    assert len(title) > 1
+    assert " ".join(shape.words for shape in title).split() == ["words"] * 40
+    assert len({shape.y for shape in shown if shape.words.startswith("series")}) == 3
+
+
+def test_a_compact_plot_has_the_unit_behind_the_last_tick_and_no_title():
+    words = texts(framed(LIVE, margins=Margins()))
+    assert {"1\u202f000 N", "800", "0 s"} <= words.keys()
+    assert "force" not in words
+    assert not any("N" in word or "s" in word for word in words.keys() - {"1\u202f000 N", "0 s"})
+
+
+def test_an_axis_without_room_has_no_texts_and_a_left_one_is_always_as_wide():
+    without = framed(LIVE, margins=Margins(bottom=8.0))
+    assert "0 s" not in texts(without)
+    assert without.area.left == framed(LIVE).area.left == AXIS_PX
+
+
+@pytest.mark.parametrize("size", [(640, 240), (240, 480)])
+def test_equal_axes_have_one_scale_in_any_room(size):
+    to = np.array([[0.1, 0.2], [-0.1, 0.05]])
+    arrows = series("s", [0.0, -0.1], [0.0, 0.0], "arrows", "contact", to)
+    frame = framed(Drawing("a", "x", "y", (arrows,), equal=True), *size)
+    across = frame.area.width / (frame.x.high - frame.x.low)
+    up = frame.area.height / (frame.y.high - frame.y.low)
+    assert across == pytest.approx(up, rel=1e-6)
+    assert frame.x.low < -0.1 < 0.1 < frame.x.high
+    assert frame.y.low < 0.0 < 0.2 < frame.y.high
+
+
+def test_every_point_is_within_the_axes():
+    x = np.linspace(3.0, 41.0, 50)
+    frame = framed(Drawing("a", "x", "y", (series("line", x, x**2), series("dots", x, -x, "dots"))))
+    assert frame.x.low <= 3.0 < 41.0 <= frame.x.high
+    assert frame.y.low <= -41.0 < 41.0**2 <= frame.y.high
+    assert frame.x.high - frame.x.low < 1.5 * 38.0
+
+
+def test_a_series_on_the_right_has_its_own_axis_in_its_colour():
+    force = Series("force", np.array([0.0, 1.0]), np.array([0.0, 500.0]), colour="force", right=True)
+    drawing = Drawing("a", "x", "y", (series("s", [0, 1], [-1, 1]), force), right="force, N", right_range=(0.0, 1000.0))
+    frame = framed(drawing, margins=Margins(right=52.0))
+    assert frame.y.high < 2.0
+    assert texts(frame)["1\u202f000 N"].colour == COLOURS["force"]
+    assert texts(frame)["1\u202f000 N"].x > frame.area.right
+    *_, line = content_of(drawing, frame, measure)
+    assert line.points[1, 1] == pytest.approx((frame.area.top + frame.area.bottom) / 2.0)
+
+
+def test_a_heat_map_lies_under_lines_and_series_and_a_note_over_all():
+    heat = HeatMap(np.zeros((4, 5), np.uint8), (-5.0, 0.0), (-100.0, 1000.0))
+    lines = (ReferenceLine("y", 40.0, name="felt"), ReferenceLine("x", -2.0))
+    drawing = replace(LIVE, heat=heat, lines=lines, note="nothing")
+    frame = framed(drawing, margins=Margins())
+    shapes = list(content_of(drawing, frame, measure))
+    assert [type(shape) for shape in shapes] == [HeatImage, Segments, Segments, Polyline, Backdrop, Text, Text]
+    assert shapes[0].box == frame.area
+    level, upright = shapes[1].ends[0], shapes[2].ends[0]
+    assert level[:, 0].tolist() == [frame.area.left, frame.area.right]
+    assert upright[:, 1].tolist() == [frame.area.bottom, frame.area.top]
+    assert [shape.words for shape in shapes[-2:]] == ["felt", "nothing"]
+
+
+def test_nothing_one_point_and_no_room_can_be_drawn():
+    framed(Drawing("a", "x", "y"))
+    framed(Drawing("a", "x", "y", (series("s", [2.0], [np.nan], "dots"),), x_log=True, y_log=True))
+    framed(Drawing("a", "x", "y", (series("s", [1.0, 2.0], [1.0, 2.0]),), equal=True), 0, 0)
+    one = framed(Drawing("a", "x", "y", (series("s", [2.0], [7.0], "dots"),)))
+    assert one.x.low < 2.0 < one.x.high
+
+
+def test_a_dot_in_the_legend_is_in_the_colour_of_the_series():
+    frame = framed(Drawing("a", "x", "y", (series("s", [1, 2], [1, 2], "dots", "alarm"),)))
+    (key,) = (shape for shape in frame.shapes if isinstance(shape, Dots))
+    assert key.colour == COLOURS["alarm"]

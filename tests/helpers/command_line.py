@@ -1,0 +1,79 @@
+"""What tests of the command line share: running it within this process, and a walk to give to it.
+
+These are fixtures of all tests, so nothing heavy is imported before one of them is asked for.
+"""
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+
+@dataclass
+class Said:
+    """What a command left behind: its exit status, and what it wrote to its outputs."""
+
+    status: int
+    out: str
+    error: str
+
+
+@pytest.fixture
+def underfoot(monkeypatch, capfd):
+    """Runs a command line within this process."""
+    from underfoot.__main__ import main
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["underfoot", *map(str, arguments)])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as exit:
+            main()
+        return Said(exit.value.code, *capfd.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def refused(underfoot, folder):
+    """Runs a command line that must fail: in one line, with all files as they were before."""
+
+    def run(*arguments):
+        before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+        said = underfoot(*arguments)
+        assert said.status == 1
+        assert said.out == ""
+        assert said.error.startswith("underfoot: ")
+        assert said.error.count("\n") == 1
+        assert said.error.endswith("\n")
+        assert before == {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+        return said.error
+
+    return run
+
+
+@pytest.fixture
+def walk(folder):
+    """walk.csv in the folder, 1.6 s at 1 kHz with its floor beside it: a footstep on each of two tiles."""
+    from underfoot.floor.layout import default_floor
+    from underfoot.models import gait
+
+    floor = default_floor(1, 2)
+    time_s = np.arange(1600) / 1000.0
+    force_n = np.zeros((len(time_s), 2, 4))
+    for tile, start_s in ((0, 0.5), (1, 0.9)):
+        newtons = gait.vertical_force((time_s - start_s) / 0.6, 800.0, 500.0, 780.0)
+        along = 0.1 * (gait.roll((time_s - start_s) / 0.6) - 0.5)
+        force_n[:, tile] = gait.corner_forces(newtons, along, 0.0, floor.tiles[tile].sensors_m)
+    sensors = [f"{tile}.{sensor}" for tile in floor.ids for sensor in range(1, 5)]
+    floor.save(folder / "walk.floor.json")
+    table = np.column_stack([time_s, force_n.reshape(len(time_s), -1)])
+    np.savetxt(folder / "walk.csv", table, "%.6f", ",", header=",".join(["time_s", *sensors]), comments="")
+    return folder / "walk.csv"

@@ -1,0 +1,30 @@
+"""The engine of a live session within this process, which runs only when its blocks are asked for."""
+
+import multiprocessing
+from contextlib import contextmanager
+
+from underfoot.engine.process import Engine, Setup
+from underfoot.engine.session_memory import SessionMemory
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+
+FLOOR = default_floor()
+
+
+@contextmanager
+def engine_of(patch, scopes=(), **target):
+    """An engine, the connection to it, and the memory that it writes."""
+    ours, theirs = multiprocessing.Pipe()
+    memory = SessionMemory.create(len(FLOOR.tiles), 48_000, 1000.0)
+    engine = Engine(theirs, Setup(Target(FLOOR, **target), patch.dumps(), scopes, "", memory.names, 0, True, 0.0))
+    try:
+        yield engine, ours, memory
+    finally:
+        for each in (engine.memory, memory, ours, theirs):
+            each.close()
+
+
+def blocks(engine, count):
+    """Run so many blocks."""
+    for _ in range(count):
+        engine.runner.run()

@@ -1,0 +1,56 @@
+"""A source of given force samples, someone who stands and sways, and what the engine's intake makes of them."""
+
+import numpy as np
+
+from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
+from underfoot.engine.intake import Intake
+from underfoot.floor.layout import default_floor
+
+FLOOR = default_floor(1, 2)
+RATE = 48_000.0
+QUIET_S, STAND_S = 0.3, 1.0
+
+
+class Given:
+    """A source that hands over given samples in the frame of their arrival."""
+
+    def __init__(self, rate_hz, stamps, forces, arrivals=None):
+        self.floor, self.rate_hz = FLOOR, rate_hz
+        self.stamps, self.arrivals, self.forces = sample_buffers(FLOOR)
+        self._all = stamps, stamps if arrivals is None else arrivals, forces
+        self._next = 0
+
+    def pull(self, end):
+        stamps, arrivals, forces = self._all
+        stop = min(int(np.searchsorted(arrivals, end)), self._next + MAX_SAMPLES)
+        count = stop - self._next
+        for mine, given in zip((self.stamps, self.arrivals, self.forces), (stamps, arrivals, forces), strict=True):
+            mine[:count] = given[self._next : stop]
+        self._next = stop
+        return count
+
+
+def standing(rate_hz, rate=RATE, seconds=2.0):
+    """Samples of someone who stands on the first tile from 0.3 to 1.3 s and sways: stamps in frames, and forces."""
+    time_s = np.arange(round(seconds * rate_hz)) / rate_hz
+    forces = np.zeros((len(time_s), 2, 4))
+    on = (time_s >= QUIET_S) & (time_s < QUIET_S + STAND_S)
+    sway = 0.3 * np.sin(2.0 * np.pi * 1.7 * time_s[on])
+    load = 600.0 + 150.0 * np.sin(2.0 * np.pi * 3.1 * time_s[on])
+    forces[on, 0] = load[:, None] * np.stack([1 + sway, 1 - sway, 1 - sway, 1 + sway], axis=1) / 4.0
+    return time_s * rate, forces
+
+
+def drawn(source, frames, rate=RATE, blocks=(512,)):
+    """Force, x and y [signal, tile, frame], as the intake gives them in blocks of these sizes."""
+    intake = Intake(source, rate)
+    out = np.zeros((3, 2, frames))
+    at = turn = 0
+    while at < frames:
+        n = min(blocks[turn % len(blocks)], frames - at)
+        block = np.full((3, 2, n), np.nan)
+        intake.take(at + n)
+        intake.fill(block, at, n)
+        out[:, :, at : at + n] = block
+        at, turn = at + n, turn + 1
+    return out

@@ -1,0 +1,43 @@
+"""Windows of tests on the screen, with the focus, as a person would have them; also where no window manager is."""
+
+from PySide6.QtCore import QPointF, Qt, QTimer
+from PySide6.QtTest import QTest
+
+
+def show(qtbot, widget):
+    """Show a window, and wait until keys go to it."""
+    widget.show()
+    widget.activateWindow()
+    qtbot.waitUntil(widget.isActiveWindow, timeout=10_000)
+
+
+def place_on(floor_map, tile, x_m=0.0, y_m=0.0):
+    """Where a place of a tile is in the pixels of a floor map."""
+    return floor_map.to_screen().map(QPointF(*tile.to_floor((x_m, y_m)))).toPoint()
+
+
+def choose(button, *words):
+    """Click a button that opens a menu, and through its menus to the choice of these words.
+
+    An open menu has an event loop of its own; the clicks in it come from a timer.
+    """
+    left, menus = list(words), [button.menu()]
+
+    def click():
+        menu = menus[-1]
+        if not menu.isVisible():
+            return
+        action = next(action for action in menu.actions() if action.text() == left[0])
+        if action.menu() is not None:
+            menus.append(action.menu())
+        del left[0]
+        if not left:
+            timer.stop()
+        QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(action).center())
+
+    timer = QTimer()
+    timer.setInterval(20)
+    timer.timeout.connect(click)
+    timer.start()
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert not left

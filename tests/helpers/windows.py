@@ -1,0 +1,91 @@
+"""Windows of tests, the patch that they open, and what they play."""
+
+import numpy as np
+from on_screen import show
+from polling import Poll
+from PySide6.QtCore import QCoreApplication
+
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.widgets.window import MainWindow
+
+LONG_MS = 120_000
+"""A first run compiles kernels."""
+
+
+def hiss(title="Hiss"):
+    """A patch of noise on every tile."""
+    patch = Patch(title=title).add("noise", REGISTRY).add("tile-output", REGISTRY, at=(240.0, 0.0))
+    return patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
+
+
+def quiet_window(qtbot, folder, path=None):
+    """A window without a session."""
+    made = MainWindow(folder, Target(default_floor()), path)
+    qtbot.addWidget(made, before_close_func=lambda w: w.leave())
+    show(qtbot, made)
+    return made
+
+
+def play_on_simulator(folder):
+    """A window that plays the patch in `folder` on the simulated floor."""
+    window = MainWindow(folder / "kept", Target(default_floor()), folder / "hiss.json")
+    window.resize(1280, 800)
+    window.show()
+    window.start()
+    window.open_patch.keep()
+    until_it_plays(window)
+    assert window.bridge.wait_for_kernels(LONG_MS / 1000)
+    return window
+
+
+def until_it_plays(window):
+    """Wait until the engine runs."""
+
+    def plays():
+        QCoreApplication.processEvents()
+        return "Playing on" in window.status.session
+
+    Poll()(plays, "the engine runs", seconds=LONG_MS / 1000)
+
+
+class Heard:
+    """The newest stretch of vibration of a window's session."""
+
+    def __init__(self, window):
+        self._window, self._samples = window, np.zeros((0, 0))
+        window.bridge.vibrated.connect(self._hear)
+        window.bridge.want_vibration(True)
+
+    def _hear(self, first, samples):
+        self._samples = samples
+
+    def any(self):
+        """Whether any tile shook."""
+        return bool(self._samples.any())
+
+    def tiles(self):
+        """The tiles that shook."""
+        return [self._window.controller.target.floor.ids[i] for i in self._samples.any(axis=0).nonzero()[0]]
+
+
+def design(window):
+    """The Design workspace of a window."""
+    return window.workspaces["Design"]
+
+
+def monitor(window):
+    """The Monitor workspace of a window."""
+    return window.workspaces["Monitor"]
+
+
+def calibrate(window):
+    """The Calibrate workspace of a window."""
+    return window.workspaces["Calibrate"]
+
+
+def dialog_of(window, kind):
+    """The dialog of a kind that is open."""
+    return next(dialog for dialog in window.findChildren(kind) if dialog.isVisible())

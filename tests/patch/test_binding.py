@@ -1,0 +1,141 @@
+"""A node's functions are given what they name: everything there is, and nothing that is not."""
+
+import math
+
+import numpy as np
+import pytest
+from bare_row import BareRow
+
+from underfoot.errors import BadValue
+from underfoot.layouts import Layout
+from underfoot.parameters import Choice, Count, Number, Numbers
+from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
+
+
+@node("everything", "Tests")
+class Everything:
+    """Takes everything that a function may take."""
+
+    signal = Input()
+    hits = Input(kind="event")
+    force_n = Input("N", is_brought=True)
+    by_hand = Input(kind="event", is_brought=True)
+    fast = Number(2.0, 0.0, 10.0, wire="audio")
+    slow = Number(3.0, 0.0, 10.0)
+    count = Count(4, 0, 9)
+    kind = Choice("b", options=("a", "b", "c"))
+    weights = Numbers((5.0, 6.0), 0.0, 10.0)
+    out = Output()
+    told = Output(kind="event")
+    state = Layout("everything", "runs", line=("length",))
+    coefficients = Layout("everything_coefficients", "designs", "sum", pair=(2, "length"))
+
+    def sizes(values, rate):
+        return {"length": len(values["weights"])}
+
+    @prepared
+    def line(values, rate):
+        return values["weights"]
+
+    @prepared_columns
+    def columns(values, rate):
+        return [values["weights"], [rate, rate]]
+
+    def design(slow, line, rate, coefficients):
+        coefficients.designs += 1.0
+        coefficients.sum = slow + line.sum() + rate
+        coefficients.pair[1, 1] = 7.0
+
+    def run(
+        signal, hits, force_n, by_hand, fast, slow, count, kind, controls, line, columns,
+        rate, frame, end, key, state, coefficients, out, told,
+    ):  # fmt: skip
+        state.runs += 1.0
+        state.line[1] = columns[1, 0]
+        for i in range(out.size):
+            out[i] = signal[i] + force_n[i] + fast[i]
+        out[0] = slow
+        out[1] = controls.slow + controls.count
+        out[2] = 10 * count + kind
+        out[3] = line[1]
+        out[4] = rate
+        out[5] = end - frame
+        out[6] = float(key)
+        out[7] = coefficients.sum
+        out[8] = state.runs
+        out[9] = coefficients.designs
+        out[10] = state.line[1] + coefficients.pair[1, 1]
+        for k in range(len(hits)):
+            told.time[k] = hits.time[k]
+            told.strength[k] = hits.strength[k] + len(by_hand)
+        told.count = len(hits)
+
+    def tail(slow, line, controls, state, coefficients):
+        return slow + line[0] + controls.kind + state.runs + coefficients.designs
+
+
+def test_functions_are_given_what_they_name():
+    row = BareRow(Everything, rate=1000.0, key=42)
+    ramp = np.arange(20.0)
+    signals, events = {"signal": ramp, "force_n": 100.0 * ramp}, {"hits": [(3.5, 1.0)], "by_hand": [(4.0, 2.0)]}
+    for runs in (1.0, 2.0):
+        row.run(int(20 * (runs - 1.0)), 20, signals, events)
+        out = row.outputs["out"]
+        assert out[:11].tolist() == [3.0, 7.0, 41.0, 6.0, 1000.0, 20.0, 42.0, 1014.0, runs, 1.0, 1007.0]
+        np.testing.assert_array_equal(out[11:], 101.0 * ramp[11:] + 2.0)
+        assert row.events["told"].tolist() == [[3.5, 2.0, 0.0]]
+    assert row.tail() == 3.0 + 5.0 + 1.0 + 2.0 + 1.0
+
+
+def test_coefficients_are_designed_when_a_number_that_design_names_has_moved():
+    row = BareRow(Everything)
+    row.run(0, 20)
+    places = list(Everything.binding.names.controls)
+    row.controls.values[places.index("count")] = 5.0
+    row.run(20, 20)
+    assert row.outputs["out"][9] == 1.0
+    row.controls.values[places.index("slow")] = 4.0
+    row.run(40, 20)
+    assert row.outputs["out"][9] == 2.0
+
+
+def test_numbers_that_are_all_zero_are_designed_for_as_well():
+    row = BareRow(Everything, slow=0.0)
+    row.run(0, 20)
+    assert row.outputs["out"][9] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("function", "allowed"),
+    [
+        ("def run(sginal, out): pass", "signal"),
+        ("def run(signal, out, n): pass", "frame"),
+        ("def run(signal, out, state): pass", "coefficients"),
+        ("def run(signal, out): pass\ndef design(out, coefficients): pass", "gain"),
+        ("def run(signal, out): pass\ndef tail(signal): pass", "gain"),
+        ("def run(signal, out): pass\ndef tail(rate): pass", "coefficients"),
+    ],
+)
+def test_a_name_that_is_not_there_is_refused_as_the_class_is_declared(function, allowed):
+    body = {"__doc__": "Bad.", "signal": Input(), "gain": Number(1.0, 0.0, 2.0), "out": Output()}
+    body["coefficients"] = Layout("bad", "a")
+    exec(function, {}, body)
+    for name, value in body.items():
+        if hasattr(value, "__set_name__"):
+            value.__set_name__(None, name)
+    with pytest.raises(BadValue, match=rf"(run|design|tail) of Bad takes '\w+'; allowed: .*{allowed}"):
+        node("bad", "Tests")(type("Bad", (), body))
+
+
+def test_a_name_that_means_two_things_is_refused():
+    with pytest.raises(BadValue, match=r"name of a port or parameter of Bad is 'rate'"):
+
+        @node("bad", "Tests")
+        class Bad:
+            """Has a parameter that nobody could name."""
+
+            rate = Number(1.0, 0.0, 2.0)
+            out = Output()
+
+            def run(out):
+                out[0] = math.nan

@@ -1,0 +1,83 @@
+"""What the documents say of the code is so: their code runs, and what they point to is there."""
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted((ROOT / "docs").rglob("*.md"))
+
+
+def blocks(page):
+    """The Python code of a page, block by block."""
+    return re.findall(r"^```python\n(.*?)^```", (ROOT / "docs" / page).read_text(), re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture
+def module_of(tmp_path):
+    """`module_of(code)`: the code as a module in a file of its own."""
+    made = []
+
+    def load(code):
+        path = tmp_path / f"page{len(made)}.py"
+        path.write_text(code)
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[path.stem] = module
+        made.append(path.stem)
+        spec.loader.exec_module(module)
+        return module
+
+    yield load
+    for name in made:
+        del sys.modules[name]
+
+
+def test_the_node_that_is_written_on_its_page_does_what_the_page_says(module_of):
+    whole_file, tried = blocks("nodes.md")
+    module = module_of(whole_file)
+    exec(tried, {"Tremolo": module.Tremolo})
+
+
+@pytest.mark.parametrize("page", ["hardware.md", "testing.md"])
+def test_code_of_a_page_runs(page):
+    for code in blocks(page):
+        exec(code, {})
+
+
+def anchors(page):
+    """The anchors of a page's headings, as GitHub and MkDocs make them."""
+    headings = re.findall(r"^#+ (.+)$", re.sub(r"^```.*?^```", "", page.read_text(), flags=re.M | re.S), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for target, anchor in re.findall(r"\]\(([^)#:]*)(?:#([^)]*))?\)", page.read_text()):
+        there = page.parent / target if target else page
+        assert there.exists(), target
+        assert not anchor or anchor in anchors(there), f"{target}#{anchor}"
+
+
+@pytest.mark.parametrize("folder", ["workbench", "widgets", "tests"])
+def test_what_the_code_cites_is_there(folder):
+    for module in sorted((ROOT / folder).rglob("*.py")):
+        for path, anchor in re.findall(r"\b(docs/[\w-]+\.md)(?:#([\w-]+))?", module.read_text()):
+            assert (ROOT / path).exists(), f"{module}: {path}"
+            assert not anchor or anchor in anchors(ROOT / path), f"{module}: {path}#{anchor}"
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.name)
+def test_files_and_modules_that_are_named_are_there(page):
+    text = page.read_text()
+    for path in re.findall(r"`((?:workbench|widgets|tests|presets|docs|assets)/[\w/.-]*)`", text):
+        assert (ROOT / path).exists(), path
+    for name in re.findall(r"`(underfoot(?:\.\w+)+)`", text):
+        parts = name.split(".")[1:]
+        known = [
+            (ROOT / folder).joinpath(*parts[:k]) for folder in ("workbench", ".") for k in range(1, len(parts) + 1)
+        ]
+        assert any(path.with_suffix(".py").exists() or path.is_dir() for path in known), name

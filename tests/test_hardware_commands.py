@@ -1,0 +1,205 @@
+"""`underfoot emulate`, and `underfoot monitor` of hardware that is not there, from end to end."""
+
+import csv
+import socket
+import sys
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from wired import EVERY_TRANSPORT, ends, free_port
+
+from underfoot.devices.conversion import nominal_readings
+from underfoot.devices.emulation.emulator import Emulator, TileClock
+from underfoot.devices.framing.parser import Parser
+from underfoot.devices.replay import Replay
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import default_floor
+from underfoot.records.recording import Recording
+
+RATE = 48_000.0
+
+
+@contextmanager
+def heard():
+    """A UDP port of this machine, and the frames that came there since."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
+        one.bind(("127.0.0.1", 0))
+        one.settimeout(0.0)
+        parser = Parser()
+
+        def frames():
+            found = []
+            try:
+                while True:
+                    found.append(parser.feed(one.recv(1 << 16)).copy())
+            except BlockingIOError:
+                return np.concatenate(found)
+
+        yield one.getsockname()[1], frames, parser
+
+
+# --- emulate ---
+
+
+def test_a_force_file_is_sent_once_and_exactly(underfoot, walk):
+    with heard() as (port, frames, parser):
+        said = underfoot("emulate", "--udp", port, "--force", walk)
+        got = frames()
+    assert said.status == 0
+    assert said.out == f":{port}\n"
+    assert "underfoot: tiles 0 to 1 are t1 to t2\n" in said.error
+    assert "3200 frames, 0 lost, 0 doubled, 0 reordered, 0 corrupted, 0 late; 0 samples unheard" in said.error
+    force_n = read_forces(walk, default_floor(1, 2)).force_n
+    np.testing.assert_array_equal(got["readings"].reshape(-1, 2, 4), nominal_readings(force_n))
+    assert parser.counts.accepted == 3200
+
+
+def test_one_tile_of_a_walker_as_lines_of_text_at_another_rate_with_faults(underfoot, folder):
+    with heard() as (port, frames, parser):
+        options = [
+            "--tile",
+            2,
+            "--seconds",
+            1,
+            "--rate",
+            250,
+            "--csv-lines",
+            "--lost",
+            0.2,
+            "--doubled",
+            0.1,
+            "--seed",
+            4,
+        ]
+        said = underfoot("emulate", "--udp", f"127.0.0.1:{port}", *options)
+        got = frames()
+    assert said.status == 0
+    assert parser.form == "csv"
+    assert np.unique(got["tile"]).tolist() == [2]
+    assert parser.period_us(2) == 4000
+    assert f"{parser.counts.doubled} doubled" in said.error
+    assert 150 < len(got) < 240
+
+
+def test_simulated_sensors_instead_of_ideal_ones(underfoot, folder):
+    with heard() as (port, frames, _):
+        assert underfoot("emulate", "--udp", port, "--seconds", 0.2, "--sensors", "default").status == 0
+        got = frames()
+    resting = got["readings"][:100]
+    assert len(np.unique(resting[:, 0])) > 1  # noise
+    assert resting.mean(axis=0).std() > 1.0  # parts are not alike
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_a_pseudo_terminal_is_named_and_goes_away_at_the_end(underfoot, folder):
+    said = underfoot("emulate", "--pty", "--seconds", 0.1)
+    assert said.status == 0
+    name = said.out.strip()
+    assert name.startswith("/")
+    assert not (folder / name).exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "no transports are given; allowed: one of --pty, "),
+        (["--pty", "--udp", "9000"], "2 transports are given; allowed: one of --pty, "),
+        (["--udp", "host"], "address is 'host'; allowed: HOST:PORT"),
+        (["--pty", "--lost", "2"], "lost is 2.0; allowed: 0 to 1"),
+        (["--pty", "--unplug", "soon"], "--unplug is 'soon'; allowed: AT:FOR in seconds"),
+        (["--pty", "--seconds", "0"], "--seconds is 0; allowed: above 0"),
+        (["--pty", "--rate", "0.1"], "rate_hz is 0.1; allowed: 1 to 100000 Hz"),
+        (["--pty", "--tile", "4"], "--tile is 4; allowed: 0 to 3"),
+        (["--pty", "--drift", "1e6"], "--drift is 1e+06; allowed: -20000 to 20000 ppm"),
+        (["--pty", "--force", "nope.csv"], "has no floor beside it"),
+        (["--pty", "--floor", "nope.json"], "nope.json cannot be read"),
+        (["--pty", "--sensors", "nope.json"], "nope.json cannot be read"),
+    ],
+)
+def test_what_cannot_be_emulated_is_one_line(refused, options, message):
+    assert message in refused("emulate", *options)
+
+
+# --- monitor ---
+
+
+@pytest.fixture
+def quick_walk(walk):
+    """walk.csv at twice its speed without the pause before it: 0.6 s, and on each of two tiles a step of 0.3 s."""
+    header, *rows = walk.read_text().splitlines()
+    rows = [row.partition(",")[2] for row in rows[400::2]]
+    walk.write_text("\n".join([header, *(f"{i / 1000.0:.3f},{row}" for i, row in enumerate(rows))]) + "\n")
+    return walk
+
+
+@contextmanager
+def walking(sender, path):
+    """An emulator that sends a walk over and over."""
+    floor = default_floor(1, 2)
+    source = Replay(read_forces(path, floor), floor, RATE, repeats=True)
+    emulator = Emulator(sender, source, clock=TileClock(drift_ppm=120.0))
+    emulator.start()
+    try:
+        yield
+    finally:
+        emulator.close()
+
+
+def steps_of(path):
+    with path.open() as file:
+        names = ("start_s", "contact_ms", "peak1_n")
+        return [(row["tile"], *(float(row[name]) for name in names)) for row in csv.DictReader(file)]
+
+
+@EVERY_TRANSPORT
+def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, quick_walk, scheme):
+    assert underfoot("monitor", quick_walk, "--steps", "file.csv").status == 0
+    sender, transport = ends(scheme)
+    options = ["--floor", "walk.floor.json", "--steps", "live.csv", "--record", "live.underfoot", "--seconds", 3.6]
+    with walking(sender, quick_walk):
+        said = underfoot("monitor", transport.name, *options)
+    assert said.status == 0
+    assert "underfoot: uncalibrated: t1, t2 (20 counts a newton are assumed)\n" in said.error
+    expected = {tile: figures for tile, _, *figures in steps_of(folder / "file.csv")}
+    got = steps_of(folder / "live.csv")
+    assert expected.keys() == {"t1", "t2"}
+    begin_s = got[0][1] + 1.2  # the clocks are being fitted until then
+    for tile, (contact_ms, peak_n) in expected.items():
+        mine = [figures for other, start_s, *figures in got if other == tile and start_s > begin_s]
+        assert len(mine) >= 2
+        for figures in mine[:-1]:  # the last may have been left early
+            assert figures == [pytest.approx(contact_ms, abs=6.0), pytest.approx(peak_n, abs=0.5)]
+    with Recording(folder / "live.underfoot") as recording:
+        assert recording.about["target"] == scheme
+        rows = recording.forces()
+    assert len(rows) > 3000
+    assert (np.diff(rows[:, 0]) > 0.0).all()
+
+
+def test_hardware_of_which_nothing_comes_is_said_and_ends_when_it_is_told_to(underfoot, folder):
+    port = free_port()
+    said = underfoot("monitor", f"udp:127.0.0.1:{port}", "--seconds", 0.7)
+    assert said.status == 0
+    assert f"udp:127.0.0.1:{port}: nothing comes" in said.error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["serial:/dev/nope"], "serial:/dev/nope cannot be opened: there is no such port"),
+        (["udp:127.0.0.1"], "allowed: HOST:PORT"),
+        (["udp:203.0.113.7:9000"], "udp:203.0.113.7:9000 cannot be listened at: "),
+        (["simulator:none.json"], "underfoot: none.json cannot be read: no such file"),
+        (["simulator", "--sensor-rate", "500"], "--sensor-rate is for tiles of hardware"),
+        (["udp:127.0.0.1:9999", "--sensor-rate", "1"], "--sensor-rate is 1; allowed: 20 to 100000 Hz"),
+        (["udp:127.0.0.1:9999", "--profiles", "nope"], "nope"),
+    ],
+)
+def test_hardware_that_cannot_be_monitored_is_one_line(refused, arguments, message):
+    assert message in refused("monitor", *arguments)
+
+
+def test_profiles_are_for_readings(refused, walk):
+    assert "--profiles is for tiles that send readings" in refused("monitor", walk, "--profiles", ".")

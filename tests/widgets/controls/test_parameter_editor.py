@@ -1,0 +1,92 @@
+"""Controls made from parameters."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QTableWidgetItem
+
+from underfoot.errors import BadValue
+from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
+from underfoot.widgets.controls.parameter_editor import editor_for
+
+LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+
+PARAMETERS = (
+    (Number(1.0, -10.0, 10.0, unit="m"), -2.5),
+    (Number(30.0, 1.0, 1000.0, unit="N", scale="log"), 250.0),
+    (Count(3, 0, 1000), 17),
+    (Count(2000, 1, 100_000), 123),
+    (Choice("b", options=("a", "b", "c")), "c"),
+    (Numbers((1.0, 0.5), 0.0, 1.0, most=5), (0.25, 0.5, 1.0)),
+    (Rows(((1.0, 2.0),), (("x", 0.0, 10.0), ("y", 0.0, 5.0))), ((1.0, 2.0), (3.0, 4.0))),
+    (Text("one"), "two"),
+    (FilePath(""), "rain.wav"),
+    (Tiles(), "t1+t2"),
+)
+
+
+@pytest.mark.parametrize(("parameter", "value"), PARAMETERS, ids=lambda p: getattr(p, "kind", ""))
+def test_a_control_shows_a_value_without_saying_that_it_changed(qtbot, parameter, value):
+    editor = editor_for(parameter)
+    qtbot.addWidget(editor)
+    assert editor.value() == parameter.check(parameter.default)
+    with qtbot.assertNotEmitted(editor.value_changed):
+        editor.set_value(value)
+    assert editor.value() == parameter.check(value)
+    with pytest.raises(BadValue):
+        editor.set_value(object())
+    with qtbot.waitSignal(editor.value_changed) as changed:
+        editor.reset()
+    assert changed.args == [parameter.check(parameter.default)]
+
+
+@pytest.mark.parametrize("parameter", [p for p, _ in PARAMETERS if isinstance(p, Number | Count)])
+def test_a_slider_reaches_both_ends_and_stays_in_range(qtbot, parameter):
+    editor = editor_for(parameter)
+    qtbot.addWidget(editor)
+    seen = []
+    editor.value_changed.connect(seen.append)
+    for step in range(0, 1001, 50):
+        editor.slider.setValue(step)
+    assert seen[0] == parameter.low
+    assert seen[-1] == parameter.high
+    assert all(a <= b for a, b in pairwise(seen))
+
+
+def test_a_list_of_numbers_is_typed(qtbot):
+    editor = editor_for(Numbers((1.0,), 0.0, 1.0, most=3))
+    qtbot.addWidget(editor)
+    editor.field.setText("0.5 0.25; 1")
+    editor.field.given.emit(editor.field.text())
+    assert editor.value() == (0.5, 0.25, 1.0)
+    editor.field.given.emit("1 2 3")
+    assert editor.value() == (0.5, 0.25, 1.0)
+    assert "allowed" in editor.field.toolTip()
+
+
+def test_rows_are_added_changed_and_taken_away(qtbot):
+    editor = editor_for(Rows(((1.0, 2.0),), (("x", 0.0, 10.0), ("y", 0.0, 5.0)), most=2))
+    qtbot.addWidget(editor)
+    editor.adding.click()
+    editor.adding.click()
+    assert editor.value() == ((1.0, 2.0), (1.0, 2.0))
+    editor.table.setItem(1, 0, QTableWidgetItem("7"))
+    assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
+    editor.table.setItem(1, 0, QTableWidgetItem("11"))
+    assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
+    assert editor.table.item(1, 0).text() == "7"
+    editor.table.setCurrentCell(0, 0)
+    editor.removing.click()
+    assert editor.value() == ((7.0, 2.0),)
+
+
+def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
+    editor = editor_for(FilePath(""))
+    qtbot.addWidget(editor)
+    editor.set_folder(tmp_path)
+    editor.choose(str(tmp_path / "sounds" / "rain.wav"))
+    assert editor.value() == str(Path("sounds") / "rain.wav")
+    editor.choose("/elsewhere/rain.wav")
+    assert editor.value() == "/elsewhere/rain.wav"

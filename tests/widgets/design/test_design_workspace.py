@@ -1,0 +1,235 @@
+"""The Design workspace: inspector, document, and what the engine says."""
+
+import numpy as np
+import pytest
+from design_samples import LEFT, NONE, REGISTRY, sample, send
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from underfoot.engine.reports import Costs, Fault, Preview
+from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.workspace import DesignWorkspace
+
+# --- the inspector ---
+
+
+def test_typing_a_number_with_its_unit_sets_the_parameter(workspace, qtbot):
+    workspace.canvas.patch_scene.select(["step"])
+    field = workspace.inspector.editors["threshold"].field
+    with qtbot.waitSignal(workspace.patch_edited) as edited:
+        field.setFocus()
+        field.selectAll()
+        QTest.keyClicks(field, "0.25 kN")
+        QTest.keyClick(field, Qt.Key.Key_Return)
+    assert edited.args[0].node("step").parameters == {"threshold": 250.0}
+    assert "250 N" in field.text()
+
+
+def test_what_is_out_of_range_is_not_taken_and_says_why(workspace):
+    workspace.canvas.patch_scene.select(["step"])
+    before = workspace.patch()
+    field = workspace.inspector.editors["threshold"].field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "5000")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert workspace.patch() == before
+    assert "1 to 1000 N" in field.toolTip()
+    QTest.keyClick(field, Qt.Key.Key_Escape)
+    assert "30 N" in field.text()
+
+
+def test_dragging_a_slider_is_one_step_of_undo(workspace):
+    workspace.canvas.patch_scene.select(["hum"])
+    slider = workspace.inspector.editors["frequency"].slider
+    y = slider.height() // 2
+    send(slider, QEvent.Type.MouseButtonPress, QPoint(20, y), LEFT)
+    for x in (40, 80, 120, slider.width()):
+        send(slider, QEvent.Type.MouseMove, QPoint(x, y), LEFT)
+    send(slider, QEvent.Type.MouseButtonRelease, QPoint(slider.width(), y), LEFT)
+    assert workspace.patch().node("hum").parameters["frequency"] == 1000.0
+    assert workspace.document.stack.count() == 1
+    send(slider, QEvent.Type.MouseButtonPress, QPoint(20, y), LEFT)
+    send(slider, QEvent.Type.MouseButtonRelease, QPoint(20, y), LEFT)
+    assert workspace.document.stack.count() == 2
+    workspace.undo_action.trigger()
+    workspace.undo_action.trigger()
+    assert workspace.patch() == sample()
+    assert workspace.inspector.editors["frequency"].value() == 50.0
+
+
+def test_every_control_of_a_node_can_be_reached_and_reset(workspace):
+    workspace.canvas.patch_scene.select(["hum"])
+    editors = workspace.inspector.editors
+    assert list(editors) == ["frequency", "chains", "sharing"]
+    editors["chains"].slider.setFocus()
+    QTest.keyClick(editors["chains"].slider, Qt.Key.Key_Home)
+    assert workspace.patch().node("hum").parameters["chains"] == 1
+    editors["sharing"].box.setFocus()
+    QTest.keyClick(editors["sharing"].box, Qt.Key.Key_Down)
+    assert workspace.patch().node("hum").parameters["sharing"] == "local"
+    editors["chains"].back.click()
+    editors["sharing"].back.click()
+    assert editors["chains"].value() == 2000
+    assert workspace.patch().node("hum").parameters == {"chains": 2000, "sharing": "global"}
+    assert editors["chains"].back.isHidden()
+
+
+def test_tiles_are_chosen_by_buttons(workspace):
+    workspace.canvas.patch_scene.select(["shaker"])
+    buttons = workspace.inspector.editors["tiles"].buttons
+    assert list(buttons) == ["all", "t1", "t2", "t3", "t4"]
+    buttons["t3"].click()
+    buttons["t1"].click()
+    assert workspace.patch().node("shaker").parameters["tiles"] == "t1+t3"
+    buttons["t3"].click()
+    buttons["t1"].click()
+    assert workspace.patch().node("shaker").parameters["tiles"] == "all"
+
+
+def test_with_nothing_selected_the_patch_itself_is_edited(workspace):
+    workspace.canvas.patch_scene.select([])
+    field = workspace.inspector.editors["title"].field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "Gravel")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert workspace.patch().title == "Gravel"
+    workspace.undo_action.trigger()
+    assert workspace.patch().title == "sample"
+
+
+# --- the document ---
+
+
+def test_a_patch_is_the_same_after_saving_and_opening(workspace, tmp_path):
+    workspace.canvas.patch_scene.select(["step"])
+    workspace.inspector.edited.emit("step", "threshold", 44.0, "")
+    path = tmp_path / "sample.json"
+    workspace.patch().save(path)
+    edited = workspace.patch()
+    workspace.set_patch(Patch())
+    assert not workspace.canvas.patch_scene.nodes
+    workspace.set_patch(Patch.load(path, REGISTRY))
+    assert workspace.patch() == edited
+    assert not workspace.document.stack.canUndo()
+
+
+def test_a_file_that_is_no_patch_is_not_taken():
+    with pytest.raises(BadFile):
+        Patch.loads("{}", REGISTRY)
+
+
+def test_set_patch_does_not_say_that_it_was_edited(workspace, qtbot):
+    with qtbot.assertNotEmitted(workspace.patch_edited):
+        workspace.set_patch(sample())
+
+
+# --- what the engine says ---
+
+
+def test_previews_are_asked_for_and_shown(workspace, qtbot):
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+        workspace.canvas.patch_scene.select(["hum"])
+    assert wanted.args == ["hum", "t1"]
+    time_s = np.arange(4800) / 48000
+    signal = 3.0 * np.sin(2 * np.pi * 250 * time_s)
+    workspace.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
+    assert "peak 3 m/s²" in workspace.preview.note.text()
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+        workspace.inspector.edited.emit("hum", "frequency", 60.0, "")
+    assert wanted.args == ["hum", "t1"]
+
+
+def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
+    with qtbot.waitSignal(workspace.preview_wanted):
+        workspace.canvas.patch_scene.select(["hum"])
+    workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+        QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
+    assert wanted.args == ["hum", "t2"]
+    assert workspace.preview.pad.tile.id == "t2"
+    workspace.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    small = {wanted.args[0]}
+    for _ in range(2):
+        with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+            pass
+        assert wanted.args[1] == "t2"
+        small.add(wanted.args[0])
+        workspace.show_preview(Preview(3, 48000.0, np.ones(4800), {}, "no signal"), wanted.args[0])
+    assert len(small) == 3
+
+
+def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
+    QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
+    with qtbot.waitSignal(workspace.preview_wanted):
+        workspace.canvas.patch_scene.select(["hum"])
+    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+        workspace.set_floor(default_floor(1, 1).tiles)
+    assert wanted.args == ["hum", "t1"]
+
+
+def test_the_preview_of_an_event_output_shows_its_events(workspace, qtbot):
+    workspace.canvas.patch_scene.select(["step"])
+    with qtbot.waitSignal(workspace.preview_wanted):
+        pass
+    events = np.array([[480.0, 1.0, 0.0], [960.0, 0.5, 0.0]])
+    workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {}, events={"onset": events}), "step")
+    assert "2 events" in workspace.preview.note.text()
+
+
+def test_a_preview_that_failed_says_why(workspace, qtbot):
+    workspace.canvas.patch_scene.select(["hum"])
+    with qtbot.waitSignal(workspace.preview_wanted):
+        pass
+    workspace.show_preview(Preview(1, 48000.0, np.zeros(0), {}, "no such file"), "hum")
+    assert workspace.preview.note.text() == "no such file"
+
+
+def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
+    scene = workspace.canvas.patch_scene
+    workspace.show_costs(Costs({"push": 0.001, "step": 0.02, "shaker": 0.3}, {"push": 1, "step": 0, "shaker": 2}))
+    states = {id: (item.cost, item.state) for id, item in scene.nodes.items()}
+    assert states == {
+        "push": ("0.1 %", ""),
+        "step": ("2.0 %", "asleep"),
+        "hum": ("", "unused"),
+        "shaker": ("30 %", ""),
+    }
+    workspace.show_fault(Fault("hum", "t1", 0))
+    assert scene.nodes["hum"].state == "fault"
+    assert "not finite" in workspace.canvas.said
+
+
+def test_a_click_on_the_tile_strikes_and_a_drag_presses(workspace, qtbot):
+    pad = workspace.preview.pad
+    centre = pad.rect().center()
+    with qtbot.waitSignal(workspace.struck) as struck, qtbot.assertNotEmitted(workspace.pressed):
+        QTest.mouseClick(pad, LEFT, NONE, centre)
+    assert struck.args == ["t1", 1.0]
+    forces = []
+    workspace.pressed.connect(lambda tile, x, y, force: forces.append((tile, round(x, 2), round(y, 2), force)))
+    send(pad, QEvent.Type.MouseButtonPress, centre, LEFT)
+    for by in (10, 20, 40):
+        send(pad, QEvent.Type.MouseMove, centre + QPoint(by, 0), LEFT)
+    send(pad, QEvent.Type.MouseButtonRelease, centre + QPoint(40, 0), LEFT)
+    assert [f[:3] for f in forces] == [("t1", 0.0, 0.0)] * 4
+    assert 0 < forces[0][3] < forces[1][3] < forces[2][3] < 800
+    assert forces[-1][3] == 0.0
+
+
+def test_a_workspace_leaves_no_widget_behind(qapp):
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    before = set(QApplication.allWidgets())
+    made = DesignWorkspace(REGISTRY)
+    made.set_patch(sample())
+    made.canvas.patch_scene.select(["hum"])
+    made.canvas.patch_scene.select(["step"])
+    made.canvas.open_search(QPoint(20, 20))
+    made.deleteLater()
+    del made
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    assert not set(QApplication.allWidgets()) - before

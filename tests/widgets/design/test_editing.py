@@ -1,0 +1,62 @@
+"""Edits of a patch and its undo list, without a screen."""
+
+import pytest
+from design_samples import REGISTRY, sample
+
+from underfoot.errors import BadFile
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
+from underfoot.widgets.design.undo import Document
+
+
+def test_undo_goes_back_and_steps_that_belong_together_are_one(qapp):
+    document = Document(sample())
+    seen = []
+    document.changed.connect(seen.append)
+    for value in (40.0, 50.0, 60.0):
+        document.edit(document.patch.set("step", "threshold", value, REGISTRY), "Set", "drag 1")
+    document.edit(document.patch.set("step", "threshold", 70.0, REGISTRY), "Set", "drag 2")
+    assert document.stack.count() == 2
+    document.stack.undo()
+    assert document.patch.node("step").parameters == {"threshold": 60.0}
+    document.stack.undo()
+    assert document.patch == sample()
+    assert len(seen) == 6
+    document.edit(document.patch, "Nothing")
+    assert document.stack.count() == 2
+
+
+def test_pasting_beside_and_at_a_place():
+    text = sample().part(["push", "step"]).dumps().decode()
+    after, ids = pasted(sample(), text, REGISTRY)
+    assert ids == ["push1", "step1"]
+    assert after.node("push1").at == (32.0, 32.0)
+    after, _ = pasted(sample(), text, REGISTRY, (101.0, 50.0))
+    assert after.node("push1").at == (104.0, 48.0)
+    assert after.node("step1").at == (344.0, 48.0)
+    for nonsense in ("", "[]", Patch().dumps().decode()):
+        with pytest.raises(BadFile, match="clipboard"):
+            pasted(sample(), nonsense, REGISTRY)
+
+
+def test_aligning_one_node_changes_nothing():
+    assert aligned(sample(), ["hum"], "left", {"hum": (136.0, 80.0)}) is not None
+    assert aligned(sample(), ["hum"], "left", {"hum": (136.0, 80.0)}) == sample()
+
+
+def test_offers_are_never_refused_and_what_is_not_offered_is():
+    patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY).add("through", REGISTRY)
+    outputs = [f"{n.id}.{port}" for n in patch.nodes for port in REGISTRY[n.type].output_ports]
+    inputs = [f"{n.id}.{port}" for n in patch.nodes for port in REGISTRY[n.type].input_ports]
+    for source in outputs:
+        offered = open_targets(patch, REGISTRY, source)
+        assert [refusal(patch, REGISTRY, source, target) for target in offered] == [""] * len(offered)
+        assert all(refusal(patch, REGISTRY, source, target) for target in inputs if target not in offered)
+
+
+def test_only_what_is_downstream_of_a_change_is_rendered_again():
+    patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY)
+    assert changed_nodes(patch, patch.move({"hum": (8.0, 8.0)})) == set()
+    after = patch.set("hum", "frequency", 60.0, REGISTRY)
+    assert downstream(after, changed_nodes(patch, after)) == {"hum", "shaker"}
+    assert changed_nodes(patch, patch.disconnect([("push.force", "step.force")])) == {"step"}

@@ -1,0 +1,79 @@
+"""The bar of a rhythm, under mouse and keys."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from on_screen import show
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from underfoot.models.signals.rhythm import STEPS
+from underfoot.parameters import Rows
+from underfoot.widgets.design.rhythm_editor import RhythmBar, RhythmEditor, placed
+
+LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+
+NOTES = Rows(((0, 4, 1.0), (12, 4, 0.5)), (("step", 0, 23), ("length", 1, 24), ("amplitude", 0.0, 1.0)), most=24)
+
+
+@pytest.fixture
+def bar(qtbot):
+    editor = RhythmEditor(NOTES)
+    qtbot.addWidget(editor)
+    editor.resize(240, 140)
+    show(qtbot, editor)
+    editor.bar.kept_by = editor  # Python would let go of it, and Qt of the bar
+    return editor.bar
+
+
+def spot(bar: RhythmBar, step: float, height: float) -> QPoint:
+    area = bar.area()
+    return QPoint(round(area.x() + step / STEPS * area.width()), round(area.bottom() - height * area.height()))
+
+
+def test_a_click_sets_a_note_and_a_right_click_takes_it_away(bar):
+    QTest.mouseClick(bar, LEFT, NONE, spot(bar, 8.5, 0.5))
+    assert [note[:2] for note in bar.notes()] == [(0, 4), (8, 1), (12, 4)]
+    assert bar.notes()[1][2] == pytest.approx(0.5, abs=0.02)
+    QTest.mouseClick(bar, Qt.MouseButton.RightButton, NONE, spot(bar, 8.5, 0.2))
+    assert [note[0] for note in bar.notes()] == [0, 12]
+
+
+def test_dragging_moves_a_note_but_not_over_another(bar):
+    QTest.mousePress(bar, LEFT, NONE, spot(bar, 13.5, 0.2))
+    QTest.mouseMove(bar, spot(bar, 7.5, 0.2))
+    assert [note[0] for note in bar.notes()] == [0, 6]
+    QTest.mouseMove(bar, spot(bar, 3.5, 0.2))
+    QTest.mouseRelease(bar, LEFT, NONE, spot(bar, 3.5, 0.2))
+    assert [note[0] for note in bar.notes()] == [0, 6]
+
+
+def test_dragging_the_right_edge_stretches(bar):
+    QTest.mousePress(bar, LEFT, NONE, spot(bar, 16.0, 0.2))
+    QTest.mouseMove(bar, spot(bar, 20.0, 0.2))
+    QTest.mouseRelease(bar, LEFT, NONE, spot(bar, 20.0, 0.2))
+    assert bar.notes()[1][:2] == (12, 8)
+
+
+def test_keys_choose_move_stretch_and_take_away(bar):
+    bar.setFocus()
+    QTest.keyClick(bar, Qt.Key.Key_P)
+    QTest.keyClick(bar, Qt.Key.Key_Right)
+    QTest.keyClick(bar, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+    QTest.keyClick(bar, Qt.Key.Key_Up)
+    assert bar.notes()[1] == (13, 5, 0.55)
+    QTest.keyClick(bar, Qt.Key.Key_Delete)
+    QTest.keyClick(bar, Qt.Key.Key_Return)
+    assert bar.notes() == [(0, 4, 1.0), (4, 1, 0.6)]
+
+
+@given(st.lists(st.tuples(st.integers(-2, 25), st.integers(-1, 26), st.floats(0, 1)), max_size=12))
+def test_notes_never_lie_on_one_another(wishes):
+    notes: list = []
+    for wish in wishes:
+        notes = placed([*notes, wish], len(notes), wish) or notes
+    NOTES.check(notes)
+    assert all(a[0] + a[1] <= b[0] for a, b in pairwise(notes))
+    assert all(step + length <= STEPS for step, length, _ in notes)

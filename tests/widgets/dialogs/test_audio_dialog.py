@@ -1,0 +1,100 @@
+"""The audio dialog: what it offers, what it gives back, and what it says where there is no card."""
+
+import threading
+
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDialogButtonBox, QPushButton
+
+from underfoot.floor.layout import default_floor
+from underfoot.widgets.dialogs.audio_dialog import AudioDialog
+
+CARDS = [("Eight out", 8, 48_000.0), ("Headphones", 2, 44_100.0)]
+
+
+def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
+    let_go = threading.Event()
+    dialog = AudioDialog(lambda: let_go.wait(10) and cards, floor or default_floor())
+    qtbot.addWidget(dialog)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
+    dialog.set_values(device, rate, block)
+    show(qtbot, dialog)
+    assert dialog.note.text() == "Looking for sound devices…"
+    with qtbot.waitSignal(dialog.found):
+        let_go.set()
+    return dialog
+
+
+def test_what_is_in_use_is_what_is_shown(qtbot):
+    dialog = opened(qtbot, CARDS, "Headphones", 44_100, 256)
+    assert dialog.values() == ("Headphones", 44_100, 256)
+    assert "2 channels" in dialog.device.currentText()
+    assert dialog.length.text().startswith("A block lasts 5.80 ms")
+
+
+def test_apply_gives_device_rate_and_block(qtbot):
+    dialog = opened(qtbot, CARDS)
+    dialog.device.setCurrentIndex(dialog.device.findData("Eight out"))
+    dialog.rate.setCurrentIndex(dialog.rate.findData(96_000))
+    apply = dialog.buttons.button(QDialogButtonBox.StandardButton.Apply)
+    with qtbot.waitSignal(dialog.applied) as applied:
+        qtbot.mouseClick(apply, Qt.MouseButton.LeftButton)
+    assert applied.args == ["Eight out", 96_000, 128]
+
+
+def test_no_card_is_said_calmly_and_no_sound_can_be_chosen(qtbot):
+    dialog = opened(qtbot, [], None)
+    assert dialog.values()[0] is None
+    assert dialog.device.currentText().startswith("No sound")
+    assert "No sound device" in dialog.note.text()
+    assert dialog.note.isVisible()
+
+
+def test_the_default_device_stays_chosen_where_there_is_no_card(qtbot):
+    dialog = opened(qtbot, [], "")
+    assert dialog.values()[0] == ""
+    assert dialog.device.currentText() == "Default device of this computer"
+
+
+def test_a_device_that_went_away_stays_chosen_and_is_marked(qtbot):
+    dialog = opened(qtbot, CARDS, "Gone")
+    assert dialog.values()[0] == "Gone"
+    assert "not connected" in dialog.device.currentText()
+
+
+def test_every_tile_can_be_pulsed(qtbot):
+    dialog = opened(qtbot, CARDS, floor=default_floor(2, 3))
+    buttons = {b.text(): b for b in dialog.findChildren(QPushButton) if b.toolTip().startswith("Pulse")}
+    assert list(buttons) == ["t1", "t2", "t3", "t4", "t5", "t6"]
+    with qtbot.waitSignal(dialog.pulse_wanted) as asked:
+        qtbot.mouseClick(buttons["t5"], Qt.MouseButton.LeftButton)
+    assert asked.args == ["t5"]
+    assert "channel 5" in buttons["t5"].toolTip()
+
+
+def test_escape_closes(qtbot):
+    dialog = opened(qtbot, CARDS)
+    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    assert not dialog.isVisible()
+
+
+def test_closing_waits_for_the_search_and_nothing_is_left_of_it(qtbot):
+    """Here the search ends only after the dialog was asked to close, as on a slow machine."""
+    searching, found = threading.Event(), threading.Event()
+
+    def find():
+        searching.set()
+        assert found.wait(10)
+        return CARDS
+
+    dialog = AudioDialog(find, default_floor())
+    qtbot.addWidget(dialog)
+    show(qtbot, dialog)
+    assert searching.wait(10)
+    timer = threading.Timer(0.05, found.set)
+    timer.start()
+    dialog.reject()
+    assert not dialog.isVisible()
+    assert found.is_set()
+    timer.join()
+    assert not any(thread.name == "look for sound devices" for thread in threading.enumerate())

@@ -1,0 +1,193 @@
+"""The Monitor workspace, fed with recorded steps."""
+
+import numpy as np
+import pytest
+from made_steps import SPIKE, STEP
+from measured import DATA, walk
+from on_screen import place_on, show
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QAbstractButton, QLabel
+
+from underfoot.engine.commands import PressTile, Tare, Walk
+from underfoot.floor.layout import default_floor
+from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
+from underfoot.widgets.monitor.workspace import MonitorWorkspace
+from underfoot.widgets.session.footstep_tracker import FootstepTracker, ForceUpdate
+
+RATE = 48_000.0
+
+
+@pytest.fixture
+def monitor(qtbot):
+    made = MonitorWorkspace()
+    qtbot.addWidget(made)
+    made.resize(1280, 728)
+    made.set_session(default_floor(), RATE, True)
+    show(qtbot, made)
+    return made
+
+
+def sum_curve(monitor):
+    """The curve of a tile's whole force, which is drawn last."""
+    return monitor.force.drawing.series[-1]
+
+
+def play_through(monitor, recorded, noise=0.05):
+    """Play a recording through, 60 times a second, with a vibration wherever a foot is."""
+    floor, forces = recorded
+    monitor.set_session(floor, RATE, False)
+    tracker = FootstepTracker(floor, RATE, forces.rate_hz)
+    assert tracker.wait_for_kernels(120.0)
+    loads = np.zeros(len(floor.tiles))
+    steps = []
+    times = forces.time_s - forces.time_s[0]
+    rng = np.random.default_rng(1)
+    for tick in range(int(times[-1] * 60) + 1):
+        now = slice(*np.searchsorted(times, [tick / 60, (tick + 1) / 60]))
+        tracker.take(times[now] * RATE, forces.force_n[now])
+        update, new = tracker.track(1.0)
+        if update is not None:
+            loads = update.load_n
+            monitor.take_forces(update)
+        monitor.take_steps(new)
+        steps += new
+        monitor.take_vibration(
+            tick * 800, (noise * (loads > 50) * rng.normal(size=(800, len(loads)))).astype(np.float32)
+        )
+        monitor.draw()
+    return steps, tracker, float(times[-1])
+
+
+@pytest.fixture
+def recorded():
+    if not DATA.is_dir():
+        pytest.skip(f"the measured walks are not at {DATA}")
+    return walk("two-plates/walk")
+
+
+def test_recorded_steps_fill_curves_picture_and_table(monitor, recorded, qtbot):
+    _, tracker, _ = play_through(monitor, recorded)
+    monitor.take_steps(tracker.finish())
+    assert monitor.table.steps.rowCount() == 2
+    contact = [step.contact_ms for step in monitor.table.steps.steps]
+    assert contact == pytest.approx([580, 579], abs=2)
+    assert monitor.steps.count.text() == "2"
+    assert np.nanmax(sum_curve(monitor).y) == pytest.approx(799, abs=5)
+    assert monitor.force.ranges[3] == 1000.0
+    assert monitor.spectrum.levels().max() > 100
+    assert monitor.figures[0].text().endswith(" N")
+    assert monitor.steps.exporting.isEnabled()
+
+
+def test_another_tile_is_shown_with_what_it_did_before(monitor, recorded, qtbot):
+    play_through(monitor, recorded)
+    before = monitor.spectrum.levels().copy()
+    monitor.map.set_choice("p2")
+    for _ in range(40):
+        monitor.draw()
+    assert not np.array_equal(monitor.spectrum.levels(), before)
+    assert monitor.spectrum.levels().any()
+    monitor.map.set_choice("p1")
+    for _ in range(40):
+        monitor.draw()
+    np.testing.assert_array_equal(monitor.spectrum.levels(), before)
+
+
+def test_a_long_stretch_of_vibration_is_analysed_bit_by_bit(monitor):
+    samples = np.random.default_rng(2).normal(size=(3 * int(RATE), 4)).astype(np.float32)
+    monitor.take_vibration(48_000, samples)
+    assert not monitor.spectrum.levels().any()
+    for _ in range(8):
+        monitor.draw()
+    whole = RunningSpectrum(RATE, 10.0)
+    whole.feed(48_000, samples[:, 0])
+    np.testing.assert_array_equal(monitor.spectrum.levels(), whole.levels())
+
+
+def test_following_chooses_the_tile_of_the_newest_foot(monitor, recorded, qtbot):
+    qtbot.mouseClick(monitor.following, Qt.MouseButton.LeftButton)
+    monitor.map.set_choice("t4")
+    steps, tracker, _ = play_through(monitor, recorded)
+    steps += tracker.finish()
+    assert monitor.map.choice() == steps[-1].tile != steps[0].tile
+    for key in (Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down):
+        qtbot.keyClick(monitor.map, key)
+    assert not monitor.following.isChecked()
+
+
+def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
+    qtbot.mouseClick(monitor.pausing, Qt.MouseButton.LeftButton)
+    assert monitor.is_paused
+    monitor.resume()
+    recorded_s = play_through(monitor, recorded)[2]
+    x = sum_curve(monitor).x
+    monitor.pause()
+    times = recorded_s + np.arange(1, 200) / 1000.0
+    still = ForceUpdate(times, np.zeros((199, 2, 4)), np.zeros(2), np.zeros(2, bool), (), ())
+    monitor.take_forces(still)
+    monitor.draw()
+    assert np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
+    monitor.resume()
+    monitor.draw()
+    assert not np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
+
+
+def test_what_is_not_on_the_screen_is_not_drawn(monitor, recorded):
+    monitor.hide()
+    play_through(monitor, recorded)
+    assert not sum_curve(monitor).x.size
+    assert monitor.steps.count.text() != "none yet"
+
+
+def test_hands_become_commands(monitor, qtbot):
+    said = []
+    monitor.commanded.connect(said.append)
+    monitor.press_n.setCurrentText("800 N")
+    tile = default_floor().tiles[3]
+    qtbot.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=place_on(monitor.map, tile, 0.05, 0.0))
+    assert said == [
+        PressTile("t4", pytest.approx(0.05, abs=2e-3), pytest.approx(0.0, abs=2e-3), 800.0),
+        PressTile("t4", 0.0, 0.0, 0.0),
+    ]
+    qtbot.mouseClick(monitor.walker, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(monitor.tare, Qt.MouseButton.LeftButton)
+    assert said[2:] == [Walk(False), Tare()]
+
+
+def test_the_span_of_time_is_chosen(monitor, qtbot):
+    assert monitor.force.ranges[:2] == (-5.0, 0.0)
+    ten = monitor.span_buttons[10.0]
+    qtbot.mouseClick(ten, Qt.MouseButton.LeftButton)
+    assert monitor.force.ranges[:2] == monitor.spectrogram.ranges[:2] == (-10.0, 0.0)
+    assert ten.isChecked()
+    assert not monitor.span_buttons[5.0].isChecked()
+
+
+def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp_path):
+    monitor.take_steps([STEP, SPIKE])
+    with qtbot.waitSignal(monitor.said) as said:
+        monitor.steps.export(str(tmp_path / "steps.csv"))
+    assert said.args[0].startswith("2 footsteps")
+    assert len((tmp_path / "steps.csv").read_text().splitlines()) == 3
+    with qtbot.waitSignal(monitor.said) as said:
+        monitor.steps.export(str(tmp_path / "missing" / "steps.csv"))
+    assert "cannot be written" in said.args[0]
+    qtbot.mouseClick(monitor.steps.clearing, Qt.MouseButton.LeftButton)
+    assert monitor.steps.count.text() == "none yet"
+
+
+def test_the_colours_end_at_the_output_level(monitor):
+    monitor.set_level(-23.0)
+    assert monitor.level_key.low.text() == "−90"
+    assert monitor.level_key.high.text() == "−20 dB of full scale"
+
+
+@pytest.mark.parametrize("size", [(1280, 728), (1920, 1008)])
+def test_no_word_is_cut_off(monitor, qtbot, size):
+    monitor.resize(*size)
+    monitor.take_steps([STEP])
+    qtbot.waitExposed(monitor)
+    for widget in [*monitor.findChildren(QLabel), *monitor.findChildren(QAbstractButton)]:
+        if widget.isVisible() and widget.text() and "<" not in widget.text():
+            wide = widget.fontMetrics().horizontalAdvance(widget.text())
+            assert wide <= widget.width(), widget.text()

@@ -1,0 +1,73 @@
+"""The table of footsteps."""
+
+import pytest
+from made_steps import SPIKE, STEP
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+
+from underfoot.records.tables import step_table
+from underfoot.widgets.monitor.step_table import COLUMNS, StepTable
+
+
+@pytest.fixture
+def table(qtbot):
+    made = StepTable()
+    qtbot.addWidget(made)
+    made.resize(1000, 200)
+    show(qtbot, made)
+    return made
+
+
+def texts(table, row):
+    return [table.steps.index(row, column).data() for column in range(len(COLUMNS))]
+
+
+def test_steps_are_shown_with_their_units_and_digits(table):
+    table.steps.add([STEP, SPIKE])
+    assert texts(table, 0) == ["1", "t1", "left", "0.20", "612", "760", "500", "740", "320.0", "8.6", "210", "200"]
+    assert texts(table, 1)[2] == "–"
+    assert texts(table, 1)[9:11] == ["159.0 !", "–"]
+    assert "impact" in table.steps.index(1, 9).data(Qt.ItemDataRole.ToolTipRole)
+    headings = [table.steps.headerData(i, Qt.Orientation.Horizontal) for i in range(len(COLUMNS))]
+    assert headings[3:] == [
+        "Start, s", "Contact, ms", "Peak 1, N", "Valley, N", "Peak 2, N", "Impulse, N·s", "Loading, kN/s", "Path, mm",
+        "Net, mm",
+    ]  # fmt: skip
+
+
+def test_the_columns_are_those_of_the_step_table_in_files(table, tmp_path):
+    with step_table(tmp_path / "steps.csv") as write:
+        write([STEP])
+    table.steps.add([STEP])
+    table.export(tmp_path / "mine.csv")
+    assert (tmp_path / "mine.csv").read_text() == (tmp_path / "steps.csv").read_text()
+    assert (tmp_path / "mine.csv").read_text().splitlines()[0] == ",".join(column.name for column in COLUMNS)
+
+
+def test_the_table_stays_at_its_end_unless_someone_reads_above(table):
+    for _ in range(40):
+        table.steps.add([STEP])
+    bar = table.verticalScrollBar()
+    assert bar.value() == bar.maximum() > 0
+    bar.setValue(3)
+    table.steps.add([STEP])
+    assert bar.value() == 3
+
+
+def test_selected_steps_are_copied_for_a_spreadsheet(table, qtbot):
+    table.steps.add([STEP, SPIKE])
+    table.selectRow(1)
+    qtbot.keyClick(table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    lines = QGuiApplication.clipboard().text().split("\n")
+    assert len(lines) == 2
+    assert lines[1].split("\t")[:4] == ["2", "t2", "unknown", "0.8"]
+
+
+def test_only_the_latest_steps_are_kept(qtbot):
+    table = StepTable(most=10)
+    qtbot.addWidget(table)
+    table.steps.add([STEP] * 8)
+    table.steps.add([SPIKE] * 5)
+    assert table.steps.rowCount() == 10
+    assert texts(table, 9)[0] == "2"

@@ -1,0 +1,131 @@
+"""The bridge: what a running session on the simulator reports."""
+
+import itertools
+import os
+import signal
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from live import live
+
+from underfoot.engine.commands import PressTile, Walk
+from underfoot.engine.reports import Notice
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.widgets.session.bridge import Bridge
+
+LONG_MS = 120_000
+"""A first run compiles kernels."""
+
+
+@pytest.fixture(scope="module")
+def playing(until):
+    patch = Patch().add("noise", REGISTRY).add("tile-output", REGISTRY)
+    with live(patch.connect("noise.out", "tile-output.acceleration", REGISTRY), until) as made:
+        made.started()
+        yield made
+
+
+@pytest.fixture(scope="module")
+def session(playing):
+    return playing.session
+
+
+@pytest.fixture
+def followed(session, qtbot):
+    """A bridge on the session, with its kernels loaded."""
+    made = Bridge()
+    made.follow(session, session.target.floor, session.target.rate)
+    assert made.wait_for_kernels(LONG_MS / 1000)
+    yield made
+    made.leave()
+
+
+def test_forces_come_in_order_with_loads_and_contacts(followed, qtbot):
+    told = []
+    followed.forces.connect(told.append)
+    qtbot.waitUntil(lambda: any(forces.contacts for forces in told) and len(told) > 30, timeout=LONG_MS)
+    times = np.concatenate([forces.time_s for forces in told])
+    assert (np.diff(times) > 0).all()
+    for forces in told:
+        assert forces.force_n.shape == (len(forces.time_s), 4, 4)
+        assert forces.load_n.shape == forces.untared.shape == (4,)
+    loaded = next(forces for forces in told if forces.contacts)
+    assert loaded.load_n.max() > 20.0
+    assert loaded.force_n[-1].sum(axis=1) == pytest.approx(loaded.load_n, abs=1e-6)
+
+
+def test_footsteps_come_as_they_happen(followed, qtbot):
+    with qtbot.waitSignal(followed.stepped, timeout=LONG_MS) as stepped:
+        pass
+    step = stepped.args[0][0]
+    assert step.tile in default_floor().ids
+    assert 300.0 < step.contact_ms < 1200.0
+
+
+def test_vibration_is_read_only_where_it_is_wanted(followed, qtbot):
+    with qtbot.assertNotEmitted(followed.vibrated, wait=200):
+        pass
+    followed.wants_vibration = True
+    pieces = []
+    followed.vibrated.connect(lambda first, samples: pieces.append((first, samples)))
+    qtbot.waitUntil(lambda: len(pieces) > 10, timeout=LONG_MS)
+    for (first, samples), (after, _) in itertools.pairwise(pieces):
+        assert samples.shape[1] == 4
+        assert after == first + len(samples)
+
+
+def test_a_press_is_seen_as_a_load(followed, session, qtbot):
+    told = []
+    followed.forces.connect(told.append)
+    session.send(Walk(False))
+    session.send(PressTile("t2", 0.0, 0.0, 300.0))
+    qtbot.waitUntil(lambda: bool(told) and abs(told[-1].load_n[1] - 300.0) < 5.0, timeout=LONG_MS)
+    session.send(PressTile("t2", 0.0, 0.0, 0.0))
+    qtbot.waitUntil(lambda: abs(told[-1].load_n[1]) < 5.0, timeout=LONG_MS)
+    session.send(Walk(True))
+
+
+def test_health_and_costs_come_a_few_times_a_second(followed, qtbot):
+    with qtbot.waitSignals([followed.health, followed.costs], timeout=LONG_MS):
+        pass
+    with qtbot.waitSignal(followed.health) as health:
+        pass
+    assert health.args[0].running
+    assert health.args[0].frame > 0
+
+
+def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
+    followed.leave()
+    with qtbot.assertNotEmitted(followed.ticked, wait=200):
+        pass
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill a process outright")
+def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
+    said = []
+    followed.noticed.connect(said.append)
+    with qtbot.waitSignal(followed.started, timeout=LONG_MS):
+        os.kill(playing.started().process, signal.SIGKILL)
+    assert len(said) == 1
+    assert "engine stopped" in said[0]
+    assert "patch goes on playing" in said[0]
+    with qtbot.waitSignal(followed.forces, timeout=LONG_MS):
+        pass
+
+
+def test_what_is_said_is_said_once(qtbot):
+    nothing = np.zeros(0), np.zeros((0, 4, 4))
+    notices = [Notice(text) for text in ("no card", "no card", "", "no channel")]
+    session = SimpleNamespace(
+        poll=lambda: notices, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
+    )
+    made, said = Bridge(), []
+    made.noticed.connect(said.append)
+    made.follow(session, default_floor(), 48_000.0)
+    made.tick()
+    made.tick()
+    made.leave()
+    assert said == ["no card", "no channel"]

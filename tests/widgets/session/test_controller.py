@@ -1,0 +1,61 @@
+"""The controller: sessions that are opened, released and opened again, on one simulated floor after another."""
+
+import pytest
+from windows import LONG_MS, hiss
+
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.profile_folder import profile_folder
+from underfoot.widgets.session.settings import Settings
+
+
+@pytest.fixture
+def controller(qtbot, tmp_path):
+    """A controller whose session is being opened; profiles are in `tmp_path`."""
+    made = SessionController(REGISTRY, Settings(), Target(default_floor()), tmp_path)
+    made.edit(hiss(), None)
+    made.start()
+    yield made
+    made.close()
+
+
+def test_the_target_is_released_and_opened_again(controller, qtbot):
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        pass
+    with qtbot.waitSignal(controller.released, timeout=LONG_MS):
+        controller.release()
+    assert controller.session is None
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS) as opened:
+        controller.reopen()
+    assert opened.args == [controller.target]
+    assert controller.session.patch == hiss()
+
+
+def test_a_session_that_is_being_opened_is_released_too(controller, qtbot):
+    with qtbot.waitSignal(controller.released, timeout=LONG_MS):
+        controller.release()
+    assert controller.session is None
+
+
+def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(controller, qtbot, tmp_path):
+    floor = default_floor(1, 3)
+    folder = profile_folder(tmp_path, floor)
+    folder.mkdir(parents=True)
+    (folder / "t1.json").write_text("{}")
+    said = []
+    controller.said.connect(said.append)
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.set_target(Target(floor))
+        assert controller.target.profiles == str(folder)
+    assert controller.target.profiles == ""
+    assert controller.target.floor == controller.session.target.floor == floor
+    assert any("t1.json" in line for line in said)
+
+
+def test_the_latest_edit_is_played_by_a_session_that_was_being_opened(controller, qtbot, tmp_path):
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.edit(hiss("Edited"), tmp_path)
+    assert controller.session.patch == hiss("Edited")
+    assert controller.session.folder == tmp_path

@@ -1,0 +1,151 @@
+"""The open patch: its file, its folder, the question before it is lost, and its copy that survives a crash."""
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
+from windows import design, dialog_of, hiss, quiet_window
+
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.widgets.session.autosave import Autosave
+from underfoot.widgets.session.file_paths import with_files_kept
+from underfoot.widgets.session.settings import Settings
+
+
+def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
+    hiss().save(tmp_path / "hiss.json")
+    first = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json")
+    edited = hiss().set("noise", "amplitude", 4.0, REGISTRY)
+    design(first).document.edit(edited, "Set amplitude")
+    kept = tmp_path / "unsaved" / "work-0.json"
+    qtbot.waitUntil(kept.exists, timeout=10_000)
+    # As the system would after a crash: the lock is free, the work is still there.
+    first.open_patch.autosave.close()
+    second = quiet_window(qtbot, tmp_path)
+    assert design(second).patch() == edited
+    assert second.open_patch.path == tmp_path / "hiss.json"
+    assert second.isWindowModified()
+    assert "was not closed normally" in second.status.message
+    second.open_patch.save()
+    second.close()
+    assert not second.isVisible()
+    assert not kept.exists()
+
+
+def test_a_window_that_is_told_to_leave_keeps_unsaved_work(qtbot, tmp_path):
+    first = quiet_window(qtbot, tmp_path)
+    design(first).document.edit(hiss("Left behind"), "All")
+    first.leave()
+    assert design(quiet_window(qtbot, tmp_path)).patch().title == "Left behind"
+
+
+def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    design(window).document.edit(hiss(), "All")
+    window.close()
+    question = dialog_of(window, QMessageBox)
+    qtbot.waitUntil(question.isActiveWindow)
+    qtbot.keyClick(question, Qt.Key.Key_Escape)
+    qtbot.waitUntil(window.isActiveWindow)
+
+
+def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    design(window).document.edit(hiss(), "All")
+    window.close()
+    assert window.isVisible()
+    question = dialog_of(window, QMessageBox)
+    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+    assert not window.isVisible()
+    assert Settings.load(tmp_path).window_bytes
+
+
+def test_two_windows_keep_their_work_apart(tmp_path):
+    one, two = Autosave(tmp_path), Autosave(tmp_path)
+    one.keep(hiss("One"), None)
+    two.keep(hiss("Two"), tmp_path / "two.json")
+    assert one.rescue(REGISTRY).patch.title == "One"
+    assert two.rescue(REGISTRY).path == tmp_path / "two.json"
+    two.close()
+    three = Autosave(tmp_path)
+    assert three.rescue(REGISTRY).patch.title == "Two"
+    three.put_aside()
+    assert three.rescue(REGISTRY) is None
+    four = Autosave(tmp_path)
+    assert four.rescue(REGISTRY).patch.title == "Two"
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", '{"level_db": "loud"}', "\udcff".encode(errors="surrogateescape").decode("latin-1")]
+)
+def test_settings_that_cannot_be_read_are_the_first_ones(tmp_path, text):
+    (tmp_path / "settings.json").write_text(text)
+    assert Settings.load(tmp_path) == Settings()
+
+
+def choose_file(window, path, open_dialog):
+    """Choose a file in the dialog that `open_dialog` opens."""
+    open_dialog()
+    dialog = dialog_of(window, QFileDialog)
+    dialog.setDirectory(str(path.parent))
+    dialog.selectFile(path.name)
+    dialog.accept()
+
+
+def test_sound_files_are_stored_relative_to_the_patch_and_stay_the_same_files(qtbot, tmp_path):
+    rain = tmp_path / "sounds" / "rain.wav"
+    rain.parent.mkdir()
+    rain.touch()
+    window = quiet_window(qtbot, tmp_path / "kept")
+    window.open_patch.new()
+    workspace = design(window)
+    workspace.document.edit(Patch().add("wav-player", REGISTRY), "Add")
+    workspace.canvas.patch_scene.select(["wav-player"])
+    look = next(b for b in workspace.inspector.findChildren(QToolButton) if b.accessibleName() == "Look for a file")
+
+    def chosen():
+        choose_file(window, rain, lambda: qtbot.mouseClick(look, Qt.MouseButton.LeftButton))
+        return workspace.patch().node("wav-player").parameters["file"]
+
+    def stored():
+        file = workspace.patch().node("wav-player").parameters["file"]
+        assert window.open_patch.is_saved
+        assert window.open_patch.patch == workspace.patch() == Patch.load(window.open_patch.path, REGISTRY)
+        return file
+
+    save_as = window.actions_by_name["save as"].trigger
+    below = str(rain.relative_to(tmp_path))
+    assert chosen() == str(rain)
+    choose_file(window, tmp_path / "storm.json", save_as)
+    assert stored() == below
+    assert chosen() == below
+    choose_file(window, tmp_path / "calm.json", save_as)
+    assert stored() == below
+    (tmp_path / "elsewhere").mkdir()
+    choose_file(window, tmp_path / "elsewhere" / "storm.json", save_as)
+    assert stored() == chosen() == str(rain)
+    choose_file(window, rain.parent / "storm.json", save_as)
+    assert stored() == rain.name
+    window.open_patch.read(tmp_path / "storm.json")
+    assert stored() == below
+
+
+def test_a_path_that_belongs_to_no_folder_stays_as_it_was_typed(tmp_path):
+    patch = Patch().add("wav-player", REGISTRY).set("wav-player", "file", "rain.wav", REGISTRY)
+    assert with_files_kept(patch, REGISTRY, None, tmp_path) == patch
+
+
+def test_a_patch_that_was_rescued_knows_its_folder(qtbot, tmp_path):
+    hiss().save(tmp_path / "hiss.json")
+    first = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json")
+    design(first).document.edit(hiss("Edited"), "All")
+    first.leave()
+    folders = []
+    second = quiet_window(qtbot, tmp_path)
+    second.open_patch.folder_changed.connect(folders.append)
+    assert second.open_patch.folder == tmp_path
+    assert not second.open_patch.is_saved
+    second.open_patch.save()
+    assert second.open_patch.is_saved
+    second.open_patch.new()
+    assert folders == [None]

@@ -1,0 +1,90 @@
+"""The floor from above: choosing a tile, pressing on it, and what is drawn on it."""
+
+import numpy as np
+import pytest
+from on_screen import place_on, show
+from PySide6.QtCore import QPoint, QPointF, Qt
+
+from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.layout import Floor, Tile
+from underfoot.widgets.floor_map import FloorMap
+
+
+@pytest.fixture
+def turned():
+    """Three tiles, one of them turned by 30 degrees."""
+    pads = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
+    return Floor(
+        (
+            Tile("a", (0.3, 0.3), (0.0, 0.0), 0.0, pads),
+            Tile("b", (0.3, 0.3), (0.5, 0.0), 30.0, pads),
+            Tile("c", (0.3, 0.3), (0.0, 0.5), 0.0, pads),
+        )
+    )
+
+
+@pytest.fixture
+def floor_map(qtbot, turned):
+    made = FloorMap()
+    qtbot.addWidget(made)
+    made.resize(400, 400)
+    made.set_floor(turned)
+    show(qtbot, made)
+    return made
+
+
+def test_a_click_chooses_the_tile_under_it(floor_map, qtbot, turned):
+    for tile in (turned.tiles[2], turned.tiles[1], turned.tiles[0]):
+        with qtbot.waitSignal(floor_map.chosen) as chosen:
+            qtbot.mouseClick(floor_map, Qt.MouseButton.LeftButton, pos=place_on(floor_map, tile, 0.14, 0.14))
+        assert chosen.args == [tile.id]
+    assert floor_map.tile_at(QPointF(2, 2)) == ""
+
+
+def test_arrows_go_to_the_next_tile_that_way(floor_map, qtbot):
+    for key, tile in ((Qt.Key.Key_Right, "b"), (Qt.Key.Key_Left, "a"), (Qt.Key.Key_Up, "c"), (Qt.Key.Key_Down, "a")):
+        qtbot.keyClick(floor_map, key)
+        assert floor_map.choice() == tile
+    qtbot.keyClick(floor_map, Qt.Key.Key_Down)
+    assert floor_map.choice() == "a"
+
+
+def test_the_mouse_presses_in_the_tiles_own_frame_and_lets_go(floor_map, qtbot, turned):
+    floor_map.can_press = True
+    floor_map.set_press(200.0)
+    said = []
+    floor_map.pressed.connect(lambda *press: said.append(press))
+    tile = turned.tiles[1]
+    qtbot.mousePress(floor_map, Qt.MouseButton.LeftButton, pos=place_on(floor_map, tile, 0.1, -0.05))
+    qtbot.mouseMove(floor_map, place_on(floor_map, tile, 0.0, 0.1))
+    qtbot.mouseMove(floor_map, QPoint(1, 1))
+    qtbot.mouseRelease(floor_map, Qt.MouseButton.LeftButton, pos=QPoint(1, 1))
+    assert said[0] == ("b", pytest.approx(0.1, abs=2e-3), pytest.approx(-0.05, abs=2e-3), 200.0)
+    assert said[1] == ("b", pytest.approx(0.0, abs=2e-3), pytest.approx(0.1, abs=2e-3), 200.0)
+    assert said[2:] == [("b", 0.0, 0.0, 0.0)]
+
+
+def test_a_press_ends_when_the_floor_is_hidden(floor_map, qtbot, turned):
+    floor_map.can_press = True
+    qtbot.mousePress(floor_map, Qt.MouseButton.LeftButton, pos=place_on(floor_map, turned.tiles[0]))
+    with qtbot.waitSignal(floor_map.pressed) as let_go:
+        floor_map.hide()
+    assert let_go.args[3] == 0.0
+
+
+def test_nobody_presses_on_a_real_floor(floor_map, qtbot, turned):
+    with qtbot.assertNotEmitted(floor_map.pressed):
+        qtbot.mouseClick(floor_map, Qt.MouseButton.LeftButton, pos=place_on(floor_map, turned.tiles[2]))
+
+
+def test_a_loaded_tile_is_amber_and_a_foot_is_green(floor_map, turned):
+    def colour(tile, x_m, y_m):
+        at = place_on(floor_map, tile, x_m, y_m)
+        return floor_map.grab().toImage().pixelColor(at)
+
+    empty = colour(turned.tiles[2], 0.0, 0.0)
+    floor_map.set_loads(np.array([0.0, 0.0, 800.0]), np.array([False, True, False]))
+    floor_map.set_contacts([OngoingContact(1, 0.0, 0.5, 800.0, (2,))], 1.0)
+    loaded, foot = colour(turned.tiles[2], 0.0, -0.12), colour(turned.tiles[2], 0.0, 0.0)
+    assert loaded.red() > empty.red() + 40
+    assert foot.green() > foot.red()

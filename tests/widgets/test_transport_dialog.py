@@ -1,0 +1,49 @@
+"""The menu and the dialog of every transport follow from what it declares."""
+
+import pytest
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel
+
+from underfoot.devices.transports import TRANSPORTS
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.widgets.dialogs.transport_dialog import TransportDialog
+from underfoot.widgets.session.target_settings import target_in_words
+from underfoot.widgets.session.targets import choices
+
+
+@pytest.fixture(params=TRANSPORTS)
+def transport(request):
+    return TRANSPORTS[request.param]
+
+
+def test_the_menu_has_it(transport):
+    assert (transport.scheme, f"{transport.title}…") in choices()
+
+
+def test_a_target_is_told_in_its_words(transport):
+    target = Target(default_floor(), kind=transport.scheme, source="somewhere")
+    assert target_in_words(target) == f"{transport.label}  somewhere"
+
+
+def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, monkeypatch):
+    monkeypatch.setattr(transport, "suggestions", classmethod(lambda cls: ["first", "second"]))
+    dialog = TransportDialog(transport, "a floor")
+    qtbot.addWidget(dialog)
+    show(qtbot, dialog)
+    shown = [label.text() for label in dialog.findChildren(QLabel)]
+    assert dialog.windowTitle() == transport.title
+    assert transport.dialog_help in shown
+    assert "Floor: a floor" in shown
+    assert [dialog.address.itemText(i) for i in range(dialog.address.count())] == ["first", "second"]
+    chosen = []
+    dialog.chosen.connect(chosen.append)
+    dialog.address.setEditText("  ")
+    qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+    assert not chosen
+    assert dialog.isVisible()
+    dialog.address.setEditText(" there ")
+    qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+    assert chosen == ["there"]
+    assert not dialog.isVisible()

@@ -1,0 +1,96 @@
+"""Workspaces: how they are found, and that the window follows what they declare."""
+
+import subprocess
+import sys
+
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QLabel
+from windows import dialog_of
+
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.widgets import window as window_module
+from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
+from underfoot.widgets.window import MainWindow
+from underfoot.widgets.workspace import Workspace, WorkspaceDeclaration, discover
+
+
+def test_names_and_keys_differ_and_tabs_are_in_the_order_of_keys():
+    found = discover()
+    assert len({declared.name for declared in found}) == len({declared.key for declared in found}) == len(found)
+    assert [declared.key for declared in found] == sorted(declared.key for declared in found)
+    assert found[0].name == "Design"
+
+
+def test_finding_workspaces_does_not_import_what_they_are_made_of():
+    code = (
+        "import sys\n"
+        "from underfoot.widgets.workspace import discover\n"
+        "discover()\n"
+        "names = 'design', 'monitor', 'calibrate'\n"
+        "print([name for name in names if f'underfoot.widgets.{name}.workspace' in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+class Whole(Workspace):
+    """A workspace that uses all that a workspace can."""
+
+    def __init__(self, context):
+        super().__init__()
+        self.folder, self.context, self.events = context.folder, None, []
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.action = QAction("Do the whole", self)
+
+    def listen(self, context):
+        self.context = context
+        self.patch_at_first = context.open_patch.patch
+
+    def menu_actions(self):
+        return [self.action]
+
+    def shortcuts(self):
+        return [("Do the whole", "W")]
+
+    def set_active(self, active):
+        self.events.append(active)
+
+    def silence(self):
+        self.events.append("silent")
+
+    def close_down(self):
+        self.events.append("closed")
+
+
+def test_the_window_follows_what_a_workspace_declares(qtbot, tmp_path, monkeypatch):
+    declared = WorkspaceDeclaration("Whole", "Ctrl+9", Whole, focus="drawing")
+    monkeypatch.setattr(window_module, "discover", lambda: (*discover(), declared))
+    window = MainWindow(tmp_path, Target(default_floor()))
+    qtbot.addWidget(window, before_close_func=lambda w: w.leave())
+    show(qtbot, window)
+    whole = window.workspaces["Whole"]
+    assert (whole.folder, whole.context.controller) == (tmp_path, window.controller)
+    assert whole.patch_at_first == window.open_patch.patch
+    assert whole.patch_at_first.nodes
+    assert list(window.transport.tabs) == [declared.name for declared in window_module.discover()]
+    assert whole.action in window.menu.actions()
+    qtbot.keyClick(window, Qt.Key.Key_9, Qt.KeyboardModifier.ControlModifier)
+    assert window.workspace == "Whole"
+    assert whole.isVisible()
+    qtbot.mouseClick(window.transport.tabs["Design"], Qt.MouseButton.LeftButton)
+    assert window.workspace == "Design"
+    whole.said.emit("A line")
+    assert window.status.message == "A line"
+    whole.flagged.emit(["A warning"])
+    qtbot.mouseClick(window.transport.flags, Qt.MouseButton.LeftButton)
+    assert window.workspace == "Whole"
+    window.panic()
+    qtbot.keyClick(window, Qt.Key.Key_F1)
+    texts = [label.text() for label in dialog_of(window, ShortcutsDialog).findChildren(QLabel)]
+    at = texts.index("WHOLE, WITH THE FOCUS ON THE DRAWING")
+    assert texts[at + 1 : at + 3] == ["Do the whole", "W"]
+    window.leave()
+    assert whole.events == [False, True, False, True, "silent", "closed"]

@@ -1,0 +1,50 @@
+"""The application: opens the window and stays until it is closed."""
+
+import signal
+import tempfile
+from functools import partial
+from pathlib import Path
+
+import platformdirs
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+
+from underfoot.engine.target import Target
+from underfoot.widgets import theme
+from underfoot.widgets.garbage_collection import freeze_loaded
+from underfoot.widgets.window import MainWindow
+
+
+def run(target: Target | None = None, patch_path: Path | None = None, screenshot_dir: Path | None = None) -> int:
+    """Open the window and stay until it is closed; the exit status.
+
+    With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes; it
+    neither makes a sound nor remembers anything.
+    """
+    app = QApplication.instance() or QApplication(["underfoot"])
+    assert isinstance(app, QApplication)
+    app.setApplicationName("Underfoot")
+    app.setDesktopFileName("underfoot")
+    theme.apply(app)
+    with tempfile.TemporaryDirectory() as passing:
+        folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
+        window = MainWindow(folder, target, patch_path)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: window.leave())
+        window.controller.use_sound(screenshot_dir is None)
+        window.show()
+        freeze_loaded(window.bridge.started, *(workspace.loaded for workspace in window.workspaces.values()))
+        QTimer.singleShot(0, window.start)
+        if screenshot_dir is not None:
+            _take_screenshots(window, screenshot_dir)
+        return app.exec()
+
+
+def _take_screenshots(window: MainWindow, folder: Path) -> None:
+    """Save a picture of every workspace, and then close the window."""
+    from underfoot.widgets.screenshots import ScreenshotTaker
+
+    shows = {name: partial(window.show_workspace, name) for name in window.workspaces}
+    taker = ScreenshotTaker(window, shows, lambda: window.controller.played_s, folder)
+    taker.done.connect(window.leave)
+    taker.start()

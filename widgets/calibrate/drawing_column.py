@@ -1,0 +1,56 @@
+"""Several drawings in a column."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
+
+from underfoot.drawing import Drawing
+from underfoot.widgets import theme
+from underfoot.widgets.plots.plot import Plot
+
+LEAST_PX = 304
+"""Height below which a drawing is not pressed: the column scrolls instead."""
+
+
+class DrawingColumn(QScrollArea):
+    """Drawings one under another; as many as fit are seen at once, and the rest by scrolling."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setAccessibleName("Drawings")
+        inside = QWidget()
+        inside.setProperty("role", "ground")
+        inside.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self._layout = QVBoxLayout(inside)
+        self._layout.setContentsMargins(theme.GRID, theme.GRID, 0, theme.GRID)
+        self._layout.setSpacing(2 * theme.GRID)
+        self.nothing = theme.label("", "muted")
+        self.nothing.setWordWrap(True)
+        self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._layout.addWidget(self.nothing)
+        self._plots: list[Plot] = []
+        self.setWidget(inside)
+        self.show_drawings((), "")
+
+    @property
+    def plots(self) -> list[Plot]:
+        """What is shown."""
+        return [plot for plot in self._plots if not plot.isHidden()]
+
+    def show_drawings(self, drawings: Sequence[Drawing], otherwise: str) -> None:
+        """Show these, or a word on why there are none."""
+        while len(self._plots) < len(drawings):
+            plot = Plot()
+            plot.setMinimumHeight(LEAST_PX)
+            self._plots.append(plot)
+            self._layout.addWidget(plot)
+        for plot, drawing in zip(self._plots, drawings, strict=False):
+            plot.show_drawing(drawing)
+        for place, plot in enumerate(self._plots):
+            plot.setVisible(place < len(drawings))
+        self.nothing.setText(otherwise)
+        self.nothing.setVisible(not drawings)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus if len(drawings) > 1 else Qt.FocusPolicy.NoFocus)

@@ -1,0 +1,42 @@
+"""A line that the canvas shows over itself for a few seconds."""
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QLabel, QWidget
+
+from underfoot.widgets import theme
+
+SHOWN_MS = 5000
+
+
+class Message(QLabel):
+    """Lies at the bottom of its parent, in its middle."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._around = parent
+        self.setWordWrap(True)
+        self.hide()
+        self._timer = QTimer(self, singleShot=True, interval=SHOWN_MS)
+        self._timer.timeout.connect(self.hide)
+
+    def show_text(self, text: str, alarm: bool) -> None:
+        """Show a line, in red or green; an empty one hides it."""
+        self.setVisible(bool(text))
+        if not text:
+            return
+        accent = theme.ALARM if alarm else theme.CONTACT
+        self.setStyleSheet(
+            f"background: {theme.mixed(accent, theme.PANEL, 0.16)}; color: {theme.TEXT};"
+            f"border: 1px solid {accent}; border-radius: 4px; padding: 6px 10px;"
+        )
+        self.setText(text)
+        self.setFixedWidth(min(self._around.width() - 32, self.fontMetrics().horizontalAdvance(text) + 32))
+        self.adjustSize()
+        self.move((self._around.width() - self.width()) // 2, self._around.height() - self.height() - 16)
+        self.raise_()
+        self._timer.start()
+
+    @property
+    def shown(self) -> str:
+        """What is shown now."""
+        return "" if self.isHidden() else self.text()

@@ -1,0 +1,34 @@
+"""Asking for a file."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from underfoot.errors import UnderfootError
+
+
+class FileQuestion:
+    """Asks for files in dialogs of one window, each from the folder `folder()` on; errors of ours go to `complain`."""
+
+    def __init__(self, window: QWidget, folder: Callable[[], str], complain: Callable[[str], object]) -> None:
+        self._window, self._folder, self._complain = window, folder, complain
+
+    def ask(self, title: str, filter: str, then: Callable[[Path], object], save_as: str = "") -> None:
+        """Ask for a file and go on with `then`; for one to be written where there is a name `save_as` to begin with."""
+
+        def chosen(name: str) -> None:
+            try:
+                then(Path(name))
+            except UnderfootError as error:
+                self._complain(str(error))
+
+        dialog = QFileDialog(self._window, title, self._folder(), filter)
+        dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
+        if save_as:
+            dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+            dialog.setDefaultSuffix("json")
+            dialog.selectFile(save_as)
+        dialog.fileSelected.connect(chosen)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()

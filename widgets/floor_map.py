@@ -1,0 +1,348 @@
+"""The floor from above: each tile's load, and the contacts on it with the trails that they left."""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QHideEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QPolygonF,
+    QResizeEvent,
+    QTransform,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from underfoot.floor.contacts import ContactRows, OngoingContact
+from underfoot.floor.layout import Floor
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
+
+FULL_N = 1000.0
+"""The load at which a tile shows the full amber."""
+
+TRAIL_S = 3.0
+"""How long the trail of a contact is shown."""
+
+PRESS_N = 400.0
+"""The force of a press with the mouse, until another is chosen."""
+
+_MARGIN = 2 * theme.GRID
+_TRAIL_STEP_S = 0.02
+"""Points of a trail are this far apart."""
+
+_FADES = 12
+"""Steps in which a trail fades."""
+
+_SHADES = 32
+"""Shades of a loaded tile."""
+
+_VIBRATES = 1e-4
+"""Share of full scale from which a tile's vibration is shown."""
+
+_LOADED_N = 2.0
+"""Loads below this are shown as 0."""
+
+
+class FloorMap(QWidget):
+    """Shows what it is given; emits which tile was chosen and where the mouse presses, in the tile's own frame."""
+
+    chosen = Signal(str)
+    """A tile's id."""
+    touched = Signal()
+    """The person chose a tile, by mouse or key."""
+    pressed = Signal(str, float, float, float)
+    """Tile, x and y in metres, force in newtons; 0 ends the press."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Floor from above")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMouseTracking(True)
+        self._press_n = PRESS_N
+        self.can_press = False
+        self._floor: Floor | None = None
+        self._choice = ""
+        self._pressing = ""
+        self._background: QPixmap | None = None
+        shares = [0.06 + 0.54 * shade / (_SHADES - 1) for shade in range(_SHADES)]
+        self._amber = [QColor(theme.mixed(theme.FORCE, theme.RAISED, share)) for share in shares]
+
+    # --- what it shows ---
+
+    def set_floor(self, floor: Floor) -> None:
+        """Draw these tiles, with nothing on them, the first one chosen."""
+        count = len(floor.tiles)
+        self._floor = floor
+        self._load_n = np.zeros(count)
+        self._untared = np.zeros(count, bool)
+        self._peak = np.zeros(count)
+        self._contacts: Sequence[OngoingContact] = ()
+        self._trails: dict[int, deque[tuple[float, float, float]]] = {}
+        self._now_s = 0.0
+        self._pressing = ""
+        self._background = None
+        self.set_choice(floor.ids[0])
+
+    def set_choice(self, tile: str) -> None:
+        """Mark a tile as chosen; `chosen` is emitted if it was another one before."""
+        if tile != self._choice:
+            self._choice = tile
+            self.chosen.emit(tile)
+        self.setToolTip(self._help())
+        self.update()
+
+    def choice(self) -> str:
+        """The id of the chosen tile."""
+        return self._choice
+
+    def set_press(self, force_n: float) -> None:
+        """The force of a press with the mouse."""
+        self._press_n = force_n
+        self.setToolTip(self._help())
+
+    def set_loads(self, load_n: ArrayLike, untared: ArrayLike) -> None:
+        """Load of each tile in newtons, and which tiles are untared."""
+        self._load_n, self._untared = np.asarray(load_n), np.asarray(untared)
+
+    def set_vibration(self, peak: ArrayLike) -> None:
+        """Largest sample of each tile's vibration lately, of full scale."""
+        self._peak = np.asarray(peak)
+
+    def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
+        """The contacts at `now_s`."""
+        self._contacts, self._now_s = contacts, now_s
+
+    def add_trails(self, rows: ContactRows) -> None:
+        """Lengthen the trails of contacts by where they have been."""
+        for id in [id for id, trail in self._trails.items() if trail[-1][0] < rows.time_s[0] - TRAIL_S]:
+            del self._trails[id]
+        for id in np.unique(rows.contact):
+            path = rows.select(rows.contact == id)
+            path = path.select(np.diff(np.floor(path.time_s / _TRAIL_STEP_S), prepend=-1.0) > 0.0)
+            points = zip(path.time_s.tolist(), path.x_m.tolist(), path.y_m.tolist(), strict=True)
+            self._trails.setdefault(int(id), deque(maxlen=round(TRAIL_S / _TRAIL_STEP_S))).extend(points)
+
+    # --- geometry ---
+
+    def sizeHint(self) -> QSize:
+        return QSize(384, 384)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(192, 160)
+
+    def to_screen(self) -> QTransform:
+        """From the floor's frame, y away from the viewer, to the widget's pixels."""
+        assert self._floor is not None
+        corners = np.concatenate([tile.corners_m() for tile in self._floor.tiles])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        area = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN - 2 * theme.GRID)
+        scale = max(1.0, min(area.width() / (high[0] - low[0]), area.height() / (high[1] - low[1])))
+        middle = (low + high) / 2.0
+        moved = QTransform.fromTranslate(area.center().x(), area.center().y())
+        return moved.scale(scale, -scale).translate(-middle[0], -middle[1])
+
+    def tile_at(self, place: QPointF) -> str:
+        """The id of the tile under a place of the widget, or ""."""
+        if self._floor is None:
+            return ""
+        back, _ = self.to_screen().inverted()
+        at = back.map(place)
+        for tile in self._floor.tiles:
+            x, y = tile.to_tile((at.x(), at.y()))
+            if abs(x) <= tile.size_m[0] / 2.0 and abs(y) <= tile.size_m[1] / 2.0:
+                return tile.id
+        return ""
+
+    # --- mouse and keys ---
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        tile = self.tile_at(event.position())
+        if tile and event.button() == Qt.MouseButton.LeftButton:
+            self.setFocus(Qt.FocusReason.MouseFocusReason)
+            self.touched.emit()
+            self.set_choice(tile)
+            if self.can_press:
+                self._press(tile, event.position())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        tile = self.tile_at(event.position())
+        self.setCursor(Qt.CursorShape.PointingHandCursor if tile else Qt.CursorShape.ArrowCursor)
+        if self._pressing:
+            if tile != self._pressing:
+                self._end_press()
+            if tile:
+                self._press(tile, event.position())
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._end_press()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        self._end_press()
+        super().hideEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        self._background = None
+        super().resizeEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Arrows choose the next tile in their direction."""
+        directions = {
+            Qt.Key.Key_Left: (-1.0, 0.0),
+            Qt.Key.Key_Right: (1.0, 0.0),
+            Qt.Key.Key_Up: (0.0, 1.0),
+            Qt.Key.Key_Down: (0.0, -1.0),
+        }
+        if self._floor is None or event.key() not in directions:
+            super().keyPressEvent(event)
+            return
+        towards = np.array(directions[Qt.Key(event.key())])
+        here = np.array(self._floor.tiles[self._floor.index(self._choice)].centre_m)
+        best, nearest = "", math.inf
+        for tile in self._floor.tiles:
+            step = np.array(tile.centre_m) - here
+            along = float(step @ towards)
+            across = float(np.hypot(*(step - along * towards)))
+            if along > 1e-9 and across <= along and along + 2.0 * across < nearest:
+                best, nearest = tile.id, along + 2.0 * across
+        if best:
+            self.touched.emit()
+            self.set_choice(best)
+
+    def _press(self, tile: str, place: QPointF) -> None:
+        assert self._floor is not None
+        back, _ = self.to_screen().inverted()
+        at = back.map(place)
+        x, y = self._floor.tiles[self._floor.index(tile)].to_tile((at.x(), at.y()))
+        self._pressing = tile
+        self.pressed.emit(tile, float(x), float(y), self._press_n)
+
+    def _end_press(self) -> None:
+        if self._pressing:
+            tile, self._pressing = self._pressing, ""
+            self.pressed.emit(tile, 0.0, 0.0, 0.0)
+
+    def _help(self) -> str:
+        press = f" Hold the mouse button to press a tile with {quantity(self._press_n, 'N')}." if self.can_press else ""
+        return f"Tile {self._choice} is selected. Click a tile to select it.{press}"
+
+    # --- paint ---
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(theme.GROUND))
+        if self._floor is None:
+            return
+        if self._background is None:
+            self._transform = self.to_screen()
+            self._polygons = [_polygon(tile.corners_m(), self._transform) for tile in self._floor.tiles]
+            self._background = self._paint_background()
+        painter.drawPixmap(0, 0, self._background)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._paint_loads(painter)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(theme.TEXT if self.hasFocus() else theme.MUTED), 2.0))
+        painter.drawPolygon(self._polygons[self._floor.index(self._choice)])
+        self._paint_trails(painter)
+        self._paint_contacts(painter)
+
+    def _paint_loads(self, painter: QPainter) -> None:
+        """Colour and figures of tiles that are loaded, vibrate or are untared."""
+        assert self._floor is not None
+        painter.setFont(theme.font(theme.SMALL_PX))
+        for row in map(int, np.flatnonzero((self._load_n > _LOADED_N) | self._untared | (self._peak > _VIBRATES))):
+            polygon, load_n, peak = self._polygons[row], float(self._load_n[row]), float(self._peak[row])
+            area = polygon.boundingRect().adjusted(6, 4, -6, -4)
+            if load_n > _LOADED_N:
+                painter.setPen(QPen(QColor(theme.LINE), 1.0))
+                painter.setBrush(self._amber[min(int(load_n / FULL_N * _SHADES), _SHADES - 1)])
+                painter.drawPolygon(polygon)
+                self._paint_name(painter, row)
+            if area.width() < 36.0:
+                continue
+            line = 14 if area.width() < 88.0 else 0
+            if load_n > _LOADED_N:
+                painter.setPen(QColor(theme.TEXT))
+                painter.drawText(area.adjusted(0, line, 0, 0), Qt.AlignmentFlag.AlignRight, f"{load_n:.0f} N")
+            if self._untared[row] and area.width() >= 48.0:
+                painter.setPen(QColor(theme.ALARM))
+                painter.drawText(area.adjusted(0, line + 14, 0, 0), Qt.AlignmentFlag.AlignRight, "untared")
+            if peak > _VIBRATES:
+                share = max(0.0, 1.0 + math.log10(min(peak, 1.0)) / 3.0)
+                bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
+                painter.fillRect(bar, QColor(theme.VIBRATION))
+
+    def _paint_background(self) -> QPixmap:
+        """What does not move: tiles, their names, and a scale."""
+        assert self._floor is not None
+        ratio = self.devicePixelRatioF()
+        picture = QPixmap(self.size() * ratio)
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(picture)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setFont(theme.font(theme.SMALL_PX))
+        painter.setBrush(QColor(theme.RAISED))
+        for row, polygon in enumerate(self._polygons):
+            painter.setPen(QPen(QColor(theme.LINE), 1.0))
+            painter.drawPolygon(polygon)
+            self._paint_name(painter, row)
+        self._paint_scale(painter, self._transform.m11())
+        painter.end()
+        return picture
+
+    def _paint_name(self, painter: QPainter, row: int) -> None:
+        assert self._floor is not None
+        area = self._polygons[row].boundingRect()
+        if min(area.width(), area.height()) >= 32.0:
+            painter.setPen(QColor(theme.MUTED))
+            painter.drawText(area.adjusted(6, 4, -6, -4), Qt.AlignmentFlag.AlignLeft, self._floor.tiles[row].id)
+
+    def _paint_scale(self, painter: QPainter, px_per_m: float) -> None:
+        length_m = max(
+            (m for m in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if m * px_per_m <= 0.3 * self.width()), default=0.1
+        )
+        y, x = self.height() - theme.GRID - 0.5, _MARGIN + 0.5
+        painter.setPen(QPen(QColor(theme.MUTED), 1.0))
+        painter.drawLine(QPointF(x, y), QPointF(x + length_m * px_per_m, y))
+        for end in (x, x + length_m * px_per_m):
+            painter.drawLine(QPointF(end, y - 3), QPointF(end, y))
+        painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), quantity(length_m, "m"))
+
+    def _paint_trails(self, painter: QPainter) -> None:
+        """The trails of the last seconds, in pieces that fade."""
+        tips = {contact.id: (self._now_s, contact.x_m, contact.y_m) for contact in self._contacts if contact.id}
+        green = QColor(theme.CONTACT)
+        for id, trail in self._trails.items():
+            line = [*trail, tips[id]] if id in tips else list(trail)
+            ages = [min(max(int((self._now_s - time_s) / TRAIL_S * _FADES), 0), _FADES) for time_s, _, _ in line]
+            places = [self._transform.map(QPointF(x, y)) for _, x, y in line]
+            begin = 0
+            for end in range(1, len(line)):
+                if ages[end] != ages[begin] or end == len(line) - 1:
+                    green.setAlphaF(1.0 - ages[begin] / _FADES)
+                    painter.setPen(QPen(green, 2.0, c=Qt.PenCapStyle.FlatCap))
+                    painter.drawPolyline(places[begin : end + 1])
+                    begin = end
+
+    def _paint_contacts(self, painter: QPainter) -> None:
+        painter.setPen(QPen(QColor(theme.CONTACT), 1.5))
+        for contact in self._contacts:
+            radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_N, 1.5))
+            inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
+            painter.setBrush(inside if contact.id else Qt.BrushStyle.NoBrush)
+            painter.drawEllipse(self._transform.map(QPointF(contact.x_m, contact.y_m)), radius, radius)
+
+
+def _polygon(corners_m: NDArray[np.float64], transform: QTransform) -> QPolygonF:
+    return transform.map(QPolygonF([QPointF(x, y) for x, y in corners_m]))

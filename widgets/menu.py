@@ -1,0 +1,51 @@
+"""The window's menu: files, presets, what workspaces add to it, playing, and help."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMenu, QWidget
+
+from underfoot.patch import library
+
+
+class MainMenu(QMenu):
+    """Shows the window's actions; `recent` gives the files that were opened lately."""
+
+    recent_chosen = Signal(object)
+    """The `Path` of a file to be opened."""
+    preset_chosen = Signal(object)
+    """The `Path` of a preset to begin with."""
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        workspace_actions: Sequence[QAction],
+        recent: Callable[[], Sequence[str]],
+        parent: QWidget,
+    ) -> None:
+        super().__init__(parent)
+        self._recent = recent
+        self.addActions([actions["new"], actions["open"]])
+        self._recent_menu = self.addMenu("Open recent")
+        self._recent_menu.aboutToShow.connect(self._fill_recent)
+        self.presets = self.addMenu("Presets")
+        for name, path in library.patches().items():
+            words = name.replace("-", " ").capitalize()
+            self.presets.addAction(words).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))
+        self.addActions([actions["save"], actions["save as"]])
+        self.addSeparator()
+        self.addActions(list(workspace_actions))
+        self.addSeparator()
+        self.addActions([actions[name] for name in ("play", "panic", "record", "audio")])
+        self.addSeparator()
+        self.addActions([actions["keys"], actions["quit"]])
+
+    def _fill_recent(self) -> None:
+        self._recent_menu.clear()
+        for path in self._recent():
+            self._recent_menu.addAction(path, partial(self.recent_chosen.emit, Path(path)))
+        if not self._recent():
+            self._recent_menu.addAction("None yet").setEnabled(False)

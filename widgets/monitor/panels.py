@@ -1,0 +1,78 @@
+"""What the panels of the Monitor workspace are built of: a head line over a body, and its buttons."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+
+from underfoot.drawing.look import heat_table
+from underfoot.quantities import number
+from underfoot.widgets import theme
+
+
+def titled(head: Sequence[QWidget | None], body: QWidget) -> QWidget:
+    """`body` under a line of widgets; None is a stretch."""
+    panel = QWidget()
+    panel.setMinimumSize(240, 120)
+    line = QHBoxLayout()
+    line.setContentsMargins(2 * theme.GRID, theme.GRID // 2, theme.GRID, 0)
+    line.setSpacing(theme.GRID)
+    for widget in head:
+        if widget is None:
+            line.addStretch(1)
+        else:
+            line.addWidget(widget)
+    top = QWidget()
+    top.setLayout(line)
+    top.setFixedHeight(4 * theme.GRID + 4)
+    layout = QVBoxLayout(panel)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(0)
+    layout.addWidget(top)
+    body.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+    layout.addWidget(body)
+    return panel
+
+
+def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> QToolButton:
+    """A button of a head line, with an icon, a text or both."""
+    button = QToolButton()
+    button.setProperty("role", "tab" if checkable else "flat")
+    button.setText(text)
+    button.setToolTip(tip)
+    button.setAccessibleName(text or tip)
+    button.setCheckable(checkable)
+    if icon:
+        button.setIcon(theme.icon(icon))
+    button.setToolButtonStyle(
+        Qt.ToolButtonStyle.ToolButtonTextBesideIcon if icon and text else
+        Qt.ToolButtonStyle.ToolButtonIconOnly if icon else Qt.ToolButtonStyle.ToolButtonTextOnly
+    )  # fmt: skip
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button
+
+
+class LevelKey(QWidget):
+    """The colours of the spectrogram and the levels that they stand for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(theme.GRID, 0, 0, 0)
+        layout.setSpacing(theme.GRID // 2)
+        bar = QLabel()
+        stops = ", ".join(
+            f"stop:{i / 8} rgb({r}, {g}, {b})"
+            for i, (r, g, b, _) in enumerate(heat_table()[np.linspace(0, 255, 9).astype(int)])
+        )
+        bar.setStyleSheet(f"background: qlineargradient(x1:0, y1:0, x2:1, y2:0, {stops})")
+        bar.setFixedSize(8 * theme.GRID, theme.GRID)
+        self.low, self.high = theme.label("", "small"), theme.label("", "small")
+        for widget in (self.low, bar, self.high):
+            layout.addWidget(widget)
+
+    def set_range(self, low_db: float, high_db: float) -> None:
+        """The levels of the first and the last colour, in dB of full scale."""
+        self.low.setText(number(low_db))
+        self.high.setText(f"{number(high_db)} dB of full scale")

@@ -1,0 +1,107 @@
+"""The spectrogram of one tile's vibration, column by column as it comes in."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+LOW_HZ, HIGH_HZ = 20.0, 2000.0
+FLOOR_DB = -110.0
+SHOWN_DB = 70.0
+"""Levels below the top that the colours span."""
+ROWS = 192
+COLUMN_S = 0.01
+WINDOW_S = 0.08
+"""A Hann window, 12.5 Hz of resolution: pulses of a step stay apart, and so do modes."""
+
+_SLAB = 96
+"""Columns made in one go: what a frame has time for."""
+
+
+class RunningSpectrum:
+    """Levels over log frequency, uint8 from `FLOOR_DB` to 0 dB of a full-scale sine, a column every `COLUMN_S`.
+
+    Column k is of the window around frame k times `hop`, so that it does not matter in which pieces the samples come.
+
+    >>> spectrum = RunningSpectrum(48000, seconds=1.0)
+    >>> spectrum.feed(0, np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)).astype(np.float32))
+    >>> spectrum.levels().shape, bool(spectrum.levels()[:, 50].max() > 250)
+    ((192, 100), True)
+    """
+
+    def __init__(self, rate_hz: float, seconds: float) -> None:
+        self.hop = round(rate_hz * COLUMN_S)
+        self._size = 2 * round(rate_hz * WINDOW_S / 2)
+        self.columns = round(seconds / COLUMN_S)
+        self._window = np.hanning(self._size + 1)[:-1].astype(np.float32)
+        at = np.geomspace(LOW_HZ, HIGH_HZ, ROWS) * self._size / rate_hz
+        self._below = at.astype(np.intp)
+        self._share = (at - self._below).astype(np.float32)
+        half_row = (HIGH_HZ / LOW_HZ) ** (0.5 / (ROWS - 1))
+        self._taken = int(at[-1] * half_row) + 2
+        starts = np.ceil(at / half_row).astype(np.intp)
+        self._wide = np.flatnonzero(np.diff(starts, append=self._taken) > 0)
+        self._starts = starts[self._wide]
+        self._scale = 2.0 / float(self._window.sum())
+        self._picture = np.zeros((2 * self.columns, ROWS), np.uint8)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget what came so far."""
+        self._samples = np.zeros(0, np.float32)
+        self._first = -1
+        self._column = 0
+        self._picture[:] = 0
+
+    @property
+    def end_frame(self) -> float:
+        """Session frame at the right edge of the picture."""
+        return (self._column - 0.5) * self.hop
+
+    def feed(self, first: int, samples: NDArray[np.float32]) -> None:
+        """Take samples (n,) from session frame `first` on. What is missing before them is a gap, and left dark."""
+        end = self._first + len(self._samples)
+        if self._first < 0 or first != end:
+            self._skip_to(first)
+            self._samples = samples
+        else:
+            self._samples = np.concatenate([self._samples, samples])
+        self._make()
+
+    def levels(self) -> NDArray[np.uint8]:
+        """The picture, uint8 [ROWS, columns], lowest frequency first; a view."""
+        begin = self._column % self.columns
+        return self._picture[begin : begin + self.columns].T
+
+    def _skip_to(self, first: int) -> None:
+        """Begin anew at frame `first`: columns between are dark."""
+        half = self._size // 2
+        column = -(-(first + half) // self.hop)
+        for gap in range(max(self._column, column - self.columns), column):
+            self._put(gap, np.zeros((1, ROWS), np.uint8))
+        self._column, self._first = column, first
+
+    def _make(self) -> None:
+        half = self._size // 2
+        last = (self._first + len(self._samples) - half) // self.hop
+        while self._column <= last:
+            count = min(last - self._column + 1, _SLAB)
+            begin = self._column * self.hop - half - self._first
+            pieces = np.lib.stride_tricks.sliding_window_view(self._samples, self._size)[begin :: self.hop][:count]
+            spectrum = np.abs(np.fft.rfft(pieces * self._window, axis=1)[:, : self._taken]).astype(np.float32)
+            below = spectrum[:, self._below]
+            size = below + self._share * (spectrum[:, self._below + 1] - below)
+            # High rows span several bins: the largest counts, lest a tone fall between two rows.
+            inside = np.maximum.reduceat(spectrum, self._starts, axis=1)
+            size[:, self._wide] = np.maximum(size[:, self._wide], inside)
+            db = 20.0 * np.log10(np.maximum(size * self._scale, 1e-9))
+            self._put(self._column, np.clip(255.0 * (1.0 - db / FLOOR_DB), 0.0, 255.0).astype(np.uint8))
+            self._column += count
+        spare = self._column * self.hop - half - self._first
+        if spare > 0:
+            self._samples = self._samples[spare:]
+            self._first += spare
+
+    def _put(self, column: int, levels: NDArray[np.uint8]) -> None:
+        """Write columns twice, one picture apart, so that the latest always lie in one piece."""
+        at = np.arange(column, column + len(levels)) % self.columns
+        self._picture[at] = levels
+        self._picture[at + self.columns] = levels

@@ -1,0 +1,47 @@
+"""The vibration of one tile as a spectrogram of the seconds before now."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.drawing import HeatMap, Range
+from underfoot.drawing.layout import Margins
+from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, RunningSpectrum
+from underfoot.widgets.plots.plot import Plot
+from underfoot.widgets.plots.spectrogram import spectrogram
+
+SHOWN_DB = 70.0
+"""Levels below the top that the colours span."""
+
+
+class SpectrogramPlot(Plot):
+    """A running spectrum over the seconds before now."""
+
+    def __init__(self) -> None:
+        super().__init__("Vibration spectrogram", Margins())
+        self._levels: NDArray[np.uint8] | None = None
+        self._times_s: Range = (0.0, 0.0)
+        self._seconds, self._top_db = 8.0, 0.0
+        self._show()
+
+    def set_span(self, seconds: float) -> None:
+        """Show this many seconds before now."""
+        self._seconds = seconds
+        self._show()
+
+    def set_top(self, top_db: float) -> None:
+        """Let the colours end at this level, in dB of a full-scale sine."""
+        self._top_db = top_db
+        self._show()
+
+    def show_spectrum(self, spectrum: RunningSpectrum, now_frame: float, rate_hz: float) -> None:
+        """Draw `spectrum` so that `now_frame` is at the right edge."""
+        right = (spectrum.end_frame - now_frame) / rate_hz
+        self._times_s = (right - spectrum.columns * spectrum.hop / rate_hz, right)
+        self._levels = spectrum.levels()
+        self._show()
+
+    def _show(self) -> None:
+        low, high = (255.0 * (1.0 - db / FLOOR_DB) for db in (self._top_db - SHOWN_DB, self._top_db))
+        frequencies = (LOW_HZ, HIGH_HZ)
+        heat = None if self._levels is None else HeatMap(self._levels, self._times_s, frequencies, low, high)
+        self.show_drawing(spectrogram(heat, "time, s", (-self._seconds, 0.0), frequencies))

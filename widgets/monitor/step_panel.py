@@ -1,0 +1,80 @@
+"""The panel of footsteps: the table, how many there are, the cadence, and their export."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
+
+from underfoot.errors import UnderfootError
+from underfoot.floor.footsteps import Step
+from underfoot.widgets import theme
+from underfoot.widgets.monitor.panels import titled, tool_button
+from underfoot.widgets.monitor.step_table import StepTable, WholeRows
+
+CADENCE_STEPS = 8
+"""The cadence is a mean over so many steps."""
+
+
+class StepPanel(QWidget):
+    """Footsteps as they happen."""
+
+    said = Signal(str)
+    """A line for the person."""
+    cleared = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.table = StepTable()
+        self.count = theme.label("", "muted")
+        self._cadence = theme.label("", "muted")
+        self._folder = Path.home()
+        self.exporting = tool_button("export", "Export…", "Save the footsteps as a CSV table")
+        self.exporting.clicked.connect(self._ask_for_file)
+        self.clearing = tool_button("broom", "Clear", "Remove all footsteps from the table")
+        self.clearing.clicked.connect(self.clear)
+        title = theme.label("Footsteps", "title")
+        head = [title, self.count, self._cadence, None, self.clearing, self.exporting]
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(titled(head, WholeRows(self.table)))
+        self._show_count()
+
+    def add(self, steps: Sequence[Step]) -> None:
+        """Append footsteps."""
+        self.table.steps.add(steps)
+        self._show_count()
+
+    def clear(self) -> None:
+        """Remove all footsteps."""
+        self.table.steps.clear()
+        self._show_count()
+        self.cleared.emit()
+
+    def export(self, path: str) -> None:
+        """Write the footsteps as CSV, and say so; or why the file cannot be written."""
+        try:
+            self.table.export(Path(path))
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        self._folder = Path(path).parent
+        self.said.emit(f"{self.table.steps.rowCount()} footsteps were saved as {path}.")
+
+    def _ask_for_file(self) -> None:
+        dialog = QFileDialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setDefaultSuffix("csv")
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.fileSelected.connect(self.export)
+        dialog.open()
+
+    def _show_count(self) -> None:
+        steps = self.table.steps.steps
+        self.count.setText(f"{len(steps)}" if steps else "none yet")
+        cadences = [step.cadence_per_min for step in steps[-CADENCE_STEPS:] if math.isfinite(step.cadence_per_min)]
+        self._cadence.setText(f"{np.mean(cadences):.0f} steps a minute" if cadences else "")
+        self.exporting.setEnabled(bool(steps))
+        self.clearing.setEnabled(bool(steps))

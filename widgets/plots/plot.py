@@ -1,0 +1,136 @@
+"""The plot of the window: shows a `Drawing`, one after another, as often as the screen can."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPixmap
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from underfoot.drawing import Drawing
+from underfoot.drawing.layout import Frame, Margins, content_of, crisp, frame_of, is_cut_off
+from underfoot.drawing.shapes import Polyline
+from underfoot.widgets import theme
+from underfoot.widgets.plots.painting import paint, rectangle, width_px
+
+Look = tuple[object, ...]
+"""What the frame of a plot is made of; a plot that looks the same keeps its frame."""
+
+
+class Plot(QWidget):
+    """Shows one drawing: with title, legend and labels, or compact in given margins.
+
+    What is around the data is painted once, and kept until it looks different: a frame of a live plot costs the paint
+    of its data. For that the ranges of a live drawing are to be given.
+    """
+
+    hovered = Signal(float)
+    """Where the mouse is on the x axis; NaN beside it, and when the mouse has left."""
+
+    def __init__(self, name: str = "", margins: Margins | None = None) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.setMouseTracking(True)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setMinimumSize(64, 48)
+        self.drawing = Drawing("", "", "")
+        self._margins = margins
+        self._pointer = math.nan
+        self._frame: Frame | None = None
+        self._look: Look = ()
+        self._picture = QPixmap()
+
+    def show_drawing(self, drawing: Drawing) -> None:
+        """Show this one instead of what was there."""
+        self.drawing = drawing
+        if self._margins is None:
+            self.setAccessibleName(f"{drawing.title}: {drawing.y} over {drawing.x}")
+        look = _look_of(drawing)
+        if look is None or look != self._look:
+            self._frame = None
+        self._look = look or ()
+        self.update()
+
+    def set_margins(self, margins: Margins) -> None:
+        """Leave this much around the axes of a compact plot."""
+        if margins != self._margins:
+            self._margins, self._frame = margins, None
+            self.update()
+
+    def point_at(self, x: float) -> None:
+        """Mark a value of the x axis with a line; NaN takes it away."""
+        self._pointer = x
+        self.update()
+
+    @property
+    def frame(self) -> Frame:
+        """Where the axes are, in the widget's pixels, and what is around them."""
+        if self._frame is None:
+            self._frame = frame_of(self.drawing, self.width(), self.height(), width_px, self._margins)
+            self._picture = QPixmap()
+        return self._frame
+
+    @property
+    def ranges(self) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top of the axes, in their units."""
+        x, y = self.frame.x, self.frame.y
+        return x.low, x.high, y.low, y.high
+
+    def place(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points [n, 2] of the axes in the widget's pixels."""
+        return np.column_stack([self.frame.x.place(points[:, 0]), self.frame.y.place(points[:, 1])])
+
+    def sizeHint(self) -> QSize:
+        return QSize(400, 240)
+
+    # --- Qt ---
+
+    def resizeEvent(self, event: QEvent) -> None:
+        self._frame = None
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        area = self.frame.area
+        across = event.position().x()
+        self.hovered.emit(self.frame.x.value(across) if area.left <= across <= area.right else math.nan)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        self.hovered.emit(math.nan)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        frame = self.frame
+        painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._painted(frame))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if is_cut_off(self.drawing):
+            painter.setClipRect(rectangle(frame.area))
+        for shape in content_of(self.drawing, frame, width_px):
+            paint(painter, shape)
+        if math.isfinite(self._pointer):
+            at = crisp(float(frame.x.place(self._pointer)))
+            paint(painter, Polyline(np.array([[at, frame.area.top], [at, frame.area.bottom]]), theme.MUTED))
+
+    def _painted(self, frame: Frame) -> QPixmap:
+        """The frame as a picture."""
+        ratio = self.devicePixelRatioF()
+        if self._picture.isNull() or self._picture.devicePixelRatio() != ratio:
+            self._picture = QPixmap(self.size() * ratio)
+            self._picture.setDevicePixelRatio(ratio)
+            self._picture.fill(QColor(theme.GROUND))
+            painter = QPainter(self._picture)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            for shape in frame.shapes:
+                paint(painter, shape)
+            painter.end()
+        return self._picture
+
+
+def _look_of(drawing: Drawing) -> Look | None:
+    """What the frame depends on; None where it depends on the data."""
+    given = [drawing.x_range, drawing.y_range] + ([drawing.right_range] if drawing.right else [])
+    if None in given:
+        return None
+    legend = tuple((one.name, one.style, one.colour, one.right) for one in drawing.series if one.name or one.right)
+    axes = (drawing.x, drawing.y, drawing.right, drawing.x_log, drawing.y_log, drawing.equal)
+    return (drawing.title, *axes, *given, *legend)

@@ -1,0 +1,295 @@
+"""The session that the window plays: on which target, whether sound is let out, at what level, and into which file."""
+
+import threading
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+import platformdirs
+from PySide6.QtCore import QObject, Signal
+
+from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
+from underfoot.engine.reports import Preview
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets.session.bridge import Bridge
+from underfoot.widgets.session.profile_folder import profile_folder
+from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.target_settings import target_in_words
+
+
+class SessionController(QObject):
+    """Owns the session and its recording, and opens another session when the target changes.
+
+    What the session reports, `bridge` tells.
+    """
+
+    said = Signal(str)
+    """A line for the person."""
+    opened = Signal(object)
+    """The `Target` of the session that was opened just now."""
+    released = Signal()
+    """The session is closed, and what it played on is free."""
+    playing_changed = Signal(bool)
+    level_changed = Signal(float)
+    """Output level in decibels of full scale."""
+    recording_changed = Signal(object)
+    """The `Path` that is recorded to, or None."""
+    target_locked = Signal(bool)
+    """Whether somebody who asked for the session's release needs the target to stay as it is."""
+    previewed = Signal(object, str)
+    """The `Preview` that was asked for last, and its node."""
+    _closed = Signal()
+    _made = Signal(object)
+    _failed = Signal(str)
+
+    def __init__(
+        self, registry: Registry, settings: Settings, target: Target, profiles: Path, parent: QObject | None = None
+    ) -> None:
+        """`profiles` has a folder for each floor."""
+        super().__init__(parent)
+        self.bridge = Bridge(self)
+        self.session: Session | None = None
+        self._unclaimed: Session | None = None
+        self._profiles = profiles
+        self.target = self._with_profiles(target)
+        self.playing = True
+        self._registry, self._settings = registry, settings
+        self._patch = Patch()
+        self._patch_folder: Path | None = None
+        self._preview_ticket, self._preview_node = 0, ""
+        self._worker: threading.Thread | None = None
+        self._is_leaving = self._is_changing = self._is_released = False
+        self._closed.connect(self._open)
+        self._made.connect(self._take)
+        self._failed.connect(self._fall_back)
+        self.bridge.previewed.connect(self._take_preview)
+
+    # --- life ---
+
+    def start(self) -> None:
+        """Open a session that plays the patch of the last `edit`."""
+        self._open()
+
+    def edit(self, patch: Patch, folder: Path | None) -> None:
+        """Play this patch from now on; `folder` is where it lies, from which paths of sound files are told."""
+        self._patch, self._patch_folder = patch, folder
+        if self.session is not None:
+            self.session.folder = folder
+            self.session.edit(patch)
+
+    def set_target(self, target: Target) -> None:
+        """Close the session and open one on another target. Nobody waits for the old one to end."""
+        self.target = self._with_profiles(target)
+        if self.session is not None:
+            self._is_changing = True
+            self.said.emit("Changing the target…")
+            self._drop(self.session)
+
+    def use_sound(self, on: bool) -> None:
+        """Before `start`: play on the sound device that is remembered, or on none."""
+        kept = self._settings
+        self.target = replace(self.target, sound=kept.sound if on else None, rate=kept.rate, block=kept.block)
+
+    def release(self) -> None:
+        """Close the session, so that something else can have what it plays on; `released` tells when that is free."""
+        self._is_released = True
+        if self.session is not None:
+            self._drop(self.session)
+        elif self._worker is None or not self._worker.is_alive():
+            self.released.emit()
+
+    def reopen(self) -> None:
+        """Open a session again after `release`; one that is open is opened anew, and reads the profiles anew."""
+        if self._is_released:
+            self._is_released = False
+            self._open()
+        else:
+            self.set_target(self.target)
+
+    def use_profile(self, profile: Profile, kind: str, folder: Path) -> None:
+        """Part `kind` of a profile was written: the engine is to use it at once."""
+        if folder != Path(self.target.profiles or "."):
+            self.target = replace(self.target, profiles=str(folder))
+        if kind == "response":
+            self.send(TileEqualiser.of_profile(profile.tile, profile))
+        elif kind == "fsr" and self.session is not None:
+            self.reopen()
+
+    def close(self) -> None:
+        """End the session, and wait for it."""
+        self._is_leaving = True
+        self.bridge.leave()
+        if self._worker is not None:
+            self._worker.join()
+        session, self.session = self.session or self._unclaimed, None
+        if session is not None:
+            session.close()
+
+    @property
+    def played_s(self) -> float:
+        """Seconds of the session that went by."""
+        return self.session.health.frame / self.session.target.rate if self.session is not None else 0.0
+
+    def _with_profiles(self, target: Target) -> Target:
+        """A target with the profiles of its floor, where there are any."""
+        folder = profile_folder(self._profiles, target.floor, target.simulation)
+        return replace(target, profiles=str(folder)) if not target.profiles and folder.is_dir() else target
+
+    def _open(self) -> None:
+        """Make a session in a thread: loading its kernels and starting its processes takes longer than a frame."""
+        if self._is_leaving:
+            return
+        if self._is_released:
+            self.released.emit()
+            return
+        target, patch, folder = self.target, self._patch, self._patch_folder
+
+        def make() -> None:
+            try:
+                self._unclaimed = session = Session(target, patch, self._registry, folder)
+            except UnderfootError as error:
+                self._failed.emit(str(error))
+                return
+            session.send(Level(self._settings.level_db))
+            session.start()
+            self._made.emit(session)
+
+        self._worker = threading.Thread(target=make, name="open session")
+        self._worker.start()
+
+    def _take(self, session: Session) -> None:
+        """The session has been made; what was changed meanwhile is sent to it."""
+        if self._is_leaving:
+            return
+        self._unclaimed = None
+        if session.target != self.target or self._is_released:
+            self._end(session)
+            return
+        if self._is_changing:
+            self._is_changing = False
+            self.said.emit(f"The target is now: {target_in_words(self.target)}")
+        self.session = session
+        if not self.playing:
+            session.stop()
+        session.send(Level(self._settings.level_db))
+        if session.patch != self._patch:
+            self.edit(self._patch, self._patch_folder)
+        self.opened.emit(self.target)
+        self.bridge.follow(session, self.target.floor, self.target.rate)
+
+    def _fall_back(self, why: str) -> None:
+        """The target cannot be played on: say so, and go back to one that can."""
+        self.said.emit(why)
+        if self.target.profiles:
+            self.target = replace(self.target, profiles="")
+            self._open()
+            return
+        self.target = replace(self.target, floor=default_floor(), kind="simulator", source="", simulation="")
+        self._settings.kind = "simulator"
+        self._settings.source = self._settings.simulation = ""
+        self._open()
+
+    def _drop(self, session: Session) -> None:
+        """Follow a session no more, and end it."""
+        self.record(False)
+        self.bridge.leave()
+        self.session = None
+        self._end(session)
+
+    def _end(self, session: Session) -> None:
+        """Close a session in a thread, and open the next one after it: they may want the same card."""
+
+        def close() -> None:
+            session.close()
+            self._closed.emit()
+
+        self._worker = threading.Thread(target=close, name="close session")
+        self._worker.start()
+
+    # --- playing ---
+
+    def play(self) -> None:
+        """Let sound out, also after a panic."""
+        self._set_playing(True)
+        if self.session is not None:
+            self.session.play()
+
+    def stop(self) -> None:
+        """Ramp the sound down; the session goes on."""
+        self._set_playing(False)
+        if self.session is not None:
+            self.session.stop()
+
+    def play_or_stop(self) -> None:
+        """Stop where it plays, else play."""
+        if self.playing:
+            self.stop()
+        else:
+            self.play()
+
+    def panic(self) -> None:
+        """Silence at once."""
+        if self.session is not None:
+            self.session.panic()
+        self._set_playing(False)
+        self.said.emit("Panic: the sound is off. Play turns it on again.")
+
+    def set_level(self, db: float) -> None:
+        """Output level in decibels of full scale; kept for the next start."""
+        self._settings.level_db = db
+        self.send(Level(db))
+        self.level_changed.emit(db)
+
+    def send(self, command: Command) -> None:
+        """One command to the engine; `Tare` holds for what the window shows, too."""
+        if isinstance(command, Tare):
+            self.bridge.tare()
+        if self.session is not None:
+            self.session.send(command)
+
+    def request_preview(self, node: str, tile: str) -> None:
+        """Ask what a node of the patch does in one step on a tile: `previewed` brings the newest that was asked for."""
+        if self.session is not None:
+            self._preview_ticket = self.session.preview(self._patch, node, tile=tile)
+            self._preview_node = node
+
+    def _take_preview(self, preview: Preview) -> None:
+        if preview.ticket == self._preview_ticket:
+            self.previewed.emit(preview, self._preview_node)
+
+    def _set_playing(self, playing: bool) -> None:
+        self.playing = playing
+        self.playing_changed.emit(playing)
+
+    # --- recording ---
+
+    def record(self, on: bool) -> None:
+        """Begin a recording in the documents' folder, or end the one that runs."""
+        session = self.session
+        if session is None:
+            self.recording_changed.emit(None)
+            return
+        path = session.recording
+        if on and path is None:
+            try:
+                session.record(_recording_path())
+            except (UnderfootError, OSError) as error:
+                self.said.emit(f"The recording could not be started: {error}")
+            else:
+                self.said.emit(f"Recording to {session.recording}")
+        elif not on and path is not None:
+            session.end_recording()
+            self.said.emit(f"The recording was saved as {path}")
+        self.recording_changed.emit(session.recording)
+
+
+def _recording_path() -> Path:
+    folder = Path(platformdirs.user_documents_dir()) / "Underfoot"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.underfoot"

@@ -1,0 +1,116 @@
+"""Contacts and footsteps in the force samples of a running session."""
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
+from underfoot.floor.footsteps import Step, StepCounter
+from underfoot.floor.layout import Floor, default_floor
+
+CHUNK = 4096
+"""Tiles times samples that are tracked in one go: 2 ms."""
+
+
+@dataclass(frozen=True)
+class ForceUpdate:
+    """The force samples of one tick.
+
+    `time_s` (n,) is since the start of the session, `force_n` (n, tiles, 4) is tared. Load of each tile, which tiles
+    are untared, and the contacts are those at the last sample. `contact_rows` says where contacts have been; it
+    follows the samples with a short delay.
+    """
+
+    time_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    load_n: NDArray[np.float64]
+    untared: NDArray[np.bool_]
+    contacts: tuple[OngoingContact, ...]
+    contact_rows: tuple[ContactRows, ...]
+
+
+@dataclass
+class FootstepTracker:
+    """Tracks contacts and counts footsteps. Its kernels are loaded in a thread; until then samples wait."""
+
+    floor: Floor
+    rate_hz: float
+    """Session frames a second."""
+    force_hz: float
+    """Force samples a second."""
+    chunk: int = CHUNK
+    _waiting: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=deque)
+    _tracker: ContactTracker | None = None
+
+    def __post_init__(self) -> None:
+        self._counter = StepCounter(self.floor)
+        _load_kernels()
+
+    def wait_for_kernels(self, timeout_s: float) -> bool:
+        """Wait until the kernels are loaded; whether they were in this time."""
+        return _load_kernels().wait(timeout_s)
+
+    def take(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
+        """Queue samples at these session frames, shapes (n,) and (n, tiles, 4)."""
+        length = max(64, self.chunk // len(self.floor.tiles))
+        for begin in range(0, len(frames), length):
+            chunk = slice(begin, begin + length)
+            self._waiting.append((frames[chunk] / self.rate_hz, force_n[chunk]))
+
+    def track(self, budget_s: float) -> tuple[ForceUpdate | None, list[Step]]:
+        """Track queued samples for about `budget_s`: what they were, if there were any, and new footsteps."""
+        tracker = self._ready_tracker()
+        if tracker is None:
+            return None, []
+        until = time.perf_counter() + budget_s
+        done, steps = [], []
+        while self._waiting:
+            time_s, force_n = self._waiting.popleft()
+            tracked = tracker.feed(time_s, force_n)
+            steps += self._counter.feed(tracked.finished, float(time_s[-1]))
+            done.append((time_s, force_n, tracked.rows))
+            if time.perf_counter() > until:
+                break
+        if not done:
+            return None, steps
+        times = np.concatenate([time_s for time_s, _, _ in done])
+        force_n = np.concatenate([force_n for _, force_n, _ in done]) - tracker.baseline_n
+        rows = tuple(rows for _, _, rows in done if len(rows))
+        return ForceUpdate(times, force_n, tracker.loads_n, tracker.untared, tracker.ongoing(), rows), steps
+
+    def finish(self) -> list[Step]:
+        """The footsteps that are known only when no more samples follow."""
+        return self._counter.finish()
+
+    def tare(self) -> None:
+        """Take the present forces of all unloaded tiles as their zero."""
+        if self._tracker is not None:
+            self._tracker.tare()
+
+    def _ready_tracker(self) -> ContactTracker | None:
+        """The tracker, which is made once its kernels are loaded."""
+        if self._tracker is None and _load_kernels().is_set():
+            self._tracker = ContactTracker(self.floor, self.force_hz)
+        return self._tracker
+
+
+@cache
+def _load_kernels() -> threading.Event:
+    """Load the kernels of tracking once, in a thread: 0.2 s, or seconds where they must be compiled. Set when done."""
+    loaded = threading.Event()
+
+    def load() -> None:
+        tracker = ContactTracker(default_floor(1, 2), 1000.0)
+        force_n = np.zeros((400, 2, 4))
+        force_n[200:300] = 50.0
+        tracker.feed(np.arange(400) / 1000.0, force_n)
+        tracker.tare()
+        loaded.set()
+
+    threading.Thread(target=load, name="load-kernels", daemon=True).start()
+    return loaded

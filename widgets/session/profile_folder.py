@@ -1,0 +1,23 @@
+"""Where the calibration profiles of a floor are kept."""
+
+import hashlib
+import re
+from pathlib import Path
+
+from underfoot.floor.layout import Floor
+
+
+def profile_folder(root: Path, floor: Floor, simulation: str = "") -> Path:
+    """The folder below `root` of this floor's profiles: its title, and a hash of where its tiles lie.
+
+    Tiles that are simulated from a parameter file have profiles of their own, a folder for each file.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> profile_folder(Path("profiles"), default_floor()).name.startswith("2-x-2-tiles-")
+    True
+    >>> profile_folder(Path("profiles"), default_floor(), "presets/plywood-tile.json").name.endswith("-plywood-tile")
+    True
+    """
+    simulated = f"-{Path(simulation).stem}" if simulation else ""
+    name = re.sub(r"[^A-Za-z0-9]+", "-", floor.title).strip("-").lower() or "floor"
+    return root / f"{name[:40]}-{hashlib.sha256(Floor(floor.tiles).dumps()).hexdigest()[:8]}{simulated}"

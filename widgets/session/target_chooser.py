@@ -1,0 +1,60 @@
+"""What follows a choice of the target chooser: a question where the choice needs one, and the change of target."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QWidget
+
+from underfoot.devices.transports import TRANSPORTS
+from underfoot.errors import UnderfootError
+from underfoot.patch import library
+from underfoot.widgets.dialogs.file_question import FileQuestion
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.target_selection import TargetSelection
+
+
+class TargetChooser:
+    """Asks in dialogs of `window`; errors of ours go to `complain`."""
+
+    def __init__(
+        self,
+        window: QWidget,
+        controller: SessionController,
+        selection: TargetSelection,
+        files: FileQuestion,
+        complain: Callable[[str], object],
+    ) -> None:
+        self._window, self._controller, self._selection = window, controller, selection
+        self._files, self._complain = files, complain
+
+    def choose(self, key: str) -> None:
+        """Go on with a key of `session.targets.choices`."""
+        kind, *what = key.split()
+        selection, ask = self._selection, self._files.ask
+        if kind == "simulator":
+            selection.set_floor(*map(int, what))
+        elif kind == "simulation" and what:
+            selection.use_simulation(library.simulations().get(what[0]))
+        elif kind == "simulation":
+            ask("A simulated tile", "Tiles (*.json);;All files (*)", selection.use_simulation)
+        elif kind == "floor":
+            ask("A floor", "Floors (*.json);;All files (*)", selection.use_floor)
+        elif kind in TRANSPORTS:
+            self._ask_address(kind)
+        else:
+            ask("Recorded forces", "Force tables (*.csv);;All files (*)", selection.use_forces)
+
+    def _ask_address(self, scheme: str) -> None:
+        from underfoot.widgets.dialogs.transport_dialog import TransportDialog
+
+        def chosen(address: str) -> None:
+            try:
+                self._selection.use_transport(scheme, address)
+            except UnderfootError as error:
+                self._complain(str(error))
+
+        floor = self._controller.target.floor
+        dialog = TransportDialog(TRANSPORTS[scheme], floor.title or f"{len(floor.tiles)} tiles", self._window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.chosen.connect(chosen)
+        dialog.open()

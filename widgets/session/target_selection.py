@@ -1,0 +1,66 @@
+"""Changing the target of the session: another floor, simulated tile, recording, hardware or sound device."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from underfoot.engine.target import require_source
+from underfoot.floor.forces import floor_beside
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.simulated_tile import TileParameters
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.target_settings import make_target
+
+
+class TargetSelection:
+    """Gives the session another target, and remembers it in the settings for the next start."""
+
+    def __init__(self, controller: SessionController, settings: Settings) -> None:
+        self._controller, self._settings = controller, settings
+
+    def set_floor(self, rows: int, columns: int) -> None:
+        """Play on a simulated floor of so many tiles."""
+        self._settings.rows, self._settings.columns = rows, columns
+        self._use("simulator", "", default_floor(rows, columns))
+
+    def use_floor(self, path: Path) -> None:
+        """Play on a simulated floor as the file has it; `BadFile` where it cannot be read."""
+        self._use("simulator", str(path), Floor.load(path))
+
+    def use_simulation(self, path: Path | None) -> None:
+        """Simulate tiles with the parameters in this file, such as those of their sensors; None for ideal tiles.
+
+        The floor stays as it is where it is simulated, else it is the last one that was. `BadFile` where the file
+        cannot be read.
+        """
+        if path is not None:
+            TileParameters.load(path)
+        self._settings.simulation = "" if path is None else str(path)
+        target = self._controller.target
+        if target.kind == "simulator":
+            self._settings.kind = "simulator"
+            self._controller.set_target(make_target(self._settings, "simulator", "", target.floor))
+        else:
+            self._use("simulator", "", default_floor(self._settings.rows, self._settings.columns))
+
+    def use_forces(self, path: Path) -> None:
+        """Play back the forces in a CSV file, whose floor lies beside it; `BadFile` where one cannot be read."""
+        self._use("replay", str(path), Floor.load(floor_beside(path)))
+
+    def use_transport(self, scheme: str, address: str) -> None:
+        """Play on hardware on a transport, laid out as the present floor; `UnderfootError` where it cannot be opened.
+
+        It is not remembered: the next start may find nothing there.
+        """
+        target = make_target(self._settings, scheme, address, self._controller.target.floor)
+        require_source(target)
+        self._controller.set_target(target)
+
+    def set_sound(self, sound: str | None, rate_hz: int, block: int) -> None:
+        """Play on this device (None: none, "": the default one), at this rate, in blocks of so many frames."""
+        self._settings.sound, self._settings.rate, self._settings.block = sound, rate_hz, block
+        self._controller.set_target(replace(self._controller.target, sound=sound, rate=rate_hz, block=block))
+
+    def _use(self, kind: str, source: str, floor: Floor) -> None:
+        self._settings.kind, self._settings.source = kind, source
+        self._controller.set_target(make_target(self._settings, kind, source, floor))

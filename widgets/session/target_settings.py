@@ -1,0 +1,59 @@
+"""Targets as the settings remember them, and in words."""
+
+from pathlib import Path
+
+from underfoot.devices.transports import TRANSPORTS
+from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
+from underfoot.floor.forces import floor_beside
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.simulated_tile import TileParameters
+from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.targets import words_of
+
+
+def make_target(settings: Settings, kind: str, source: str, floor: Floor) -> Target:
+    """A target that plays on the sound device of the settings; a simulated one is made of their simulated tile."""
+    simulated = kind == "simulator"
+    return Target(
+        floor=floor,
+        kind=kind,
+        source="" if simulated else source,
+        simulation=settings.simulation if simulated else "",
+        sound=settings.sound,
+        rate=settings.rate,
+        block=settings.block,
+    )
+
+
+def remembered_target(settings: Settings) -> Target:
+    """The last target; the simulated floor of four ideal tiles where its file is gone."""
+    try:
+        if settings.kind == "replay":
+            return make_target(settings, "replay", settings.source, Floor.load(floor_beside(settings.source)))
+        floor = Floor.load(settings.source) if settings.source else default_floor(settings.rows, settings.columns)
+        if settings.simulation:
+            TileParameters.load(settings.simulation)
+    except UnderfootError:
+        floor, settings.simulation = default_floor(), ""
+    return make_target(settings, "simulator", "", floor)
+
+
+def target_in_words(target: Target) -> str:
+    """What a target is, for the person.
+
+    >>> target_in_words(Target(default_floor(2, 3)))
+    'Simulated floor  2 × 3'
+    >>> target_in_words(Target(default_floor(2, 3), simulation="presets/plywood-tile.json"))
+    'Plywood tile  2 × 3'
+    """
+    if target.kind == "replay":
+        return f"Recorded forces  {Path(target.source).stem}"
+    if target.kind in TRANSPORTS:
+        return f"{TRANSPORTS[target.kind].label}  {target.source}"
+    what = words_of(Path(target.simulation)) if target.simulation else "Simulated floor"
+    count = len(target.floor.tiles)
+    for rows in range(1, 33):
+        if count % rows == 0 and count // rows <= 32 and target.floor == default_floor(rows, count // rows):
+            return f"{what}  {rows} × {count // rows}"
+    return f"{what}  {target.floor.title or f'{count} tiles'}"

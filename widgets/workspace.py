@@ -1,0 +1,92 @@
+"""What a workspace is: a page of the window, in a folder of its own that declares it.
+
+A folder of `underfoot.widgets` is a workspace where its `__init__.py` has a `WorkspaceDeclaration`. The window, its
+menu, the tabs, the sheet of shortcuts and the pictures of `--screenshot` follow from the declarations.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+import underfoot.widgets
+from underfoot.patch.node import Registry
+from underfoot.widgets.dialogs.shortcuts import Keys
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.open_patch import OpenPatch
+from underfoot.widgets.session.settings import Settings
+
+
+@dataclass(frozen=True)
+class WorkspaceContext:
+    """What the window shares with its workspaces. `folder` is where the program keeps its files."""
+
+    registry: Registry
+    settings: Settings
+    folder: Path
+    open_patch: OpenPatch
+    controller: SessionController
+
+
+class Workspace(QWidget):
+    """One page of the window. It works alone, too, as tests use it: only `listen` binds it to anything else."""
+
+    said = Signal(str)
+    """A line for the person, shown at the bottom of the window."""
+    flagged = Signal(object)
+    """Lines of warning, shown in the transport bar; a click there brings this workspace to the screen."""
+    loaded = Signal()
+    """Modules or kernels that stay have been loaded just now."""
+
+    def listen(self, context: WorkspaceContext) -> None:
+        """Show the present, and connect to what is listened to from now on. Called once."""
+
+    def menu_actions(self) -> Sequence[QAction]:
+        """Actions for the window's menu."""
+        return ()
+
+    def shortcuts(self) -> Keys:
+        """What is done by which keys here: for the sheet of shortcuts."""
+        return ()
+
+    def set_active(self, active: bool) -> None:
+        """The workspace comes to the screen, or another one takes its place."""
+
+    def silence(self) -> None:
+        """Panic: end whatever makes sound by itself."""
+
+    def close_down(self) -> None:
+        """The window closes: end what runs, and wait for what is being written."""
+
+
+@dataclass(frozen=True)
+class WorkspaceDeclaration:
+    """A workspace as its folder declares it. `make` imports what it needs, so that an unused workspace costs nothing.
+
+    `name` is on its tab, `key` brings it to the screen; tabs are in the order of their keys. `focus` says where the
+    focus must be for its shortcuts, if that is not the whole workspace.
+    """
+
+    name: str
+    key: str
+    make: Callable[[WorkspaceContext], Workspace]
+    focus: str = ""
+
+
+def discover() -> tuple[WorkspaceDeclaration, ...]:
+    """The workspaces that the folders of `underfoot.widgets` declare, in the order of their keys.
+
+    >>> "Design" in [workspace.name for workspace in discover()]
+    True
+    """
+    found = []
+    for folder in pkgutil.iter_modules(underfoot.widgets.__path__):
+        if folder.ispkg:
+            package = importlib.import_module(f"{underfoot.widgets.__name__}.{folder.name}")
+            found += [value for value in vars(package).values() if isinstance(value, WorkspaceDeclaration)]
+    return tuple(sorted(found, key=lambda workspace: workspace.key))

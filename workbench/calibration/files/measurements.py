@@ -1,0 +1,177 @@
+"""Tables of measurements: pairs of reading and force, and presses at known places.
+
+FSR pairs: `time_s,tile,sensor,reading,force_n`; presses: `tile,x_m,y_m,force_n,r1,r2,r3,r4`, in the tile's frame,
+readings in the sensors' own units. Columns may stand in any order, parted by commas, semicolons or tabs; others are
+left alone, and so are lines that begin with #.
+"""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import BadFile
+from underfoot.files import read_file, write_file
+
+LARGEST_READING = 65535.0
+_LARGEST = 1e9
+_PAIRS = ("time_s", "tile", "sensor", "reading", "force_n")
+_PRESSES = ("tile", "x_m", "y_m", "force_n", "r1", "r2", "r3", "r4")
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of a sensor's reading and the reference force: all (n,), in the order of the file; `sensor` 0 to 3."""
+
+    tile: str
+    time_s: NDArray[np.float64]
+    sensor: NDArray[np.intp]
+    reading: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+
+    def rows(self) -> NDArray[np.float64]:
+        """Time, sensor from 1, reading and force: (n, 4)."""
+        return np.stack([self.time_s, self.sensor + 1.0, self.reading, self.force_n], axis=1)
+
+
+@dataclass(frozen=True)
+class Presses:
+    """Loads on one tile at known places: `at_m` (n, 2), `force_n` (n,), `readings` (n, 4)."""
+
+    tile: str
+    at_m: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    readings: NDArray[np.float64]
+
+    def rows(self) -> NDArray[np.float64]:
+        """Place, force and readings: (n, 7)."""
+        return np.column_stack([self.at_m, self.force_n, self.readings])
+
+
+PAIR_HEADER = ",".join(_PAIRS)
+PRESS_HEADER = ",".join(_PRESSES)
+
+
+def read_pairs(path: str | Path, tile: str = "") -> Pairs:
+    """The pairs of `tile`, which may be left out where the file has one tile only.
+
+    Raises `BadFile` that names the file and the line: no text, a column that is missing, a cell that is not a number, a
+    sensor other than 1 to 4, a reading outside 0 to 65535, a tile that is not there.
+    """
+    names, numbers, columns = _read(path, _PAIRS)
+    mine = _of_tile(path, names, tile)
+    sensor, reading = columns["sensor"], columns["reading"]
+    _within(path, "sensor", sensor, np.isin(sensor, (1.0, 2.0, 3.0, 4.0)), "1 to 4", mine, numbers)
+    inside = (reading >= 0.0) & (reading <= LARGEST_READING)
+    _within(path, "reading", reading, inside, "0 to 65535", mine, numbers)
+    return Pairs(
+        str(names[mine][0]),
+        columns["time_s"][mine],
+        sensor[mine].astype(np.intp) - 1,
+        reading[mine],
+        columns["force_n"][mine],
+    )
+
+
+def read_presses(path: str | Path, tile: str = "") -> Presses:
+    """The presses on `tile`, which may be left out where the file has one tile only; `BadFile` as `read_pairs`."""
+    names, numbers, columns = _read(path, _PRESSES)
+    mine = _of_tile(path, names, tile)
+    _within(path, "force_n", columns["force_n"], columns["force_n"] > 0.0, "above 0", mine, numbers)
+    at_m = np.stack([columns["x_m"], columns["y_m"]], axis=1)[mine]
+    readings = np.stack([columns[f"r{j}"] for j in (1, 2, 3, 4)], axis=1)[mine]
+    return Presses(str(names[mine][0]), at_m, columns["force_n"][mine], readings)
+
+
+def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: str) -> None:
+    """A CSV of numbers, beside the file and moved into place; a column `tile` of the header is filled with `tile`."""
+    names = header.split(",")
+    at = names.index("tile") if "tile" in names else None
+    before, after = (rows, rows[:, :0]) if at is None else (rows[:, :at], rows[:, at:])
+    inserted = [] if at is None else [tile]
+    lines = [header]
+    for left, right in zip(before, after, strict=True):
+        lines.append(",".join([*(f"{v:.10g}" for v in left), *inserted, *(f"{v:.10g}" for v in right)]))
+    write_file(path, ("\n".join(lines) + "\n").encode())
+
+
+def _read(
+    path: str | Path, wanted: tuple[str, ...]
+) -> tuple[NDArray[np.str_], NDArray[np.intp], dict[str, NDArray[np.float64]]]:
+    """The tile of each line, its number in the file, and the other columns as numbers."""
+    try:
+        text = read_file(path).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise BadFile(f"{path} is not a text file; a table is UTF-8 CSV") from None
+    lines = [
+        (number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"
+    ]
+    first, header = lines[0] if lines else (1, "")
+    separator = max(",;\t", key=header.count)
+    names = [name.strip().lower() for name in _cells(path, first, header, separator)]
+    for name in wanted:
+        if names.count(name) != 1:
+            raise BadFile(f"{path}: line {first} has {names.count(name)} columns {name}; allowed: {','.join(wanted)}")
+    kept = [(number, _cells(path, number, line, separator)) for number, line in lines[1:]]
+    if not kept:
+        raise BadFile(f"{path} has no line under its header")
+    for number, cells in kept:
+        if len(cells) != len(names):
+            raise BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in line {first}")
+    tiles = np.array([cells[names.index("tile")].strip() for _, cells in kept])
+    columns = {name: _numbers(path, name, names.index(name), kept) for name in wanted if name != "tile"}
+    return tiles, np.array([number for number, _ in kept]), columns
+
+
+def _cells(path: str | Path, number: int, line: str, separator: str) -> list[str]:
+    if '"' not in line:
+        return line.split(separator)
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    except csv.Error as error:
+        raise BadFile(f"{path}: line {number} is not CSV: {error}") from None
+
+
+def _numbers(path: str | Path, name: str, at: int, kept: list[tuple[int, list[str]]]) -> NDArray[np.float64]:
+    try:
+        values = np.array([float(cells[at]) for _, cells in kept])
+    except ValueError:
+        values = np.array([_number(cells[at]) for _, cells in kept])
+    bad = np.flatnonzero(~(np.abs(values) <= _LARGEST))
+    if bad.size:
+        number, cells = kept[bad[0]]
+        raise BadFile(f"{path}: line {number}, {name} is {cells[at].strip()[:60]!r}; allowed: a number")
+    return values
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return np.nan
+
+
+def _within(
+    path: str | Path,
+    name: str,
+    values: NDArray[np.float64],
+    good: NDArray[np.bool_],
+    allowed: str,
+    mine: NDArray[np.bool_],
+    numbers: NDArray[np.intp],
+) -> None:
+    """Refuse a value of the lines that are `mine`."""
+    bad = np.flatnonzero(mine & ~good)
+    if bad.size:
+        raise BadFile(f"{path}: line {numbers[bad[0]]}, {name} is {values[bad[0]]:g}; allowed: {allowed}")
+
+
+def _of_tile(path: str | Path, names: NDArray[np.str_], tile: str) -> NDArray[np.bool_]:
+    there = list(dict.fromkeys(names.tolist()))
+    if not tile and len(there) > 1:
+        raise BadFile(f"{path} has {len(there)} tiles; name one with --tile: {', '.join(there[:8])}")
+    if tile and tile not in there:
+        raise BadFile(f"{path} has no tile {tile}; allowed: {', '.join(there[:8])}")
+    return np.asarray(names == (tile or there[0]))

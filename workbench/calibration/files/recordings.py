@@ -1,0 +1,74 @@
+"""A sweep and its recording in WAV files."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import BadFile, BadMeasurement, BadValue
+
+if TYPE_CHECKING:
+    from underfoot.calibration.science.transfer_function import SweepMeasurement
+
+Array = NDArray[np.float64]
+
+
+def measure_files(sweep: Path, recorded: Path, channel: int | None) -> "tuple[SweepMeasurement, int]":
+    """What a recording tells of its sweep, and their rate; of the only channel with the sweep unless one is named.
+
+    `BadFile` for files that cannot be read, `BadMeasurement` for a recording that cannot be right, `BadValue` for a
+    channel that is not there.
+    """
+    played, rate_hz = read_wav(sweep)
+    heard, heard_hz = read_wav(recorded)
+    if heard_hz != rate_hz:
+        raise BadMeasurement(f"sweep and recording do not fit: {sweep} is at {rate_hz} Hz, {recorded} at {heard_hz} Hz")
+    loudest = abs(played).max(axis=0)
+    try:
+        return measure_channel(played[:, int(loudest.argmax())], heard, rate_hz, channel), rate_hz
+    except BadValue as error:
+        raise BadFile(f"{sweep} and {recorded}: {error}") from None
+
+
+def measure_channel(played: Array, heard: Array, rate_hz: int, channel: int | None) -> "SweepMeasurement":
+    """What one channel of a recording (frames, channels) tells of a sweep (frames,), as `measure_files`."""
+    from underfoot.calibration.science.transfer_function import measure
+
+    several = heard.shape[1]
+    if channel is not None:
+        if not 0 <= channel < several:
+            raise BadValue(f"--channel is {channel}; allowed: 0 to {several - 1}")
+        return measure(played, heard[:, channel], rate_hz)
+    found: dict[int, SweepMeasurement] = {}
+    reasons: list[BadMeasurement] = []
+    for k in range(several):
+        try:
+            found[k] = measure(played, heard[:, k], rate_hz)
+        except BadMeasurement as reason:
+            reasons.append(reason)
+    # One accelerometer on both channels of a stereo file is one measurement.
+    if len(found) > 1 and not _are_one_signal(heard[:, list(found)]):
+        raise BadMeasurement(f"channels {', '.join(map(str, found))} all hold the sweep; say --channel")
+    if not found:
+        raise reasons[int(abs(heard).max(axis=0).argmax())]
+    return next(iter(found.values()))
+
+
+def read_wav(path: Path) -> tuple[Array, int]:
+    """The samples of a WAV file, (frames, channels), and its rate; `BadFile` where there are none."""
+    import soundfile
+
+    try:
+        samples, rate_hz = soundfile.read(path, dtype="float64", always_2d=True)
+    except (OSError, soundfile.LibsndfileError) as error:
+        reason = getattr(error, "error_string", None) or getattr(error, "strerror", None) or str(error)
+        raise BadFile(f"{path} cannot be read: {reason.rstrip('.').lower()}") from None
+    if not samples.size:
+        raise BadFile(f"{path} holds no samples")
+    return samples, int(rate_hz)
+
+
+def _are_one_signal(channels: Array) -> bool:
+    """Whether channels (frames, channels) are one signal at different levels."""
+    return bool((np.corrcoef(channels, rowvar=False) > 0.9999).all())

@@ -1,0 +1,41 @@
+"""What comes of a calibration: figures, a verdict, pictures and raw data, and what it changes in a profile."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.drawing import Drawing
+
+if TYPE_CHECKING:
+    from underfoot.floor.profile import Profile
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of it: `quantities` (name, value, unit), a `verdict` in plain words, drawings, and the raw data.
+
+    `good` says whether the verdict allows it to be used. `raw` are tables: name, the header of a CSV, and its rows
+    (numbers; a column `tile` of the header is not among them). `before` and `after` of a correction are among the
+    quantities and drawings. Nothing changes until `apply` is called and the profile that it returns is saved.
+    """
+
+    kind: str
+    title: str
+    quantities: tuple[tuple[str, float, str], ...]
+    verdict: str
+    good: bool
+    warnings: tuple[str, ...] = ()
+    drawings: tuple[Drawing, ...] = ()
+    raw: tuple[tuple[str, str, NDArray[np.float64]], ...] = ()
+    apply: Callable[["Profile"], "Profile"] = field(default=lambda profile: profile, repr=False)
+    """The profile with this result in it; what it had before is kept in its history."""
+    method: str = ""
+    """How the figures were measured, in a few sentences for the report."""
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """The quantities by name."""
+        return {name: value for name, value, _ in self.quantities}

@@ -1,0 +1,157 @@
+"""What comes of presses at known places: figures, verdict, the profile's part, and pictures of the errors."""
+
+import math
+from datetime import date
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.calibration.files.measurements import PRESS_HEADER, Presses
+from underfoot.calibration.result import Result
+from underfoot.calibration.science.centroid import ALLOWED_M, SHEAR_SHARE, CentroidAccuracy, edge_distance_m
+from underfoot.calibration.science.press_plausibility import load_groups
+from underfoot.drawing import Drawing, Series, series
+from underfoot.floor.layout import Tile
+from underfoot.floor.profile import Centroid
+
+Values = NDArray[np.float64]
+
+METHOD = (
+    "Every corrected place comes from a correction that was fitted without that place (ten folds by place). Outside "
+    "the convex area of the places used, the displacement is held. Hysteresis and creep compensated: the same presses, "
+    "with both taken out of the sensors' forces."
+)
+_PLACES_HEADER = "x_m,y_m,force_n,before_x_m,before_y_m,after_x_m,after_y_m"
+_EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
+
+
+def result_of(found: CentroidAccuracy, presses: Presses, falling_mm: float = math.nan) -> Result:
+    """The result of presses; `falling_mm` is the mean error on falling loads, NaN where there were none."""
+    quantities = quantities_of(found)
+    if np.isfinite(falling_mm):
+        quantities += (("mean_after_mm_falling", falling_mm, "mm"),)
+    places = np.column_stack([found.at_m, found.force_n, found.before_m, found.after_m])
+    return Result(
+        kind="centroid",
+        title=f"Contact centroid of {found.tile.id}",
+        quantities=quantities,
+        verdict=verdict_of(found),
+        good=found.good,
+        warnings=found.left_out,
+        drawings=drawings_of(found),
+        raw=(("presses", PRESS_HEADER, presses.rows()), ("places", _PLACES_HEADER, places)),
+        apply=lambda profile: profile.with_part(part_of(found, "presses at known places")),
+        method=METHOD,
+    )
+
+
+def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]:
+    """Name, value and unit of all that was measured."""
+    after = found.errors_mm(found.after_m)
+    several = [("presses", float(len(after)), ""), ("places", float(len(np.unique(found.at_m, axis=0))), "")]
+    shown = [("before", found.before_m), ("after", found.after_m)]
+    shown += [
+        (name, one.after_m) for name, one in (("over_time", found.over_time), ("bound", found.bound)) if one is not None
+    ]
+    for name, found_m in shown:
+        errors = found.errors_mm(found_m)
+        several += [
+            (f"mean_{name}_mm", float(errors.mean()), "mm"),
+            (f"p95_{name}_mm", float(np.quantile(errors, 0.95)), "mm"),
+            (f"worst_{name}_mm", float(errors.max()), "mm"),
+        ]
+    several.append(("shear_mm", 1e3 * SHEAR_SHARE * found.tile.sensor_depth_m, "mm"))
+    for load, chosen in load_groups(found.force_n):
+        several.append((f"mean_after_mm_at_{load:.0f}_n", float(after[chosen].mean()), "mm"))
+    inset = edge_distance_m(found.tile, found.at_m)
+    for low, high in pairwise(_EDGES_M):
+        chosen = (inset >= low) & (inset < high)
+        if chosen.any():
+            name = f"{1e2 * low:.0f}_to_{1e2 * high:.0f}_cm" if np.isfinite(high) else f"over_{1e2 * low:.0f}_cm"
+            several.append((f"mean_after_mm_{name}_from_edge", float(after[chosen].mean()), "mm"))
+    return tuple(several)
+
+
+def verdict_of(found: CentroidAccuracy) -> str:
+    """In plain words: how accurate the centroid is, and what limits it."""
+    figures = {name: value for name, value, _ in quantities_of(found)}
+    words = (
+        f"The centroid is accurate to {figures['mean_after_mm']:.1f} mm on average, "
+        f"{figures['worst_after_mm']:.1f} mm at worst (uncorrected: {figures['mean_before_mm']:.1f} mm and "
+        f"{figures['worst_before_mm']:.1f} mm)"
+    )
+    words += "." if found.good else f"; {1e3 * ALLOWED_M:.0f} mm on average is allowed."
+    if "mean_over_time_mm" in figures:
+        words += (
+            f" With hysteresis and creep compensated: {figures['mean_over_time_mm']:.1f} mm, "
+            f"{figures['worst_over_time_mm']:.1f} mm at worst."
+        )
+    if figures["mean_after_mm"] <= 1.1 * figures.get("mean_bound_mm", 0.0):
+        words += (
+            f" Because of hysteresis, static curves cannot do better than about {figures['mean_bound_mm']:.1f} mm, "
+            f"{figures['worst_bound_mm']:.1f} mm at worst."
+        )
+    if found.form == "none":
+        words += " No correction improves places that were left out of its fit, so none is made."
+    if figures["shear_mm"] > 0.0:
+        words += (
+            f" While walking, shear forces add about {figures['shear_mm']:.1f} mm: vertical sensors "
+            f"{1e3 * found.tile.sensor_depth_m:.0f} mm below the surface do not measure them."
+        )
+    return words
+
+
+def part_of(found: CentroidAccuracy, reference: str, today: date | None = None) -> Centroid:
+    """The profile's part."""
+    return Centroid(
+        made=(today or date.today()).isoformat(),
+        reference=reference,
+        error=round(found.mean_mm, 4),
+        error_allowed=1e3 * ALLOWED_M,
+        error_unit="mm",
+        good=found.good,
+        verdict=verdict_of(found),
+        figures={name: float(f"{value:.6g}") for name, value, _ in quantities_of(found)},
+        sensors_m=tuple((float(x), float(y)) for x, y in found.tile.sensors_m),
+        correction=found.correction,
+        over_time=None if found.over_time is None else found.over_time.correction,
+        least_n=min(20.0, 0.5 * float(found.force_n.min())),
+    )
+
+
+def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
+    """Error vectors before and after, the errors' distribution, over load, and those of the candidate forms."""
+    shown = [("before", "alarm", found.before_m), ("after", "contact", found.after_m)]
+    if found.over_time is not None:
+        shown.append(("after, hysteresis and creep compensated", "vibration", found.over_time.after_m))
+    errors = [(name, colour, found.errors_mm(at_m)) for name, colour, at_m in shown]
+    share = np.linspace(0.0, 100.0, len(found.at_m))
+    vectors = []
+    for k, (name, colour, at_m) in enumerate(shown):
+        title = name.capitalize() + (", each place left out of its own correction" if k else "")
+        vectors.append(error_vectors(title, found.at_m, (("", colour, at_m),), found.tile))
+    below = tuple(series(name, np.sort(one), share, "line", colour) for name, colour, one in errors)
+    over_load = tuple(series(name, found.force_n, one, "dots", colour) for name, colour, one in errors)
+    forms = ", ".join(name for name, _ in found.tried)
+    candidates = series("", np.arange(1.0, len(found.tried) + 1.0), [error for _, error in found.tried], "line")
+    return (
+        *vectors,
+        Drawing("Cumulative distribution of the error", "error, mm", "% of presses below", below),
+        Drawing("Error over load", "load, N", "error, mm", over_load),
+        Drawing("Error of the candidates on places left out", forms, "RMS, mm", (candidates,)),
+    )
+
+
+def error_vectors(title: str, at_m: Values, found: tuple[tuple[str, str, Values], ...], tile: Tile) -> Drawing:
+    """Dots at the true places, arrows to the measured ones, and the tile's edge: figure 5.5."""
+    half = np.array(tile.size_m) / 2.0
+    edge = np.array([half, half * (-1, 1), -half, half * (1, -1), half])
+    shown: list[Series] = [series("", 1e3 * edge[:, 0], 1e3 * edge[:, 1], "line", "muted")]
+    sensors = 1e3 * np.array(tile.sensors_m)
+    shown.append(series("sensors", sensors[:, 0], sensors[:, 1], "dots", "events"))
+    shown.append(series("pressed", 1e3 * at_m[:, 0], 1e3 * at_m[:, 1], "dots", "force"))
+    shown += [
+        series(name, 1e3 * at_m[:, 0], 1e3 * at_m[:, 1], "arrows", colour, 1e3 * to) for name, colour, to in found
+    ]
+    return Drawing(title, "x, mm", "y, mm", tuple(shown), equal=True)

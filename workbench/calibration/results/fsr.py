@@ -1,0 +1,188 @@
+"""What comes of a linearisation: figures, verdict, the profile's part, and pictures of curves, residuals and creep."""
+
+from datetime import date
+
+import numpy as np
+
+from underfoot.calibration.files.measurements import PAIR_HEADER, Pairs
+from underfoot.calibration.result import Result
+from underfoot.calibration.science.linearisation import ALLOWED_PERCENT, Linearisation, SensorFit
+from underfoot.calibration.science.sensor_characteristics import (
+    SensorCharacteristics,
+    creep_runs,
+    held_s,
+    spread_percent,
+)
+from underfoot.calibration.science.sensor_pairs import FALLING, HELD, RISING
+from underfoot.drawing import Drawing, Series, series
+from underfoot.floor.profile import Fsr
+
+METHOD = (
+    "Errors are of loadings that were not used to fit (cross-validation by loading), with all forces weighted alike, "
+    "in % of the largest reference force. The least error of any static curve is what the best rising curve leaves on "
+    "the same data. Hysteresis is the widest gap between falling and rising loads; creep is the growth of a held load "
+    "a decade of time; repeatability is the standard deviation between loadings. Creep is compensated by first-order "
+    "lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis)."
+)
+_DOTS = 250
+"""Dots of a series, at most about twice this number."""
+_LOADED_N = 1.0
+_COLOURS = ("force", "vibration", "events", "contact")
+_DIRECTIONS = ((RISING, "rising", "force"), (FALLING, "falling", "events"), (HELD, "held", "contact"))
+
+
+def result_of(found: Linearisation, reference: str) -> Result:
+    """The result of a linearisation against a reference, which is named in the profile."""
+    return Result(
+        kind="fsr",
+        title=f"FSR linearisation of {found.tile}",
+        quantities=quantities_of(found),
+        verdict=verdict_of(found),
+        good=found.good,
+        warnings=found.warnings,
+        drawings=drawings_of(found),
+        raw=(("pairs", PAIR_HEADER, np.concatenate([sensor.rows(j) for j, sensor in enumerate(found.sensors)])),),
+        apply=lambda profile: profile.with_part(part_of(found, reference)),
+        method=METHOD,
+    )
+
+
+def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
+    """Name, value and unit of all that was measured: means over the sensors, then each."""
+    measured = [sensor.characteristics for sensor in found.sensors if sensor.characteristics is not None]
+    several: list[tuple[str, float, str]] = [
+        ("full_scale_n", found.full_scale_n, "N"),
+        ("sensors_calibrated", float(len(found.calibrated)), ""),
+    ]
+    for name, unit in SensorCharacteristics.units().items():
+        values = [value for one in measured if np.isfinite(value := getattr(one, name))]
+        if values:
+            several.append((name, float(np.mean(values)), unit))
+    several.append(("spread_percent", spread_percent([found.sensors[j].curve for j in found.calibrated]), "%"))
+    for j in found.calibrated:
+        several.append((f"error_percent_{j + 1}", found.sensors[j].curve.error_percent, "%"))
+    return tuple((name, value, unit) for name, value, unit in several if np.isfinite(value))
+
+
+def verdict_of(found: Linearisation) -> str:
+    """In plain words: how accurate the forces are, and what limits them."""
+    figures = {name: value for name, value, _ in quantities_of(found)}
+    words = f"Forces are accurate to {found.error_percent:.1f} % of full scale ({found.full_scale_n:.0f} N)"
+    if "memory_error_percent" in figures:
+        words += f", or to {figures['memory_error_percent']:.1f} % with hysteresis and creep compensated"
+    if found.error_percent > ALLOWED_PERCENT:
+        words += f"; {ALLOWED_PERCENT:.0f} % is allowed"
+    words += "."
+    bound = figures["bound_percent"]
+    if found.error_percent <= 1.1 * bound and bound > 0.5:
+        words += f" Because of hysteresis, no static curve can be more accurate than {bound:.1f} %."
+    worst = max(found.calibrated, key=lambda j: found.sensors[j].curve.error_percent)
+    if found.sensors[worst].curve.error_percent > ALLOWED_PERCENT >= found.error_percent:
+        error = found.sensors[worst].curve.error_percent
+        words += f" The error of sensor {worst + 1} is {error:.1f} %; {ALLOWED_PERCENT:.0f} % is allowed."
+    if found.saturated:
+        ends = ", ".join(f"sensor {j + 1} above {end_n:.3g} N" for j, end_n in found.saturated)
+        words += f" Saturated: {ends}; larger forces are underestimated."
+    missing = [f"sensor {j + 1}: {found.sensors[j].curve.uncalibrated}" for j in range(4) if j not in found.calibrated]
+    if missing:
+        words += f" Not calibrated: {'; '.join(missing)}."
+    return words
+
+
+def part_of(found: Linearisation, reference: str, today: date | None = None) -> Fsr:
+    """The profile's part."""
+    first, second, third, fourth = (sensor.curve for sensor in found.sensors)
+    return Fsr(
+        made=(today or date.today()).isoformat(),
+        reference=reference,
+        error=round(found.error_percent, 4),
+        error_allowed=ALLOWED_PERCENT,
+        error_unit="% of full scale",
+        good=found.good,
+        verdict=verdict_of(found),
+        figures={name: float(f"{value:.6g}") for name, value, _ in quantities_of(found)},
+        sensors=(first, second, third, fourth),
+    )
+
+
+def drawings_of(found: Linearisation) -> tuple[Drawing, ...]:
+    """Curves and residuals of every sensor, then hysteresis, creep and the candidates of all."""
+    fits = [(j, sensor) for j, sensor in enumerate(found.sensors) if sensor.pairs is not None]
+    every: list[Drawing] = []
+    for j, sensor in fits:
+        every += [_curve(j, sensor), _residuals(j, sensor)]
+    every += [_creep(fits), _candidates(fits)]
+    return tuple(drawing for drawing in every if drawing.series)
+
+
+def taken_so_far(pairs: Pairs) -> tuple[Drawing, ...]:
+    """The pairs themselves, a colour each sensor; nothing before the first load."""
+    if pairs.force_n.max(initial=0.0) < _LOADED_N:
+        return ()
+    shown = []
+    for j in range(4):
+        mine = np.flatnonzero(pairs.sensor == j)
+        mine = mine[:: max(1, mine.size // _DOTS)]
+        if mine.size:
+            shown.append(series(f"sensor {j + 1}", pairs.force_n[mine], pairs.reading[mine], "dots", _COLOURS[j]))
+    return (Drawing("Taken so far", "force, N", "reading, counts", tuple(shown)),)
+
+
+def _curve(j: int, sensor: SensorFit) -> Drawing:
+    """Pairs of a sensor and the curve through them."""
+    pairs, curve = sensor.pairs, sensor.curve
+    assert pairs is not None
+    x = np.linspace(curve.readings[0], curve.readings[-1], 400)
+    shown: list[Series] = []
+    for direction, name, colour in _DIRECTIONS:
+        mine = np.flatnonzero(pairs.direction == direction)
+        mine = mine[:: max(1, mine.size // _DOTS)]
+        if mine.size:
+            shown.append(series(name, pairs.reading(pairs.x[mine]), pairs.force_n[mine], "dots", colour))
+    shown.append(series(curve.family, x, curve.force(x), "line", "vibration"))
+    return Drawing(f"Sensor {j + 1}: curve", "reading, counts", "force, N", tuple(shown))
+
+
+def _residuals(j: int, sensor: SensorFit) -> Drawing:
+    """Held-out error of a sensor over force."""
+    pairs, estimate_n = sensor.pairs, sensor.estimate_n
+    assert pairs is not None
+    assert estimate_n is not None
+    assert sensor.seen is not None
+    force, directions = pairs.force_n[sensor.seen], pairs.direction[sensor.seen]
+    error = 100.0 * (estimate_n - force) / pairs.full_scale_n
+    shown = []
+    for direction, name, colour in _DIRECTIONS:
+        mine = np.flatnonzero(directions == direction)
+        mine = mine[:: max(1, mine.size // _DOTS)]
+        if mine.size:
+            shown.append(series(name, force[mine], error[mine], "dots", colour))
+    return Drawing(f"Sensor {j + 1}: held-out error", "force, N", "error, % of full scale", tuple(shown))
+
+
+def _creep(fits: list[tuple[int, SensorFit]]) -> Drawing:
+    """The longest hold of each sensor."""
+    shown = []
+    for j, sensor in fits:
+        pairs = sensor.pairs
+        assert pairs is not None
+        runs = creep_runs(pairs)
+        if not runs:
+            continue
+        run = max(runs, key=lambda r: float(pairs.time_s[r.stop - 1] - pairs.time_s[r.start]))
+        since = held_s(pairs, run)
+        later = since >= 0.05
+        ratio = sensor.curve.force(pairs.reading(pairs.x[run]))[later] / pairs.force_n[run][later]
+        shown.append(series(f"sensor {j + 1}", since[later], ratio, "line", _COLOURS[j]))
+    return Drawing("Creep: measured over true force of a held load", "time held, s", "ratio", tuple(shown), x_log=True)
+
+
+def _candidates(fits: list[tuple[int, SensorFit]]) -> Drawing:
+    """Held-out error of the candidates, in their order."""
+    shown = []
+    names = [name for name, _ in fits[0][1].tried] if fits else []
+    for j, sensor in fits:
+        errors = dict(sensor.tried)
+        places = [k + 1.0 for k, name in enumerate(names) if name in errors]
+        shown.append(series(f"sensor {j + 1}", places, [errors[n] for n in names if n in errors], "line", _COLOURS[j]))
+    return Drawing("Held-out error of the candidates", ", ".join(names), "% of full scale", tuple(shown))

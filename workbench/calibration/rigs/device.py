@@ -1,0 +1,142 @@
+"""A rig of hardware: a tile that sends its readings, a person who presses it, and a load cell beside it."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
+from underfoot.devices.transport import Transport
+from underfoot.devices.transport_reader import TransportReader
+from underfoot.errors import BadValue, DeviceError, require
+
+_MOST_S = 30.0
+"""Readings that nobody takes for this long are dropped, the oldest first."""
+_KEPT_ARRIVALS = 50
+"""Arrivals of the load cell's frames that are kept for the times of the tile's readings."""
+
+
+@dataclass(frozen=True)
+class LoadCell:
+    """A load cell that sends frames as a tile does: over `port`, or over the tile's own transport where that is None.
+
+    It is channel `sensor` (0 to 3) of tile number `tile`; newtons are `newtons_per_count` times what is above `zero`.
+    """
+
+    tile: int
+    sensor: int = 0
+    newtons_per_count: float = 1.0
+    zero: float = 0.0
+    port: Transport | None = None
+
+    def __post_init__(self) -> None:
+        require(0 <= self.tile <= 0xFFFF, "tile", self.tile, "0 to 65535")
+        require(0 <= self.sensor <= 3, "sensor", self.sensor, "0 to 3")
+        require(self.newtons_per_count != 0.0, "newtons_per_count", self.newtons_per_count, "not 0")
+
+
+def load_cell_of(text: str) -> LoadCell:
+    """A load cell that comes over the tile's own transport, `TILE.SENSOR:NEWTONS_A_COUNT:ZERO`, the sensor from 1.
+
+    >>> load_cell_of("9.1:0.05:120")
+    LoadCell(tile=9, sensor=0, newtons_per_count=0.05, zero=120.0, port=None)
+    """
+    place, _, scale = text.partition(":")
+    tile, _, sensor = place.partition(".")
+    newtons, _, zero = scale.partition(":")
+    try:
+        return LoadCell(int(tile), int(sensor) - 1, float(newtons), float(zero or "0"))
+    except ValueError:
+        raise BadValue(f"cell is {text!r}; allowed: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120") from None
+
+
+class DeviceRig:
+    """Reads tile number `tile` from `port`, and a load cell where there is one; a person presses.
+
+    `read` never waits; where the line has gone away readings stop, and go on when it is back. After `silent_reads`
+    calls without a reading, which is ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
+    """
+
+    def __init__(self, port: Transport, tile: int, cell: LoadCell | None = None, silent_reads: int = 2000) -> None:
+        self._tile, self._cell, self._silent_reads = tile, cell, silent_reads
+        self._lock = threading.Lock()
+        self._frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
+        self._forces: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+        self._zero_s: dict[tuple[int, int], float] = {}
+        self._last_s = -np.inf
+        self._empty_reads = 0
+        self._readers = [TransportReader(port, self._hear(port))]
+        if cell is not None and cell.port is not None:
+            self._readers.append(TransportReader(cell.port, self._hear(cell.port)))
+        for reader in self._readers:
+            reader.start()
+
+    def press(self, press: PressRequest | None) -> None:
+        """Nothing: a person reads the page."""
+
+    def read(self) -> Readings:
+        """What came in since the last call; `DeviceError` when nothing has come for ten seconds."""
+        with self._lock:
+            frames, self._frames = self._frames, []
+            cell = list(self._forces)
+        if not frames:
+            self._empty_reads += 1
+            if self._empty_reads > self._silent_reads:
+                raise DeviceError(f"nothing comes of tile {self._tile}: {self.news() or 'is it plugged in?'}")
+            return NO_READINGS
+        self._empty_reads = 0
+        time_s = np.concatenate([times for _, times, _ in frames])
+        values = np.concatenate([readings for _, _, readings in frames])
+        later = time_s > self._last_s
+        time_s, values = time_s[later], values[later]
+        if time_s.size:
+            self._last_s = float(time_s[-1])
+        if self._cell is None or not cell:
+            return Readings(time_s, values)
+        cell_s = np.concatenate([times for times, _ in cell])
+        cell_n = np.concatenate([newtons for _, newtons in cell])
+        return Readings(time_s, values, np.interp(time_s, cell_s, cell_n))
+
+    def news(self) -> str:
+        """The latest notices of the transports, in a sentence each."""
+        return "; ".join(line for reader in self._readers for line in list(reader.notices)[-2:])
+
+    def play(self, sound: Sound) -> NDArray[np.float64]:
+        """A tile's line carries no sound."""
+        raise BadValue("a tile's line carries no sound; the response is measured through a sound card")
+
+    def close(self) -> None:
+        """Let the lines go."""
+        for reader in self._readers:
+            reader.close()
+
+    def _hear(self, port: Transport) -> Callable[[NDArray[np.void], float], None]:
+        """The function that takes the samples of one transport, in its thread."""
+        is_tiles = self._cell is None or self._cell.port is None or port is not self._cell.port
+
+        def hear(samples: NDArray[np.void], now: float) -> None:
+            with self._lock:
+                if is_tiles:
+                    mine = samples[samples["tile"] == self._tile]
+                    if len(mine):
+                        self._frames.append((now, self._times(0, mine, now), mine["readings"].astype(np.float64)))
+                if self._cell is not None and (not is_tiles or self._cell.port is None):
+                    cells = samples[samples["tile"] == self._cell.tile]
+                    if len(cells):
+                        counts = cells["readings"][:, self._cell.sensor].astype(np.float64)
+                        newtons = self._cell.newtons_per_count * (counts - self._cell.zero)
+                        self._forces.append((self._times(1, cells, now), newtons))
+                        del self._forces[:-_KEPT_ARRIVALS]
+                while self._frames and self._frames[-1][0] - self._frames[0][0] > _MOST_S:
+                    del self._frames[0]
+
+        return hear
+
+    def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
+        """Device time on the host's clock: even, and set once for each epoch of a device, by its first arrival."""
+        device_s = samples["microseconds"] * 1e-6
+        epoch = (line, int(samples["epoch"][-1]))
+        zero = self._zero_s.setdefault(epoch, now - float(device_s[-1]))
+        return np.asarray(device_s + zero)

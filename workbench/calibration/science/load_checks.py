@@ -1,0 +1,120 @@
+"""Loads over single sensors while they are measured: whether they can be right, and what other sensors bear."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.calibration.files.measurements import LARGEST_READING
+from underfoot.errors import BadMeasurement
+from underfoot.floor.curves import Curve
+
+Values = NDArray[np.float64]
+
+_MOST_SHARED = 0.1
+"""The other sensors bear at most this share of a load over one sensor."""
+_RAILS = (0.0, LARGEST_READING)
+"""The ends of the converter."""
+_LEAST_COUNTS, _CLEAR_COUNTS = 20.0, 400.0
+"""A change of reading that is less than the first is none; one above the second is no noise."""
+_LOADED = 0.3
+"""From this share of full scale on, a sensor must respond."""
+_LEAST_SAMPLES = 20
+_APPARENT = (0.35, 2.8)
+"""A typed weight is within these factors of what its reading looks like."""
+
+
+def require_response(sensor: int, rest: Values, readings: Values, force_n: Values, full_scale_n: float) -> None:
+    """Raise `BadMeasurement` for a silent sensor, one that clips, another that responds, and a silent load cell.
+
+    `rest` (4,) are the readings of the empty tile, `readings` (n, 4) those under `force_n` (n,) over `sensor`, from 0.
+    """
+    loaded = force_n >= _LOADED * full_scale_n
+    change = np.abs(readings - rest)
+    pressed = readings[:, sensor]
+    if np.count_nonzero(loaded) >= _LEAST_SAMPLES:
+        typical = np.median(change[loaded], axis=0)
+        _require_own(sensor, typical, "pressed")
+        if typical[sensor] < _LEAST_COUNTS:
+            raise BadMeasurement(
+                f"sensor {sensor + 1} gives no signal: it stays at {np.median(pressed[loaded]):.0f} under "
+                f"{np.median(force_n[loaded]):.0f} N"
+            )
+    elif float(np.ptp(pressed)) > 6000.0 and float(force_n.max()) < 0.01 * full_scale_n:
+        raise BadMeasurement(f"the load cell gives no force while sensor {sensor + 1} is pressed")
+    railed = np.isin(pressed, _RAILS) & (change[:, sensor] > _CLEAR_COUNTS)
+    if np.count_nonzero(railed) >= _LEAST_SAMPLES:
+        raise BadMeasurement(
+            f"sensor {sensor + 1} clips: it stays at {pressed[railed][0]:.0f} above {force_n[railed].min():.0f} N; "
+            "choose a smaller full scale, or another divider"
+        )
+
+
+def require_weight(
+    sensor: int,
+    given_n: float,
+    reading: float,
+    readings: Values,
+    rest: Values,
+    full_scale_n: float,
+    apparent_n: float | None,
+) -> None:
+    """Raise `BadMeasurement` for a weight over `sensor`, from 0, that cannot be what was typed, `given_n`.
+
+    `reading` is the sensor's steady one, `readings` (4,) are those of all sensors and `rest` (4,) those of the empty
+    tile; `apparent_n` is what the reading looks like by other weights (`apparent_load_n`), None where that is unknown.
+    """
+    change = abs(reading - float(rest[sensor]))
+    if reading in _RAILS and change > _CLEAR_COUNTS:
+        raise BadMeasurement(f"sensor {sensor + 1} clips at {given_n:g} N: its reading stays at {reading:.0f}")
+    if given_n > 0.0:
+        _require_own(sensor, np.abs(readings - rest), "loaded")
+    if given_n >= _LOADED * full_scale_n and change < _LEAST_COUNTS:
+        raise BadMeasurement(f"sensor {sensor + 1} gives no signal: it stays at {reading:.0f} under {given_n:g} N")
+    low, high = _APPARENT
+    if given_n > 0.0 and apparent_n is not None and not low <= given_n / apparent_n <= high:
+        raise BadMeasurement(
+            f"{given_n:g} N was typed, but sensor {sensor + 1} reads as under about {apparent_n:.0f} N; "
+            "check the weight"
+        )
+
+
+def _require_own(sensor: int, change: Values, is_what: str) -> None:
+    """Refuse changes of reading (4,) of which another sensor's is the strongest by far."""
+    strongest = int(np.argmax(change))
+    if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * change[sensor]:
+        raise BadMeasurement(
+            f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; are their wires swapped?"
+        )
+
+
+def apparent_load_n(change: float, weights: Sequence[tuple[float, float]]) -> float:
+    """The load that a change of reading looks like, by known weights: (change of reading, newtons) of each.
+
+    Interpolated on logarithmic axes; beyond the weights along the last slope.
+
+    >>> round(apparent_load_n(400.0, [(100.0, 10.0), (200.0, 20.0), (800.0, 80.0)]), 6)
+    40.0
+    """
+    x, f = np.log(np.array(weights)).T
+    order = np.argsort(x)
+    x, f = x[order], np.maximum.accumulate(f[order])
+    at = float(np.log(max(change, 1.0)))
+    if x[0] <= at <= x[-1]:
+        return float(np.exp(np.interp(at, x, f)))
+    two = slice(-2, None) if at > x[-1] else slice(0, 2)
+    slope = float(np.clip(np.diff(f[two])[0] / max(np.diff(x[two])[0], 1e-3), 0.3, 4.0))
+    end = -1 if at > x[-1] else 0
+    return float(np.exp(f[end] + slope * (at - x[end])))
+
+
+def share_of_others(curves: Sequence[Curve], sensor: int, time_s: Values, readings: Values, load_n: Values) -> float:
+    """The share of loads (n,) over one sensor that the other sensors bear, for a plate is never quite true.
+
+    `curves` are those of all sensors, `readings` (n, 4) at `time_s` (n,). It is the slope of the others' sum over the
+    load, with a slow drift taken out: they still creep after loads of their own.
+    """
+    others = np.nansum([curve.force(readings[:, k]) for k, curve in enumerate(curves) if k != sensor], axis=0)
+    terms = np.stack([load_n, np.ones(load_n.size), time_s - time_s[0], np.log1p(time_s - time_s[0])], axis=1)
+    slope = float(np.linalg.lstsq(terms, others, rcond=None)[0][0])
+    return float(np.clip(slope, -_MOST_SHARED, _MOST_SHARED))

@@ -1,0 +1,81 @@
+"""Presses at known places while they are measured: when one begins, and whether it is steady and can be right."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.calibration.files.measurements import LARGEST_READING
+from underfoot.calibration.rig import Readings
+from underfoot.errors import BadMeasurement
+
+Values = NDArray[np.float64]
+
+EMPTY_S = 0.15
+"""How long the tile must be empty before a press, for its baseline."""
+PRESSED = 0.3
+"""From this share of the load on, the tile is pressed."""
+_FORCE_STEADY, _PLACE_STEADY_M = 0.05, 0.006
+"""Standard deviations up to which a press is steady: of the force, as a share of the load, and of the place."""
+_UNSTEADY_S = 20.0
+"""A press that is not steady after so long is given up."""
+_WRONG_PLACE_M = 0.08
+"""A press that is measured further than this from where it was asked for is at another place."""
+_LEAST_SHARE = 0.02
+"""Sensors that measure less than this share of a load give no signal."""
+
+
+def press_begun(readings: Readings, total_n: Values, load_n: float) -> tuple[float, Values, Readings] | None:
+    """When the tile was last empty before a press with `load_n`, the values (m,) then, and the readings of the press.
+
+    `total_n` (n,) is the load during the readings, from a reference or from the sensors. None where the readings do not
+    begin with an empty tile.
+    """
+    light = np.flatnonzero(total_n < PRESSED * load_n)
+    if not light.size:
+        return None
+    empty = light[total_n[light] <= total_n[light].min() + 0.03 * load_n]
+    if readings.time_s[empty[-1]] - readings.time_s[empty[0]] < 0.9 * EMPTY_S:
+        return None
+    late = empty[readings.time_s[empty] >= readings.time_s[empty[-1]] - EMPTY_S]
+    when = float(readings.time_s[late].mean())
+    return when, np.median(readings.values[late], axis=0), readings.since(int(light[-1]))
+
+
+def is_steady(force_share: float, place_m: float, pressed_s: float) -> bool:
+    """Whether these standard deviations are small; `BadMeasurement` where they are not after `pressed_s` of pressing.
+
+    >>> is_steady(0.01, 0.001, 0.5), is_steady(0.2, 0.001, 0.5)
+    (True, False)
+    """
+    if force_share <= _FORCE_STEADY and place_m <= _PLACE_STEADY_M:
+        return True
+    if pressed_s > _UNSTEADY_S:
+        raise BadMeasurement(
+            f"the press is unsteady: its force varies by {100 * force_share:.0f} %, its place by "
+            f"{1e3 * place_m:.0f} mm (standard deviations); hold still"
+        )
+    return False
+
+
+def require_place(measured_m: tuple[float, float], wanted_m: tuple[float, float]) -> None:
+    """Raise `BadMeasurement` for a press that is measured far from where it was asked for."""
+    off = float(np.hypot(measured_m[0] - wanted_m[0], measured_m[1] - wanted_m[1]))
+    if off > _WRONG_PLACE_M:
+        raise BadMeasurement(
+            f"the press is measured {1e3 * off:.0f} mm from where it was asked for: another place, or sensors swapped?"
+        )
+
+
+def require_signal(load_n: float, reference_n: Values | None, measured_n: Values) -> None:
+    """Raise `BadMeasurement` for sensors that sum up to (almost) nothing under a load that the reference measures."""
+    if reference_n is not None and float(np.median(reference_n)) > 0.8 * load_n:
+        share = float(np.median(measured_n)) / float(np.median(reference_n))
+        if share < _LEAST_SHARE:
+            raise BadMeasurement(f"no signal: the sensors add up to {np.median(measured_n):.3g} N under {load_n:.0f} N")
+
+
+def require_unclipped(readings: Values, rest: Values) -> None:
+    """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at the converter's end; `rest` (4,) do not."""
+    railed = np.flatnonzero((readings >= LARGEST_READING).mean(axis=0) > 0.5)
+    railed = railed[np.abs(rest[railed] - LARGEST_READING) > 400.0]
+    if railed.size:
+        raise BadMeasurement(f"sensor {railed[0] + 1} clips: its reading stays at 65535; press less hard there")

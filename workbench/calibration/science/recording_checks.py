@@ -1,0 +1,89 @@
+"""Whether a recording can be that of the sound that was played: silence, clipping, and other signals are refused."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.errors import BadMeasurement, require
+
+Array = NDArray[np.float64]
+
+_LEAST_SIGNAL = 1e-5
+"""A recording whose largest sample is less than this, of full scale, is silent."""
+_EXPLAINED, _STRANGE = 0.3, 0.5
+"""The least share of the power that the sweep must explain, and the most that it may leave unexplained in an octave."""
+_DISPERSED_FROM_HZ, _MOST_DISPERSED_MS = 100.0, 30.0
+
+
+def signal_of(name: str, given: ArrayLike) -> Array:
+    """One channel of finite samples (frames,); `BadValue` for anything else."""
+    signal = np.asarray(given, dtype=np.float64)
+    require(signal.ndim == 1 and signal.size > 0, name, signal.shape, "one channel, shape (frames,)")
+    require(bool(np.isfinite(signal).all()), name, "a signal with values that are not finite", "finite samples")
+    return signal
+
+
+def require_not_silent(heard: Array) -> None:
+    """Raise `BadMeasurement` for a recording of nothing."""
+    largest = float(np.abs(heard - heard.mean()).max(initial=0.0))
+    if largest < _LEAST_SIGNAL:
+        raise BadMeasurement(
+            f"no signal: the largest sample is {largest:.2g} of full scale; is the accelerometer connected?"
+        )
+
+
+def require_not_clipped(heard: Array) -> None:
+    """Raise `BadMeasurement` for a recording whose peaks are cut off: runs of equal samples at its own extremes."""
+    for extreme in (float(heard.max()), float(heard.min())):
+        at = np.flatnonzero(heard == extreme)
+        steps = np.abs(np.diff(heard))
+        finest = float(steps[steps > 0.0].min(initial=math.inf))
+        # Coarse samples stay on one value at every peak of a slow sine: that is no clipping.
+        if at.size < 8 or abs(extreme) < 300.0 * finest:
+            continue
+        runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+        if sum(run.size >= 3 for run in runs) >= 3:
+            raise BadMeasurement(
+                f"the recording is clipped: {at.size} samples lie at {extreme:.3g} of full scale; turn the input down"
+            )
+
+
+def require_explained(f: Array, heard: Array, left: Array, noise: Array) -> None:
+    """Raise `BadMeasurement` for a recording that its sweep does not explain.
+
+    `heard`, `left` and `noise` (n,) are the power recorded, left unexplained, and of noise, at frequencies `f` (n,).
+    Judged octave by octave, since one resonance can have nearly all the power; unknown noise (NaN) counts as 0.
+    """
+    share = 1.0 - float(left.sum() / max(heard.sum(), 1e-300))
+    edges = np.flatnonzero(np.diff(np.floor(np.log2(f / f[0])), prepend=-1.0))
+    whole, strange = (np.add.reduceat(p, edges) for p in (heard, left - 1.5 * np.nan_to_num(noise)))
+    octaves = whole >= 1e-4 * whole.max()
+    most = float(np.max(strange[octaves] / whole[octaves], initial=0.0))
+    if share < _EXPLAINED or most > _STRANGE:
+        percent = 100.0 * max(min(share, 1.0 - most), 0.0)
+        raise BadMeasurement(
+            f"sweep and recording do not fit: the sweep explains {percent:.0f} % of what was heard; "
+            "another channel, another sweep, or a signal far too close to the noise?"
+        )
+
+
+def require_same_sweep(response: Array, low: float, high: float, rate_hz: float) -> None:
+    """Raise `BadMeasurement` if some octaves of an impulse response (frames,) arrive much later than others.
+
+    The recording is then of a sweep of another speed, or at another rate; `low` to `high` is the sweep's band, Hz.
+    """
+    if high < 4.0 * _DISPERSED_FROM_HZ:
+        return
+    spectrum, f = np.fft.fft(response), np.fft.fftfreq(response.size, 1.0 / rate_hz)
+    arrivals = []
+    for begin, end in pairwise(np.geomspace(max(low, _DISPERSED_FROM_HZ), high, 5)):
+        envelope = np.abs(np.fft.ifft(np.where((f >= begin) & (f < end), spectrum, 0.0)))
+        arrivals.append(1000.0 * float(np.argmax(envelope)) / rate_hz)
+    apart_ms = max(arrivals) - min(arrivals)
+    if apart_ms > _MOST_DISPERSED_MS:
+        raise BadMeasurement(
+            f"sweep and recording do not fit: some octaves arrive {apart_ms:.0f} ms later than others; "
+            "another sweep, or recorded at another rate?"
+        )

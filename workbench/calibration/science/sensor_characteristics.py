@@ -1,0 +1,166 @@
+"""Characteristics of a sensor besides its curve: hysteresis, creep, repeatability, noise, and spread of parts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.calibration.science.sensor_pairs import (
+    BINS,
+    FALLING,
+    HELD,
+    HELD_S,
+    RISING,
+    SensorPairs,
+    force_bin,
+)
+from underfoot.floor.curves import Curve
+from underfoot.models.tile.fsr_curves import rising
+
+Values = NDArray[np.float64]
+
+_LEAST_HOLD_S = 1.5
+"""A load that is held for less does not show creep."""
+_SETTLED_S = 0.1
+"""When a held load has settled, and creep begins to count."""
+
+
+@dataclass(frozen=True)
+class SensorCharacteristics:
+    """Measured on one sensor; NaN where its pairs do not show it. % are of full scale, but for creep.
+
+    `error_percent` is the RMS error on held-out loadings, all forces weighted alike; `bound_percent` the least that any
+    rising curve can reach on the same data; `memory_error_percent` as `error_percent`, with hysteresis and creep
+    compensated. `hysteresis_percent` is the widest gap between falling and rising loads, `creep_percent_decade` how
+    much the reading of a held load grows a decade of time (% of itself), `repeatability_percent` the standard deviation
+    from one loading to the next, `noise_n` that of one reading of the empty tile.
+    """
+
+    error_percent: float
+    bound_percent: float
+    memory_error_percent: float
+    mean_error_percent: float
+    worst_error_percent: float
+    hysteresis_percent: float
+    creep_percent_decade: float
+    repeatability_percent: float
+    noise_n: float
+
+    @staticmethod
+    def units() -> dict[str, str]:
+        """Names and units."""
+        return {
+            "error_percent": "% of full scale",
+            "bound_percent": "% of full scale",
+            "memory_error_percent": "% of full scale",
+            "mean_error_percent": "% of full scale",
+            "worst_error_percent": "% of full scale",
+            "hysteresis_percent": "% of full scale",
+            "creep_percent_decade": "% a decade",
+            "repeatability_percent": "% of full scale",
+            "noise_n": "N",
+        }
+
+
+def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estimate_n: Values) -> SensorCharacteristics:
+    """The characteristics of a sensor; `estimate_n` are the held-out newtons of the samples `seen`."""
+    f, w, full = pairs.force_n[seen], pairs.weight[seen], pairs.full_scale_n
+    order = np.argsort(pairs.x[seen], kind="stable")
+    best = rising(f[order], w[order]) - f[order]
+    errors = np.abs(estimate_n - f)
+    apparent = curve.force(pairs.reading(pairs.x))
+    return SensorCharacteristics(
+        error_percent=curve.error_percent,
+        bound_percent=rms_percent(best, w[order], full),
+        memory_error_percent=curve.compensation.error_percent if curve.compensation else np.nan,
+        mean_error_percent=100.0 * float((w * errors).sum() / w.sum()) / full,
+        worst_error_percent=100.0 * float(errors.max()) / full,
+        hysteresis_percent=_hysteresis_percent(pairs, apparent),
+        creep_percent_decade=_creep_percent(pairs, apparent),
+        repeatability_percent=_repeatability_percent(pairs, apparent),
+        noise_n=_noise_n(pairs, apparent),
+    )
+
+
+def rms_percent(errors_n: Values, weight: Values, full_scale_n: float) -> float:
+    """Weighted RMS, % of full scale."""
+    return 100.0 * float(np.sqrt((weight * errors_n**2).sum() / weight.sum())) / full_scale_n
+
+
+def spread_percent(curves: Sequence[Curve]) -> float:
+    """Spread of the sensors of a tile: half the range of their readings at half of full scale, % of the mean."""
+    if len(curves) < 2:
+        return float("nan")
+    changes = []
+    for curve in curves:
+        x = np.linspace(curve.readings[0], curve.readings[-1], 2001)
+        at = x[int(np.argmin(np.abs(curve.force(x) - 0.5 * curve.full_scale_n)))]
+        changes.append(abs(float(at) - curve.unloaded_reading))
+    return 100.0 * (max(changes) - min(changes)) / (2.0 * float(np.mean(changes)))
+
+
+def creep_runs(pairs: SensorPairs) -> list[slice]:
+    """Stretches over which a load above a fifth of full scale is held."""
+    if not pairs.timed:
+        return []
+    held = (pairs.direction == HELD) & (pairs.force_n > 0.2 * pairs.full_scale_n)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
+    runs = [slice(int(a), int(b)) for a, b in pairwise(edges.tolist())][::2]
+    return [run for run in runs if pairs.time_s[run.stop - 1] - pairs.time_s[run.start] >= _LEAST_HOLD_S]
+
+
+def held_s(pairs: SensorPairs, run: slice) -> Values:
+    """How long a load has been held at each sample of a stretch; a hold is detected half of `HELD_S` late."""
+    return np.asarray(pairs.time_s[run] - pairs.time_s[run.start] + 0.5 * HELD_S)
+
+
+def _by_level(pairs: SensorPairs, values: Values, chosen: NDArray[np.bool_]) -> Values:
+    """Mean of the chosen `values` in each bin of force, NaN where there are none."""
+    at = force_bin(pairs.force_n[chosen], pairs.full_scale_n)
+    total = np.bincount(at, values[chosen], minlength=BINS)
+    count = np.bincount(at, minlength=BINS)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+
+def _hysteresis_percent(pairs: SensorPairs, apparent: Values) -> float:
+    way, excess = pairs.direction, apparent - pairs.force_n
+    usable = pairs.usable
+    gap = _by_level(pairs, excess, usable & (way == FALLING)) - _by_level(pairs, excess, usable & (way == RISING))
+    gap = gap[np.isfinite(gap)]
+    return 100.0 * float(gap[np.argmax(np.abs(gap))]) / pairs.full_scale_n if gap.size else np.nan
+
+
+def _creep_percent(pairs: SensorPairs, apparent: Values) -> float:
+    slopes, spans = [], []
+    for run in creep_runs(pairs):
+        since = held_s(pairs, run)
+        later = since >= _SETTLED_S
+        decades = np.log10(since[later])
+        ratio = apparent[run][later] / pairs.force_n[run][later]
+        # On a logarithmic axis samples crowd at the end of a hold; the weights let each decade count alike.
+        weight = 1.0 / np.sqrt(since[later])
+        slopes.append(float(np.polyfit(decades, ratio, 1, w=weight)[0] / ratio.mean()))
+        spans.append(float(np.ptp(decades)))
+    return 100.0 * float(np.average(slopes, weights=spans)) if slopes else np.nan
+
+
+def _repeatability_percent(pairs: SensorPairs, apparent: Values) -> float:
+    if pairs.cycles < 3:
+        return np.nan
+    excess = apparent - pairs.force_n
+    spreads = []
+    for way in (RISING, FALLING):
+        chosen = pairs.usable & (pairs.direction == way)
+        means = np.array([_by_level(pairs, excess, chosen & (pairs.fold == k)) for k in np.unique(pairs.fold)])
+        enough = np.isfinite(means).sum(axis=0) >= 2
+        if enough.any():
+            spreads.append(np.nanvar(means[:, enough], axis=0, ddof=1))
+    return 100.0 * float(np.sqrt(np.concatenate(spreads).mean())) / pairs.full_scale_n if spreads else np.nan
+
+
+def _noise_n(pairs: SensorPairs, apparent: Values) -> float:
+    rest = np.abs(pairs.force_n) <= 0.005 * pairs.full_scale_n
+    steps = np.diff(apparent)[rest[1:] & rest[:-1]]
+    return float(np.std(steps)) / np.sqrt(2.0) if steps.size > 20 else np.nan

@@ -1,0 +1,259 @@
+"""The pairs of one sensor made ready to fit: in order of time, zeroed at rest, cut into loadings, and weighted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[np.float64]
+
+RISING, FALLING, HELD, UNKNOWN = 0, 1, 2, 3
+"""Whether the load rose, fell or was held at a sample."""
+BINS = 48
+"""Equal bins of force, from 0 to full scale."""
+_SMOOTH_S = 0.05
+HELD_S, _HELD_SHARE = 0.5, 0.05
+"""A load that stays within this share of full scale for this long is held; a hand does not hold it better."""
+_HELD_WEIGHT = 0.3
+"""What a sample of a held load counts: a recording dwells on it, and it creeps."""
+_FOLDS = 6
+_UNLOADED = 0.005
+_RANGE = 50.0
+"""A reading that changes by fewer of its smallest steps than this cannot tell forces apart."""
+_SATURATED_SLOPE = 0.05
+"""A reading whose slope over force is less than this part of its usual slope is saturated."""
+
+
+@dataclass(frozen=True)
+class SensorPairs:
+    """The pairs of one sensor, all (n,), in order of time.
+
+    `x` is the reading's distance from `rest`, positive when pressed (`sign` -1 where readings fall). `direction` is
+    RISING, FALLING, HELD or UNKNOWN. `usable` leaves out saturated samples; `weight` makes all forces count alike,
+    however long the load stayed at them; `fold` is the cross-validation fold that a sample's loading is in. `timed`
+    says whether times can be trusted, `cycles` is the number of loadings, `rested` whether the empty tile was read, and
+    `saturates_n` the force from which on the reading is saturated, infinite where it is not.
+    """
+
+    time_s: Values
+    x: Values
+    force_n: Values
+    weight: Values
+    direction: NDArray[np.intp]
+    fold: NDArray[np.intp]
+    usable: NDArray[np.bool_]
+    sign: float
+    rest: float
+    full_scale_n: float
+    timed: bool
+    cycles: int
+    rested: bool
+    saturates_n: float
+
+    def reading(self, x: Values) -> Values:
+        """Readings at distances from rest."""
+        return self.rest + self.sign * x
+
+
+def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: float) -> SensorPairs | str:
+    """A sensor's pairs made ready, or why they cannot be used. `full_scale_n` is that of all sensors together."""
+    trouble = _insufficient(reading, force_n, full_scale_n)
+    if trouble:
+        return trouble
+    order = np.argsort(time_s, kind="stable")
+    time_s, reading, force_n = time_s[order], reading[order], force_n[order]
+    timed = is_timed(time_s)
+    own_full = float(force_n.max())
+    unloaded = np.abs(force_n) <= _UNLOADED * full_scale_n
+    sign = direction_of(reading, force_n)
+    rested = bool(np.count_nonzero(unloaded))
+    rest = _rest(reading, force_n, unloaded, full_scale_n) if rested else _extrapolated_rest(reading, force_n, sign)
+    x = sign * (reading - rest)
+    trouble = _unresponsive(x, force_n, rest, unloaded, full_scale_n)
+    if trouble:
+        return trouble
+    smooth = smoothed(force_n, time_s) if timed else force_n
+    direction = directions(smooth, time_s, full_scale_n) if timed else _weight_directions(force_n)
+    usable, saturates_n = _unsaturated(x, reading, force_n, direction, full_scale_n)
+    if saturates_n < 0.3 * full_scale_n:
+        return f"its reading is saturated above {saturates_n:.3g} N, of {full_scale_n:.4g} N"
+    fold, cycles = _folds(smooth, own_full, timed)
+    return SensorPairs(
+        time_s, x, force_n, _weights(force_n, direction, own_full), direction, fold, usable,
+        sign, rest, full_scale_n, timed, cycles, rested, saturates_n,
+    )  # fmt: skip
+
+
+def force_bin(force_n: Values, full_scale_n: float) -> NDArray[np.intp]:
+    """Which of the `BINS` of force each sample falls into."""
+    return np.clip((force_n / full_scale_n * BINS).astype(np.intp), 0, BINS - 1)
+
+
+def is_timed(time_s: Values) -> bool:
+    """Whether times, in order, are those of a recording, and not of weights put on one by one."""
+    return bool(time_s.size >= 100 and np.count_nonzero(np.diff(time_s) > 0.0) > 0.5 * time_s.size)
+
+
+def direction_of(reading: Values, force_n: Values) -> float:
+    """1 where readings rise with force, -1 where they fall."""
+    return -1.0 if rank_correlation(reading, force_n) < 0.0 else 1.0
+
+
+def _insufficient(reading: Values, force_n: Values, full_scale_n: float) -> str:
+    """Why these pairs are too few, or too much alike; "" where they are not."""
+    if reading.size == 0:
+        return "it has no pairs"
+    distinct = np.unique(np.stack([reading, force_n]), axis=1).shape[1]
+    if distinct < 4:
+        return f"it has only {distinct} different pairs; at least 4 are needed"
+    if np.unique(force_n).size < 3:
+        return "it was loaded with one force only; the empty tile and at least 2 forces are needed"
+    if np.ptp(force_n) < 0.1 * full_scale_n:
+        return f"its forces span only {np.ptp(force_n):.3g} N of {full_scale_n:.4g} N"
+    return ""
+
+
+def _unresponsive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_], full_scale_n: float) -> str:
+    """Why the reading does not follow the force; "" where it does."""
+    change = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
+    # Before the first load: what is left of loads afterwards is no noise.
+    quiet = x[unloaded & _before_loads(force_n, full_scale_n)]
+    noise = float(np.std(quiet)) if quiet.size > 10 else 0.0
+    step = _finest(x)
+    follows = rank_correlation(x, force_n) >= 0.5
+    if change <= max(8.0 * noise, 20.0 * step) and (follows or np.ptp(np.quantile(x, (0.01, 0.99))) < 200.0 * step):
+        return f"it is dead: its reading stays within {max(change, 0.0):.3g} counts of {rest:.5g} under load"
+    if not follows:
+        return "its reading does not follow the force: loose, weights out of order, or another sensor was loaded"
+    if change < _RANGE * step:
+        return f"its range is too small: its reading changes by {change:.3g}, {change / step:.0f} of its smallest steps"
+    return ""
+
+
+def _finest(x: Values) -> float:
+    """The smallest step of a reading, at most one count; less for one in volts."""
+    steps = np.diff(np.unique(x))
+    return min(float(steps.min(initial=1.0)), 1.0)
+
+
+def _before_loads(force_n: Values, full_scale_n: float) -> NDArray[np.bool_]:
+    first = int(np.argmax(force_n > 0.05 * full_scale_n))
+    return np.asarray(np.arange(force_n.size) < first)
+
+
+def rank_correlation(a: Values, b: Values) -> float:
+    """Spearman's rank correlation of two series (n,); 0 where one does not vary."""
+    from scipy.stats import rankdata
+
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return float(np.nan_to_num(np.corrcoef(rankdata(a), rankdata(b))[0, 1]))
+
+
+def _rest(reading: Values, force_n: Values, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
+    """The unloaded reading before the first load: afterwards hysteresis and creep still show."""
+    before = unloaded & _before_loads(force_n, full_scale_n)
+    return float(np.median(reading[before if np.count_nonzero(before) >= 5 else unloaded]))
+
+
+def _extrapolated_rest(reading: Values, force_n: Values, sign: float) -> float:
+    """The reading at 0 N, along the lowest tenth of the forces; not beyond the converter's ends."""
+    order = np.argsort(force_n, kind="stable")[: max(3, force_n.size // 10)]
+    if np.ptp(force_n[order]) == 0.0:
+        return float(np.median(reading[order]))
+    slope, at_zero = np.polyfit(force_n[order], reading[order], 1)
+    if sign * slope < 0.0:
+        at_zero = float(np.median(reading[order]))
+    lowest = float((sign * reading).min()) * sign
+    return float(np.clip(sign * min(sign * at_zero, sign * lowest), 0.0, 65535.0))
+
+
+def _unsaturated(
+    x: Values, reading: Values, force_n: Values, direction: NDArray[np.intp], full_scale_n: float
+) -> tuple[NDArray[np.bool_], float]:
+    """Samples that are not saturated, and the least force that saturates the reading (infinite where none does).
+
+    A reading saturates at the end of the converter's range, or where it stays while the load goes on rising. Falling
+    loads do not count: there hysteresis holds the reading, too.
+    """
+    top = float(x.max())
+    noise = float(np.std(np.diff(x[x > 0.98 * top]))) if np.count_nonzero(x > 0.98 * top) > 20 else 0.0
+    at_top = x >= top - max(0.5 * _finest(x), 4.0 * noise)
+    at_end = at_top & ((reading <= 0.0) | (reading >= 65535.0))
+    for there, least in ((at_end, 0.02), (at_top & (direction != FALLING), 0.05)):
+        forces = force_n[there]
+        if forces.size < 3 or np.ptp(forces) <= least * full_scale_n:
+            continue
+        from_n = float(np.quantile(forces, 0.02))
+        if there is at_end or _is_flat(x, force_n, (force_n >= from_n) & (direction != FALLING)):
+            return ~at_top, from_n
+    return np.ones(x.size, dtype=bool), np.inf
+
+
+def _is_flat(x: Values, force_n: Values, above: NDArray[np.bool_]) -> bool:
+    """Whether the reading no longer rises with force over the samples `above` one; noise alone reaches the top, too."""
+    rise = float(np.polyfit(force_n[above], x[above], 1)[0])
+    return rise < _SATURATED_SLOPE * float(x.max()) / float(force_n.max())
+
+
+def smoothed(force_n: Values, time_s: Values) -> Values:
+    """A running mean of forces (n,) over 50 ms."""
+    steps = np.diff(time_s)
+    count = max(1, int(round(_SMOOTH_S / float(np.median(steps[steps > 0.0])))))
+    padded = np.concatenate([np.full(count, force_n[0]), force_n, np.full(count, force_n[-1])])
+    return np.convolve(padded, np.ones(count) / count, "same")[count:-count]
+
+
+def directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[np.intp]:
+    """RISING, FALLING or HELD at each sample (n,), from smoothed forces and their times."""
+    from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
+
+    steps = np.diff(time_s)
+    count = max(3, int(round(HELD_S / float(np.median(steps[steps > 0.0])))))
+    extent = maximum_filter1d(smooth, count) - minimum_filter1d(smooth, count)
+    # Repeated times give slopes without meaning; the median of the neighbours has one.
+    speed = median_filter(np.gradient(smooth, time_s + 1e-9 * np.arange(time_s.size)), size=5)
+    held = extent < _HELD_SHARE * full_scale_n
+    return np.where(held, HELD, np.where(speed > 0.0, RISING, FALLING)).astype(np.intp)
+
+
+def _weight_directions(force_n: Values) -> NDArray[np.intp]:
+    """Weights put on one by one: RISING or FALLING from the one before; UNKNOWN where they are in random order."""
+    steps = np.diff(force_n, prepend=force_n[0])
+    steps = steps[np.maximum.accumulate(np.where(steps != 0.0, np.arange(steps.size), 0))]
+    turns = np.count_nonzero(np.diff(np.sign(steps)))
+    if turns > 0.4 * force_n.size:
+        return np.full(force_n.size, UNKNOWN)
+    return np.where(steps >= 0.0, RISING, FALLING).astype(np.intp)
+
+
+def _folds(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.intp], int]:
+    """Cross-validation folds, and how many loadings there are.
+
+    A fold holds whole loadings where there are three or more, else stretches of time, else every n-th force.
+    """
+    high, low = smooth > 0.5 * own_full, smooth < 0.2 * own_full
+    state = np.where(high, 1, np.where(low, -1, 0))
+    known = np.maximum.accumulate(np.where(state != 0, np.arange(state.size), 0))
+    is_high = state[known] == 1
+    ends = np.flatnonzero(is_high[:-1] & ~is_high[1:]) + 1
+    starts = np.flatnonzero(~is_high[:-1] & is_high[1:]) + 1
+    cycles = max(len(ends), len(starts)) if timed else 0
+    if timed and len(starts) >= 3:
+        cuts = []
+        for end in ends:
+            following = starts[starts > end]
+            if following.size:
+                cuts.append(int(end + np.argmin(smooth[end : following[0]])))
+        number = np.searchsorted(np.array(cuts), np.arange(smooth.size), side="right")
+        return np.asarray(number % _FOLDS, dtype=np.intp), cycles
+    if timed:
+        stretches = np.arange(smooth.size) * (2 * _FOLDS) // smooth.size
+        return np.asarray(stretches % _FOLDS, dtype=np.intp), cycles
+    _, group = np.unique(smooth, return_inverse=True)
+    return np.asarray(group % min(_FOLDS, group.max() + 1), dtype=np.intp), cycles
+
+
+def _weights(force_n: Values, direction: NDArray[np.intp], own_full: float) -> Values:
+    cell = force_bin(force_n, own_full) + BINS * direction
+    count = np.bincount(cell, minlength=4 * BINS)[cell]
+    return np.asarray(np.where(direction == HELD, _HELD_WEIGHT, 1.0) / count)

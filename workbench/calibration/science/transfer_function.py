@@ -1,0 +1,251 @@
+"""Measuring a transfer function by an exponential sweep (Farina, AES 2000).
+
+Dividing the recording's spectrum by the sweep's gives the impulse response. The k-th harmonic of the tile's distortion
+arrives as a response of its own, earlier by L ln k, L being the time in which the sweep rises by a factor e: one sweep
+separates the linear response and each order of distortion.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.calibration.science.recording_checks import (
+    require_explained,
+    require_not_clipped,
+    require_not_silent,
+    require_same_sweep,
+    signal_of,
+)
+from underfoot.calibration.science.sweep import find_passes, growth_s
+from underfoot.errors import BadMeasurement, require
+
+Array = NDArray[np.float64]
+
+POINTS_AN_OCTAVE = 96
+"""Points of a measured response."""
+ORDERS = (2, 3, 4, 5)
+"""Harmonics whose distortion is measured."""
+LEAST_SNR_DB = 10.0
+"""A recording whose signal is nearer to its noise than this, in the middle of its band, is refused."""
+
+_SLACK_S = 0.01
+"""By how much a recording may begin after the sweep, or end before it."""
+_BEFORE_S, _AFTER_S = 0.005, 0.5
+"""How much of the impulse response is kept, before and after its arrival."""
+_LOOPBACK_DB, _LOOPBACK_FROM_HZ = 0.1, 40.0  # below that a sound card's own high-pass shows
+
+
+@dataclass(frozen=True)
+class SweepMeasurement:
+    """A transfer function at `frequencies_hz` (n,), in recorded units a played unit, and how far it can be trusted.
+
+    `transfer` (n,) complex, the mean over `passes`, its delay of `latency_s` taken out; `spread_db` (n,) its standard
+    deviation over the passes, NaN for one; `noise` (n,) the magnitude that noise alone would have given, NaN where the
+    recording has no quiet part; `coherence` (n,) the share of the recorded power that the sweep explains, 0 to 1.
+    `distortion[k]` (n,) is the k-th harmonic's magnitude while the sweep is at that frequency, of the fundamental's;
+    NaN where it was not measured. `noise_rms` is of the recording's quiet parts; NaN where it has none.
+    """
+
+    frequencies_hz: Array
+    transfer: NDArray[np.complex128]
+    spread_db: Array
+    noise: Array
+    coherence: Array
+    distortion: dict[int, Array]
+    latency_s: float
+    passes: int
+    peak: float
+    noise_rms: float
+
+    @property
+    def magnitude(self) -> Array:
+        """The modulus of the transfer function."""
+        return np.abs(self.transfer)
+
+    def snr_db(self, low_hz: float, high_hz: float) -> float:
+        """The median of signal over noise in a band, dB."""
+        inside = (self.frequencies_hz >= low_hz) & (self.frequencies_hz <= high_hz)
+        return 20.0 * math.log10(float(np.median(self.magnitude[inside] / np.maximum(self.noise[inside], 1e-300))))
+
+
+def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasurement:
+    """The transfer function from `sweep` (frames,) to `recorded` (frames,), both at `rate_hz`.
+
+    `sweep` is all that was played: one pass or several equal ones with silence between. The recording may begin up to
+    the whole of its own length before it, or in the silence that the sweep begins with; its latency is found. Raises
+    `BadMeasurement` for a recording that cannot be right, and `BadValue` for values that are no signals.
+
+    >>> from underfoot.calibration.science.sweep import exponential, train
+    >>> sweep = train(exponential(20.0, 2000.0, 1.0, 8000.0), 1, 8000.0)
+    >>> late = 0.25 * np.roll(sweep, 40) + 0.1 * np.roll(sweep, 48)
+    >>> found = measure(sweep, late, 8000.0)
+    >>> round(found.latency_s, 3), round(float(np.interp(25.0, found.frequencies_hz, found.magnitude)), 2)
+    (0.005, 0.35)
+    """
+    played, heard = signal_of("sweep", sweep), signal_of("recorded", recorded)
+    require(rate_hz >= 1000.0, "rate_hz", rate_hz, "at least 1000 Hz")
+    starts, one = find_passes(played, rate_hz)
+    require_not_silent(heard)
+    require_not_clipped(heard)
+    lag = _lag(played, heard, int(starts[0]), int(starts[-1]) + one.size, rate_hz)
+    return replace(_measure_passes(one, starts + lag, heard - heard.mean(), rate_hz), latency_s=lag / rate_hz)
+
+
+def _lag(played: Array, heard: Array, begins: int, ends: int, rate_hz: float) -> int:
+    """By how many frames the recording is late: where their correlation, whitened over the sweep's band, begins.
+
+    Frames `begins` to `ends` of what was played sound, and must be in the recording.
+    """
+    size, slack = _fft_size(played.size + heard.size), round(_SLACK_S * rate_hz)
+    whole = np.abs(np.fft.irfft(np.fft.rfft(heard, size) * _inverse(np.fft.rfft(played, size)), size))
+    # From the earliest lag on that there can be, of a recording that begins when the sweep is over.
+    response = np.concatenate([whole[size - ends :], whole[: heard.size]])
+    first, last = max(ends - begins - slack, 0), heard.size + slack
+    peak = int(np.argmax(response))
+    inside = first + int(np.argmax(response[first : last + 1])) if first <= last else peak
+    if not first <= peak <= last and (inside == peak or response[peak] > 3.0 * response[inside]):
+        raise BadMeasurement(
+            f"the recording does not hold the whole sweep: it lasts {heard.size / rate_hz:.2f} s, and the sweep goes "
+            f"from {(peak - ends + begins) / rate_hz:.2f} to {peak / rate_hz:.2f} s of it"
+        )
+    early = response[max(inside - 1000, first) : inside + 1]
+    return max(inside - 1000, first) + int(np.argmax(early >= 0.5 * early[-1])) - ends
+
+
+def _fft_size(frames: int) -> int:
+    """The next power of two."""
+    return 1 << max(frames - 1, 1).bit_length()
+
+
+def _inverse(spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """One over a spectrum, regularised where it is far below its largest value."""
+    power = np.abs(spectrum) ** 2
+    return np.asarray(spectrum.conj() / (power + 1e-6 * power.max()))
+
+
+def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, float]:
+    """The band in which a sweep has power: within 30 dB of its strongest part, counted by octaves."""
+    f = np.fft.rfftfreq(2 * (spectrum.size - 1), 1.0 / rate_hz)
+    edges = np.geomspace(2.0, 0.45 * rate_hz, 12 * 12)
+    cell = np.digitize(f, edges)
+    power = np.bincount(cell, np.abs(spectrum) ** 2 * f, edges.size + 1) / np.maximum(np.bincount(cell), 1)
+    strong = np.flatnonzero(power[1:-1] >= 1e-3 * power[1:-1].max())
+    return float(edges[strong[0]]), float(edges[strong[-1] + 1])
+
+
+def _measure_passes(one: Array, starts: NDArray[np.int64], heard: Array, rate_hz: float) -> SweepMeasurement:
+    """The measurement from one pass, where the passes begin in the recording, and the recording itself."""
+    before, longest = round(_BEFORE_S * rate_hz), round(_AFTER_S * rate_hz)
+    # Up to the next pass. What rings on beyond the recording's end is that of the last frequencies only.
+    after = longest
+    kept = int(np.diff(starts).min(initial=one.size + after))
+    size = _fft_size(2 * one.size + longest + before)
+    parts = np.array([_cut(heard, start - before, before + kept, size) for start in starts])
+    x = np.fft.rfft(one, size)
+    heard_spectra = np.fft.rfft(parts)
+    responses = np.fft.irfft(heard_spectra * _inverse(x), size)
+    stretches = responses[:, : before + after] * _window(before, after)
+    low, high = _band(x, rate_hz)
+    f: Array = np.fft.rfftfreq(size, 1.0 / rate_hz).astype(np.float64)
+    inside = (f >= low) & (f <= high)
+    quiet = _quiet(heard, starts, one.size + longest, before)
+    density = _density(quiet, before + after, f, rate_hz)
+    left = heard_spectra - np.fft.rfft(stretches, size) * x
+    power, unexplained = (np.mean(np.abs(part[:, inside]) ** 2, axis=0) for part in (heard_spectra, left))
+    require_explained(f[inside], power, unexplained, density[inside] * (before + kept))
+    require_same_sweep(stretches.mean(axis=0), low, high, rate_hz)
+    grid = np.geomspace(low, high, max(round(POINTS_AN_OCTAVE * math.log2(high / low)), 2))
+    each = np.array([_spectrum(stretch, before, grid, rate_hz) for stretch in stretches])
+    transfer, passes = each.mean(axis=0), len(starts)
+    noise = np.sqrt(np.interp(grid, f, density) * (before + after) / passes) / np.interp(grid, f, np.abs(x))
+    scatter = np.zeros(grid.size) if passes == 1 else np.abs(each - transfer).std(axis=0)
+    power, other = np.abs(transfer) ** 2, np.nan_to_num(noise) ** 2 + scatter**2
+    found = SweepMeasurement(
+        frequencies_hz=grid,
+        transfer=transfer,
+        spread_db=np.full(grid.size, np.nan) if passes == 1 else (20.0 * np.log10(np.abs(each))).std(axis=0, ddof=1),
+        noise=noise,
+        coherence=power / np.maximum(power + other, 1e-300),
+        distortion=_distortion(responses.mean(axis=0), one, np.abs(transfer), grid, before, rate_hz),
+        latency_s=0.0,
+        passes=passes,
+        peak=float(np.abs(heard).max()),
+        noise_rms=float(quiet.std()) if quiet.size else math.nan,
+    )
+    middle = (grid > max(1.2 * low, _LOOPBACK_FROM_HZ)) & (grid < high / 1.2)
+    if float(np.std(20.0 * np.log10(found.magnitude[middle]))) < _LOOPBACK_DB:
+        raise BadMeasurement(
+            "the recording is the sweep itself, not what an accelerometer makes of it: another channel?"
+        )
+    snr_db = found.snr_db(1.2 * low, high / 1.2)
+    if snr_db < LEAST_SNR_DB:
+        raise BadMeasurement(
+            f"the signal is only {snr_db:.0f} dB above the noise; at least {LEAST_SNR_DB:g} dB: play it louder"
+        )
+    return found
+
+
+def _cut(signal: Array, first: int, frames: int, size: int) -> Array:
+    """Frames `first` to `first + frames` of a signal, zero where it has none, in an array of `size`."""
+    part = np.zeros(size)
+    begin, end = max(first, 0), min(first + frames, signal.size)
+    part[begin - first : end - first] = signal[begin:end]
+    return part
+
+
+def _window(before: int, after: int) -> Array:
+    """1 about an arrival at frame `before`, faded in before it and out over the last fifth."""
+    fade = max(after // 5, 1)
+    rise = 0.5 - 0.5 * np.cos(math.pi * np.arange(before) / max(before, 1))
+    fall = 0.5 + 0.5 * np.cos(math.pi * np.arange(fade) / fade)
+    return np.concatenate([rise, np.ones(after - fade), fall])
+
+
+def _spectrum(stretch: Array, before: int, grid: Array, rate_hz: float) -> NDArray[np.complex128]:
+    """The spectrum of a stretch at frequencies of a grid, time counted from its frame `before`."""
+    size = _fft_size(max(stretch.size, round(2.0 * rate_hz)))
+    f = np.fft.rfftfreq(size, 1.0 / rate_hz)
+    spectrum = np.fft.rfft(stretch, size) * np.exp(2j * math.pi * f * before / rate_hz)
+    return np.asarray(np.interp(grid, f, spectrum.real) + 1j * np.interp(grid, f, spectrum.imag))
+
+
+def _quiet(heard: Array, starts: NDArray[np.int64], sounds: int, before: int) -> Array:
+    """The longest stretch of a recording in which nothing plays, its mean taken off; empty where it is too short."""
+    begins = np.append(0, starts + sounds)
+    ends = np.append(starts - before, heard.size)
+    longest = int(np.argmax(ends - begins))
+    stretch = heard[begins[longest] : max(ends[longest], begins[longest])]
+    return stretch - stretch.mean() if stretch.size >= 20 * before else np.zeros(0)
+
+
+def _density(quiet: Array, frames: int, f: Array, rate_hz: float) -> Array:
+    """The power of `quiet` a frame, at frequencies f, from stretches of so many frames; NaN where there is none."""
+    if not quiet.size:
+        return np.full(f.size, np.nan)
+    length = min(quiet.size, frames)
+    window = np.hanning(length)
+    hops = range(0, quiet.size - length + 1, max(length // 2, 1))
+    power = np.mean([np.abs(np.fft.rfft(quiet[h : h + length] * window)) ** 2 for h in hops], axis=0)
+    return np.array(np.interp(f, np.fft.rfftfreq(length, 1.0 / rate_hz), power / np.sum(window**2)))
+
+
+def _distortion(
+    response: Array, one: Array, magnitude: Array, grid: Array, before: int, rate_hz: float
+) -> dict[int, Array]:
+    """Each harmonic's magnitude of the fundamental's, at the frequency that was played."""
+    growth = growth_s(one, rate_hz)
+    found = {}
+    for k in ORDERS:
+        room_s = growth * math.log((k + 1) / k)
+        if not room_s > 0.04:
+            found[k] = np.full(grid.size, np.nan)
+            continue
+        early, late = round(0.2 * room_s * rate_hz), round(min(0.7 * room_s, _AFTER_S) * rate_hz)
+        at = before - growth * math.log(k) * rate_hz
+        first = math.floor(at) - early
+        stretch = np.roll(response, -first)[: early + late] * _window(early, late)
+        of_harmonic = np.abs(_spectrum(stretch, early, np.minimum(k * grid, 0.5 * rate_hz), rate_hz))
+        found[k] = np.where(k * grid <= grid[-1], of_harmonic / np.maximum(magnitude, 1e-300), np.nan)
+    return found

@@ -1,0 +1,58 @@
+"""The options of a command as one record: a dataclass."""
+
+from collections.abc import Callable, Mapping
+from functools import wraps
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from underfoot.commands.files import FILE
+from underfoot.options import options_of
+
+Options = TypeVar("Options")
+
+
+def click_options(owner: type) -> list[click.Parameter]:
+    """The parameters of a click command for the options that a dataclass declares."""
+    return [
+        click.Option(
+            [one.flag, one.name],
+            type=FILE if one.type is Path else one.type,
+            is_flag=one.type is bool,
+            default=one.default,
+            show_default=one.type is int and one.default is not None,
+            help=one.doc,
+        )
+        for one in options_of(owner)
+    ]
+
+
+def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:
+    """The dataclass with the values that were given for its options, out of those of all options of a command."""
+    return owner(**{one.name: given[one.name] for one in options_of(owner)})
+
+
+def grouped(kind: type[Options]) -> Callable[[Callable[[Options], None]], Callable[..., None]]:
+    """Let click call a function with one dataclass `kind`, whose fields bear the names of the options.
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Options:
+    ...     seconds: float
+    ...     block: int
+    >>> @grouped(Options)
+    ... def play(options: Options) -> None:
+    ...     print(options.seconds)
+    >>> play(block=64, seconds=0.5)
+    0.5
+    """
+
+    def wrap(command: Callable[[Options], None]) -> Callable[..., None]:
+        @wraps(command)
+        def run(**given: Any) -> None:
+            command(kind(**given))
+
+        return run
+
+    return wrap

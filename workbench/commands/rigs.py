@@ -1,0 +1,106 @@
+"""The rigs that `underfoot calibrate` can measure on, and the options that choose one.
+
+A rig is of one of the two sorts that a calibration can need (`calibration.declaration`): it presses, or it shakes.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from underfoot.calibration.declaration import PRESSING, SHAKING
+from underfoot.devices.transports import split_target, target_forms, transport_of
+from underfoot.errors import BadValue
+from underfoot.options import option
+
+if TYPE_CHECKING:
+    from underfoot.calibration.rig import Rig
+    from underfoot.floor.layout import Floor, Tile
+    from underfoot.floor.simulated_tile import SimulatedTile
+
+
+@dataclass(frozen=True)
+class PressingRig:
+    """Options of a rig whose tile is pressed: by the simulator, or by a person on hardware."""
+
+    target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which presses), {target_forms()}.", "")
+    cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120.", "")
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether the target presses by itself."""
+        from underfoot.engine.target import simulation_of
+
+        return simulation_of(self.target) is not None
+
+    @property
+    def has_load_cell(self) -> bool:
+        """Whether readings come with a reference force."""
+        return bool(self.cell) or self.is_simulated
+
+    def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
+        """The rig, to be closed when done; `BadValue` for another target."""
+        from underfoot.calibration.rigs.device import DeviceRig, load_cell_of
+        from underfoot.calibration.rigs.simulated_hand import SimulatedHand
+
+        simulated = _simulated_tile(self.target, tile, seed)
+        if simulated is not None:
+            if self.cell:
+                raise BadValue("--cell is for hardware; the simulator has a load cell of its own")
+            return SimulatedHand(simulated, seed)
+        hardware = split_target(self.target)
+        if hardware is None:
+            raise BadValue(f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
+        cell = load_cell_of(self.cell) if self.cell else None
+        return DeviceRig(transport_of(*hardware), floor.index(tile.id), cell)
+
+
+_SHAKERS = "simulator[:PARAMETERS.json], sound"
+
+
+@dataclass(frozen=True)
+class ShakingRig:
+    """Options of a rig whose shaker plays and whose accelerometer records: simulated, or through a sound card."""
+
+    target: str = option(f"Measure on this target instead: {_SHAKERS}.", "")
+    output_device: str = option("Sound card of --target sound; the default one without.", "", "--output")
+    input_device: str = option("Sound card of the accelerometer; the default one without.", "", "--input")
+    input_channel: int = option("Channel of the accelerometer, from 0.", 0)
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether nobody need stand on the tile."""
+        return self.target != "sound"
+
+    @property
+    def has_load_cell(self) -> bool:
+        """No force is measured."""
+        return False
+
+    def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
+        """The rig, to be closed when done; `BadValue` for another target, `DeviceError` for no such sound card."""
+        from underfoot.engine.loop import output_channels
+        from underfoot.engine.sounding import SimulatedShaker, SoundCard
+
+        if self.target == "sound":
+            channel = output_channels(floor)[floor.index(tile.id)]
+            return SoundCard(self.output_device, self.input_device, channel, self.input_channel)
+        simulated = _simulated_tile(self.target, tile, seed)
+        if simulated is None:
+            raise BadValue(f"--target is {self.target!r}; allowed: {_SHAKERS}")
+        return SimulatedShaker(simulated)
+
+
+RIGS: dict[str, type[PressingRig] | type[ShakingRig]] = {PRESSING: PressingRig, SHAKING: ShakingRig}
+
+
+def _simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":
+    """The tile of the target "simulator" or "simulator:PARAMETERS.json"; None for another target."""
+    from underfoot.engine.target import simulation_of
+    from underfoot.floor.simulated_tile import SimulatedTile
+    from underfoot.floor.tile_parameters import TileParameters
+
+    path = simulation_of(target)
+    if path is None:
+        return None
+    if seed < 0:
+        raise BadValue(f"--seed is {seed}; allowed: 0 or more")
+    return SimulatedTile(tile, TileParameters.load(path) if path else None, seed)

@@ -1,0 +1,69 @@
+"""The options of every command that calibrates a tile: which tile, and where the result goes."""
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from underfoot.commands.files import require_room
+from underfoot.errors import BadFile
+from underfoot.options import option
+
+if TYPE_CHECKING:
+    from underfoot.calibration.result import Result
+    from underfoot.floor.layout import Floor, Tile
+    from underfoot.floor.profile import Profile
+
+
+@dataclass(frozen=True)
+class TileOptions:
+    """Options that say which tile is calibrated, and what becomes of the result."""
+
+    floor: Path | None = option("Floor JSON that has the tile and its sensors; the default floor without.", None)
+    tile: str = option("Which tile; by default the only one of the file, or the floor's first.", "")
+    serial: str = option("The tile's serial number, kept in its profile.", "")
+    seed: int = option("Seed of the simulated tile and hand.", 1)
+    profile: Path | None = option("Profile JSON to read and to write; its other parts stay.", None)
+    report: Path | None = option("Folder for a page with pictures, figures and raw data.", None)
+    as_json: bool = option("Print all figures as JSON.", False, "--json")
+
+    def require_writable(self) -> None:
+        """Raise `BadFile` before the work, and not after it, where profile or report cannot be written."""
+        require_room(self.profile)
+        if self.report is not None and self.report.exists() and not self.report.is_dir():
+            raise BadFile(f"{self.report} is not a folder")
+
+    def chosen(self) -> "tuple[Floor, Tile]":
+        """The floor, the default one unless one is named, and its tile, the first one unless one is named."""
+        from underfoot.floor.layout import Floor, default_floor
+
+        floor = default_floor() if self.floor is None else Floor.load(self.floor)
+        return floor, floor.tiles[floor.index(self.tile) if self.tile else 0]
+
+    def known(self, tile: str) -> "Profile":
+        """The profile of a tile that is to be updated, or an empty one; `BadFile` for that of another tile."""
+        from underfoot.floor.profile import Profile, load_for_tile
+
+        if self.profile is None or not self.profile.exists():
+            return Profile(tile=tile, serial=self.serial)
+        return load_for_tile(self.profile, tile, self.serial)
+
+    def conclude(self, result: "Result", known: "Profile") -> None:
+        """Put a result into what is known: write the report, then the profile, whole or not at all, then print."""
+        from underfoot.calibration.files.report import figures, write_report
+        from underfoot.calibration.results.labels import label_of
+
+        new = result.apply(known)
+        if self.report is not None:
+            write_report(result, self.report, new)
+        if self.profile is not None:
+            new.save(self.profile)
+        if self.as_json:
+            print(json.dumps(figures(result)))
+            return
+        print(result.verdict)
+        for name, value, unit in result.quantities:
+            print(f"{label_of(name)}: {value:.4g} {unit}".rstrip())
+        for warning in result.warnings:
+            print(f"underfoot: {warning}", file=sys.stderr)

@@ -1,0 +1,263 @@
+"""Kernels that set tile samples to the session's clock, and put those of one moment into one row of forces.
+
+Each tile has a clock of its own, which `device_clock` sets to the session; tiles whose times are the leading one's to
+the microsecond stand behind one hub, and share its clock. The tile that was heard first leads: each of its samples
+makes a row, at its own time, and a sample of another tile joins the row that it is nearest to. Nothing is interpolated.
+A tile of which no sample belongs to a row is NaN in it, and a row to which none belongs is not there.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.devices import device_clock
+from underfoot.devices.device_clock import DeviceClocks
+from underfoot.devices.force_source import SampleBuffers
+from underfoot.floor.layout import Floor
+from underfoot.kernels import kernel
+
+QUEUE = 1 << 16
+"""Tile samples that can wait to be put into rows."""
+_ROWS = 1024
+_LEFT_S = 0.1  # a leading tile that is silent for this long leads no more
+_WAIT_S = 0.1  # so long the newest row waits for tiles that are not in it yet
+
+QUEUED = np.dtype(
+    [
+        ("tile", np.int64),
+        ("epoch", np.int64),
+        ("time_us", np.float64),
+        ("arrived_s", np.float64),
+        ("force_n", np.float64, (4,)),
+    ],
+    align=True,
+)
+"""A sample that waits: the floor's tile, its epoch and own time, when it arrived, and its forces."""
+
+TILE = np.dtype([("clock", np.int64), ("newest_us", np.float64), ("epoch", np.int64)], align=True)
+"""What is known of a tile: the tile whose clock it goes by, and its newest time in its present epoch (-1: none)."""
+
+PROGRESS = np.dtype(
+    [
+        ("observed", np.int64),
+        ("placed", np.int64),
+        ("next_row", np.int64),
+        ("newest_row", np.int64),
+        ("newest_since", np.int64),
+        ("last_stamp", np.float64),
+        ("leader", np.int64),
+        ("reference_row", np.int64),
+        ("reference_frame", np.float64),
+        ("reference_us", np.float64),
+        ("reference_clock", np.int64),
+        ("reference_epoch", np.int64),
+        ("late", np.int64),
+    ],
+    align=True,
+)
+"""How far the rows are. Of all samples queued so far, the clocks `observed` so many, and so many were `placed`. Rows
+are numbered through; `next_row` is handed over next, `newest_row` was begun last, at session frame `newest_since`, and
+`last_stamp` is that of the last handed over. The reference is the newest sample of the tile that leads: its row, frame
+and own time, and by which clock in which epoch. `leader` and `reference_clock` are -1 until something was heard. `late`
+samples came when their row had been handed over."""
+
+
+class Assembly(NamedTuple):
+    """All that is kept between two blocks. `rate` is session frames a second, `period` frames between two rows.
+
+    Only the reading thread writes to `queue`, and only to places that `free_places` gives.
+    """
+
+    rate: float
+    period: float
+    queue: NDArray[np.void]  # (QUEUE,) of QUEUED: a ring
+    clocks: NDArray[np.void]  # (tiles,) of device_clock.CLOCK
+    session: NDArray[np.void]  # (1,): the session's own clock
+    tiles: NDArray[np.void]  # (tiles,) of TILE
+    progress: NDArray[np.void]  # (1,) of PROGRESS
+    rows: NDArray[np.float64]  # (rows, tiles, 4): a ring
+    received: NDArray[np.bool_]  # (rows, tiles): which of `rows` have a sample
+
+
+def assembly(floor: Floor, rate: float, rate_hz: float, clocks: DeviceClocks, session: DeviceClocks) -> Assembly:
+    """An assembly of rows of `floor`, whose tiles send `rate_hz` samples a second, for a session at `rate`."""
+    tiles = len(floor.tiles)
+    made = Assembly(
+        rate=float(rate),
+        period=rate / rate_hz,
+        queue=np.zeros(QUEUE, QUEUED),
+        clocks=clocks.table,
+        session=session.table,
+        tiles=np.zeros(tiles, TILE),
+        progress=np.zeros(1, PROGRESS),
+        rows=np.zeros((_ROWS, tiles, 4)),
+        received=np.zeros((_ROWS, tiles), np.bool_),
+    )
+    made.tiles["epoch"] = -1
+    for name in ("leader", "newest_row", "reference_clock"):
+        made.progress[name] = -1
+    made.progress["last_stamp"] = -np.inf
+    return made
+
+
+@kernel
+def enqueue(
+    samples: NDArray[np.void],
+    force_n: NDArray[np.float64],
+    queue: NDArray[np.void],
+    head: int,
+    count: int,
+    now_s: float,
+) -> None:
+    """Queue the first `count` of samples, `wire_format.SAMPLE`, with their forces (n, 4), as number `head` and on."""
+    for i in range(count):
+        entry, sample = queue[(head + i) % len(queue)], samples[i]
+        entry.tile, entry.epoch, entry.time_us = sample.tile, sample.epoch, sample.microseconds
+        entry.arrived_s = now_s
+        for sensor in range(4):
+            entry.force_n[sensor] = force_n[i, sensor]
+
+
+@kernel
+def hand_over(
+    assembly_parts: tuple[Any, ...], buffers: tuple[Any, ...], head: int, begin: int, end: int, now: float
+) -> int:
+    """Set what was queued, up to number `head`, to the session's clock, and hand over the rows before frame `end`.
+
+    The block before `end` began at frame `begin`; `now` is the host's time, in frames. Returns how many rows there are.
+    `assembly_parts` and `buffers` are the parts of an `Assembly` and of `SampleBuffers`: Numba allocates where it is
+    given a named tuple.
+    """
+    assembly, out = Assembly(*assembly_parts), SampleBuffers(*buffers)
+    rate, at = assembly.rate, assembly.progress[0]
+    device_clock.observe(assembly.session[0], 0, begin / rate * 1e6, now, rate)
+    _observe(assembly, head, begin)
+    delay = _delay(assembly.clocks, now, rate)
+    count = 0
+    while True:
+        while at.placed < head:
+            entry = assembly.queue[at.placed % len(assembly.queue)]
+            clock = assembly.clocks[assembly.tiles[entry.tile].clock]
+            frame = _session_frame(assembly, clock, entry) + delay
+            frame = device_clock.slewed(clock, entry.time_us, frame, rate)
+            if not _place(assembly, entry, frame, clock.epoch, begin):
+                break
+            at.placed += 1
+        before = count
+        count = _emit(assembly, out, count, begin, end)
+        if at.placed >= head or count == len(out.stamps):
+            return count
+        if count == before:  # no space for what comes, and what waits is of a time far off
+            assembly.received[:] = False
+            at.next_row = at.newest_row + 1
+
+
+@kernel
+def _observe(assembly: Assembly, head: int, begin: int) -> None:
+    """Show all that was queued since the last block to the clocks.
+
+    All of it, before any of it is set: the last of a burst that was held up knows best.
+    """
+    rate, at = assembly.rate, assembly.progress[0]
+    for i in range(at.observed, head):
+        entry = assembly.queue[i % len(assembly.queue)]
+        k = _clock_of(assembly.tiles, at, entry)
+        epoch = entry.epoch if k == entry.tile else assembly.clocks[k].epoch
+        device_clock.observe(assembly.clocks[k], epoch, entry.time_us, entry.arrived_s * rate, rate)
+    for i in range(at.observed, head):
+        entry = assembly.queue[i % len(assembly.queue)]
+        clock = assembly.clocks[assembly.tiles[entry.tile].clock]
+        device_clock.note_lateness(clock, begin - _session_frame(assembly, clock, entry), rate)
+    at.observed = head
+
+
+@kernel
+def _session_frame(assembly: Assembly, clock: np.record, entry: np.record) -> float:
+    """The session's frame in which a sample was taken, before any delay."""
+    arrived = device_clock.arrival_frame(clock, entry.time_us, assembly.rate)
+    return device_clock.sent_frame(assembly.session[0], arrived, assembly.rate)
+
+
+@kernel
+def _delay(clocks: NDArray[np.void], now: float, rate: float) -> float:
+    """The largest playout delay of the clocks that were heard in the last second."""
+    delay = 0.0
+    for k in range(len(clocks)):
+        if clocks[k].epoch >= 0 and now - clocks[k].heard < rate:
+            delay = max(delay, clocks[k].delay)
+    return delay
+
+
+@kernel
+def _clock_of(tiles: NDArray[np.void], at: np.record, entry: np.record) -> int:
+    """The tile whose clock this sample goes by."""
+    k = entry.tile
+    if at.leader < 0:
+        at.leader = k
+    leader = at.leader
+    if tiles[k].epoch != entry.epoch:
+        tiles[k].epoch, tiles[k].clock = entry.epoch, k
+    tiles[k].newest_us = entry.time_us
+    for j in range(len(tiles)) if k == leader else range(k, k + 1):
+        if tiles[j].newest_us == tiles[leader].newest_us and tiles[j].epoch >= 0:
+            tiles[j].clock = tiles[leader].clock
+    return tiles[k].clock
+
+
+@kernel
+def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin: int) -> bool:
+    """Put a sample into its row; False where there is no space for it before others are handed over."""
+    at, k, period = assembly.progress[0], entry.tile, assembly.period
+    if at.reference_clock < 0:
+        at.reference_frame = frame
+    clock = assembly.tiles[k].clock
+    apart = (frame - at.reference_frame) / period
+    if clock == at.reference_clock and epoch == at.reference_epoch:
+        apart = (entry.time_us - at.reference_us) * assembly.rate * 1e-6 / period  # which no slewing touches
+    row = at.reference_row + int(np.rint(apart))
+    if row >= at.next_row + len(assembly.rows):
+        if at.next_row <= at.newest_row:
+            return False
+        at.next_row = row - len(assembly.rows) // 2
+        at.newest_row = at.next_row - 1
+    if k == at.leader or frame - at.reference_frame > _LEFT_S * assembly.rate:
+        at.leader, at.reference_row, at.reference_frame, at.reference_us = k, row, frame, entry.time_us
+        at.reference_clock, at.reference_epoch = clock, epoch
+    if row < at.next_row:
+        at.late += 1
+        return True
+    place = row % len(assembly.rows)
+    assembly.received[place, k] = True
+    for sensor in range(4):
+        assembly.rows[place, k, sensor] = entry.force_n[sensor]
+    if row > at.newest_row:
+        at.newest_row, at.newest_since = row, begin
+    return True
+
+
+@kernel
+def _emit(assembly: Assembly, out: SampleBuffers, count: int, begin: int, end: int) -> int:
+    """Hand over the rows that are due before frame `end`, behind the `count` that there are; returns how many then."""
+    at, rows, received, period = assembly.progress[0], assembly.rows, assembly.received, assembly.period
+    while at.next_row <= at.newest_row and count < len(out.stamps):
+        frame = at.reference_frame + (at.next_row - at.reference_row) * period
+        if frame >= end:
+            break
+        place = at.next_row % len(rows)
+        is_newest = at.next_row == at.newest_row
+        if is_newest and begin - at.newest_since < _WAIT_S * assembly.rate and not received[place].all():
+            break  # the rest of it may be on its way
+        some = False
+        for k in range(rows.shape[1]):
+            for sensor in range(4):
+                out.forces[count, k, sensor] = rows[place, k, sensor] if received[place, k] else np.nan
+            some |= received[place, k]
+            received[place, k] = False
+        if some:
+            out.stamps[count] = max(frame, at.last_stamp + 0.01 * period)
+            out.arrivals[count] = max(begin, 0)
+            at.last_stamp = out.stamps[count]
+            count += 1
+        at.next_row += 1
+    return count

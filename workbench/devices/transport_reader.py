@@ -1,0 +1,111 @@
+"""One thread that reads a transport, finds the samples, and opens the transport again when it has gone away."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.devices.framing.parser import FrameCounts, Parser
+from underfoot.devices.transport import Transport
+from underfoot.errors import DeviceError
+
+RETRY_S = 0.1
+"""How often it is tried to open a transport that is not there."""
+SILENT_S = 0.5
+"""A transport over which nothing comes for this long is said to be silent."""
+_BATCH_S = 0.0005  # what comes meanwhile is read at once: a thread that wakes for every byte holds up all others
+_MANY_BYTES = 512
+
+
+class TransportReader:
+    """Reads `transport` in a thread of its own from `start` to `close`, whatever becomes of it meanwhile.
+
+    Each time samples came, `on_samples` is called in that thread with them, as `Parser.feed` gives them, valid until it
+    returns, and with the time of their arrival by `time.monotonic`. `notices` are lines for the person.
+    """
+
+    def __init__(
+        self, transport: Transport, on_samples: Callable[[NDArray[np.void], float], None], form: str = "auto"
+    ) -> None:
+        self.transport = transport
+        self.notices: deque[str] = deque(maxlen=100)
+        self._parser = Parser(form)
+        self._parser.feed(b"")  # loads the kernel before it is needed
+        self._on_samples = on_samples
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
+        self.is_open = False
+
+    def start(self) -> None:
+        """Begin to read; returns at once, whether or not there is something to read."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop reading, and close the transport."""
+        self._stop.set()
+        if self._thread.ident is not None:
+            self._thread.join()
+
+    def take_notices(self) -> list[str]:
+        """What happened since the last call, a line each."""
+        taken = []
+        while self.notices:
+            taken.append(self.notices.popleft())
+        return taken
+
+    @property
+    def counts(self) -> FrameCounts:
+        """What became of all frames so far."""
+        return self._parser.counts
+
+    def period_us(self, tile: int) -> int:
+        """Microseconds between a tile's samples, by its own clock; 0 where that is not known yet."""
+        return self._parser.period_us(tile)
+
+    def _run(self) -> None:
+        was_gone = is_silent = False
+        while not self._stop.is_set():
+            try:
+                self.transport.open()
+            except DeviceError as error:
+                if not was_gone:
+                    self.notices.append(f"{error}; waiting for it")
+                was_gone = True
+                self._stop.wait(RETRY_S)
+                continue
+            if was_gone:
+                self.notices.append(f"{self.transport.name} is back")
+            self.is_open = True
+            self._parser.resync()
+            try:
+                is_silent = self._read(is_silent)
+            except DeviceError as error:
+                self.notices.append(f"{error}; waiting for it")
+            self.is_open = False
+            was_gone = True
+            self.transport.close()
+
+    def _read(self, is_silent: bool) -> bool:
+        """Read until told to stop; whether it was silent last. `DeviceError` when the transport has gone away."""
+        heard_s, unread = time.monotonic(), 0
+        while not self._stop.is_set():
+            data = self.transport.read()
+            now_s = time.monotonic()
+            samples = self._parser.feed(data)
+            if len(samples):
+                if is_silent:
+                    self.notices.append(f"{self.transport.name} sends again")
+                heard_s, unread, is_silent = now_s, 0, False
+                self._on_samples(samples, now_s)
+            else:
+                unread += len(data)
+            if now_s - heard_s > SILENT_S and not is_silent:
+                is_silent = True
+                what = f"{unread} bytes came, but no frame" if unread >= _MANY_BYTES else "nothing comes"
+                self.notices.append(f"{self.transport.name}: {what}")
+            if len(data):
+                self._stop.wait(_BATCH_S)
+        return is_silent

@@ -1,0 +1,154 @@
+"""A TCP connection to a hub that listens, as a tile on Wi-Fi does: one stream of the frames or lines of its tiles."""
+
+import os
+import socket
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Self
+
+from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_and_port, reason
+from underfoot.errors import DeviceError
+
+CONNECT_TIMEOUT_S = 1.0
+"""How long it is waited for a hub to answer."""
+SEND_TIMEOUT_S = 0.5
+"""The emulator lets go of a reader that takes nothing for this long."""
+_READ_BYTES = 1 << 18
+_KEEPALIVE = (("TCP_KEEPIDLE", 2), ("TCP_KEEPINTVL", 1), ("TCP_KEEPCNT", 3))  # seconds, seconds, probes
+
+
+class TcpSender(Sender):
+    """Listens at `host` (empty: for this machine alone) and `port`, and sends to whoever connected last."""
+
+    option, option_value = "tcp", "[HOST:]PORT"
+    help = "To whoever connects to this port, from this machine alone by default."
+    powers_tiles = False
+
+    def __init__(self, host: str, port: int) -> None:
+        self.name = f"{host or '127.0.0.1'}:{port}"
+        self._at = host or "127.0.0.1", port
+        self._listener: socket.socket | None = None
+        self._reader: socket.socket | None = None
+        self.plug()
+
+    @classmethod
+    def of(cls, value: str) -> Self:
+        """At the address `HOST:PORT`, `:PORT` or `PORT`."""
+        return cls(*host_and_port(value))
+
+    def send(self, data: bytes, ends: Sequence[int]) -> bool:
+        """Send to the reader; where there is none, the data is lost."""
+        self._accept()
+        if self._reader is None:
+            return False
+        try:
+            self._reader.sendall(data)
+        except OSError:  # it has gone away, or takes nothing
+            self._drop_reader()
+            return False
+        return True
+
+    def unplug(self) -> None:
+        """End the connection, and refuse others."""
+        self._accept()
+        self._drop_reader()
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+
+    def plug(self) -> None:
+        """Listen again; `DeviceError` where that cannot be."""
+        self.unplug()
+        try:
+            self._listener = socket.socket(socket.AF_INET6 if ":" in self._at[0] else socket.AF_INET)
+            if os.name == "posix":  # elsewhere it would let two listen at once
+                self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._listener.bind(self._at)
+            self._listener.listen()
+            self._listener.setblocking(False)
+        except (OSError, ValueError) as error:
+            self.close()
+            raise DeviceError(f"tcp:{self.name} cannot be listened at: {reason(error)}") from None
+
+    def close(self) -> None:
+        """Send no more, and listen no more."""
+        self.unplug()
+
+    def _accept(self) -> None:
+        """Take the connections that wait. Each takes the place of the one before, which may be dead without a sign."""
+        while self._listener is not None:
+            try:
+                reader, _ = self._listener.accept()
+            except OSError:
+                return
+            self._drop_reader()
+            reader.settimeout(SEND_TIMEOUT_S)
+            reader.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else samples wait for those before
+            self._reader = reader
+
+    def _drop_reader(self) -> None:
+        if self._reader is not None:
+            self._reader.close()
+            self._reader = None
+
+
+class TcpTransport(Transport):
+    """Connects to the hub at `host` (empty: this machine) and `port`."""
+
+    scheme, address_form = "tcp", "HOST:PORT"
+    help = "a hub that listens at this address"
+    label = "TCP"
+    title = "Tiles over TCP"
+    dialog_help = "HOST:PORT of the hub to connect to. `underfoot emulate --tcp 9001` is one to try."
+    sender = TcpSender
+
+    def __init__(self, host: str, port: int) -> None:
+        self.host, self.port = host, port
+        self.name = f"tcp:{host}:{port}"
+        self._socket: socket.socket | None = None
+        self._data = memoryview(bytearray(_READ_BYTES))
+
+    @classmethod
+    def of(cls, address: str) -> Self:
+        """The hub at `HOST:PORT`, or on this machine at `:PORT` or `PORT`."""
+        return cls(*host_and_port(address))
+
+    @classmethod
+    def suggestions(cls) -> list[str]:
+        """The emulator's address, as an example."""
+        return ["127.0.0.1:9001"]
+
+    def open(self) -> None:
+        """Connect; `DeviceError` where nobody answers."""
+        try:
+            self._socket = socket.create_connection((self.host or "127.0.0.1", self.port), CONNECT_TIMEOUT_S)
+        except (OSError, ValueError) as error:
+            raise DeviceError(f"{self.name} cannot be connected to: {reason(error)}") from None
+        self._socket.settimeout(READ_TIMEOUT_S)
+        # Who only reads never learns that a hub has lost its power, unless the system asks it now and then.
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for name, value in _KEEPALIVE:
+            with suppress(AttributeError, OSError):  # not every system lets it be set
+                self._socket.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+
+    def read(self) -> memoryview:
+        """What came, at the latest after a tenth of a second; `DeviceError` where the connection has ended."""
+        if self._socket is None:
+            raise DeviceError(f"{self.name} is not open")
+        try:
+            count = self._socket.recv_into(self._data)
+        except TimeoutError as error:
+            if error.errno is not None:  # not ours: keepalive was not answered
+                raise DeviceError(f"{self.name} went away: {reason(error)}") from None
+            return self._data[:0]
+        except OSError as error:
+            raise DeviceError(f"{self.name} went away: {reason(error)}") from None
+        if not count:
+            raise DeviceError(f"{self.name} went away: the connection was closed")
+        return self._data[:count]
+
+    def close(self) -> None:
+        """End the connection."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None

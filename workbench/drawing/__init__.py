@@ -1,0 +1,128 @@
+"""Plots as plain data: the same declaration is a picture in a report and a plot in the window.
+
+A `Drawing` says what is to be seen: axes with their units, lines, dots, arrows, a heat map. It does not say how:
+`underfoot.drawing.layout` places title, legend, axes and ticks, `underfoot.drawing.shapes` places the data, and
+`underfoot.drawing.svg` or the window's plot paints what they give.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.drawing.look import COLOURS
+from underfoot.errors import require
+
+STYLES = ("line", "dashed", "dots", "arrows", "stems", "heat")
+Range = tuple[float, float]
+"""The low and the high end of an axis, in its unit."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """One set of points: `x` and `y` of equal length n; `to` [n, 2] where arrows end.
+
+    - `name`: its words in the legend; "" leaves it out.
+    - `style`: "line", "dashed" or "dots"; "arrows" from each point to its end; "stems" up to each point from the
+      bottom of the plot; "heat" fills between the line and the left end of the x axis, in the colours of a heat map.
+    - `colour`: a name in `COLOURS`.
+    - `right`: whether `y` belongs to the axis on the right.
+
+    Points that are not finite are left out, and break a line; so are points at or below 0 on a logarithmic axis.
+    """
+
+    name: str
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    style: str = "line"
+    colour: str = "vibration"
+    to: NDArray[np.float64] | None = None
+    right: bool = False
+
+
+@dataclass(frozen=True)
+class ReferenceLine:
+    """A straight line across the whole plot, upright `at` a value of the "x" axis or level at one of the "y" axis.
+
+    `name` is written at its right end.
+    """
+
+    axis: str
+    at: float
+    colour: str = "muted"
+    dashed: bool = False
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """Levels, uint8 [rows, columns], the lowest row first, over ranges of `x` and `y`.
+
+    The colours go from level `low`, where they end in the ground, to `high`. Rows and columns are equally wide on the
+    axes as they are drawn: on a logarithmic axis they are a constant ratio apart.
+    """
+
+    levels: NDArray[np.uint8]
+    x: Range
+    y: Range
+    low: float = 0.0
+    high: float = 255.0
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A plot. `x`, `y` and `right` are the axes' labels, "name, unit"; `right` is "" where there is no axis.
+
+    A range that is None is that of the data. `equal` gives both axes the same scale. `note` is written in the middle,
+    where there is nothing else to be seen.
+    """
+
+    title: str
+    x: str
+    y: str
+    series: tuple[Series, ...] = ()
+    x_log: bool = False
+    y_log: bool = False
+    equal: bool = False
+    x_range: Range | None = None
+    y_range: Range | None = None
+    right: str = ""
+    right_range: Range | None = None
+    lines: tuple[ReferenceLine, ...] = ()
+    heat: HeatMap | None = None
+    note: str = ""
+
+
+def series(
+    name: str,
+    x: ArrayLike,
+    y: ArrayLike,
+    style: str = "line",
+    colour: str = "vibration",
+    to: ArrayLike | None = None,
+) -> Series:
+    """A set of points, checked and as float64.
+
+    `BadValue` where `x` and `y` differ in length, `style` or `colour` has no such name, or `to` is missing for arrows
+    or given for anything else.
+
+    >>> series("0.1", [0, 1], [0, 1], "dots").y
+    array([0., 1.])
+    >>> series("a", [0, 1], [0])
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: y is 1 values; allowed: as many as x, 2
+    """
+    across, up = np.asarray(x, dtype=np.float64).ravel(), np.asarray(y, dtype=np.float64).ravel()
+    require(across.size == up.size, "y", _Words(f"{up.size} values"), f"as many as x, {across.size}")
+    require(style in STYLES, "style", style, ", ".join(STYLES))
+    require(colour in COLOURS, "colour", colour, ", ".join(COLOURS))
+    ends = None if to is None else np.asarray(to, dtype=np.float64).reshape(across.size, 2)
+    require((ends is not None) == (style == "arrows"), "to", style, "ends for arrows, and for nothing else")
+    return Series(name, across, up, style, colour, ends)
+
+
+class _Words(str):
+    """Text that an error shows as it is."""
+
+    def __repr__(self) -> str:
+        return str(self)

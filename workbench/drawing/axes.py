@@ -1,0 +1,173 @@
+"""Axes: where ticks stand, how they are written, where an axis ends, and where a value lies on it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.drawing import Range
+from underfoot.quantities import number
+
+_NEAR_TICK = 0.4
+"""A range taken from data ends at a tick that is no further beyond the data than this share of a step."""
+_BEYOND = 0.04
+"""Otherwise it goes beyond the data by this share of their span."""
+_MOST_TICKS = 10.0
+"""About so many ticks at most, however much room there is."""
+_NARROW = 4.0
+"""A logarithmic axis whose ends are closer than this factor has evenly spaced ticks."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A range from `low` to `high`, drawn from pixel `start` to pixel `end`; `ticks` are values and their texts."""
+
+    low: float
+    high: float
+    log: bool
+    start: float
+    end: float
+    ticks: tuple[tuple[float, str], ...] = ()
+
+    def place(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Pixels of `values`, any shape; NaN at or below 0 on a logarithmic axis.
+
+        >>> Axis(1.0, 100.0, True, 0.0, 200.0).place([1.0, 10.0, 100.0])
+        array([  0., 100., 200.])
+        """
+        low, high = scaled(np.array([self.low, self.high]), self.log)
+        return self.start + (scaled(values, self.log) - low) * ((self.end - self.start) / (high - low))
+
+    def value(self, place_px: float) -> float:
+        """The value at a pixel.
+
+        >>> round(Axis(1.0, 100.0, True, 0.0, 200.0).value(100.0), 9)
+        10.0
+        """
+        low, high = scaled(np.array([self.low, self.high]), self.log)
+        at = float(low + (place_px - self.start) / (self.end - self.start) * (high - low))
+        return 10.0**at if self.log else at
+
+
+def scaled(values: ArrayLike, log: bool) -> NDArray[np.float64]:
+    """`values` as an axis spaces them: their powers of ten on a logarithmic one, NaN where they have none."""
+    as_floats = np.asarray(values, np.float64)
+    return np.log10(np.where(as_floats > 0.0, as_floats, np.nan)) if log else as_floats
+
+
+def span(values: NDArray[np.float64], log: bool) -> Range:
+    """The least and largest value that an axis can show, never equal.
+
+    >>> span(np.array([2.0, np.nan, 5.0, -1.0]), True), span(np.array([2.0]), False), span(np.zeros(0), False)
+    ((2.0, 5.0), (1.0, 3.0), (0.0, 1.0))
+    """
+    shown = values[np.isfinite(values) & ((values > 0.0) | (not log))]
+    if not shown.size:
+        return (1.0, 10.0) if log else (0.0, 1.0)
+    low, high = float(shown.min()), float(shown.max())
+    if high - low > 1e-9 * max(abs(low), abs(high)):
+        return low, high
+    if log:
+        return low / 1.5, high * 1.5
+    room = 0.5 * abs(low) or 0.5
+    return low - room, high + room
+
+
+def around(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
+    """An axis for data over `shown` that ends at round ticks or a little beyond the data; ticks at least `least_px`
+    apart."""
+    low, high = scaled(np.array(shown), log)
+    places = _ticks(shown, log, start, end, least_px)
+    first, last = scaled(np.array([places[0], places[-1]]), log)
+    room, near = _BEYOND * (high - low), _NEAR_TICK * (last - first) / max(len(places) - 1, 1)
+    begin = first if 0.0 <= low - first <= near else low - room
+    finish = last if 0.0 <= last - high <= near else high + room
+    ends = (10.0**begin, 10.0**finish) if log else (begin, finish)
+    return _axis((float(ends[0]), float(ends[1])), log, start, end, places)
+
+
+def exactly(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
+    """An axis that shows this range; ticks at least `least_px` apart."""
+    return _axis(shown, log, start, end, _ticks(shown, log, start, end, least_px))
+
+
+def _ticks(shown: Range, log: bool, start: float, end: float, least_px: float) -> list[float]:
+    return tick_values(*shown, log, min(abs(end - start) / least_px, _MOST_TICKS))
+
+
+def _axis(ends: Range, log: bool, start: float, end: float, places: Sequence[float]) -> Axis:
+    slack = 1e-6 * (ends[1] - ends[0])
+    inside = [
+        at for at in places if ends[0] - min(slack, 1e-6 * abs(ends[0]) if log else slack) <= at <= ends[1] + slack
+    ]
+    return Axis(*ends, log, start, end, tuple(zip(inside, tick_texts(inside), strict=True)))
+
+
+def tick_values(low: float, high: float, log: bool, room: float) -> list[float]:
+    """Round values from `low` or below to `high` or above, about as many as there is `room` for.
+
+    A logarithmic axis has 1, 2 and 5 of each decade, or decades alone; one that spans less than a factor of 4 has even
+    steps.
+
+    >>> tick_values(0.3, 41.0, False, 5.0)
+    [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]
+    >>> tick_values(1.0, 100.0, True, 3.0), tick_values(55.0, 800.0, True, 6.0)
+    ([1.0, 10.0, 100.0], [50.0, 100.0, 200.0, 500.0, 1000.0])
+    """
+    room = max(room, 2.0)
+    even = _even(low, high, room) if not log or high < _NARROW * low else []
+    if even and (even[0] > 0.0 or not log):
+        return even
+    decades = math.log10(high / low)
+    steps = (1, 2, 5) if 2.0 * decades <= room else (1,)
+    exponents = range(math.floor(math.log10(low)) - 1, math.ceil(math.log10(high)) + 2)
+    every = [float(f"{step}e{exponent}") for exponent in exponents for step in steps]
+    first = max((i for i, at in enumerate(every) if at <= low * (1 + 1e-6)), default=0)
+    last = min((i for i, at in enumerate(every) if at >= high * (1 - 1e-6)), default=len(every) - 1)
+    skip = max(1, round((last - first) / room))
+    return every[first : last + skip : skip]
+
+
+def _even(low: float, high: float, room: float) -> list[float]:
+    step = (high - low) / room
+    power = 10.0 ** math.floor(math.log10(step))
+    step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= step * (1.0 - 1e-9))
+    return [k * step for k in range(math.floor(low / step + 1e-6), math.ceil(high / step - 1e-6) + 1)]
+
+
+def tick_texts(values: Sequence[float]) -> list[str]:
+    """Ticks as they are written: with as many digits as tell them apart.
+
+    >>> tick_texts([0.0, 20_000.0]), tick_texts([100_000.0, 100_000.2])
+    (['0', '20\\u202f000'], ['100\\u202f000', '100\\u202f000.2'])
+    """
+    digits = 4
+    if len(values) > 1:
+        closest = min(abs(b - a) for a, b in pairwise(values))
+        largest = max(abs(value) for value in values)
+        digits = max(digits, 1 + math.floor(math.log10(largest) + 1e-9) - math.floor(math.log10(closest) + 1e-9))
+    return [number(0.0 if abs(value) < 1e-12 * max(map(abs, values)) else value, digits) for value in values]
+
+
+def unit_of(label: str) -> str:
+    """The unit in an axis' label "name, unit"; "" where it has none.
+
+    >>> unit_of("acceleration, m/s^2"), unit_of("ratio")
+    ('m/s^2', '')
+    """
+    return label.rpartition(", ")[2] if ", " in label else ""
+
+
+def round_top(value: float) -> float:
+    """The first of 1, 2 or 5 times a power of ten that is not below `value`: where an axis may end.
+
+    >>> round_top(730.0), round_top(1200.0), round_top(0.0)
+    (1000.0, 2000.0, 1.0)
+    """
+    if value <= 0.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return next((step * power for step in (1.0, 2.0, 5.0) if value <= step * power * (1 + 1e-12)), 10.0 * power)

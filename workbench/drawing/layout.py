@@ -1,0 +1,229 @@
+"""Where everything of a plot stands: title, legend, axes with ticks and labels, and the data between them.
+
+Two layouts: with title, legend and labels around the axes, as in a report; or compact, in given margins, with the unit
+behind an axis' last tick. Whoever paints says how wide words are, and gets shapes in pixels.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.drawing import Drawing, Range, Series
+from underfoot.drawing.axes import Axis, around, exactly, span, unit_of
+from underfoot.drawing.look import COLOURS, GRID, LINE, MUTED, SMALL_PX, TEXT, TITLE_PX
+from underfoot.drawing.shapes import Backdrop, Box, HeatImage, Segments, Shape, Text, key_of, shapes_of
+from underfoot.quantities import pretty_text, pretty_unit
+
+Measure = Callable[[str, int, bool], float]
+"""How many pixels words take, from their size in pixels and whether they are bold."""
+
+AXIS_PX = 56
+"""Width of a vertical axis with its texts, so that plots above one another have one time axis."""
+BELOW_PX = 20
+"""Height of a horizontal axis with its texts."""
+TICK_PX, COMPACT_TICK_PX = (72.0, 36.0), (48.0, 26.0)
+"""The least distance of ticks, across and up."""
+
+_PAD, _RIGHT = 8.0, 16.0
+_TITLE_LINE_PX, _LINE_PX = 20.0, 16.0
+_KEY_PX, _KEY_GAP_PX, _KEYS_APART_PX = 16.0, 6.0, 16.0
+_TEXT_GAP_PX = 6.0
+_ROOM_PX = 14.0
+"""A margin narrower than this has no texts in it."""
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Pixels around the axes of a compact plot. Where there is no room for the texts of an axis, there are none."""
+
+    left: float = AXIS_PX
+    top: float = _PAD
+    right: float = _RIGHT
+    bottom: float = BELOW_PX
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A plot without its data: where the axes are, and the shapes of everything around and behind the data."""
+
+    area: Box
+    x: Axis
+    y: Axis
+    right: Axis | None
+    shapes: tuple[Shape, ...]
+
+
+def frame_of(drawing: Drawing, width: float, height: float, measure: Measure, margins: Margins | None = None) -> Frame:
+    """The frame of a drawing, compact where `margins` are given."""
+    if margins is not None:
+        area = _within(margins.left, margins.top, width - margins.right, height - margins.bottom)
+        head: list[Shape] = []
+    else:
+        area, head = _head(drawing, width, height, measure)
+    x, y, right = _axes(drawing, area, TICK_PX if margins is None else COMPACT_TICK_PX)
+    shapes = [*head, *_grid(area, x, y), *_tick_texts(drawing, width, area, x, y, measure, margins)]
+    if right is not None:
+        shapes += _right_texts(drawing, area, right, margins)
+    return Frame(area, x, y, right, tuple(shapes))
+
+
+def is_cut_off(drawing: Drawing) -> bool:
+    """Whether data may lie beyond the axes, for a range is given."""
+    return not (drawing.x_range is None and drawing.y_range is None and drawing.right_range is None)
+
+
+def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Shape]:
+    """The shapes of a drawing's data in its frame, the first at the bottom."""
+    area, x, y = frame.area, frame.x, frame.y
+    if drawing.heat is not None:
+        (left, right), (bottom, top) = x.place(drawing.heat.x), y.place(drawing.heat.y)
+        box = Box(float(left), float(top), float(right), float(bottom))
+        yield HeatImage(drawing.heat.levels, drawing.heat.low, drawing.heat.high, box)
+    for line in drawing.lines:
+        at = crisp(float((x if line.axis == "x" else y).place(line.at)))
+        ends = [(at, area.bottom), (at, area.top)] if line.axis == "x" else [(area.left, at), (area.right, at)]
+        yield Segments(np.array([ends]), COLOURS[line.colour], line.dashed)
+    for one in drawing.series:
+        yield from shapes_of(one, x, frame.right if one.right and frame.right is not None else y)
+    for line in drawing.lines:
+        if line.name:
+            at = float(y.place(line.at)) if line.axis == "y" else area.top
+            wide = measure(line.name, SMALL_PX, False) + 8.0
+            yield Backdrop(Box(area.right - wide, at + 2.0, area.right, at + 2.0 + _LINE_PX))
+            yield Text(line.name, area.right - 4.0, at + 14.0, MUTED, "end")
+    if drawing.note:
+        middle = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0 + 4.0)
+        yield Text(drawing.note, *middle, MUTED, "middle", SMALL_PX + 2)
+
+
+def _within(left: float, top: float, right: float, bottom: float) -> Box:
+    """The area of the axes: never less than a pixel, however small the picture is."""
+    return Box(left, top, max(right, left + 1.0), max(bottom, top + 1.0))
+
+
+def crisp(at: float) -> float:
+    """The middle of a pixel: a line there is one pixel wide, and not two that are half as bright."""
+    return math.floor(at) + 0.5
+
+
+def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tuple[Box, list[Shape]]:
+    """Title, legend and labels, and the area that they leave for the axes."""
+    shapes: list[Shape] = []
+    room, top = width - 2.0 * _PAD, 0.0
+    for words in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, True)):
+        shapes.append(Text(words, _PAD, top + 16.0, TEXT, "start", TITLE_PX, True))
+        top += _TITLE_LINE_PX
+    for row in _legend_rows([one for one in drawing.series if one.name], room, measure):
+        for left, one in row:
+            shapes += key_of(one, left, top + 8.5, _KEY_PX)
+            shapes.append(Text(pretty_text(one.name), left + _KEY_PX + _KEY_GAP_PX, top + 12.0, TEXT))
+        top += _LINE_PX
+    right_margin = AXIS_PX if drawing.right else _RIGHT
+    area = _within(AXIS_PX, top + _LINE_PX + _PAD, width - right_margin, height - BELOW_PX - _LINE_PX)
+    shapes.append(Text(f"↑ {pretty_text(drawing.y)}", _PAD, top + 12.0, MUTED))
+    shapes.append(Text(f"{pretty_text(drawing.x)} →", area.right, height - 5.0, MUTED, "end"))
+    if drawing.right:
+        label = f"{pretty_text(drawing.right)} ↑"
+        shapes.append(Text(label, width - _PAD, top + 12.0, _right_colour(drawing), "end"))
+    return area, shapes
+
+
+def _wrapped(words: str, room: float, measure: Callable[[str], float]) -> list[str]:
+    """A text in lines that are no wider than `room`, where spaces allow it; none of an empty text."""
+    lines: list[str] = []
+    for word in words.split(" ") if words else []:
+        if lines and measure(f"{lines[-1]} {word}") <= room:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines
+
+
+def _legend_rows(named: Sequence[Series], room: float, measure: Measure) -> list[list[tuple[float, Series]]]:
+    """The series of a legend in rows, each with its left edge."""
+    rows: list[list[tuple[float, Series]]] = []
+    left = 0.0
+    for one in named:
+        wide = _KEY_PX + _KEY_GAP_PX + measure(pretty_text(one.name), SMALL_PX, False)
+        if not rows or left + wide > room + _PAD:
+            rows.append([])
+            left = _PAD
+        rows[-1].append((left, one))
+        left += wide + _KEYS_APART_PX
+    return rows
+
+
+def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Axis, Axis, Axis | None]:
+    across, up = tick_px
+    ends = [one.to for one in drawing.series if one.to is not None]
+    mine = [one for one in drawing.series if not one.right]
+    x_shown = drawing.x_range or span(
+        _joined([one.x for one in drawing.series] + [to[:, 0] for to in ends]), drawing.x_log
+    )
+    y_shown = drawing.y_range or span(_joined([one.y for one in mine] + [to[:, 1] for to in ends]), drawing.y_log)
+    x_make = y_make = exactly
+    if drawing.equal and not (drawing.x_log or drawing.y_log):
+        per_px = max((x_shown[1] - x_shown[0]) / area.width, (y_shown[1] - y_shown[0]) / area.height)
+        x_shown, y_shown = _widened(x_shown, per_px * area.width), _widened(y_shown, per_px * area.height)
+    else:
+        x_make = exactly if drawing.x_range else around
+        y_make = exactly if drawing.y_range else around
+    x = x_make(x_shown, drawing.x_log, area.left, area.right, across)
+    y = y_make(y_shown, drawing.y_log, area.bottom, area.top, up)
+    if not drawing.right:
+        return x, y, None
+    right_shown = drawing.right_range or span(_joined([one.y for one in drawing.series if one.right]), False)
+    right_make = exactly if drawing.right_range else around
+    return x, y, right_make(right_shown, False, area.bottom, area.top, up)
+
+
+def _joined(values: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    return np.concatenate([np.empty(0), *values])
+
+
+def _widened(shown: Range, length: float) -> Range:
+    """A range of `length` and a little more, around the middle of another."""
+    middle, half = (shown[0] + shown[1]) / 2.0, 0.53 * length
+    return middle - half, middle + half
+
+
+def _grid(area: Box, x: Axis, y: Axis) -> Iterator[Shape]:
+    across, up = ([crisp(at) for at in axis.place([value for value, _ in axis.ticks])] for axis in (x, y))
+    upright = [((at, area.top), (at, area.bottom)) for at in across]
+    level = [((area.left, at), (area.right, at)) for at in up]
+    yield Segments(np.array([*upright, *level]).reshape(-1, 2, 2), GRID)
+    left, bottom = crisp(area.left), crisp(area.bottom)
+    yield Segments(np.array([[(left, bottom), (area.right, bottom)], [(left, area.top), (left, bottom)]]), LINE)
+
+
+def _tick_texts(
+    drawing: Drawing, width: float, area: Box, x: Axis, y: Axis, measure: Measure, margins: Margins | None
+) -> Iterator[Shape]:
+    if margins is None or margins.bottom >= _ROOM_PX:
+        for at, words in _with_unit(x, drawing.x if margins else ""):
+            half = measure(words, SMALL_PX, False) / 2.0 + 1.0
+            middle = min(max(float(x.place(at)), half), width - half)
+            yield Text(words, middle, area.bottom + 15.0, MUTED, "middle")
+    if margins is None or margins.left >= _ROOM_PX:
+        for at, words in _with_unit(y, drawing.y if margins else ""):
+            yield Text(words, area.left - _TEXT_GAP_PX, float(y.place(at)) + 4.0, MUTED, "end")
+
+
+def _right_texts(drawing: Drawing, area: Box, right: Axis, margins: Margins | None) -> Iterator[Shape]:
+    for at, words in _with_unit(right, drawing.right if margins else ""):
+        yield Text(words, area.right + _TEXT_GAP_PX, float(right.place(at)) + 4.0, _right_colour(drawing))
+
+
+def _right_colour(drawing: Drawing) -> str:
+    """The colour of what belongs to the axis on the right."""
+    return next((COLOURS[one.colour] for one in drawing.series if one.right), MUTED)
+
+
+def _with_unit(axis: Axis, label: str) -> list[tuple[float, str]]:
+    """Ticks and their texts, the last with the unit of the label."""
+    unit = pretty_unit(unit_of(label))
+    *others, (last, words) = axis.ticks or ((axis.high, ""),)
+    return [*others, (last, f"{words} {unit}" if unit and words else words)]

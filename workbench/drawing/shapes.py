@@ -1,0 +1,167 @@
+"""What a plot is painted of: a few kinds of shapes in pixels, that any painter can paint."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.drawing import Series
+from underfoot.drawing.axes import Axis
+from underfoot.drawing.look import COLOURS, SMALL_PX
+from underfoot.drawing.thinning import extremes
+
+_MOST_POINTS = 2000
+"""A line of more points than this is thinned to what its pixels can show."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle in pixels, y downwards."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    @property
+    def width(self) -> float:
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        return self.bottom - self.top
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """A line through `points` [n, 2]."""
+
+    points: NDArray[np.float64]
+    colour: str
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Straight lines from `ends` [n, 0] to `ends` [n, 1]; shape [n, 2, 2]."""
+
+    ends: NDArray[np.float64]
+    colour: str
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Dots at `points` [n, 2]."""
+
+    points: NDArray[np.float64]
+    colour: str
+
+
+@dataclass(frozen=True)
+class HeatArea:
+    """An area with the outline `points` [n, 2], filled with the colours of a heat map from pixel `left` to `right`."""
+
+    points: NDArray[np.float64]
+    left: float
+    right: float
+
+
+@dataclass(frozen=True)
+class HeatImage:
+    """Levels, uint8 [rows, columns], the lowest row first, over a box; colours go from level `low` to `high`."""
+
+    levels: NDArray[np.uint8]
+    low: float
+    high: float
+    box: Box
+
+
+@dataclass(frozen=True)
+class Backdrop:
+    """A box behind a caption, in the ground's colour, through which what lies below is seen faintly."""
+
+    box: Box
+
+
+@dataclass(frozen=True)
+class Text:
+    """Words whose baseline is at `y`; `anchor` says which part of them is at `x`: start, middle or end."""
+
+    words: str
+    x: float
+    y: float
+    colour: str
+    anchor: str = "start"
+    size_px: int = SMALL_PX
+    bold: bool = False
+
+
+Shape = Polyline | Segments | Dots | HeatArea | HeatImage | Backdrop | Text
+
+
+def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
+    """The shapes of a series on its axes."""
+    colour = COLOURS[one.colour]
+    points = np.column_stack([x.place(one.x), y.place(one.y)])
+    seen = _is_finite(points)
+    if one.to is not None:
+        ends = np.column_stack([x.place(one.to[:, 0]), y.place(one.to[:, 1])])
+        seen &= _is_finite(ends)
+        yield Segments(np.stack([points[seen], ends[seen]], axis=1), colour)
+        yield Dots(_one_a_pixel(ends[seen]), colour)
+    elif one.style == "dots":
+        yield Dots(_one_a_pixel(points[seen]), colour)
+    elif one.style == "stems":
+        feet = np.column_stack([points[seen, 0], np.full(np.count_nonzero(seen), y.start)])
+        yield Segments(np.stack([feet, points[seen]], axis=1), colour)
+    else:
+        for run in _runs(points, seen):
+            if one.style == "heat":
+                low = np.column_stack([np.full(2, x.start), run[[-1, 0], 1]])
+                yield HeatArea(np.concatenate([run, low]), x.start, x.end)
+            yield Polyline(_shown(run), colour, one.style == "dashed")
+
+
+def key_of(one: Series, left: float, middle: float, width: float) -> Iterator[Shape]:
+    """What stands for a series in a legend, `width` pixels wide: a piece of its line, an arrow, or a few dots."""
+    colour = COLOURS[one.colour]
+    right = left + width
+    if one.style != "dots":
+        yield Polyline(np.array([[left, middle], [right, middle]]), colour, one.style == "dashed")
+    if one.style in ("dots", "arrows"):
+        places = np.linspace(left + 2.0, right - 2.0, 3) if one.style == "dots" else np.array([right])
+        yield Dots(np.column_stack([places, np.full(places.size, middle)]), colour)
+
+
+def _is_finite(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points [n, 2] have both their coordinates."""
+    return np.isfinite(points[:, 0]) & np.isfinite(points[:, 1])
+
+
+def _runs(points: NDArray[np.float64], seen: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+    """The pieces of a line between the points that cannot be seen."""
+    if seen.all():
+        return [points] if len(points) else []
+    pieces = np.split(points, np.flatnonzero(np.diff(seen)) + 1)
+    return [piece for piece in pieces if np.isfinite(piece[0]).all()]
+
+
+def _shown(run: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The points of a line that its pixels can show."""
+    if len(run) <= _MOST_POINTS:
+        return run
+    if (np.diff(run[:, 0]) >= 0.0).all():
+        x, y, _ = extremes(run[:, 0], run[:, 1:], 1.0)
+        return np.column_stack([x, y])
+    cells = np.round(2.0 * run).astype(np.int64)
+    moved = (np.diff(cells, axis=0) != 0).any(axis=1)
+    return run[np.concatenate([[True], moved])]
+
+
+def _one_a_pixel(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """One dot a pixel, however many readings lie there."""
+    cells = np.round(points).astype(np.int64)
+    _, kept = np.unique(cells[:, 0] * (1 << 20) + cells[:, 1], return_index=True)
+    return points[np.sort(kept)]

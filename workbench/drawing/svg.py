@@ -1,0 +1,149 @@
+"""Drawings as SVG pictures for reports, that need no other file."""
+
+import base64
+import hashlib
+import html
+import struct
+import zlib
+from collections.abc import Iterator
+from functools import singledispatch
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.drawing import Drawing
+from underfoot.drawing.layout import content_of, frame_of, is_cut_off
+from underfoot.drawing.look import BACKDROP_OPACITY, DASH_PX, DOT_PX, GROUND, heat_colours, heat_table
+from underfoot.drawing.shapes import Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
+
+WIDTH, HEIGHT = 640, 400
+_EM_SHARE = 0.56
+"""About how wide a letter is, in sizes of the font: who reads the picture chooses the font."""
+_CURVE_PX = 1.5
+_HEAT_STOPS = 17
+
+
+def svg(drawing: Drawing) -> str:
+    """The drawing as an SVG picture, 640 x 400.
+
+    >>> from underfoot.drawing import series
+    >>> text = svg(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),), x_log=True))
+    >>> "time, s" in text and text.startswith("<svg")
+    True
+    """
+    frame = frame_of(drawing, WIDTH, HEIGHT, _width_px)
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"'
+        ' font-family="sans-serif">',
+        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="{GROUND}"/>',
+        *(element for shape in frame.shapes for element in _elements(shape)),
+    ]
+    content = [element for shape in content_of(drawing, frame, _width_px) for element in _elements(shape)]
+    return "\n".join([*parts, *(_cut_off(content, frame.area) if is_cut_off(drawing) else content), "</svg>\n"])
+
+
+def _cut_off(elements: list[str], box: Box) -> list[str]:
+    """Elements without what is beyond a box: an inner picture cuts that off."""
+    place = f'x="{box.left:g}" y="{box.top:g}" width="{box.width:g}" height="{box.height:g}"'
+    view = f'viewBox="{box.left:g} {box.top:g} {box.width:g} {box.height:g}"'
+    return [f"<svg {place} {view}>", *elements, "</svg>"]
+
+
+def _width_px(words: str, size_px: int, bold: bool) -> float:
+    return _EM_SHARE * size_px * len(words) * (1.1 if bold else 1.0)
+
+
+@singledispatch
+def _elements(shape: Shape) -> Iterator[str]:
+    """The SVG elements of a shape."""
+    raise AssertionError(f"no picture of {type(shape).__name__}")
+
+
+@_elements.register
+def _(shape: Polyline) -> Iterator[str]:
+    yield f'<polyline points="{_pairs(shape.points)}" fill="none"{_stroke(shape.colour, _CURVE_PX, shape.dashed)}/>'
+
+
+@_elements.register
+def _(shape: Segments) -> Iterator[str]:
+    if len(shape.ends):
+        path = "".join(f"M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}" for (x, y), (to_x, to_y) in shape.ends)
+        yield f'<path d="{path}" fill="none"{_stroke(shape.colour, 1.0, shape.dashed)}/>'
+
+
+@_elements.register
+def _(shape: Dots) -> Iterator[str]:
+    for x, y in shape.points:
+        yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{DOT_PX / 2.0:g}" fill="{shape.colour}"/>'
+
+
+@_elements.register
+def _(shape: HeatArea) -> Iterator[str]:
+    table = heat_table()
+    shares = np.linspace(0.0, 1.0, _HEAT_STOPS)
+    stops = "".join(
+        f'<stop offset="{share:.4f}" stop-color="#{bytes(table[round(255 * share)][:3]).hex()}"/>' for share in shares
+    )
+    ends = f'gradientUnits="userSpaceOnUse" x1="{shape.left:.1f}" x2="{shape.right:.1f}" y1="0" y2="0"'
+    name = f"heat-{hashlib.sha256(ends.encode()).hexdigest()[:12]}"  # pictures of one page share their names
+    yield f'<linearGradient id="{name}" {ends}>{stops}</linearGradient>'
+    yield f'<polygon points="{_pairs(shape.points)}" fill="url(#{name})"/>'
+
+
+@_elements.register
+def _(shape: HeatImage) -> Iterator[str]:
+    data = base64.b64encode(png(shape.levels[::-1], heat_colours(shape.low, shape.high))).decode()
+    box = shape.box
+    yield (
+        f'<image x="{box.left:.1f}" y="{box.top:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
+        f'preserveAspectRatio="none" href="data:image/png;base64,{data}"/>'
+    )
+
+
+@_elements.register
+def _(shape: Backdrop) -> Iterator[str]:
+    box = shape.box
+    yield (
+        f'<rect x="{box.left:.1f}" y="{box.top:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
+        f'fill="{GROUND}" fill-opacity="{BACKDROP_OPACITY}"/>'
+    )
+
+
+@_elements.register
+def _(shape: Text) -> Iterator[str]:
+    bold = ' font-weight="bold"' if shape.bold else ""
+    yield (
+        f'<text x="{shape.x:.1f}" y="{shape.y:.1f}" text-anchor="{shape.anchor}" font-size="{shape.size_px}"{bold} '
+        f'fill="{shape.colour}">{html.escape(shape.words)}</text>'
+    )
+
+
+def _pairs(points: NDArray[np.float64]) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+
+
+def _stroke(colour: str, width_px: float, dashed: bool) -> str:
+    dash = f' stroke-dasharray="{DASH_PX[0]:g} {DASH_PX[1]:g}"' if dashed else ""
+    return f' stroke="{colour}" stroke-width="{width_px:g}"{dash}'
+
+
+def png(indices: NDArray[np.uint8], colours: NDArray[np.uint8]) -> bytes:
+    """A PNG file of a picture [rows, columns], the uppermost row first, of indices into `colours` [256, 4] (RGBA).
+
+    >>> png(np.zeros((2, 3), np.uint8), np.zeros((256, 4), np.uint8))[:8]
+    b'\\x89PNG\\r\\n\\x1a\\n'
+    """
+    rows, columns = indices.shape
+    lines = np.zeros((rows, columns + 1), np.uint8)  # each begins with its filter: none
+    lines[:, 1:] = indices
+    chunks = (
+        (b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 3, 0, 0, 0)),
+        (b"PLTE", np.ascontiguousarray(colours[:, :3]).tobytes()),
+        (b"tRNS", np.ascontiguousarray(colours[:, 3]).tobytes()),
+        (b"IDAT", zlib.compress(lines.tobytes())),
+        (b"IEND", b""),
+    )
+    file = b"\x89PNG\r\n\x1a\n"
+    for kind, data in chunks:
+        file += struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    return file

@@ -1,0 +1,103 @@
+"""What happens in each block of the live engine: commands in, the loop run, everything written that others read."""
+
+import time
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.engine.commands import Action, Play
+from underfoot.engine.loop import Loop
+from underfoot.engine.rings import HEADER, publish, write_rows
+from underfoot.engine.session_memory import SessionMemory
+from underfoot.engine.status import Field
+from underfoot.kernels import kernel
+
+_LOAD_SHARE = 0.01  # of a block in the mean load
+
+
+class BlockRunner:
+    """Runs `loop` in blocks, which the audio callback or the clock asks for, and writes what comes of it to `memory`.
+
+    What is put into `inbox`, commands that are `prepared`, is taken at the next block. `load` is the mean share of the
+    time of a block that is used. After a panic, `silenced` says that nothing is let out any more.
+    """
+
+    def __init__(self, loop: Loop, memory: SessionMemory) -> None:
+        self.loop, self.memory = loop, memory
+        self.inbox: deque[Action] = deque()
+        self.load = 0.0
+        self.silenced = False
+        self.block_s = loop.block / loop.rate_hz
+        self._panicked = False
+        self._played = np.zeros((loop.block, len(loop.source.floor.tiles)), np.float32)
+        loop.intake.on_samples = self._write_forces
+
+    def run(self) -> None:
+        """Run one block. This is what the audio callback does: it allocates no arrays and takes no locks."""
+        began = time.perf_counter()
+        loop, memory, n = self.loop, self.memory, self.loop.block
+        panic = memory.status.panic
+        if panic and not self._panicked:
+            loop.panic()
+        self._panicked = panic
+        while self.inbox:
+            action = self.inbox.popleft()
+            if not (panic and isinstance(action, Play) and action.on):  # it was sent before the panic
+                loop.send(action)
+        loop.run(n)
+        self.silenced = panic and loop.safety.closed(loop.frame)
+        _gather(loop.out, loop.safety.channels, self._played, n)
+        memory.vibration.write(self._played, n)
+        if loop.program.scope_names:
+            memory.scope.write(loop.scope_frames, n)
+        self._write_status((time.perf_counter() - began) / self.block_s)
+
+    def _write_status(self, load: float) -> None:
+        status = self.memory.status
+        self.load += _LOAD_SHARE * (load - self.load)
+        status.put(Field.LOAD, self.load)
+        if load > status.get(Field.WORST):
+            status.put(Field.WORST, load)
+        status.put(Field.FRAME, float(self.loop.frame))
+        status.put(Field.PEAK, self.loop.safety.peaks.max())
+
+    def _write_forces(self, count: int) -> None:
+        source, ring = self.loop.source, self.memory.force
+        _write_samples(ring.header, ring.rows, source.stamps, source.arrivals, source.forces, count)
+
+
+def load_kernels() -> None:
+    """Load what a block calls besides the loop."""
+    header, rows, wide = np.zeros(1, HEADER), np.zeros((1, 1), np.float32), np.zeros((1, 6))
+    write_rows(header, rows, rows, 0)
+    _gather(rows, np.zeros(1, np.int64), rows, 0)
+    _write_samples(header, wide, np.zeros(0), np.zeros(0), np.zeros((0, 1, 4)), 0)
+
+
+@kernel
+def _gather(out: NDArray[np.float32], channels: NDArray[np.int64], rows: NDArray[np.float32], n: int) -> None:
+    """What each tile plays, from the channels that it goes to; 0 for a tile without one."""
+    for i in range(n):
+        for row in range(rows.shape[1]):
+            rows[i, row] = out[i, channels[row]] if channels[row] >= 0 else 0.0
+
+
+@kernel
+def _write_samples(
+    header: NDArray[np.void],
+    ring: NDArray[np.float64],
+    stamps: NDArray[np.float64],
+    arrivals: NDArray[np.float64],
+    forces: NDArray[np.float64],
+    n: int,
+) -> None:
+    """Force samples to their ring: stamp, arrival, then the corners, tile after tile."""
+    at = header[0].written
+    for i in range(n):
+        row = ring[(at + i) % ring.shape[0]]
+        row[0], row[1] = stamps[i], arrivals[i]
+        for tile in range(forces.shape[1]):
+            for corner in range(4):
+                row[2 + 4 * tile + corner] = forces[i, tile, corner]
+    publish(header, at + n)

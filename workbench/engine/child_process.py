@@ -1,0 +1,86 @@
+"""Processes of a session: started, spoken to, ended, and not started again for ever."""
+
+import multiprocessing
+import time
+from collections.abc import Callable
+from typing import Any
+
+
+class ChildProcess:
+    """A process that runs `function(connection, *given)`, and the connection to it.
+
+    `daemon` ones are killed where whoever started them ends without a word.
+    """
+
+    def __init__(self, name: str, function: Callable[..., None], *given: Any, daemon: bool = True) -> None:
+        context = multiprocessing.get_context("spawn")  # a fork would take over threads' locks and the card's handles
+        self.name = name
+        self._connection, theirs = context.Pipe()
+        self._process = context.Process(target=function, args=(theirs, *given), name=f"underfoot {name}", daemon=daemon)
+        self._process.start()
+        theirs.close()
+
+    @property
+    def pid(self) -> int:
+        """The number that the system knows it by."""
+        return self._process.pid or 0
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it runs."""
+        return self._process.is_alive()
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether it ended otherwise than by returning."""
+        return self._process.exitcode != 0
+
+    def send(self, message: object) -> None:
+        """Send a message; one to a process that died is dropped, since the next one is told all that it must know."""
+        try:
+            self._connection.send(message)
+        except OSError:
+            return
+
+    def receive(self) -> list[Any]:
+        """What it has sent since, also where it has died since."""
+        messages = []
+        try:
+            while self._connection.poll():
+                messages.append(self._connection.recv())
+        except (EOFError, OSError):
+            return messages
+        return messages
+
+    def hang_up(self) -> None:
+        """Close the connection, which asks the process to end."""
+        self._connection.close()
+
+    def kill(self) -> None:
+        """End it at once, whatever it does."""
+        self._process.kill()
+
+    def end(self, within_s: float) -> str:
+        """Hang up, wait, kill it if that takes too long, and say how it ended."""
+        self.hang_up()
+        self._process.join(within_s)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        code = self._process.exitcode
+        self._process.close()
+        return f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
+
+
+class RestartLimit:
+    """Says whether processes that died may be started again: not when more than `most` did so within `within_s`."""
+
+    def __init__(self, most: int, within_s: float) -> None:
+        self._most, self._within_s = most, within_s
+        self._deaths: list[float] = []
+
+    def allows_after_death(self) -> bool:
+        """Count a death, now; whether what died may be started again."""
+        now = time.monotonic()
+        self._deaths = [when for when in self._deaths if now - when < self._within_s] + [now]
+        return len(self._deaths) <= self._most

@@ -1,0 +1,109 @@
+"""What a shaker is sent so that its tile gives what was asked: each tile's equaliser, running."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.clock import FADE, SPAN
+from underfoot.kernels import kernel
+from underfoot.models.filtering import cascade
+
+QUIET = 1e-9 * 20.0
+"""m/s^2 below which an equaliser's ringing ends: 1e-9 of a usual full scale."""
+
+ROW = np.dtype(
+    [("slot", np.int64), ("awake", np.bool_), ("zero_frames", np.int64), ("fade_frame", np.int64)], align=True
+)
+"""A tile's equaliser: which of its two slots is in use, whether anything is left in it, how many frames of zero have
+come in since, and the frame at which it is faded over to from the one in the other slot."""
+
+_LONG_AGO = -(1 << 60)
+
+
+class EqualiserBank:
+    """The equalisers of `rows` tiles; a tile without one costs nothing. `coefficients` are those to begin with."""
+
+    def __init__(self, rows: int, coefficients: Mapping[int, np.record]) -> None:
+        self._coefficients = np.zeros((rows, 2), cascade.COEFFICIENTS)
+        self._states = np.zeros((rows, 2), cascade.STATE)
+        self._rows = np.zeros(rows, ROW)
+        self._rows["fade_frame"] = _LONG_AGO
+        for row, given in coefficients.items():
+            self._coefficients[row, 0] = given
+        self._works = bool(self._coefficients["sections"].any())
+        # Kernels are loaded here, so that the first equaliser is not late for them.
+        _equalise(np.zeros((0, 1)), np.zeros(0, np.uint8), self._coefficients, self._states, self._rows, 0, 0)
+
+    def change(self, row: int, coefficients: np.record, frame: int) -> None:
+        """Fade a tile's equaliser over to another from `frame` on; the fade before it must be over."""
+        slot = 1 - int(self._rows["slot"][row])
+        self._coefficients[row, slot] = coefficients
+        self._states[row, slot] = np.zeros((), cascade.STATE)
+        self._rows["slot"][row], self._rows["fade_frame"][row] = slot, frame
+        self._works = True
+
+    def free_from(self, row: int) -> int:
+        """The first frame at which a tile's equaliser may be changed."""
+        return int(self._rows["fade_frame"][row]) + FADE
+
+    def ringing(self) -> tuple[bool, ...]:
+        """Of each tile, whether anything is left in its equaliser."""
+        return tuple(bool(awake) for awake in self._rows["awake"])
+
+    def apply(self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> None:
+        """Equalise `n` frames of float64 [row, frame] in place, from session frame `frame` on. Allocates nothing.
+
+        `zero_rows` marks rows that are zero throughout; the mark is cleared where an equaliser rings on.
+        """
+        if self._works:
+            _equalise(acceleration, zero_rows, self._coefficients, self._states, self._rows, frame, n)
+
+
+def coefficients_of(sections: ArrayLike, rate_hz: float, engine_rate_hz: float) -> np.record:
+    """Sections designed for `rate_hz`, ready to run at `engine_rate_hz`; `BadValue` for ones that are not stable."""
+    return cascade.coefficients(cascade.at_rate(sections, rate_hz, engine_rate_hz))
+
+
+@kernel
+def _equalise(
+    acceleration: NDArray[np.float64],
+    zero_rows: NDArray[np.uint8],
+    coefficients: NDArray[np.void],
+    states: NDArray[np.void],
+    rows: NDArray[np.void],
+    frame: int,
+    n: int,
+) -> None:
+    for k in range(acceleration.shape[0]):
+        row = rows[k]
+        now, before = coefficients[k, row.slot], coefficients[k, 1 - row.slot]
+        fades = frame < row.fade_frame + FADE
+        if now.sections == 0 and not (fades and before.sections != 0):
+            row.awake = False
+            continue
+        silent = zero_rows[k] != 0
+        if silent and not row.awake:
+            continue
+        zero_rows[k] = 0
+        state, state_before = states[k, row.slot], states[k, 1 - row.slot]
+        for i in range(n):
+            x = 0.0 if silent else acceleration[k, i]
+            if x != 0.0:
+                row.awake, row.zero_frames = True, 0
+            else:
+                row.zero_frames += 1
+            held = min(max(x, -cascade.LARGEST), cascade.LARGEST) if math.isfinite(x) else 0.0
+            y = cascade.step(state, now, held)
+            since = frame + i - row.fade_frame
+            if since < FADE:
+                old = cascade.step(state_before, before, held)
+                y = old + (y - old) * (since / FADE)
+            acceleration[k, i] = y if math.isfinite(x) else x  # what is not finite is for the safety stage to count
+            if row.awake and row.zero_frames >= SPAN and (frame + i + 1) % SPAN == 0:
+                remains = cascade.tail(state, now) + (cascade.tail(state_before, before) if since < FADE else 0.0)
+                if remains < QUIET:
+                    cascade.reset(state)
+                    cascade.reset(state_before)
+                    row.awake = False

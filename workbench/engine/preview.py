@@ -1,0 +1,73 @@
+"""Previews: one step on one tile, and a strike as the foot comes down, through a patch; what each node makes of it."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.devices.replay import Replay
+from underfoot.engine.commands import Strike
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.floor.forces import ForceSeries
+from underfoot.floor.layout import Floor, Tile
+from underfoot.models import gait
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+
+STEP_S = 0.05
+"""When the foot of a preview comes down."""
+_FORCE_HZ = 1000.0
+_BLOCK = 480  # the strike falls between two blocks
+
+
+def previewed(
+    patch: Patch, scopes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: str = ""
+) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
+    """The step's force in newtons (frames,), and what comes from each scope ("node.port").
+
+    By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds).
+    """
+    force_n, source = _step(tile, seconds, rate_hz)
+    options = LoopOptions(rate_hz=rate_hz, block=_BLOCK, scopes=scopes, folder=Path(folder) if folder else None)
+    loop = Loop(patch, REGISTRY, source, options)
+    loop.send(Strike("", tile), round(STEP_S * rate_hz))
+    frames = len(force_n)
+    signals = {name: np.zeros(frames, np.float32) for name in loop.program.scope_names}
+    events: dict[str, list[NDArray[np.float64]]] = {name: [] for name in scopes if name not in signals}
+    for at in range(0, frames, _BLOCK):
+        n = min(_BLOCK, frames - at)
+        loop.run(n)
+        for name, frames_of in signals.items():
+            frames_of[at : at + n] = loop.program.scope[name][0, :n]
+        for name, found in events.items():
+            found.append(loop.program.events(name))
+    return (
+        force_n,
+        {_port(name): frames_of for name, frames_of in signals.items()},
+        {_port(name): np.concatenate(found) for name, found in events.items()},
+    )
+
+
+def one_tile(id: str) -> Floor:
+    """A floor of one tile of the usual size."""
+    edge = 0.1335
+    corners = ((edge, edge), (-edge, edge), (-edge, -edge), (edge, -edge))
+    return Floor((Tile(id, (0.305, 0.305), (0.1525, 0.1525), sensors_m=corners),))
+
+
+def _step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
+    """A step straight over the middle of a tile: its force at each frame, and what brings it to a loop."""
+    time_s = np.arange(round((seconds + 0.1) * _FORCE_HZ)) / _FORCE_HZ
+    walker = gait.Walker(variation=0.0)
+    floor = one_tile(tile)
+    step = gait.footfalls(walker, [(0.0, 0.0)], STEP_S + 0.01, start_s=STEP_S)[0]
+    along_m = walker.foot_length_m * (gait.roll((time_s - step.start_s) / step.duration_s) - 0.5)
+    force_n = step.force_n(time_s)
+    corners = gait.corner_forces(force_n, along_m, np.zeros_like(along_m), floor.tiles[0].sensors_m)
+    source = Replay(ForceSeries(time_s, corners[:, None, :], _FORCE_HZ), floor, rate_hz)
+    frames = np.arange(round(seconds * rate_hz))
+    return np.interp(frames / rate_hz, time_s, force_n).astype(np.float32), source
+
+
+def _port(scope: str) -> str:
+    return scope.partition(".")[2]

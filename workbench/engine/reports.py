@@ -1,0 +1,108 @@
+"""Reports to whoever opened a session: from the engine, the compiler and the supervisor. Plain frozen data."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.engine.commands import Command
+
+
+@dataclass(frozen=True)
+class Started:
+    """The engine runs: what it plays on, in words, and why it is not what was asked for, if so.
+
+    `channels` has that of each tile, or -1 for a tile that is silent because the sound card has none for it.
+    """
+
+    where: str
+    notice: str = ""
+    process: int = 0
+    channels: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class CommandApplied:
+    """A command took effect at this session frame: with the force samples, all that a replay needs."""
+
+    frame: int
+    command: Command
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A node made a value that is not finite; its output was silenced."""
+
+    node: str
+    tile: str
+    frame: int
+
+
+@dataclass(frozen=True)
+class Costs:
+    """What each node costs (share of the time a block may take) and for how many tiles it is awake, twice a second."""
+
+    share: dict[str, float]
+    awake: dict[str, int]
+
+
+@dataclass(frozen=True)
+class ProcessDied:
+    """A process ended that should not have; it is started again, unless that happens too often."""
+
+    process: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A line for the person: a device that is not there, a tile without a channel."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Compiling:
+    """Kernels are being compiled: how many of how many are ready."""
+
+    ready: int
+    total: int
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What a patch does for one step on one tile: force in newtons, and the frames of each output asked for."""
+
+    ticket: int
+    rate_hz: float
+    force_n: NDArray[np.float32]
+    signals: dict[str, NDArray[np.float32]]
+    error: str = ""
+    events: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+
+Report = Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
+
+
+@dataclass(frozen=True)
+class Health:
+    """How the engine is, read at any time."""
+
+    running: bool
+    load: float
+    """Share of the time a block may take, a mean over half a second."""
+    worst: float
+    """The largest share since the start."""
+    xruns: int
+    lost: int
+    """Force samples that did not arrive."""
+    latency_s: float
+    """From a force sample's arrival to the first output frame that it can change leaving the engine."""
+    stream_latency_s: float
+    """What the output stream adds, as it reports itself."""
+    frame: int
+    """Session frames played."""
+    peak: float
+    """Largest sample of the last tenth of a second, of full scale."""
+    awake: int
+    """Tiles for which something is awake."""

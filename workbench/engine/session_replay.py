@@ -1,0 +1,74 @@
+"""A recorded session, played again: the same patch, forces and commands at the same frames, and so the same bytes."""
+
+import json
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
+from underfoot.engine.commands import Swap, TileEqualiser, from_text
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.render import Rendered
+from underfoot.errors import BadFile
+from underfoot.floor.layout import Floor
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.records.recording import Recording
+
+
+class RecordedForce:
+    """The force samples of a recording, each handed over in the frame in which it came."""
+
+    def __init__(self, rows: NDArray[np.float64], floor: Floor, rate_hz: float) -> None:
+        self.floor, self.rate_hz = floor, rate_hz
+        self.stamps, self.arrivals, self.forces = sample_buffers(floor)
+        self._rows = rows
+        self._next = 0
+
+    def pull(self, end: int) -> int:
+        """The samples that came before session frame `end`."""
+        count = 0
+        while count < MAX_SAMPLES and self._next < len(self._rows) and self._rows[self._next, 1] < end:
+            row = self._rows[self._next]
+            self.stamps[count], self.arrivals[count] = row[0], row[1]
+            self.forces[count] = row[2:].reshape(-1, 4)
+            self._next += 1
+            count += 1
+        return count
+
+
+def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
+    """Play the recording again from its first frame to its last.
+
+    `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
+    """
+    with Recording(path) as recording:
+        first, played = recording.vibration()
+        if first != 0 or recording.gaps():
+            raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
+        loop = _loop_of(recording, registry, block)
+        for frame, kind, body in recording.commands():
+            command = from_text(kind, body)
+            if isinstance(command, Swap):
+                Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
+            loop.send(command, frame)
+    return Rendered.of(loop, loop.play(len(played)))
+
+
+def _loop_of(recording: Recording, registry: Registry, block: int) -> Loop:
+    """The loop of the recorded session, as it was before its first frame."""
+    about = recording.about
+    source = RecordedForce(
+        recording.forces(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
+    )
+    channels = json.loads(about.get("channels", "null"))
+    options = LoopOptions(
+        rate_hz=float(about["rate"]),
+        block=block,
+        equalisers=msgspec.json.decode(about.get("corrections", "[]"), type=tuple[TileEqualiser, ...]),
+        channels=None if channels is None else tuple(channels),
+        folder=Path(about["folder"]) if about.get("folder") else None,
+    )
+    return Loop(Patch.loads(about["patch"], registry, str(recording.path)), registry, source, options)

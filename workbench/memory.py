@@ -1,0 +1,29 @@
+"""Memory that kernels read in the processor's widest vectors."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+LINE = 8
+"""Values of float64 in a cache line, and in the widest vector."""
+
+
+def whole_lines(length: Any) -> Any:
+    """A number of values rounded up to whole cache lines.
+
+    >>> whole_lines(1), whole_lines(8)
+    (8, 8)
+    """
+    return (length + (LINE - 1)) & -LINE
+
+
+def aligned_zeros(size: int) -> NDArray[np.float64]:
+    """`size` zeros that begin on a cache line.
+
+    >>> aligned_zeros(3), aligned_zeros(3).ctypes.data % 64
+    (array([0., 0., 0.]), 0)
+    """
+    memory = np.zeros(size + LINE)
+    skip = -memory.ctypes.data % (8 * LINE) // 8
+    return memory[skip : skip + size]

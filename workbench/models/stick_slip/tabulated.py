@@ -1,0 +1,56 @@
+"""A distribution as a table, its points as dense as straight lines between them need."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_MOST_HALVINGS = 12
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """The distribution of one quantity, tabulated so densely that linear interpolation keeps the asked error."""
+
+    points: NDArray[np.float64]
+    """Values of the quantity, rising: s or m."""
+    density: NDArray[np.float64]
+    """Probability density at the points, 1/s or 1/m."""
+    cdf: NDArray[np.float64]
+    """Probability, of all slips, up to each point; it ends at 1 - `unobserved`."""
+    unobserved: float
+    """Probability that the quantity has no value: the slip still lasts at the end of the observation, say."""
+
+
+def tabulate(
+    density_and_cdf: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    ends: tuple[float, float],
+    seeds: NDArray[np.float64],
+    tolerance: float,
+    unobserved: float,
+) -> Distribution:
+    """Tabulate a distribution between its `ends`, halving intervals until the CDF is straight to `tolerance`.
+
+    `density_and_cdf(points)` gives [2, points]. `seeds`: points to begin with, beside evenly spaced ones.
+    """
+    low, high = ends
+    points = np.unique(np.concatenate([np.linspace(low, high, 65), np.clip(seeds, low, high)]))
+    least = 1e-12 * max(abs(low), abs(high))
+    points = points[np.diff(points, prepend=-np.inf) > least]
+    values = density_and_cdf(points)
+    for _ in range(_MOST_HALVINGS if points.size > 1 else 0):
+        middles = 0.5 * (points[1:] + points[:-1])
+        between = density_and_cdf(middles)
+        curved = np.abs(between[1] - 0.5 * (values[1, 1:] + values[1, :-1])) > tolerance
+        # Neighbours too: a curve with its inflection in the middle looks straight there.
+        curved = (np.convolve(curved, np.ones(3), mode="same") > 0.0) & (np.diff(points) > 2.0 * least)
+        if not curved.any():
+            break
+        points = np.concatenate([points, middles[curved]])
+        order = np.argsort(points)
+        points = points[order]
+        values = np.concatenate([values, between[:, curved]], axis=1)[:, order]
+    density = np.maximum(values[0], 0.0)
+    cdf = np.clip(np.maximum.accumulate(values[1]), 0.0, 1.0)
+    return Distribution(points, density, cdf, unobserved)

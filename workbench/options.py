@@ -1,0 +1,47 @@
+"""Options of a command, declared once as the fields of a dataclass: what the command line and its help are made of."""
+
+from dataclasses import dataclass, field, fields
+from typing import TypeVar, get_args
+
+from underfoot.errors import require
+
+Value = TypeVar("Value")
+_DOC, _FLAG = "doc", "flag"
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option: the field's `name`, its `flag` on the command line, the `type` of a value, its default and help."""
+
+    name: str
+    flag: str
+    type: type
+    default: object
+    doc: str
+
+
+def option(doc: str, default: Value, flag: str = "") -> Value:
+    """A field of a frozen dataclass that is an option of a command; a field `level_db` is `--level-db` unless said.
+
+    The field's type says what is given: str, int, float, Path, or one of them or None; bool is a switch.
+    """
+    found: Value = field(default=default, metadata={_DOC: doc, _FLAG: flag})
+    return found
+
+
+def options_of(owner: type) -> tuple[Option, ...]:
+    """The options that a dataclass declares, in their order.
+
+    >>> @dataclass(frozen=True)
+    ... class Playing:
+    ...     level: float | None = option("How loud to play.", None)
+    >>> options_of(Playing)
+    (Option(name='level', flag='--level', type=<class 'float'>, default=None, doc='How loud to play.'),)
+    """
+    found = []
+    for one in fields(owner):
+        kinds = [kind for kind in get_args(one.type) or (one.type,) if kind is not type(None)]
+        require(len(kinds) == 1 and isinstance(kinds[0], type), one.name, one.type, "one type, or that type or None")
+        flag = one.metadata[_FLAG] or f"--{one.name.replace('_', '-')}"
+        found.append(Option(one.name, flag, kinds[0], one.default, one.metadata[_DOC]))
+    return tuple(found)

@@ -1,0 +1,240 @@
+"""From functions that name what they take to the kernels that the driver calls by their addresses.
+
+The driver calls every node alike, with pointers. Between the two stands an adapter, generated from the names: it hands
+over arrays of the stretch's frames, numbers and memories, and calls `design` when a parameter that it names has moved.
+
+    run   (x, y, c, s, t, d, e, o, key, rate, frame, n)     tail  (c, s, t, d), a float64
+
+    x, y   the signals in and out; e, o the lists of events in and out     c   the controls, one float64 each
+    s      state: a memory of the node's layout, set to zero as the row falls asleep
+    t      1 once designed, copies of the controls that `design` names, then a memory of the layout of coefficients
+    d      what the row's instance has for itself: sizes, where each prepared table lies and its shape, the tables
+"""
+
+import inspect
+import math
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numba import carray, njit, types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from underfoot.errors import BadValue, require
+from underfoot.kernels import callback
+from underfoot.layouts import Layout
+from underfoot.memory import LINE, whole_lines
+from underfoot.models.signals.events import events_at
+
+Values = Mapping[str, Any]
+"""The values of a node's parameters, by name."""
+
+_P = types.CPointer(types.float64)
+_PP = types.CPointer(_P)
+_RUN = types.void(_PP, _PP, _P, _P, _P, _P, _PP, _PP, types.uint64, types.float64, types.int64, types.int64)
+_TAIL = types.float64(_P, _P, _P, _P)
+_RUN_ARGUMENTS = "x, y, c, s, t, d, e, o, key, rate, frame, n"
+_CLOCK = {"rate": "rate", "frame": "frame", "end": "frame + n", "key": "key"}
+"""What every `run` may take besides its node's own names."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A table that `make(values, rate)` gives when a program is built, with so many dimensions."""
+
+    make: Callable[[Values, float], Any]
+    dimensions: int
+
+    def table(self, values: Values, rate: float) -> NDArray[np.float64]:
+        """The table as the kernels are given it."""
+        made = np.ascontiguousarray(self.make(values, rate), np.float64)
+        return made.reshape((0,) * self.dimensions) if made.size == 0 and made.ndim != self.dimensions else made
+
+
+@dataclass(frozen=True)
+class Names:
+    """What a node's functions may name: its ports, its controls in order, its layouts and its prepared tables."""
+
+    signals_in: tuple[str, ...]
+    signals_out: tuple[str, ...]
+    events_in: tuple[str, ...]
+    events_out: tuple[str, ...]
+    controls: Mapping[str, bool]
+    """Every number that is read once a span, in order, and whether it is handed over as a whole number."""
+    tables: Mapping[str, int]
+    """Every prepared table, and how many dimensions it has."""
+
+
+class Binding:
+    """The functions of a node, `design`, `run` and `tail`, and the memory that they share."""
+
+    def __init__(self, cls: type, names: Names, prepared: Mapping[str, Prepared]) -> None:
+        self.cls, self.names, self.prepared = cls, names, prepared
+        functions = {name: getattr(cls, name, None) for name in ("design", "run", "tail")}
+        self.functions = {name: function for name, function in functions.items() if callable(function)}
+        self.controls = Layout("controls", *names.controls)
+        self.state: Layout | None = getattr(cls, "state", None)
+        self.coefficients: Layout | None = getattr(cls, "coefficients", None)
+        self.sizes: Callable[[Values, float], Mapping[str, int]] = getattr(cls, "sizes", _no_sizes)
+        layouts = [layout for layout in (self.state, self.coefficients) if layout is not None]
+        self.symbols = tuple(dict.fromkeys(symbol for layout in layouts for symbol in layout.symbols))
+        self._check()
+
+    # --- the memory of a row ---
+
+    def state_size(self, values: Values, rate: float) -> int:
+        """Float64 values of a row's state."""
+        return self.state.size(self.sizes(values, rate)) if self.state else 0
+
+    def coefficients_size(self, values: Values, rate: float) -> int:
+        """Float64 values of a row's coefficients, with what says whether they were designed."""
+        return self._head + (self.coefficients.size(self.sizes(values, rate)) if self.coefficients else 0)
+
+    def data(self, values: Values, rate: float) -> NDArray[np.float64]:
+        """What the kernels of an instance read: its sizes, and its prepared tables."""
+        tables = [one.table(values, rate) for one in self.prepared.values()]
+        sizes = self.sizes(values, rate)
+        head = [float(sizes[symbol]) for symbol in self.symbols]
+        at = whole_lines(len(head) + sum(1 + table.ndim for table in tables))
+        parts = []
+        for table in tables:
+            head += [at, *table.shape]
+            parts.append(np.pad(table.ravel(), (0, -table.size % LINE)))
+            at += parts[-1].size
+        return np.concatenate([np.pad(head, (0, -len(head) % LINE)), *parts])
+
+    # --- the adapters ---
+
+    @cached_property
+    def run(self) -> Any:
+        """The kernel that the driver calls for a stretch of frames."""
+        lines = [*self._memories("run"), *self._designing(), f"    run({self._arguments('run')})"]
+        return self._compiled("run", f"({_RUN_ARGUMENTS})", lines, _RUN)
+
+    @cached_property
+    def tail(self) -> Any:
+        """The kernel that bounds what a row can still put out; None for a node that leaves nothing behind."""
+        constant = getattr(self.cls, "tail", 0.0)
+        if constant == 0.0:
+            return None
+        if "tail" in self.functions:
+            lines = [*self._memories("tail"), f"    return tail({self._arguments('tail')})"]
+        else:
+            lines = [f"    return {constant!r}"]
+        return self._compiled("tail", "(c, s, t, d)", lines, _TAIL)
+
+    @property
+    def _head(self) -> int:
+        return whole_lines(1 + len(self._watched)) if "design" in self.functions else 0
+
+    @property
+    def _watched(self) -> list[str]:
+        """Controls that `design` names, one by one or all together."""
+        taken = _taken(self.functions["design"])
+        return [name for name in self.names.controls if name in taken or "controls" in taken]
+
+    def _check(self) -> None:
+        own = [*self.names.signals_in, *self.names.signals_out, *self.names.events_in, *self.names.events_out]
+        for name in [*own, *self.names.controls]:
+            is_own = name not in ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
+            allowed = "one that no function is given something else by"
+            require(is_own, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
+        for name, function in self.functions.items():
+            known = self._expressions(name)
+            for taken in _taken(function):
+                if taken not in known:
+                    allowed = ", ".join(known)
+                    raise BadValue(f"{name} of {self.cls.__name__} takes {taken!r}; allowed: {allowed}")
+
+    def _expressions(self, function: str) -> dict[str, str]:
+        """What each name stands for in the adapter of a function."""
+        names = self.names
+        known = {
+            name: f"int(c[{k}])" if is_whole else f"c[{k}]" for k, (name, is_whole) in enumerate(names.controls.items())
+        }
+        known["controls"] = "controls_at(c, ())"
+        at = len(self.symbols)
+        for name, dimensions in names.tables.items():
+            shape = ", ".join(f"int(d[{at + 1 + k}])" for k in range(dimensions))
+            known[name] = f"carray(shifted(d, int(d[{at}])), ({shape},))"
+            at += 1 + dimensions
+        if self.coefficients is not None:
+            known["coefficients"] = "coefficients"
+        if self.state is not None and function != "design":
+            known["state"] = "state"
+        if function == "design":
+            known["rate"] = "rate"
+        if function == "run":
+            for pointer, ports in (("x", names.signals_in), ("y", names.signals_out)):
+                known |= {port: f"carray({pointer}[{k}], (n,))" for k, port in enumerate(ports)}
+            for pointer, ports in (("e", names.events_in), ("o", names.events_out)):
+                known |= {port: f"events_at({pointer}[{k}], (int({pointer}[{k}][1]),))" for k, port in enumerate(ports)}
+            known |= _CLOCK
+        return known
+
+    def _arguments(self, function: str) -> str:
+        known = self._expressions(function)
+        return ", ".join(known[name] for name in _taken(self.functions[function]))
+
+    def _memories(self, function: str) -> list[str]:
+        taken = set(_taken(self.functions[function]))
+        if function == "run" and "design" in self.functions:
+            taken |= set(_taken(self.functions["design"]))
+        lines = []
+        for name, layout, pointer in (
+            ("state", self.state, "s"),
+            ("coefficients", self.coefficients, f"shifted(t, {self._head})"),
+        ):
+            if layout is not None and name in taken:
+                sizes = "".join(f"int(d[{self.symbols.index(symbol)}]), " for symbol in layout.symbols)
+                lines.append(f"    {name} = {name}_at({pointer}, ({sizes}))")
+        return lines
+
+    def _designing(self) -> list[str]:
+        if "design" not in self.functions:
+            return []
+        places = list(self.names.controls)
+        pairs = [(places.index(name), k) for k, name in enumerate(self._watched, 1)]
+        moved = " or ".join(["t[0] == 0.0", *(f"c[{j}] != t[{k}]" for j, k in pairs)])
+        copies = "".join(f"        t[{k}] = c[{j}]\n" for j, k in pairs)
+        return [f"    if {moved}:\n        t[0] = 1.0\n{copies}        design({self._arguments('design')})"]
+
+    def _compiled(self, name: str, arguments: str, lines: Iterable[str], signature: Any) -> Any:
+        """An adapter as if it stood in the node's file."""
+        own = f"{self.cls.__name__}_{name}"
+        source = "\n".join([f"def {own}{arguments}:", *lines])
+        names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at, "inf": math.inf}
+        names["controls_at"] = self.controls.at
+        names |= {function: _inlined(body) for function, body in self.functions.items()}
+        for layout, key in ((self.state, "state_at"), (self.coefficients, "coefficients_at")):
+            if layout is not None:
+                names[key] = layout.at
+        exec(compile(source, sys.modules[self.cls.__module__].__file__ or "<node>", "exec"), names)
+        function = names[own]
+        function.__module__ = self.cls.__module__
+        return callback(signature, function)
+
+
+_inlined = njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def _no_sizes(values: Values, rate: float) -> Mapping[str, int]:
+    return {}
+
+
+def _taken(function: Callable[..., Any]) -> list[str]:
+    return list(inspect.signature(function).parameters)
+
+
+@intrinsic
+def shifted(context: Any, pointer: Any, places: Any) -> Any:
+    """The pointer to what lies so many float64 values behind another."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.gep(arguments[0], [arguments[1]])
+
+    return _P(_P, types.int64), code

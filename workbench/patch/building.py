@@ -1,0 +1,320 @@
+"""How a patch becomes tables: every buffer, list of events, control and memory gets its place, node after node."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.clock import RAMP
+from underfoot.memory import LINE, aligned_zeros, whole_lines
+from underfoot.models.signals.events import EVENTS
+from underfoot.models.signals.random import stream_key
+from underfoot.parameters import Number, Parameter, Tiles
+from underfoot.patch import driver, tables
+from underfoot.patch.node import NodeType
+from underfoot.patch.patch import Patch
+from underfoot.patch.tables import NODE, Tables
+
+HOSTS = ("force_n", "x_m", "y_m")
+"""Signals that the engine brings: a tile's tared force, and where on the tile it stands (tile frame)."""
+
+_LONG_AGO = -(1 << 60)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A node that is built: its type, its values, and the outputs ("node.port") that guard it."""
+
+    id: str
+    type: NodeType
+    values: dict[str, Any]
+    guards: Sequence[str] = ()
+
+
+class Built(NamedTuple):
+    """The tables, and where everything that is asked for by name lies in them."""
+
+    tables: Tables
+    controls: dict[tuple[int, str], int]
+    signals: dict[tuple[int, str], int]
+    struck: dict[int, int]
+    lists: dict[str, int]
+    hosts: dict[str, NDArray[np.float64]]
+
+
+@dataclass
+class _Buffers:
+    """Signals of a block. A buffer that the engine fills has a row for each tile; others are shared by all rows."""
+
+    rows: list[int] = field(default_factory=lambda: [0])  # buffer 0 is zero, for inputs without a wire
+    of: dict[str, int] = field(default_factory=dict)
+
+    def add(self, name: str = "", rows: int = 0) -> int:
+        if name:
+            self.of[name] = len(self.rows)
+        self.rows.append(rows)
+        return len(self.rows) - 1
+
+
+@dataclass
+class _Lists(_Buffers):
+    """Lists of events of a block. List 0 is empty."""
+
+
+class Builder:
+    """Builds the tables of `parts`, in the order in which they run, for `tiles`."""
+
+    def __init__(
+        self,
+        patch: Patch,
+        parts: Sequence[Part],
+        tiles: Sequence[str],
+        scopes: Sequence[str],
+        *,
+        rate: float,
+        block: int,
+        seed: int,
+    ) -> None:
+        self.parts, self.tiles, self.scopes = parts, tiles, scopes
+        self.rate, self.block, self.seed = rate, block, seed
+        self.source_of = {target: source for source, target in patch.wires}
+        self.nodes = np.zeros(len(parts), NODE)
+        self.buffers, self.lists = _Buffers(), _Lists()
+        self.inputs: list[int] = []
+        self.watched: list[int] = []
+        self.event_inputs: list[int] = []
+        self.struck: dict[int, int] = {}
+        self.controls: dict[tuple[int, str], int] = {}
+        self.drivers: list[int] = []
+        self.ramps: list[tuple[float, float, float, float]] = []
+        self.control: list[float] = []
+        self.signals: dict[tuple[int, str], int] = {}
+        self.signal_buffers: list[int] = []
+        self.signal_values: list[float] = []
+        self.data: list[NDArray[np.float64]] = []
+        self.awake_at_first = np.zeros(len(parts), bool)
+
+    def build(self) -> Built:
+        """Everything, step by step."""
+        self._add_hosts()
+        for k, part in enumerate(self.parts):
+            self._add_outputs(k, part)
+        for k, part in enumerate(self.parts):
+            events = self._connect_events(k, part)
+            inputs = self._connect_signals(k, part)
+            self._watch(k, part, inputs, events)
+            self._add_controls(k, part)
+            self._add_memory(k, part)
+        made = self._tables()
+        return Built(made, self.controls, self.signals, self.struck, self.lists.of, self._hosts_in(made))
+
+    # --- node by node ---
+
+    def _add_hosts(self) -> None:
+        for name in HOSTS:
+            if any(name in part.type.hosts for part in self.parts):
+                self.buffers.add(name, len(self.tiles))
+
+    def _add_outputs(self, k: int, part: Part) -> None:
+        node = self.nodes[k]
+        node["outputs_at"], node["event_outputs_at"] = len(self.buffers.rows), len(self.lists.rows)
+        for port in part.type.outputs:
+            place = self.buffers if port.kind == "signal" else self.lists
+            place.add(f"{part.id}.{port.name}")
+            node["outputs" if port.kind == "signal" else "event_outputs"] += 1
+
+    def _connect_events(self, k: int, part: Part) -> int:
+        """Where the node's events come from; how many of its inputs may bring any."""
+        begin, wired = len(self.event_inputs), 0
+        for port in part.type.inputs:
+            if port.kind == "event":
+                source = self.source_of.get(f"{part.id}.{port.name}")
+                self.event_inputs.append(self.lists.of[source] if source else 0)
+                wired += source is not None
+        if part.type.is_struck:
+            self.struck[k] = self.lists.add(rows=1)
+            for _ in self.tiles[1:]:
+                self.lists.add(rows=1)
+            self.event_inputs.append(self.struck[k])
+            wired += 1
+        self.nodes[k]["event_inputs"], self.nodes[k]["event_inputs_at"] = len(self.event_inputs) - begin, begin
+        return wired
+
+    def _connect_signals(self, k: int, part: Part) -> dict[str, int]:
+        """The buffer of each signal that the node reads: brought ones, inputs, and numbers that are read each frame."""
+        found = {name: self.buffers.of[name] for name in part.type.hosts}
+        for port in part.type.inputs:
+            if port.kind == "signal":
+                found[port.name] = self._buffer_into(part, port.name) or 0
+        for parameter in part.type.signal_parameters:
+            wired = self._buffer_into(part, parameter.name)
+            if wired is None:
+                self.signals[k, parameter.name] = len(self.signal_buffers)
+                wired = self.buffers.add()
+                self.signal_buffers.append(wired)
+                self.signal_values.append(part.values[parameter.name])
+            found[parameter.name] = wired
+        self.nodes[k]["inputs"], self.nodes[k]["inputs_at"] = len(found), len(self.inputs)
+        self.inputs.extend(found.values())
+        return found
+
+    def _buffer_into(self, part: Part, name: str) -> int | None:
+        source = self.source_of.get(f"{part.id}.{name}")
+        return self.buffers.of[source] if source else None
+
+    def _watch(self, k: int, part: Part, inputs: dict[str, int], events: int) -> None:
+        """Which buffers must be zero so that the node may sleep."""
+        type = part.type
+        wired = {name for name in inputs if f"{part.id}.{name}" in self.source_of}
+        live = {*type.hosts, *(port.name for port in type.inputs if port.name in wired)}
+        muting = [name for name in type.muted_by if name in live | wired]
+        guards = [self.buffers.of[name] for name in part.guards]
+        watch = guards or [inputs[name] for name in (muting or [name for name in inputs if name in live])]
+        node = self.nodes[k]
+        node["watched"], node["watched_at"] = len(watch), len(self.watched)
+        node["sleep_rule"] = tables.GUARDED if guards else tables.ANY if muting else tables.ALL
+        self.watched.extend(watch)
+        self.awake_at_first[k] = not watch and not events
+
+    def _add_controls(self, k: int, part: Part) -> None:
+        node, numbers = self.nodes[k], []
+        node["controls"], node["controls_at"] = len(part.type.controls), len(self.drivers)
+        node["control_memory"] = len(self.control)
+        for control in part.type.controls:
+            wired = self._buffer_into(part, control.name)
+            self.controls[k, control.name] = len(self.drivers)
+            self.drivers.append(-1 if wired is None else wired)
+            node["is_driven"] |= wired is not None
+            value = _number(control, part.values[control.name])
+            low, high = (control.low, control.high) if isinstance(control, Number) else (value, value)
+            numbers.append(value)
+            self.ramps.append((value, value, low, high))
+        self.control.extend(numbers * len(self.tiles))
+
+    def _add_memory(self, k: int, part: Part) -> None:
+        binding, node = part.type.binding, self.nodes[k]
+        node["run"], node["tail"] = binding.run.address, binding.tail.address if binding.tail else 0
+        node["state_size"] = whole_lines(binding.state_size(part.values, self.rate))
+        node["coefficients_size"] = whole_lines(binding.coefficients_size(part.values, self.rate))
+        node["data_at"] = sum(one.size for one in self.data)
+        self.data.append(part.type.data(part.values, self.rate))
+
+    # --- all together ---
+
+    def _tables(self) -> Tables:
+        nodes, rows, count = self.nodes, len(self.tiles), len(self.parts)
+        for size, at in (("state_size", "state_at"), ("coefficients_size", "coefficients_at")):
+            nodes[at] = np.concatenate([[0], np.cumsum(nodes[size])[:-1]]) * rows if count else 0
+        starts, buffers = self._places()
+        room = EVENTS.size({"room": self.block})
+        return Tables(
+            nodes=nodes,
+            keys=self._keys(),
+            masked=self._masks(),
+            asleep=np.repeat(~self.awake_at_first[:, None], rows, axis=1).astype(np.uint8),
+            ran=np.zeros((count, rows), np.int64),
+            cycles=np.zeros(count, np.int64),
+            moving=np.zeros(count, np.uint8),
+            inputs=np.array(self.inputs, np.int64),
+            watched=np.array(self.watched, np.int64),
+            event_inputs=np.array(self.event_inputs, np.int64),
+            last_event=np.full((len(self.event_inputs), rows), _LONG_AGO, np.int64),
+            cursor=np.zeros(len(self.event_inputs), np.int64),
+            buffers=buffers,
+            bits=buffers.view(np.int64),
+            buffer_at=starts[:-1],
+            row_stride=np.array([self._stride if r else 0 for r in self.buffers.rows], np.int64),
+            is_zero=np.array([r == 0 for r in self.buffers.rows], np.uint8),
+            nonzero=np.zeros((len(self.buffers.rows), self.block // driver.SLEEP_INTERVAL + 2), np.uint8),
+            was_nonzero=np.zeros((len(self.buffers.rows), rows), np.uint8),
+            hosts=np.array([self.buffers.of[h] for h in HOSTS if self.buffers.of.get(h) in self.watched], np.int64),
+            events=_empty_lists(len(self.lists.rows), room, self.block),
+            event_stride=np.array(self.lists.rows, np.int64),
+            staged=_empty_lists(int(nodes["event_inputs"].max(initial=1)), room, self.block),
+            control=np.array(self.control, np.float64),
+            drivers=np.array(self.drivers, np.int64),
+            ramp=np.array(self.ramps, np.float64).reshape(-1, 4),
+            ramp_start=np.full(len(self.drivers), -RAMP, np.int64),
+            signal_controls=np.array(self.signal_buffers, np.int64),
+            signal_ramp=np.array([(v, v) for v in self.signal_values], np.float64).reshape(-1, 2),
+            signal_start=np.full(len(self.signal_buffers), -RAMP, np.int64),
+            signal_moving=np.full(len(self.signal_buffers), 2, np.uint8),
+            state=aligned_zeros(int(nodes["state_size"].sum()) * rows),
+            coefficients=aligned_zeros(int(nodes["coefficients_size"].sum()) * rows),
+            data=_aligned_copy([*self.data, np.zeros(LINE)]),
+            sinks=np.array([self.buffers.of[_first(part)] for part in self.parts if part.type.is_sink], np.int64),
+            output=np.zeros((rows, self.block)),
+            silent=np.zeros(rows, np.uint8),
+            idle=np.zeros(rows, np.uint8),
+            scopes=np.array([self.buffers.of[name] for name in self.scopes], np.int64),
+            scope=np.zeros((len(self.scopes), rows, self.block)),
+            fault=np.array([-1, 0, 0], np.int64),
+            pointers=np.zeros(1 + self._most_pointers(), np.int64),
+            settings=np.array([float(self.rate)]),
+        )
+
+    @property
+    def _stride(self) -> int:
+        """From a row of a buffer to the next."""
+        return whole_lines(self.block) + LINE
+
+    def _places(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Where each buffer begins, and the memory of all."""
+        starts = np.concatenate([[0], np.cumsum([self._stride * max(r, 1) for r in self.buffers.rows])]).astype(
+            np.int64
+        )
+        return starts, aligned_zeros(int(starts[-1]))
+
+    def _hosts_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
+        """What the engine fills: float64 [tile, frame] by name."""
+        rows = len(self.tiles)
+        found = {}
+        for name in HOSTS:
+            if name in self.buffers.of:
+                at = int(made.buffer_at[self.buffers.of[name]])
+                whole = made.buffers[at : at + rows * self._stride].reshape(rows, self._stride)
+                found[name] = whole[:, : self.block]
+        return found
+
+    def _keys(self) -> NDArray[np.uint64]:
+        """Of the random draws of each node and tile."""
+        keys = [[stream_key(self.seed, part.id, tile) for tile in self.tiles] for part in self.parts]
+        return np.array(keys, np.uint64).reshape(len(self.parts), len(self.tiles))
+
+    def _masks(self) -> NDArray[np.uint8]:
+        """Which tiles a node is not for."""
+        masked = np.zeros((len(self.parts), len(self.tiles)), np.uint8)
+        for k, part in enumerate(self.parts):
+            for parameter in part.type.parameters.values():
+                if isinstance(parameter, Tiles):
+                    masked[k] = [not Tiles.has(part.values[parameter.name], tile) for tile in self.tiles]
+        return masked
+
+    def _most_pointers(self) -> int:
+        """How many the call of one node takes."""
+        kinds = ("inputs", "outputs", "event_inputs", "event_outputs")
+        return max((int(sum(node[kind] for kind in kinds)) for node in self.nodes), default=0)
+
+
+def _number(parameter: Parameter, value: Any) -> float:
+    """A control as the kernel reads it: a choice is its place among the options."""
+    return float(parameter.options.index(value)) if parameter.kind == "choice" else float(value)  # type: ignore[attr-defined]
+
+
+def _first(part: Part) -> str:
+    return f"{part.id}.{part.type.outputs[0].name}"
+
+
+def _aligned_copy(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    found = aligned_zeros(sum(part.size for part in parts))
+    found[:] = np.concatenate(parts)
+    return found
+
+
+def _empty_lists(count: int, room: int, capacity: int) -> NDArray[np.float64]:
+    """So many lists of events without any, each in `room` values."""
+    found = aligned_zeros(count * room).reshape(count, room)
+    found[:, list(EVENTS.parts).index("capacity")] = capacity
+    return found

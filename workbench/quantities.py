@@ -1,0 +1,126 @@
+"""Numbers as people read and type them: few digits, a prefix that fits, and always the unit."""
+
+import math
+import re
+
+from underfoot.errors import BadValue
+
+_PREFIXES = {"p": -12, "n": -9, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+_TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "µm kMG", "J": "nµm kM", "W": "nµm kM",
+          "V": "nµm kM", "g": "nµm k", "B": " kMG"}  # fmt: skip
+"""The prefixes that are usual with each unit; a space stands for none."""
+_KEEPS = {"m/s^2": 0.01, "m/s": 0.01, "s/m": 0.01}
+"""Units that are usual without a prefix down to here."""
+_DIGIT_GROUP = "\u202f"
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|dB|kHz|Hz|kN|N|[cmµ]?m|m?s|m/s²)(?![\w/]))")
+
+
+def quantity(value: float, unit: str = "", digits: int = 3) -> str:
+    """`value`, in SI `unit`, to `digits` significant digits with a fitting prefix.
+
+    >>> quantity(1300000, "N/m"), quantity(0.0027, "s"), quantity(-9.4, "dB"), quantity(2000)
+    ('1.3 MN/m', '2.7 ms', '−9.4 dB', '2\\u202f000')
+    """
+    prefix, factor, shown = _prefix(value, unit)
+    text = number(value / factor, digits)
+    return f"{text} {prefix}{shown}" if shown else text
+
+
+def number(value: float, digits: int = 3) -> str:
+    """`value` to `digits` significant digits, in groups of three, without zeros at the end.
+
+    >>> number(1234.5678, 6), number(0.25), number(float("nan"))
+    ('1\\u202f234.57', '0.25', '–')
+    """
+    if not math.isfinite(value):
+        return "–" if math.isnan(value) else ("∞" if value > 0 else "−∞")
+    if value == 0:
+        return "0"
+    magnitude = abs(value)
+    if not 1e-4 <= magnitude < 1e7:
+        mantissa, _, exponent = f"{magnitude:.{digits - 1}e}".partition("e")
+        text = f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}e{int(exponent)}"
+    else:
+        decimals = max(digits - 1 - math.floor(math.log10(magnitude)), 0)
+        text = f"{magnitude:,.{decimals}f}".replace(",", _DIGIT_GROUP)
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+    return f"−{text}" if value < 0 else text
+
+
+def pretty_unit(unit: str) -> str:
+    """A unit as it is shown.
+
+    >>> pretty_unit("m/s^2"), pretty_unit("N*s/m")
+    ('m/s²', 'N·s/m')
+    """
+    return unit.replace("^2", "²").replace("^3", "³").replace("^-1", "⁻¹").replace("*", "·").replace("deg", "°")
+
+
+def pretty_text(text: str) -> str:
+    """Prose with the powers in its units set high, true minus signs, and numbers that no line parts from their units.
+
+    >>> pretty_text("in m/s^2"), pretty_text("at -92 mm, 3 % off")
+    ('in m/s²', 'at −92\\xa0mm, 3\\xa0% off')
+    """
+    high = text.replace("s^2", "s²").replace("m^2", "m²").replace("m^3", "m³")
+    return _BEFORE_UNIT.sub("\u00a0", re.sub(r"(?<![\w.)-])-(?=\d)", "−", high))
+
+
+def parse_quantity(text: str, unit: str = "") -> float:
+    """What a person typed, in SI `unit`: with or without the unit, a prefix, groups of digits or a decimal comma.
+
+    >>> parse_quantity("1.3 MN/m", "N/m"), parse_quantity("0,82 mm", "m"), parse_quantity("2 000")
+    (1300000.0, 0.00082, 2000.0)
+    >>> parse_quantity("0.25 of full scale", "of full scale")
+    0.25
+    """
+    compact = re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-").replace("μ", "µ")
+    match = re.fullmatch(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)(.*)", compact)
+    if match is None:
+        raise BadValue(
+            f"{text!r} is not a number; allowed: a number, with or without {pretty_unit(unit) or 'a prefix'}"
+        )
+    value = float(match[1].replace(",", "."))
+    tail = match[2]
+    factors = {"": 1.0}
+    if unit == "kg":
+        factors |= {f"{prefix}g": 10.0 ** (_PREFIXES[prefix] - 3) for prefix in _allowed("g")} | {"k": 1.0}
+    else:
+        for prefix in _allowed(unit):
+            exact = 10.0 ** _PREFIXES[prefix]
+            factors |= {name: exact for name in (prefix, prefix + unit, prefix + pretty_unit(unit)) if name}
+            factors |= {name.replace("µ", "u"): exact for name in (prefix, prefix + unit) if "µ" in prefix}
+        factors |= {name.replace(" ", ""): 1.0 for name in (unit, pretty_unit(unit))}
+    if tail not in factors:
+        raise BadValue(f"the unit is {tail!r}; allowed: {pretty_unit(unit) or 'none'}, with or without a prefix")
+    return value * factors[tail] if factors[tail] >= 1.0 else value / round(1.0 / factors[tail])
+
+
+def _prefix(value: float, unit: str) -> tuple[str, float, str]:
+    """The prefix, what it stands for, and the unit behind it."""
+    if unit == "kg" and 0 < abs(value) < 1:
+        prefix, factor, shown = _prefix(value * 1000, "g")
+        return prefix, factor / 1000, shown
+    shown = pretty_unit(unit)
+    if value == 0 or not math.isfinite(value):
+        return "", 1.0, shown
+    if abs(value) >= _KEEPS.get(unit, math.inf):
+        return "", 1.0, shown
+    best = ""
+    for prefix in _allowed(unit):
+        if abs(value) * (1 + 1e-12) >= 10.0 ** _PREFIXES[prefix] and _PREFIXES[prefix] >= _PREFIXES[best]:
+            best = prefix
+    if best == "" and abs(value) < 1:
+        smaller = [p for p in _allowed(unit) if _PREFIXES[p] < 0]
+        fitting = [p for p in smaller if abs(value) * (1 + 1e-12) >= 10.0 ** _PREFIXES[p]]
+        if fitting:
+            best = max(fitting, key=_PREFIXES.__getitem__)
+        elif smaller:
+            best = min(smaller, key=_PREFIXES.__getitem__)
+    return best, 10.0 ** _PREFIXES[best], shown
+
+
+def _allowed(unit: str) -> list[str]:
+    """The prefixes that `unit` takes: those of its first factor, unless that has an exponent."""
+    first = re.split(r"[/*·]", unit)[0]
+    return [p.strip() for p in _TAKES.get(first, " ")]
