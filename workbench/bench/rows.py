@@ -99,8 +99,8 @@ def ringing(row: Memory, first: int, blocks: int) -> Callable[[], None]:
 @cache
 def _compiled(layout: Layout) -> CFunc:
     """The kernel that runs rows of a layout: its address, the layout's sizes, the first block and how many."""
-    run = {STRUCK: _strike, DRIVEN: _drive, HIT: _hit}[layout]
-    return callback(types.void(_POINTER, *[_COUNT] * (len(layout.symbols) + 2)), run)
+    runs: dict[Layout, Callable[..., None]] = {STRUCK: _strike, DRIVEN: _drive, HIT: _hit}
+    return callback(types.void(_POINTER, *[_COUNT] * (len(layout.symbols) + 2)), runs[layout])
 
 
 @kernel
