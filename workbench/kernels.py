@@ -32,6 +32,12 @@ def modal_kernel(function: Callable[..., Any]) -> Any:
     return _kept(function, {"fastmath": {"contract", "nsz", "arcp", "reassoc"}})
 
 
+def inlined(function: Callable[..., Any]) -> Any:
+    """A part of kernels that is compiled into each of them: what runs in every frame, on memory found before the loop."""
+    options = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return njit(forceinline=True, **options)(function)
+
+
 def callback(signature: Any, function: Callable[..., Any]) -> CFunc:
     """A kernel that is called by its address: compiled, or loaded, at once."""
     compiled: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})

@@ -11,17 +11,14 @@ running a small node. It wakes at the very frame of the first input or event tha
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from underfoot.clock import RAMP, SPAN
-from underfoot.kernels import kernel
+from underfoot.kernels import inlined, kernel
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import append, events_at
 from underfoot.patch.calls import call_run, call_tail, cycles
 from underfoot.patch.tables import ANY, GUARDED, Tables, tables_at
-
-_inner = njit(nogil=True, error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 SLEEP_INTERVAL = 4 * SPAN
 """Frames, at multiples of which a row may fall asleep."""
@@ -68,7 +65,7 @@ def tail(where: NDArray[np.int64], k: int) -> float:
     return _tail(p, k, 0) if p.nodes[k].tail != 0 and p.output.shape[0] > 0 else 0.0
 
 
-@_inner
+@inlined
 def _fill_signal_controls(p: Tables, frame: int, n: int) -> None:
     """Parameters that are signals: filled once when steady, frame by frame while they move."""
     for j in range(p.signal_controls.size):
@@ -96,7 +93,7 @@ def on_ramp(begin: float, end: float, frames: int) -> float:
     return begin + (end - begin) * (frames / RAMP)
 
 
-@_inner
+@inlined
 def _left_alone(p: Tables, row: int, n: int) -> int:
     """The end of the rows from `row` on that are idle, and to which the engine brings only zeros in this block."""
     while row < p.output.shape[0] and p.idle[row] != 0 and p.silent[row] != 0:
@@ -108,7 +105,7 @@ def _left_alone(p: Tables, row: int, n: int) -> int:
     return row
 
 
-@_inner
+@inlined
 def _skip(p: Tables, row: int, end: int, n: int) -> None:
     """There is nothing to be done for these rows."""
     for j in range(p.scopes.size):
@@ -119,7 +116,7 @@ def _skip(p: Tables, row: int, end: int, n: int) -> None:
         _forget_events(p)
 
 
-@_inner
+@inlined
 def _nonzero(p: Tables, at: int, end: int) -> bool:
     """Whether anything from place `at` of the buffers on, to `end`, is not zero."""
     some = np.int64(0)
@@ -128,7 +125,7 @@ def _nonzero(p: Tables, at: int, end: int) -> bool:
     return some & _MAGNITUDE != 0
 
 
-@_inner
+@inlined
 def _forget_events(p: Tables) -> None:
     """No events in this block, as the last row has none."""
     for k in range(p.nodes.shape[0]):
@@ -136,7 +133,7 @@ def _forget_events(p: Tables) -> None:
             p.events[p.nodes[k].event_outputs_at + j, 0] = 0.0
 
 
-@_inner
+@inlined
 def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) -> None:
     """Find out in which intervals a buffer that the engine filled is not zero."""
     at = p.buffer_at[buffer] + row * p.row_stride[buffer]
@@ -147,7 +144,7 @@ def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) 
         f = g
 
 
-@_inner
+@inlined
 def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, intervals: int) -> bool:
     """Run a row of a node for the block; true if it was awake for any of it."""
     _begin_block(p, k, row, intervals)
@@ -188,7 +185,7 @@ def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, inter
     return ran
 
 
-@_inner
+@inlined
 def _begin_block(p: Tables, k: int, row: int, intervals: int) -> None:
     """No event taken or made yet; of its outputs only what the interval held before this block."""
     outputs_at = p.nodes[k].outputs_at
@@ -202,7 +199,7 @@ def _begin_block(p: Tables, k: int, row: int, intervals: int) -> None:
             p.nonzero[buffer, interval] = 0
 
 
-@_inner
+@inlined
 def _run_awake(
     p: Tables, k: int, row: int, frame: int, f: int, interval: int, block: tuple[bool, int, int]
 ) -> tuple[int, int]:
@@ -225,7 +222,7 @@ def _run_awake(
     return f, interval
 
 
-@_inner
+@inlined
 def _may_wake(p: Tables, k: int, row: int, intervals: int) -> bool:
     """Whether anything in this block could wake a sleeping row."""
     watched_at, watched = p.nodes[k].watched_at, p.nodes[k].watched
@@ -242,7 +239,7 @@ def _may_wake(p: Tables, k: int, row: int, intervals: int) -> bool:
     return False
 
 
-@_inner
+@inlined
 def _read_controls(p: Tables, k: int, row: int, frame: int, f: int) -> None:
     """Controls of one row as they stand at frame `f` of the block, which begins a span."""
     memory = p.nodes[k].control_memory + row * p.nodes[k].controls
@@ -257,7 +254,7 @@ def _read_controls(p: Tables, k: int, row: int, frame: int, f: int) -> None:
                 p.control[memory + j] = min(max(value, p.ramp[q, 2]), p.ramp[q, 3])
 
 
-@_inner
+@inlined
 def _wake(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int) -> int:
     """The first frame in [f, g) at which a sleeping row has something to do, or g."""
     watched_at, watched = p.nodes[k].watched_at, p.nodes[k].watched
@@ -291,7 +288,7 @@ def _wake(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int
     return wake
 
 
-@_inner
+@inlined
 def _silence(p: Tables, k: int, f: int, g: int, n: int) -> None:
     """Exact zeros in the outputs from frame f to g."""
     if f == g:
@@ -309,7 +306,7 @@ def _silence(p: Tables, k: int, f: int, g: int, n: int) -> None:
                 p.buffers[at + i] = 0.0
 
 
-@_inner
+@inlined
 def _far(p: Tables, k: int, g: int, interval: int, first: int, n: int) -> int:
     """How far a stretch may go on: over the end of each interval at which its row could not fall asleep anyway."""
     while g < n:
@@ -323,7 +320,7 @@ def _far(p: Tables, k: int, g: int, interval: int, first: int, n: int) -> int:
     return g
 
 
-@_inner
+@inlined
 def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int, first: int) -> None:
     """Call a node's kernel for frames f to g of the block, and look at what it wrote."""
     x = p.pointers.ctypes.data
@@ -365,7 +362,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
             q += 1
 
 
-@_inner
+@inlined
 def _look(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
     """Mark the interval as nonzero if a frame is not zero; true if one is not finite."""
     at = p.buffer_at[buffer]
@@ -380,7 +377,7 @@ def _look(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
     return bool(largest >= _EXPONENT)
 
 
-@_inner
+@inlined
 def _contain(p: Tables, k: int, row: int, frame: int, f: int, g: int) -> None:
     """A kernel made something that is not finite: its outputs and state to zero, and its name to the engine."""
     first = g
@@ -400,7 +397,7 @@ def _contain(p: Tables, k: int, row: int, frame: int, f: int, g: int) -> None:
         p.fault[0] = k
 
 
-@_inner
+@inlined
 def _stage(p: Tables, entry: int, j: int, row: int, frame: int, g: int) -> int:
     """The address of a list of the events on one input before frame g of the block that were not taken yet."""
     source = p.event_inputs[entry]
@@ -417,13 +414,13 @@ def _stage(p: Tables, entry: int, j: int, row: int, frame: int, g: int) -> int:
     return p.staged.ctypes.data + 8 * p.staged.shape[1] * j
 
 
-@_inner
+@inlined
 def _events(p: Tables, index: int) -> Memory:
     """One list of the events of this block."""
     return events_at(p.events[index], (p.output.shape[1],))
 
 
-@_inner
+@inlined
 def _may_sleep(p: Tables, k: int, row: int, now: int, interval: int) -> bool:
     """Whether a row's inputs were zero for the interval that ends at session frame `now`, and nothing remains in it."""
     zero = 0
@@ -441,7 +438,7 @@ def _may_sleep(p: Tables, k: int, row: int, now: int, interval: int) -> bool:
     return p.nodes[k].tail == 0 or _tail(p, k, row) <= INAUDIBLE
 
 
-@_inner
+@inlined
 def _tail(p: Tables, k: int, row: int) -> float:
     c = p.control.ctypes.data + 8 * (p.nodes[k].control_memory + row * p.nodes[k].controls)
     s = p.state.ctypes.data + 8 * (p.nodes[k].state_at + row * p.nodes[k].state_size)
@@ -449,7 +446,7 @@ def _tail(p: Tables, k: int, row: int) -> float:
     return call_tail(p.nodes[k].tail, c, s, t, p.data.ctypes.data + 8 * p.nodes[k].data_at)
 
 
-@_inner
+@inlined
 def _play(p: Tables, row: int, n: int) -> None:
     """The sum of the sinks to the output, and copies of the buffers that somebody looks at."""
     some = 0
@@ -470,7 +467,7 @@ def _play(p: Tables, row: int, n: int) -> None:
             p.scope[j, row, i] = p.buffers[at + i]
 
 
-@_inner
+@inlined
 def _finish_ramps(p: Tables, frame: int, n: int) -> None:
     """Give all rows the controls as they stand at the last span edge of the block, and end what has arrived."""
     last = frame + n - 1 - (frame + n - 1) % SPAN

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of, whole
 from underfoot.clock import SPAN
 from underfoot.errors import require
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import crossing, frame_step
 from underfoot.models.fibre_bundle import damage
@@ -254,7 +254,7 @@ def run_traced(
                 trace.energy[i] = energy
 
 
-@kernel
+@inlined
 def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory) -> None:
     """Draw the thresholds of fresh ground as a load comes; make ground fresh that was without one for long enough."""
     c = coefficients.bundle
@@ -296,7 +296,7 @@ def _break(
     return energy, place
 
 
-@kernel
+@inlined
 def _move(
     s: Memory, coefficients: Memory, columns: int, rows: int, before: float, after: float, within: int
 ) -> tuple[float, bool]:
@@ -325,7 +325,7 @@ def _move(
     return total / x.size, passed
 
 
-@kernel
+@inlined
 def _pull(x: Floats, coupling: float, columns: int, rows: int, kick: Floats) -> None:
     """What each cell's speed gets from its neighbours between two frames."""
     for row in range(rows):
