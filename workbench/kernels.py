@@ -33,7 +33,7 @@ def modal_kernel(function: Callable[..., Any]) -> Any:
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """A part of kernels that is compiled into each of them: what runs in every frame, on memory found before the loop."""
+    """A part of kernels that is compiled into each: what runs in every frame."""
     options = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return njit(forceinline=True, **options)(function)
 
