@@ -19,6 +19,15 @@ def qapp(qapp):
     return qapp
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _tracking_is_loaded():
+    """The thread that loads the kernels of footsteps is the process's, not a test's: none is to find it at work."""
+    from underfoot.floor.layout import default_floor
+    from underfoot.widgets.session.footstep_tracker import FootstepTracker
+
+    assert FootstepTracker(default_floor(), 48_000.0, 1000.0).wait_for_kernels(300.0)
+
+
 @pytest.fixture(autouse=True)
 def _no_leaked_widgets(qapp):
     """A window that a test leaves behind fails it."""

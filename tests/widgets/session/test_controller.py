@@ -13,17 +13,16 @@ from underfoot.widgets.session.settings import Settings
 
 @pytest.fixture
 def controller(qtbot, tmp_path):
-    """A controller whose session is being opened; profiles are in `tmp_path`."""
+    """A controller before its start; profiles are in `tmp_path`."""
     made = SessionController(REGISTRY, Settings(), Target(default_floor()), tmp_path)
     made.edit(hiss(), None)
-    made.start()
     yield made
     made.close()
 
 
 def test_the_target_is_released_and_opened_again(controller, qtbot):
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
-        pass
+        controller.start()
     with qtbot.waitSignal(controller.released, timeout=LONG_MS):
         controller.release()
     assert controller.session is None
@@ -35,6 +34,7 @@ def test_the_target_is_released_and_opened_again(controller, qtbot):
 
 def test_a_session_that_is_being_opened_is_released_too(controller, qtbot):
     with qtbot.waitSignal(controller.released, timeout=LONG_MS):
+        controller.start()
         controller.release()
     assert controller.session is None
 
@@ -47,6 +47,7 @@ def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(co
     said = []
     controller.said.connect(said.append)
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.start()
         controller.set_target(Target(floor))
         assert controller.target.profiles == str(folder)
     assert controller.target.profiles == ""
@@ -56,6 +57,7 @@ def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(co
 
 def test_the_latest_edit_is_played_by_a_session_that_was_being_opened(controller, qtbot, tmp_path):
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.start()
         controller.edit(hiss("Edited"), tmp_path)
     assert controller.session.patch == hiss("Edited")
     assert controller.session.folder == tmp_path
