@@ -137,7 +137,7 @@ def test_any_block_size_gives_the_same_bytes(rate, rate_hz):
 def test_a_tare_takes_what_the_tile_reads_now_as_its_zero():
     stamps, forces = standing(1000.0)
     forces[:, 0] += np.where(stamps > 0.1 * RATE, 4.0, 0.0)[:, None]
-    intake = Intake(Given(1000.0, stamps, forces), RATE)
+    intake = Intake(Given(1000.0, stamps, forces), RATE, 480)
     intake.take(round(0.25 * RATE))
     intake.tare()
     np.testing.assert_allclose(intake.tracker.baseline_n, [[4.0] * 4, [0.0] * 4])
@@ -145,7 +145,7 @@ def test_a_tare_takes_what_the_tile_reads_now_as_its_zero():
 
 def test_every_sample_is_told_of_once():
     stamps, forces = standing(1000.0)
-    intake = Intake(Given(1000.0, stamps, forces), RATE)
+    intake = Intake(Given(1000.0, stamps, forces), RATE, 480)
     heard = []
     intake.on_samples = lambda count: heard.extend(intake.source.stamps[:count])
     for end in (1, 500, 40_000, 90_000):

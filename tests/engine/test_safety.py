@@ -159,6 +159,15 @@ def test_any_block_size_gives_the_same_bytes():
         assert whole == guarded(signal, blocks, at_frame=calls).tobytes()
 
 
+def test_what_decays_in_silence_is_as_if_each_frame_had_been_looked_at():
+    loud, silence = sine(3.0, seconds=1.5), np.zeros(90_000)
+    faint = 1e-9 * (-1.0) ** np.arange(silence.size)
+    still = guarded(np.concatenate([loud, silence, loud]))
+    np.testing.assert_allclose(still, guarded(np.concatenate([loud, faint, loud])), atol=1e-6)
+    for blocks in ((64,), (1000, 7, 4096)):
+        assert guarded(np.concatenate([loud, silence, loud]), blocks).tobytes() == still.tobytes()
+
+
 def test_rows_go_to_their_channels_and_add_where_they_share_one():
     rows = [sine(0.2, 50.0), sine(0.3, 90.0), sine(0.1, 130.0), sine(0.4, 170.0)]
     out = guarded(rows, limits=[Limits()] * 4, channels=(2, -1, 0, 0))

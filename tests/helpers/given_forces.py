@@ -43,14 +43,13 @@ def standing(rate_hz, rate=RATE, seconds=2.0):
 
 def drawn(source, frames, rate=RATE, blocks=(512,)):
     """Force, x and y [signal, tile, frame], as the intake gives them in blocks of these sizes."""
-    intake = Intake(source, rate)
+    intake = Intake(source, rate, max(blocks))
     out = np.zeros((3, 2, frames))
     at = turn = 0
     while at < frames:
         n = min(blocks[turn % len(blocks)], frames - at)
-        block = np.full((3, 2, n), np.nan)
         intake.take(at + n)
-        intake.fill(block, at, n)
-        out[:, :, at : at + n] = block
+        intake.fill(at, n)
+        out[:, :, at : at + n] = intake.signals[:, :, :n]
         at, turn = at + n, turn + 1
     return out

@@ -48,11 +48,12 @@ SEGMENT = np.dtype(
         ("queue_head", np.int64),
         ("queue_tail", np.int64),
         ("last_frame", np.float64),
+        ("zeros", np.int64),
     ],
     align=True,
 )
 """The straight line on which a tile's signals are, its gate (0 to 1) with where that goes, and its queue: samples taken
-out so far, samples put in so far, and the latter's last `at_frame`."""
+out so far, samples put in so far, and the latter's last `at_frame`. The first `zeros` of its frames are zero."""
 
 TIMING = np.dtype(
     [("frame_s", np.float64), ("period", np.float64), ("hold", np.float64), ("gate_step", np.float64)], align=True
@@ -63,11 +64,14 @@ TIMING = np.dtype(
 class Intake:
     """Turns the samples of `source` into force and centroid (tile frame) of each tile, frame by frame.
 
-    `on_samples` is called with the number of samples whenever some came, while the source still holds them.
+    `signals`, float64 [signal, tile, frame], has room for `block` frames: force in newtons, and the centroid's x and y
+    in metres. Nobody else writes there: what is zero is not written again. `on_samples` is called with the number of
+    samples whenever some came, while the source still holds them.
     """
 
-    def __init__(self, source: ForceSource, rate_hz: float) -> None:
+    def __init__(self, source: ForceSource, rate_hz: float, block: int) -> None:
         self.source = source
+        self.signals = np.zeros((3, len(source.floor.tiles), block))
         self.tracker = ContactTracker(source.floor, source.rate_hz)
         self.on_samples: Callable[[int], None] = _ignore
         self._memory = tuple(self.tracker.memory)  # Numba makes new strings for each named tuple that it is given
@@ -97,12 +101,9 @@ class Intake:
                 else:
                     self._take(count)
 
-    def fill(self, signals: NDArray[np.float64], frame: int, n: int) -> None:
-        """Write `n` frames from session frame `frame` on into `signals`, float64 [signal, tile, frame].
-
-        The signals are force in newtons, and the centroid's x and y in metres.
-        """
-        _fill(signals, self._queue, self._segments, self._timing, frame, n)
+    def fill(self, frame: int, n: int) -> None:
+        """Write `n` frames into `signals`, the first of them session frame `frame`."""
+        _fill(self.signals, self._queue, self._segments, self._timing, frame, n)
 
     def tare(self) -> None:
         """Take what every tile reads now as its zero."""
@@ -224,10 +225,13 @@ def _fill(
                 _next_segment(segment, sample, timing[0].hold)
             if segment.gate == 0.0 and segment.gate_target == 0.0:
                 for j in range(3):
-                    for i in range(begin, end):
+                    for i in range(max(begin, segment.zeros), end):
                         signals[j, k, i] = 0.0
+                if begin <= segment.zeros < end:
+                    segment.zeros = end
             else:
                 _draw(signals[:, k], segment, timing[0], frame, begin, end)
+                segment.zeros = min(segment.zeros, begin)
             begin = end
 
 
@@ -278,6 +282,10 @@ def _draw(
     signals: NDArray[np.float64], segment: np.record, timing: np.record, frame: int, begin: int, end: int
 ) -> None:
     """Write frames `begin` to `end` of one tile's `signals` [signal, frame], all on one segment."""
+    last = frame + end - 1 - timing.period
+    if segment.gate == segment.gate_target == 1.0 and _held(segment, last, timing.hold) == 1.0:
+        _draw_open(signals, segment, timing.period, frame, begin, end)
+        return
     start, target = segment.from_values, segment.at_values
     for i in range(begin, end):
         now = frame + i - timing.period
@@ -292,3 +300,16 @@ def _draw(
         signals[0, i] = (start[0] + (target[0] - start[0]) * share) * held * gate
         signals[1, i] = start[1] + (target[1] - start[1]) * share
         signals[2, i] = start[2] + (target[2] - start[2]) * share
+
+
+@kernel
+def _draw_open(
+    signals: NDArray[np.float64], segment: np.record, period: float, frame: int, begin: int, end: int
+) -> None:
+    """`_draw` where the gate is open and the force is held: the same bits, without looking at either in each frame."""
+    since, length = segment.from_frame, segment.at_frame - segment.from_frame
+    for j in range(3):
+        start, change = segment.from_values[j], segment.at_values[j] - segment.from_values[j]
+        for i in range(begin, end):
+            share = min(max((frame + i - period - since) / length, 0.0), 1.0) if length > 0.0 else 1.0
+            signals[j, i] = start + change * share

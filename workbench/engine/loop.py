@@ -19,7 +19,6 @@ from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 from underfoot.patch import driver
-from underfoot.patch.building import HOSTS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -63,7 +62,7 @@ class Loop:
         self.rate_hz, self.block, self.frame = float(options.rate_hz), options.block, options.frame
         floor, rows = source.floor, len(source.floor.tiles)
         self.channels = output_channels(floor) if options.channels is None else list(options.channels)
-        self.intake = Intake(source, self.rate_hz)
+        self.intake = Intake(source, self.rate_hz, self.block)
         self.programs = ProgramFader(self.build(patch, options.scopes))
         self.pulse = TilePulse(rows, self.rate_hz)
         limits = list(options.limits or (Limits(),) * rows)
@@ -78,8 +77,7 @@ class Loop:
         self.scope_frames = np.zeros((self.block, rows), np.float32)
         self.applied: deque[CommandApplied] = deque(maxlen=4096)
         self._waiting: deque[tuple[int, Action]] = deque()
-        self._signals = np.zeros((len(HOSTS), rows, self.block))
-        self._each_signal = tuple(self._signals)
+        self._each_signal = tuple(self.intake.signals)
         driver.on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
         _copy_scope(np.zeros((1, 1, 1)), self.scope_frames, 0, 0)
         TileEqualiser("").coefficients(self.rate_hz)
@@ -155,7 +153,7 @@ class Loop:
     def _run_part(self, frame: int, at: int, n: int) -> None:
         """Run `n` frames into `out` from its row `at` on; whatever a command changed is in force by now."""
         self.intake.take(frame + n)
-        self.intake.fill(self._signals, frame, n)
+        self.intake.fill(frame, n)
         program = self.programs.run(self._each_signal, frame, n)
         output, zero_rows = program.output, program.tables.silent
         self.pulse.apply(output, zero_rows, frame, n)

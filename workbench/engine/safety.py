@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import FADE, RAMP
-from underfoot.kernels import kernel
+from underfoot.kernels import inlined, kernel
 
 DC_HZ = 5.0
 """Corner of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
@@ -43,12 +43,14 @@ ROW = np.dtype(
         ("mean_square", np.float64),
         ("peak_gain", np.float64),
         ("peak", np.float64),
+        ("silent_frame", np.int64),
     ],
     align=True,
 )
 """A tile's limits, of full scale, and its `scale`, full scale per m/s^2; then its state: the DC block's last input and
-output, the mean squares over `BURST_SECONDS` and `RMS_SECONDS`, the peak limiter's gain, and a peak meter that falls by
-half in a tenth of a second."""
+output, the mean squares over `BURST_SECONDS` and `RMS_SECONDS`, the peak limiter's gain, a peak meter that falls by
+half in a tenth of a second, and the frame since which it has been silent: -1 while it sounds. In silence only the two
+means and the gain move, each along an exponential, and they are looked at when it sounds again."""
 
 STAGE = np.dtype(
     [
@@ -85,7 +87,7 @@ class Safety:
         self.out = np.zeros((block, width), np.float32)
         self.channels = np.array(channels, np.int64)
         self._rows = np.zeros(len(limits), ROW)
-        self._rows["channel"], self._rows["peak_gain"] = channels, 1.0
+        self._rows["channel"], self._rows["peak_gain"], self._rows["silent_frame"] = channels, 1.0, -1
         for row, limit in zip(self._rows, limits, strict=True):
             row["peak_limit"], row["rms_limit"] = limit.peak, limit.rms
             row["scale"] = (1.0 / limit.acceleration_per_unit, 1.0 / limit.acceleration_per_unit, 0.0, 1.0)
@@ -177,19 +179,17 @@ def _limit(
     for i in range(at, at + n):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
+    fall = 0.5 ** (n / 4800.0)
     for k in range(acceleration.shape[0]):
         row = rows[k]
-        fallen = row.peak * 0.5 ** (n / 4800.0)
-        row.peak = fallen
-        if row.channel < 0 or (zero_rows[k] != 0 and _is_at_rest(row)):
+        row.peak *= fall
+        if row.channel < 0:
             continue
-        row.peak = max(fallen, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
-
-
-@kernel
-def _is_at_rest(row: np.record) -> bool:
-    """Whether a row with no input puts out nothing more."""
-    return row.peak_gain == 1.0 and row.dc_in == row.dc_out == row.burst_square == row.mean_square == 0.0
+        if zero_rows[k] != 0 and row.dc_in == row.dc_out == 0.0:
+            if row.silent_frame < 0:
+                row.silent_frame = frame
+            continue
+        row.peak = max(row.peak, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
 
 
 @kernel
@@ -203,38 +203,64 @@ def _limit_row(
     n: int,
 ) -> float:
     """Add one row's frames to its channel; returns the largest sample there."""
-    most, square = row.peak_limit, row.rms_limit**2
-    scale, settled = row.scale.target, row.scale.frame + row.scale.frames
-    largest = 0.0
+    # What the loop reads and writes is held in variables: in a record it would go through memory in every frame.
+    channel, most, square = row.channel, row.peak_limit, row.rms_limit**2
+    burst_share, rms_share, release_share = stage.burst_share, stage.rms_share, stage.release_share
+    pole, spare = stage.dc_pole, stage.burst_share / stage.rms_share - 1.0
+    scale, scaled_from = row.scale.target, row.scale.frame + row.scale.frames
+    level, level_from = _along(stage.level, math.inf), stage.level.frame + stage.level.frames
+    opening, open_from = _along(stage.opening, math.inf), stage.opening.frame + stage.opening.frames
+    dc_in, dc_out, burst_square, mean_square = row.dc_in, row.dc_out, row.burst_square, row.mean_square
+    peak_gain, silent_frame, largest = row.peak_gain, row.silent_frame, 0.0
     for i in range(n):
-        now = acceleration[i] * (scale if frame + i >= settled else _along(row.scale, float(frame + i)))
+        here = frame + i
+        now = acceleration[i] * (scale if here >= scaled_from else _along(row.scale, float(here)))
         if not math.isfinite(now):
             stage.faults += 1
             now = 0.0
-        now = min(max(now, -_LARGEST), _LARGEST) * _along(stage.level, float(frame + i))
-        y = now - row.dc_in + stage.dc_pole * row.dc_out
-        row.dc_in = now
-        row.dc_out = y if abs(y) > _NEGLIGIBLE else 0.0
-        row.burst_square = _toward(row.burst_square, y * y, stage.burst_share)
+        now = min(max(now, -_LARGEST), _LARGEST) * (level if here >= level_from else _along(stage.level, float(here)))
+        if now == dc_in == dc_out == 0.0:
+            if silent_frame < 0:
+                silent_frame = here
+            continue
+        if silent_frame >= 0:
+            silent = here - silent_frame
+            burst_square = _decayed(burst_square, burst_share, silent)
+            mean_square = _decayed(mean_square, rms_share, silent)
+            peak_gain = 1.0 - _decayed(1.0 - peak_gain, release_share, silent)
+            silent_frame = -1
+        y = now - dc_in + pole * dc_out
+        dc_in = now
+        dc_out = y if abs(y) > _NEGLIGIBLE else 0.0
+        burst_square = _toward(burst_square, y * y, burst_share)
         # What has not been used of the mean square may be spent in a burst, so that the mean itself keeps to it.
-        allowed = square + max(square - row.mean_square, 0.0) * (stage.burst_share / stage.rms_share - 1.0)
-        if row.burst_square > allowed:
-            y *= math.sqrt(allowed / row.burst_square)
-        gain = row.peak_gain + stage.release_share * (1.0 - row.peak_gain)
+        allowed = square + max(square - mean_square, 0.0) * spare
+        if burst_square > allowed:
+            y *= math.sqrt(allowed / burst_square)
+        gain = peak_gain + release_share * (1.0 - peak_gain)
         if gain > 1.0 - _NEGLIGIBLE:
             gain = 1.0
         if abs(y) * gain > most:
             gain = most / abs(y)
-        row.peak_gain = gain
-        y *= gain * _along(stage.opening, float(frame + i))
-        row.mean_square = _toward(row.mean_square, y * y, stage.rms_share)
-        y = min(max(y + out[at + i, row.channel], -most), most)
+        peak_gain = gain
+        y *= gain * (opening if here >= open_from else _along(stage.opening, float(here)))
+        mean_square = _toward(mean_square, y * y, rms_share)
+        y = min(max(y + out[at + i, channel], -most), most)
         largest = max(largest, abs(y))
-        out[at + i, row.channel] = y
+        out[at + i, channel] = y
+    row.dc_in, row.dc_out, row.burst_square, row.mean_square = dc_in, dc_out, burst_square, mean_square
+    row.peak_gain, row.silent_frame = peak_gain, silent_frame
     return largest
 
 
-@kernel
+@inlined
 def _toward(mean: float, value: float, share: float) -> float:
     mean += share * (value - mean)
     return mean if mean > _NEGLIGIBLE else 0.0
+
+
+@inlined
+def _decayed(mean: float, share: float, frames: int) -> float:
+    """What so many frames of silence leave of a mean."""
+    left = mean * math.exp(frames * math.log1p(-share)) if mean != 0.0 else 0.0
+    return left if left > _NEGLIGIBLE else 0.0
