@@ -308,8 +308,11 @@ def _draw_open(
 ) -> None:
     """`_draw` where the gate is open and the force is held: the same bits, without looking at either in each frame."""
     since, length = segment.from_frame, segment.at_frame - segment.from_frame
-    for j in range(3):
-        start, change = segment.from_values[j], segment.at_values[j] - segment.from_values[j]
-        for i in range(begin, end):
-            share = min(max((frame + i - period - since) / length, 0.0), 1.0) if length > 0.0 else 1.0
-            signals[j, i] = start + change * share
+    force_n, x_m, y_m = signals[0, begin:end], signals[1, begin:end], signals[2, begin:end]
+    from_n, from_x, from_y = segment.from_values[0], segment.from_values[1], segment.from_values[2]
+    by_n, by_x, by_y = segment.at_values[0] - from_n, segment.at_values[1] - from_x, segment.at_values[2] - from_y
+    for i in range(end - begin):
+        share = min(max((frame + begin + i - period - since) / length, 0.0), 1.0) if length > 0.0 else 1.0
+        force_n[i] = from_n + by_n * share
+        x_m[i] = from_x + by_x * share
+        y_m[i] = from_y + by_y * share
