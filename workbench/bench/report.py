@@ -56,7 +56,7 @@ def text(bench: Bench) -> str:
     for cost in bench.costs:
         lines.append(
             f"{cost.patch}: {cost.tiles} tiles, {cost.stood_on:2} stood on, block {cost.block:4}: "
-            f"{cost.times_real_time:8.1f} times real time, {100.0 * cost.share:5.1f} % of the whole floor"
+            f"{cost.times_real_time:8.1f} times real time in the nodes, {100.0 * cost.share:5.1f} % of the whole floor"
         )
     return "\n".join([*lines, "", *_stability_lines(bench.stability)])
 

@@ -1,5 +1,6 @@
 """The same program offline: as fast as it goes."""
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,21 +16,27 @@ from underfoot.patch.patch import Patch
 
 @dataclass(frozen=True)
 class Rendered:
-    """What came out: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, were left out."""
+    """What came out: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, were left out.
+
+    `spent_s` is the time from the first block to the last, from force samples to full scale; `program_s` is what the
+    patch's nodes took of it.
+    """
 
     samples: NDArray[np.float32]
     rate_hz: float
     spent_s: float
+    program_s: float
     run: list[str]
     asleep: list[str]
     left_out: list[str]
 
     @staticmethod
-    def of(loop: Loop, samples: NDArray[np.float32]) -> "Rendered":
-        """All that a loop has played."""
-        report = loop.program.report()
-        spent_s = loop.programs.spent_s
-        return Rendered(samples, loop.rate_hz, spent_s, report["run"], report["asleep"], report["left_out"])
+    def of(loop: Loop, frames: int) -> "Rendered":
+        """What a loop plays in its first frames."""
+        began = time.perf_counter()
+        samples = loop.play(frames)
+        spent_s = time.perf_counter() - began
+        return Rendered(samples, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
     def summary(self) -> dict[str, object]:
         """The figures that `render --json` prints."""
@@ -38,7 +45,8 @@ class Rendered:
             "peak": float(np.abs(self.samples).max(initial=0.0)),
             "rms": float(np.sqrt(np.mean(np.square(self.samples, dtype=np.float64)))) if self.samples.size else 0.0,
             "seconds": seconds,
-            "times_real_time": seconds / self.spent_s if self.spent_s > 0.0 else 0.0,
+            "times_real_time": seconds / self.spent_s,
+            "program_times_real_time": seconds / self.program_s,
             "nodes": {"run": self.run, "asleep": self.asleep, "left_out": self.left_out},
         }
 
@@ -71,9 +79,9 @@ def render(
     loop = Loop(patch, registry, source, options)
     for frame, command in commands:
         loop.send(command, frame)
-    samples = loop.play(round(seconds * options.rate_hz))
+    rendered = Rendered.of(loop, round(seconds * options.rate_hz))
     fault = loop.program.fault()
     if fault is not None:
         node, tile, frame = fault
         raise BadValue(f"node {node} made a value that is not finite, on tile {tile} at frame {frame}; its output is 0")
-    return Rendered.of(loop, samples)
+    return rendered

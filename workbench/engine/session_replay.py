@@ -54,7 +54,7 @@ def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
             if isinstance(command, Swap):
                 Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
             loop.send(command, frame)
-    return Rendered.of(loop, loop.play(len(played)))
+    return Rendered.of(loop, len(played))
 
 
 def _loop_of(recording: Recording, registry: Registry, block: int) -> Loop:
