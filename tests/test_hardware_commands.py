@@ -170,7 +170,9 @@ def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, quick_walk, 
         mine = [figures for other, start_s, *figures in got if other == tile and start_s > begin_s]
         assert len(mine) >= 2
         for figures in mine[:-1]:  # the last may have been left early
-            assert figures == [pytest.approx(contact_ms, abs=6.0), pytest.approx(peak_n, abs=0.5)]
+            assert figures == [pytest.approx(contact_ms, abs=30.0), pytest.approx(peak_n, abs=0.5)]
+        # Where the machine was held up the clock is slewed meanwhile, and a step is told longer or shorter than it was.
+        assert np.median([found_ms for found_ms, _ in mine[:-1]]) == pytest.approx(contact_ms, abs=6.0)
     with Recording(folder / "live.underfoot") as recording:
         assert recording.about["target"] == scheme
         rows = recording.forces()
