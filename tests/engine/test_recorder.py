@@ -192,7 +192,7 @@ def test_a_recorder_that_is_killed_goes_on_in_the_same_file(until, tmp_path):
         session = playing.session
         playing.started()
         playing.play(9_600)
-        until(lambda: frames_in(path) > 4_800)
+        until(lambda: (playing.poll(), frames_in(path) > 4_800)[1])
         os.kill(session.pids["recorder"], signal.SIGKILL)
         playing.until(lambda: playing.of(ProcessDied), "the death is noticed")
         assert playing.of(ProcessDied)[0].process == "recorder"
@@ -204,7 +204,10 @@ def test_a_recorder_that_is_killed_goes_on_in_the_same_file(until, tmp_path):
         assert recording.gaps() == []
         first, played = recording.vibration()
     assert first == 0
-    assert played.tobytes() == playing.played(0, len(played)).tobytes()
+    heard = playing.played(0, len(played))
+    known = np.isfinite(heard).all(axis=1)  # this process, too, may have been held up for longer than the ring is
+    assert known.sum() > 9_600
+    np.testing.assert_array_equal(played[known], heard[known])
 
 
 def test_a_recording_that_cannot_be_made_is_told_and_ends(until, tmp_path):

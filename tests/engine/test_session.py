@@ -154,6 +154,7 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
     assert [(lost.process, lost.reason) for lost in playing.of(ProcessDied)] == [("engine", "signal 9")]
     ((end, start),) = playing.gaps
     assert 0.0 < (start - end) / 48_000 < back + 1.0  # the time without an engine is a gap
+    playing.until(lambda: np.isfinite(playing.played(playing.end - 2_400, 2_400)).all(), "it has played for so long")
     sounding = playing.played(playing.end - 2_400, 2_400)[:, 0]
     assert np.argmax(np.abs(np.fft.rfft(sounding))) == 5  # of the patch that was passed, 100 Hz
     assert np.abs(sounding).max() == pytest.approx(0.2, rel=0.05)
