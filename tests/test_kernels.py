@@ -1,0 +1,26 @@
+"""How kernels are compiled."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.kernels import inlined, kernel
+
+
+@inlined
+def _twice(number: float) -> float:
+    return 2 * number
+
+
+@kernel
+def _doubled_counts(out: NDArray[np.float64]) -> None:
+    count = 0  # a literal for Numba, until it is counted up
+    while count < len(out):
+        out[count] = _twice(count) + _twice(1)
+        count += 1
+
+
+def test_a_kernel_that_is_called_with_literals_is_compiled_once():
+    out = np.zeros(3)
+    _doubled_counts(out)
+    assert list(out) == [2.0, 4.0, 6.0]
+    assert len(_twice.signatures) == 1
