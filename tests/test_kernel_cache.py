@@ -103,7 +103,18 @@ def test_the_oldest_forms_of_a_kernel_go(kernels, tmp_path, monkeypatch):
     for k in range(7):
         kernels(called=CALLED.replace("2.0", f"{k}.5"))(1.0)
     kept = sorted(path.suffix for path in cache_folder().rglob("caller.one_more-*"))
-    assert kept == [".nbc"] * 4 + [".nbi"] * 4
+    assert kept == [".lock"] * 4 + [".nbc"] * 4 + [".nbi"] * 4
+
+
+def test_of_processes_that_need_a_kernel_at_once_one_compiles_it(kernels, tmp_path):
+    kernels()
+    code = "import caller; caller.one_more(1.0); print(sum(caller.one_more.stats.cache_hits.values()))"
+    environment = {**os.environ, "UNDERFOOT_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    both = [
+        subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    assert sorted(process.communicate()[0] for process in both) == ["0\n", "1\n"]
 
 
 def test_without_a_writable_folder_kernels_are_compiled_all_the_same(kernels, tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ constants that it reads, and of the digests of what it calls. Comments, docstrin
 import hashlib
 import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache, cached_property
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -20,6 +21,8 @@ from underfoot import __version__
 
 _KEPT = 4
 """Digests that are kept of one kernel: of several checkouts, or of the one before the last edit."""
+_LONGEST_COMPILE_S = 60.0
+"""How long a process waits for another one that compiles the same kernel."""
 _LIBRARIES = ("builtins", "cmath", "llvmlite", "math", "numba", "numpy", "operator")
 """What these compute depends on their version alone, which Numba's index has."""
 
@@ -44,18 +47,29 @@ class KernelCache:
         self._function, self._options = function, options
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """The form compiled for a signature, or None."""
-        try:
-            return self._files.load_overload(signature, context)
-        except Exception:  # cut short, or with types that another checkout has: unpickling can raise anything
-            self._files.flush()
-            return None
+        """The form compiled for a signature, or None: then this process is to compile it, and others wait for it."""
+        found = self._load(signature, context)
+        if found is None and isinstance(self._files, _Files):
+            with suppress(OSError):  # one that waited too long raises an OSError, too: it compiles as well
+                self._files.lock.acquire()
+            found = self._load(signature, context)
+            if found is not None:
+                self._files.lock.release()
+        return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a form that was compiled; the oldest of earlier digests go."""
         self._files.save_overload(signature, compiled)
         if isinstance(self._files, _Files):
+            self._files.lock.release()
             _prune(self._files.stem)
+
+    def _load(self, signature: Any, context: Any) -> Any:
+        try:
+            return self._files.load_overload(signature, context)
+        except Exception:  # cut short, or with types that another checkout has: unpickling can raise anything
+            self._files.flush()
+            return None
 
     @property
     def cache_path(self) -> str | None:
@@ -177,6 +191,14 @@ class _Files(FunctionCache):
         self._impl_class = Located
         super().__init__(function)
 
+    @cached_property
+    def lock(self) -> Any:
+        """Held by the process that compiles this kernel."""
+        from filelock import FileLock  # 50 ms, and only where something is to be compiled
+
+        path = Path(self.cache_path, f"{self._impl.filename_base}.lock")
+        return FileLock(path, _LONGEST_COMPILE_S, poll_interval=0.01, thread_local=False)
+
     @property
     def stem(self) -> Path:
         """Where the files of all digests of this kernel begin."""
@@ -189,5 +211,5 @@ def _prune(stem: Path) -> None:
     if len(found) <= _KEPT:
         return
     for old in sorted(found, key=lambda path: path.stat().st_mtime)[:-_KEPT]:
-        for path in [old, *old.parent.glob(f"{old.stem}.*.nbc")]:
+        for path in [old, old.with_suffix(".lock"), *old.parent.glob(f"{old.stem}.*.nbc")]:
             path.unlink(missing_ok=True)

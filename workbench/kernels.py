@@ -27,7 +27,7 @@ _OPTIONS = {"nopython": True, "nogil": True, "error_model": "numpy"}
 
 
 class _Dispatcher(CPUDispatcher):
-    """Compiles a kernel once for all integers, not for a literal 0 anew (this halves the time that all kernels take)."""
+    """Compiles a kernel once for all integers, not for a literal 0 anew: half the time that all kernels take."""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """What Numba asks where one kernel calls another."""
