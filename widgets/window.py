@@ -31,6 +31,7 @@ from underfoot.widgets.workspace import WorkspaceContext, discover
 
 FIRST_PRESET = "gravel"
 
+COMPILING = "Compiling kernels, which a first start takes half a minute for:"
 EXTRA_SHORTCUTS = (
     ("Play or stop, unless text is being typed", "Space"),
     ("Panic, wherever the focus is", "Esc"),
@@ -109,7 +110,7 @@ class MainWindow(QMainWindow):
         is_busy = ready < total
         self._progress.setRange(0, max(total, 1))
         self._progress.setValue(ready if is_busy else 0)
-        self.status.show_session(f"Compiling kernels: {ready} of {total} ready" if is_busy else self._playing_on)
+        self.status.show_session(f"{COMPILING} {ready} of {total} parts ready" if is_busy else self._playing_on)
 
     def _show_health(self, health: Health) -> None:
         self.transport.set_health(health, len(self.controller.target.floor.tiles))

@@ -88,7 +88,7 @@ class EngineSupervisor:
         """Let the engine ramp down, and end both processes."""
         if self._engine is not None:
             self._engine.send(Quit())
-            self._engine.end(END_S)
+            self._engine.end(END_S if self._memory.status.get(Field.RUNNING) else 0.0)
         if self._standby is not None:
             self._standby.end(0.0)  # it has nothing to bring to an end
 
