@@ -5,7 +5,6 @@ Compiling holds the interpreter for long stretches; here nobody minds. The engin
 
 import signal
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -14,46 +13,11 @@ import numpy as np
 from underfoot.engine.kernel_loading import KernelParts
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.preview import previewed
-from underfoot.engine.reports import Preview
-from underfoot.engine.target import Target
+from underfoot.engine.reports import Compiled, Preview
+from underfoot.engine.requests import CompileRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-
-
-@dataclass(frozen=True)
-class CompileRequest:
-    """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Compiled`.
-
-    `from_end` is for a process that shares this with another one.
-    """
-
-    ticket: int
-    patch: bytes
-    target: Target
-    folder: str = ""
-    from_end: bool = False
-
-
-@dataclass(frozen=True)
-class Compiled:
-    """The kernels of the patch of this ticket are in the cache; or why they are not."""
-
-    ticket: int
-    error: str = ""
-
-
-@dataclass(frozen=True)
-class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`."""
-
-    ticket: int
-    patch: bytes
-    node: str
-    tile: str
-    seconds: float
-    rate: float
-    folder: str = ""
 
 
 def run(connection: Connection) -> None:

@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -15,14 +15,15 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.sound import max_channels
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.command_listener import CommandListener
-from underfoot.engine.commands import Level, Play, TileEqualiser
+from underfoot.engine.commands import Level, Play
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
 from underfoot.engine.reports import Notice, Started
-from underfoot.engine.session_memory import MemoryNames, SessionMemory
+from underfoot.engine.requests import Setup
+from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
-from underfoot.engine.target import Target, source_of
+from underfoot.engine.target import source_of
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -31,42 +32,14 @@ SWITCH_S = 0.0002
 """How soon a thread of this process must let go of the interpreter."""
 
 
-@dataclass(frozen=True)
-class Setup:
-    """All that the engine's process is given: target, patch, where the shared memory is, and where to go on from.
-
-    `since` is when it was `frame`, by `time.monotonic`; None at the session's beginning, which waits for the engine.
-    """
-
-    target: Target
-    patch: bytes
-    scopes: tuple[str, ...]
-    folder: str
-    memory: MemoryNames
-    frame: int
-    playing: bool
-    level_db: float
-    equalisers: tuple[TileEqualiser, ...] = ()
-    since: float | None = None
-
-
-@dataclass(frozen=True)
-class StandBy:
-    """Load what every engine needs, and wait: an engine that stands by takes over sooner."""
-
-
 def run(connection: Connection) -> None:
     """The process's main function: waits for its `Setup`; returns when the connection ends or `Quit` comes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     # Numba looks for SciPy's BLAS when it loads its first kernel: half a second for what no kernel uses.
     sys.modules.setdefault("scipy", None)  # type: ignore[arg-type]
     try:
-        setup = connection.recv()
-        if isinstance(setup, StandBy):
-            load_common_kernels()
-            setup = connection.recv()
-        if isinstance(setup, Setup):
-            Engine(connection, setup).run()
+        load_common_kernels()  # so that an engine that stands by takes over sooner
+        Engine(connection, connection.recv()).run()
     except UnderfootError as error:
         connection.send(Notice(f"the engine stopped: {error}"))
     except (EOFError, OSError):

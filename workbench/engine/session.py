@@ -10,15 +10,23 @@ from pathlib import Path
 
 import msgspec
 
-from underfoot.engine import compiler
 from underfoot.engine.child_process import ChildProcess, RestartLimit
 from underfoot.engine.commands import Command, Level, Play, Set, Swap, TileEqualiser, Walk, equalisers_of, to_text
-from underfoot.engine.compiler import Compiled, CompileRequest, PreviewRequest
 from underfoot.engine.engine_supervisor import END_S, EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.process import Setup
 from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder
-from underfoot.engine.reports import CommandApplied, Compiling, Health, Notice, Preview, ProcessDied, Report, Started
+from underfoot.engine.reports import (
+    CommandApplied,
+    Compiled,
+    Compiling,
+    Health,
+    Notice,
+    Preview,
+    ProcessDied,
+    Report,
+    Started,
+)
+from underfoot.engine.requests import CompileRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
@@ -37,7 +45,15 @@ RECORDER_END_S = 10.0
 class Session:
     """One running target with the patch that it plays. Nothing starts before `start`; `close` ends all."""
 
-    def __init__(self, target: Target, patch: Patch, registry: Registry, folder: Path | None = None) -> None:
+    def __init__(
+        self,
+        target: Target,
+        patch: Patch,
+        registry: Registry,
+        folder: Path | None = None,
+        engine: ChildProcess | None = None,
+    ) -> None:
+        """`engine` is a process that was started before (`engine_process`), so that it is ready sooner."""
         self.target, self.registry, self.folder = target, registry, folder
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
@@ -48,7 +64,7 @@ class Session:
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
         self.vibration, self.scope = VibrationReader(self.memory.vibration), VibrationReader(self.memory.scope)
         self.force = ForceReader(self.memory.force)
-        self._engine = EngineSupervisor(self.memory)
+        self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None
         self._recorder: Recorder | None = None
         self._ending_recorders: list[Recorder] = []
@@ -233,7 +249,7 @@ class Session:
         """Send requests to the compiler; one that is started here is given the preview that is awaited, too."""
         is_new = self._compiler is None
         if self._compiler is None:
-            self._compiler = ChildProcess("compiler", compiler.run)
+            self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
         for request in (*requests, *([self._preview_request] if is_new and self._preview_request else [])):
             self._compiler.send(request)
 
