@@ -33,6 +33,7 @@ LEVELS = (
         "files",
         "kernels",
         "kernel_cache",
+        "lanes",
         "layouts",
         "memory",
         "models",
