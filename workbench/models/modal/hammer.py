@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.kernels import Floats, kernel, modal_kernel
+from underfoot.lanes import LANES, four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.models.modal.contact_motion import (
     FEW,
@@ -209,11 +210,11 @@ def _fill(start: int, active: int, known: Memory, s: Memory, goal: Floats, show:
 def _turn(begin: Memory, by_re: Floats, by_im: Floats, active: int, goal: Memory) -> None:
     """Phasors times complex numbers, to `goal`."""
     re, im, goal_re, goal_im = begin.re, begin.im, goal.re, goal.im
-    for m in range(active):
-        x, y = re[m], im[m]
-        a, b = by_re[m], by_im[m]
-        goal_re[m] = a * x - b * y
-        goal_im[m] = a * y + b * x
+    for m in range(0, active, LANES):
+        x, y = four(re, m), four(im, m)
+        a, b = four(by_re, m), four(by_im, m)
+        put(goal_re, m, a * x - b * y)
+        put(goal_im, m, a * y + b * x)
 
 
 @kernel
