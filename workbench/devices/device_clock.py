@@ -16,7 +16,6 @@ backwards; only a step of more than 50 ms is taken at once.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.kernels import kernel
 
