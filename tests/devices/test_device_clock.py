@@ -24,7 +24,7 @@ def followed(time_us, came, blocks, asked, epochs, rate, clock, session, out, la
             arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
             lateness = begin - device_clock.sent_frame(session[0], arrived, rate)
             most = device_clock.MAX_DELAY_S * rate + blocks[1] - blocks[0]
-            device_clock.note_lateness(clock[0], time_us[j], lateness, most, rate)
+            device_clock.note_lateness(clock[0], came[j], lateness, most, rate / 1000.0, rate)
         for j in range(first, i):
             arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
             frame = device_clock.sent_frame(session[0], arrived, rate) + clock[0].delay
@@ -137,7 +137,7 @@ def test_a_link_that_becomes_worse_is_followed_in_a_second_and_a_better_one_in_h
     for i in range(80_000):
         jitter = 480.0 if 20_000 <= i < 40_000 else 48.0
         device_clock.observe(table[0], 0, 1000.0 * i, 48.0 * i, RATE)
-        device_clock.note_lateness(table[0], 1000.0 * i, jitter * random.uniform(), 1000.0, RATE)
+        device_clock.note_lateness(table[0], 48.0 * i, jitter * random.uniform(), 1000.0, 48.0, RATE)
         found.append(float(table["delay"][0]))
     calm, worse = np.array(found[10_000:20_000]), np.array(found[21_000:40_000])
     np.testing.assert_allclose(calm, 48.0, rtol=0.1)
@@ -150,19 +150,19 @@ def test_what_is_held_up_for_longer_than_a_hold_can_be_does_not_move_it():
     table = device_clock.DeviceClocks(1, RATE).table
     for i in range(5000):
         device_clock.observe(table[0], 0, 1000.0 * i, 48.0 * i, RATE)
-        device_clock.note_lateness(table[0], 1000.0 * i, 1500.0 if i > 4000 else 40.0, 1024.0, RATE)
+        device_clock.note_lateness(table[0], 48.0 * i, 1500.0 if i > 4000 else 40.0, 1024.0, 48.0, RATE)
     assert table["delay"][0] == 40.0
 
 
-def test_tiles_of_one_moment_count_once():
+def test_what_arrives_at_once_counts_once_as_late_as_its_oldest():
     one, four = (device_clock.DeviceClocks(1, RATE).table for _ in range(2))
     random = np.random.default_rng(6)
     for i in range(20_000):
         lateness = random.exponential(48.0)
         for table, times in ((one, 1), (four, 4)):
-            for _ in range(times):
+            for k in range(times):
                 device_clock.observe(table[0], 0, 1000.0 * i, 48.0 * i, RATE)
-                device_clock.note_lateness(table[0], 1000.0 * i, lateness, 1000.0, RATE)
+                device_clock.note_lateness(table[0], 48.0 * i, lateness - k, 1000.0, 48.0, RATE)
     assert one["delay"][0] == four["delay"][0] > 0.0
 
 

@@ -7,10 +7,12 @@ session is a clock of the same kind: its blocks are asked for on time or late. B
 sample belongs to.
 
 Samples are then set back by a playout delay, so that they are there when they are due, and evenly spaced: by as much
-as 99 % are late at most. It is followed as a quantile is from a stream (Robbins and Monro 1951): a sample that is later
-moves it up by 1 % of itself (at 1 kHz), any other down by a 99th of that, 10 % in a second; in a clock's first ten
-seconds faster. The mapping that is applied is slewed by at most 5 % of the time that passes, and so never runs
-backwards; only a step of more than 50 ms is taken at once.
+as 99 of 100 arrivals need. What arrives at once is one arrival, as late as its oldest sample: a link that always sends
+many samples together gets the hold that it needs, but a moment's stall, of which everything suffers, is one among a
+hundred. The quantile is followed as from a stream (Robbins and Monro 1951): an arrival that is later moves it up by 1 %
+of itself (at 1 kHz), any other down by a 99th of that, 10 % in a second; in a clock's first ten seconds faster. The
+mapping that is applied is slewed by at most 5 % of the time that passes, and so never runs backwards; only a step of
+more than 50 ms is taken at once.
 """
 
 from dataclasses import dataclass
@@ -22,7 +24,7 @@ from underfoot.kernels import kernel
 WINDOW_US, WINDOWS = 250_000.0, 40
 """The earliest arrival of each window of this length is kept, for this many of them."""
 IN_TIME = 0.99
-"""The share of samples that the playout delay is long enough for."""
+"""The share of arrivals that the playout delay is long enough for."""
 MAX_DELAY_S = 0.020
 """Samples are not set back by more, beyond a block, than a force is held in a gap
 (docs/contracts.md#signals-events-rows)."""
@@ -46,7 +48,8 @@ CLOCK = np.dtype(
         ("slope", np.float64),
         ("rms_error", np.float64),
         ("delay", np.float64),
-        ("noted_us", np.float64),
+        ("began", np.float64),
+        ("noted", np.float64),
         ("applied", np.float64),
         ("applied_us", np.float64),
     ],
@@ -59,8 +62,8 @@ own time.
 `epoch` is -1 before anything was heard, and `heard` the frame of the latest arrival. The window that is open began at
 `opened_us`; its `earliest` offset came at `earliest_us`. `count` windows were closed, the latest of which are kept. The
 line is `offset` at `pivot_us`, with `slope` frames a microsecond; `rms_error` is of the windows from it. `delay` is the
-playout delay, the newest sample that it is of came at `noted_us`, and `applied` is the offset by which the latest
-sample was set, at `applied_us`."""
+playout delay, of arrivals from frame `began` to `noted`, and `applied` the offset by which the latest sample was set,
+at `applied_us`."""
 
 _FEW = 4  # windows from which a rate can be told
 _UP_HZ = 10.0  # of itself: how fast the delay goes up while every sample comes too late for it
@@ -163,21 +166,17 @@ def sent_frame(clock: np.record, frame: float, rate: float) -> float:
 
 
 @kernel
-def note_lateness(clock: np.record, microseconds: float, frames: float, most: float, rate: float) -> None:
-    """Note that a sample could be used this many frames after the one that it belongs to, and no sooner.
+def note_lateness(clock: np.record, arrived: float, frames: float, most: float, period: float, rate: float) -> None:
+    """Note that a sample, which arrived in this frame, could be used `frames` after the one that it belongs to.
 
-    The delay is `most` frames at most: what is later was held up, and says nothing of others. Of samples of one moment,
-    and of those that are out of order, the first counts.
+    Samples come every `period` frames. Of those that arrived at once the first counts, which is the oldest. The delay is
+    `most` frames at most: what is later was held up, and says nothing of others.
     """
-    x = microseconds - clock.origin_us
-    passed_us = min(x - clock.noted_us, JUMP_S * 1e6)
-    if passed_us <= 0.0:
+    if arrived == clock.noted or frames > most:
         return
-    clock.noted_us = x
-    if frames > most:
-        return
-    step = _UP_HZ * passed_us * 1e-6 * max(clock.delay, _LEAST_DELAY_S * rate)
-    first_step = step * max(WINDOWS * WINDOW_US / max(x, passed_us), 1.0)
+    clock.noted = arrived
+    step = _UP_HZ * period / rate * max(clock.delay, _LEAST_DELAY_S * rate)
+    first_step = step * max(WINDOWS * WINDOW_US * 1e-6 * rate / max(arrived - clock.began, period), 1.0)
     if frames > clock.delay:
         clock.delay += max(min(first_step, frames - clock.delay), step)
     else:
@@ -205,11 +204,11 @@ def slewed(clock: np.record, microseconds: float, frame: float, rate: float) -> 
 def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> None:
     """Forget all that is known; the line goes through this arrival. Windows are kept by their count alone."""
     clock.epoch, clock.origin_us = epoch, microseconds
-    clock.earliest = clock.offset = clock.applied = frame
+    clock.earliest = clock.offset = clock.applied = clock.began = frame
     clock.opened_us = clock.earliest_us = 0.0
     clock.count = 0
     clock.pivot_us = clock.slope = clock.rms_error = clock.delay = 0.0
-    clock.applied_us = clock.noted_us = -np.inf
+    clock.applied_us = clock.noted = -np.inf
 
 
 @kernel

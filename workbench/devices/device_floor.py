@@ -146,7 +146,7 @@ class DeviceFloor:
         drifts = [fit.drift_ppm for fit in fits]
         error_ms, delay_ms = max(fit.error_s for fit in fits) * 1e3, max(fit.delay_s for fit in fits) * 1e3
         drift = f"{min(drifts):+.1f}" + (f" to {max(drifts):+.1f}" if max(drifts) - min(drifts) >= 0.1 else "")
-        held = f"samples are held for {delay_ms:.1f} ms, within which {IN_TIME:.0%} are there"
+        held = f"samples are held for {delay_ms:.1f} ms, which {IN_TIME:.0%} of arrivals need"
         return f"device clock: {drift} ppm, fitted to {error_ms:.3f} ms; {held}"
 
     def _rate_line(self) -> str:

@@ -173,7 +173,7 @@ def _observe(assembly: Assembly, head: int, begin: int, end: int) -> None:
         entry = assembly.queue[i % len(assembly.queue)]
         clock = assembly.clocks[assembly.tiles[entry.tile].clock]
         late = begin - _session_frame(assembly, clock, entry)
-        device_clock.note_lateness(clock, entry.time_us, late, most, rate)
+        device_clock.note_lateness(clock, entry.arrived_s * rate, late, most, assembly.period, rate)
     at.observed = head
 
 
