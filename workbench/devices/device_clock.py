@@ -169,8 +169,8 @@ def sent_frame(clock: np.record, frame: float, rate: float) -> float:
 def note_lateness(clock: np.record, arrived: float, frames: float, most: float, period: float, rate: float) -> None:
     """Note that a sample, which arrived in this frame, could be used `frames` after the one that it belongs to.
 
-    Samples come every `period` frames. Of those that arrived at once the first counts, which is the oldest. The delay is
-    `most` frames at most: what is later was held up, and says nothing of others.
+    Samples come every `period` frames. Of those that arrived at once the first counts, which is the oldest. The delay
+    is `most` frames at most: what is later was held up, and says nothing of others.
     """
     if arrived == clock.noted or frames > most:
         return
