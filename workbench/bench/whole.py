@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench import accuracy, reach, scale, stability
+from underfoot.bench import accuracy, latency, reach, scale, stability
 from underfoot.bench.report import Bench
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
@@ -14,7 +14,7 @@ from underfoot.patch.patch import Patch
 
 
 def run(quick: bool = False, seed: int = 1, tell: Callable[[str], None] = lambda line: None) -> Bench:
-    """Scale, reach, accuracy and stability. Quick takes about a minute.
+    """Scale, reach, accuracy and stability, and the latency of a session. Quick takes about two minutes.
 
     In full: some minutes for the first three; then at most ten for each node, every corner and point, random patches,
     and an hour of sound, which takes several hours.
@@ -22,7 +22,7 @@ def run(quick: bool = False, seed: int = 1, tell: Callable[[str], None] = lambda
     files = library.patches()
     patches = {name: Patch.load(path, REGISTRY) for name, path in files.items() if "gravel" in name}
     costs = scale.run(patches, REGISTRY, repeats=5 if quick else 20, tell=tell)
-    reaches = reach.run(costs, quick, tell)
+    reaches = [*reach.run(costs, quick, tell), *latency.reaches(quick, tell)]
     comparisons = accuracy.run(quick, tell)
     with tempfile.TemporaryDirectory() as folder:
         sound = Path(folder, "sound.wav")

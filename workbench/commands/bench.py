@@ -11,7 +11,7 @@ from underfoot.errors import BadFile, BadValue, UnderfootError
 
 
 @click.command()
-@click.option("--quick", is_flag=True, help="In about a minute. In full: minutes per table, at most ten per node.")
+@click.option("--quick", is_flag=True, help="In about two minutes. In full: minutes per table, at most ten per node.")
 @click.option("--report", type=FILE, help="Folder for a page with pictures, the figures as JSON, and what failed.")
 @click.option("--figures", type=FILE, help="Folder for the thesis's figures drawn anew; nothing else is measured.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the random points and patches.")
