@@ -5,6 +5,8 @@ It is a plain object in the process that opened the session. `poll` never waits:
 
 import atexit
 import json
+import math
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -38,6 +40,8 @@ FIRST_LEVEL_DB = -20.0
 """The level of a first start: low, whatever is connected."""
 MOST_DEATHS, WITHIN_S = 4, 20.0
 """Processes that die more often than this are not started again."""
+COMPILER_AFTER_S = 3.0
+"""How long after the engine's start the compiler is started, unless it is needed sooner: first another engine loads."""
 RECORDER_END_S = 10.0
 """How long the recorder may take to close its file."""
 
@@ -71,6 +75,7 @@ class Session:
         self._restarts = RestartLimit(MOST_DEATHS, WITHIN_S)
         self._setup: Setup | None = None  # what the engine was last told to play
         self._started = False  # whether it plays that
+        self._compiler_due = math.inf
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what can be played at once
         self._is_compiled = True  # whether that is the present patch; the engine compiles the first one by itself
         self._ticket = self._compile_ticket = 0
@@ -110,6 +115,8 @@ class Session:
         self._hear_engine()
         self._engine.watch()
         self._restart_engine()
+        if self._compiler is None and time.monotonic() > self._compiler_due:
+            self._start_compiler()
         self._restart_compiler()
         self._restart_recorder()
         self._ending_recorders = [recorder for recorder in self._ending_recorders if not recorder.has_ended()]
@@ -192,6 +199,8 @@ class Session:
         )
         if self._compiler is not None:
             self._compiler.send(self._preview_request)
+        elif self._started:
+            self._start_compiler()
         return self._ticket
 
     # --- recording ---
@@ -249,7 +258,7 @@ class Session:
         """Send requests to the compiler; one that is started here is given the preview that is awaited, too."""
         is_new = self._compiler is None
         if self._compiler is None:
-            self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
+            self._compiler, self._compiler_due = ChildProcess("compiler", "underfoot.engine.compiler"), math.inf
         for request in (*requests, *([self._preview_request] if is_new and self._preview_request else [])):
             self._compiler.send(request)
 
@@ -354,7 +363,8 @@ class Session:
                     self._tell_recorder("channels", json.dumps(channels))
                     if self._setup is not None:
                         self._catch_up(self._setup)
-                    self._start_compiler()
+                    is_needed = self._preview_request is not None
+                    self._compiler_due = time.monotonic() + (0.0 if is_needed else COMPILER_AFTER_S)
                     self._engine.stand_by()
             self._reports.append(message)  # type: ignore[arg-type]
 
