@@ -40,7 +40,7 @@ def run(
         window.show()
         freeze_loaded(window.bridge.started, window.loaded)
         window.painted.connect(window.start)
-        window.painted.connect(window.make_workspaces)
+        window.bridge.started.connect(window.make_workspaces)
         if screenshot_dir is not None:
             _take_screenshots(window, screenshot_dir)
         return app.exec()

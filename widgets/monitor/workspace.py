@@ -92,6 +92,8 @@ class MonitorWorkspace(Workspace):
         self.set_level(context.settings.level_db)
         controller.level_changed.connect(self.set_level)
         controller.opened.connect(self._set_target)
+        if controller.session is not None:
+            self._set_target(controller.target)
         bridge.forces.connect(self.take_forces)
         bridge.vibrated.connect(self.take_vibration)
         bridge.stepped.connect(self.take_steps)

@@ -63,16 +63,12 @@ def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], 
 
 
 @kernel
-def _copy(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
+def copy_rows(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
     """Copy rows from `first` on into `out`; the number of rows ever written when the copy was done."""
+    _written(header)  # whoever knew that they were written sees them from here on
     for i in range(out.shape[0]):
         for j in range(rows.shape[1]):
             out[i, j] = rows[(first + i) % rows.shape[0], j]
-    return _written(header)
-
-
-@kernel
-def _count(header: NDArray[np.void]) -> int:
     return _written(header)
 
 
@@ -125,8 +121,8 @@ class Ring:
 
     @property
     def written(self) -> int:
-        """Rows ever written."""
-        return int(_count(self.header))
+        """Rows ever written. To see them takes `copy_rows`."""
+        return int(self.header["written"][0])
 
     def close(self) -> None:
         """Let go of the memory; the one who created it removes it."""
@@ -161,7 +157,10 @@ class Reader:
         if most is not None:
             end = min(end, first + most)
         out = np.empty((max(end - first, 0), ring.where.width), ring.where.dtype)
-        now = _copy(ring.header, ring.rows, first, out)
+        if not len(out):  # nothing new: a window that waits for the engine need not load Numba
+            self.next = end
+            return first, out
+        now = copy_rows(ring.header, ring.rows, first, out)
         # The writer may be at work on the rows behind the oldest, so these do not count either.
         spoilt = min(max(now - capacity + capacity // 16 - first, 0), len(out))
         self.next = end
