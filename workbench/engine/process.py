@@ -35,8 +35,6 @@ SWITCH_S = 0.0002
 def run(connection: Connection) -> None:
     """The process's main function: waits for its `Setup`; returns when the connection ends or `Quit` comes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
-    # Numba looks for SciPy's BLAS when it loads its first kernel: half a second for what no kernel uses.
-    sys.modules.setdefault("scipy", None)  # type: ignore[arg-type]
     try:
         load_common_kernels()  # so that an engine that stands by takes over sooner
         Engine(connection, connection.recv()).run()
