@@ -2,7 +2,8 @@
 
 import multiprocessing
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from multiprocessing import connection
 from typing import Any
 
 
@@ -70,6 +71,11 @@ class ChildProcess:
         code = self._process.exitcode
         self._process.close()
         return f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
+
+
+def wait_for_any(children: Iterable[ChildProcess], within_s: float) -> None:
+    """Wait until one of them has sent something, or has died."""
+    connection.wait([child._connection for child in children], within_s)
 
 
 class RestartLimit:
