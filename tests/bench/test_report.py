@@ -32,7 +32,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 def bench():
     stable = Stability(3, 40, 5, 20.0, {"impact": 7}, [Failure("gain makes a mess", Patch(title="broken"), 8000)])
     cost = BlockCost("gravel", 36, 2, 64, 123.4, 345.6, 0.056, 1.1, 0.03)
-    return Bench(REACHES, [cost], [COMPARISON], stable)
+    return Bench(REACHES, [cost], [COMPARISON], stable, 1.5, 2)
 
 
 def test_the_picture_places_points_by_their_logarithms():
@@ -59,7 +59,8 @@ def test_the_table_says_everything(bench):
 
 def test_reaches_are_said_to_be_met_or_not(bench):
     table = report.text(bench).splitlines()
-    assert table[0].startswith("reach: 3 asked, 1 not met")
+    assert table[0] == "load 1.5 on 2 cores"
+    assert table[1].startswith("reach: 3 asked, 1 not met")
     (missed,) = (line for line in table if line.endswith("NOT MET"))
     for words in ("floors: gravel", "at least 40", "31 times real time"):
         assert words in missed

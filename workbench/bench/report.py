@@ -27,12 +27,17 @@ _LEAST = 1e-17
 
 @dataclass(frozen=True)
 class Bench:
-    """All that one run of the bench found; its times alone have no comparisons and no stability."""
+    """All that one run of the bench found; its times alone have no comparisons and no stability.
+
+    `load` is how many processes wanted the machine's `cores` when it began, the mean of a minute.
+    """
 
     reaches: Sequence[Reach]
     costs: Sequence[BlockCost]
     comparisons: Sequence[Comparison] = ()
     stability: Stability | None = None
+    load: float = 0.0
+    cores: int = 1
 
     def times(self) -> list[Time]:
         """Every row that is a time, or a speed as the time of a second."""
@@ -43,6 +48,8 @@ class Bench:
         return {
             "format": FORMAT,
             "version": VERSION,
+            "load": self.load,
+            "cores": self.cores,
             "times": msgspec.to_builtins(self.times()),
             "reach": [reach.data() for reach in self.reaches],
             "blocks": [cost.data() for cost in self.costs],
@@ -53,7 +60,8 @@ class Bench:
 
 def text(bench: Bench) -> str:
     """All of it as tables for a terminal."""
-    lines = [*_reach_lines(bench.reaches), "", *_block_lines(bench.costs)]
+    lines = [f"load {bench.load:.1f} on {bench.cores} cores", *_reach_lines(bench.reaches), ""]
+    lines += _block_lines(bench.costs)
     for comparison in bench.comparisons:
         lines.append("")
         lines += [f"{comparison.model}: {comparison.task}", f"  error: {comparison.error}"]

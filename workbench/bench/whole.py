@@ -1,5 +1,6 @@
 """The whole bench in one run, or its times alone."""
 
+import os
 import tempfile
 from collections.abc import Callable
 from functools import partial
@@ -17,6 +18,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Play
 from underfoot.engine.loop import Loop
+from underfoot.engine.worker_pool import cores
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
@@ -31,6 +33,7 @@ def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None) -> B
     In full: some minutes for the first three; then at most ten for each node, every corner and point, random patches,
     and an hour of sound, which takes several hours.
     """
+    load = os.getloadavg()[0]
     floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(library.patches()), 0.6 if quick else 6.0, tell)
     reaches = [*times, *reach.run(quick, tell)]
     comparisons = accuracy.run(quick, tell)
@@ -43,13 +46,14 @@ def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None) -> B
             )
         else:
             stable = stability.run(REGISTRY, sound, seed=seed, tell=tell)
-    return Bench(reaches, floor_costs, comparisons, stable)
+    return Bench(reaches, floor_costs, comparisons, stable, load, cores())
 
 
 def run_times(tell: Tell = lambda line: None) -> Bench:
     """What takes how long, and nothing else: about twenty seconds."""
+    load = os.getloadavg()[0]
     floor_costs, times = _times((36,), (64, 1024), [], 0.3, tell)
-    return Bench(times, floor_costs)
+    return Bench(times, floor_costs, load=load, cores=cores())
 
 
 def _times(
