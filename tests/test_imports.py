@@ -62,7 +62,7 @@ WIDGET_LEVELS = (
 )
 """The same within `underfoot.widgets`; a folder that declares a workspace is at its place without being named."""
 
-QT = ("PySide6", "shiboken6", "superqt", "qtawesome", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
+QT = ("PySide6", "shiboken6", "superqt", "qtpy", "PyQt6", "PyQt5", "underfoot.widgets")
 NOT_IN_THE_ENGINE = (*QT, "scipy", "soundfile", "h5py", "click", "pytest", "matplotlib")
 WIDGETS = [module for module in SOURCES if module.startswith("underfoot.widgets.")]
 WITHOUT_A_SCREEN = [module for module in SOURCES if not module.startswith("underfoot.widgets")]

@@ -10,7 +10,8 @@ import numba
 import numpy as np
 import pytest
 
-from underfoot.kernel_cache import cache_folder, digest
+from underfoot.files import cache_folder
+from underfoot.kernel_cache import digest
 
 CALLED = '''
 """A module that a kernel calls into."""
@@ -92,10 +93,10 @@ def test_a_kernel_is_loaded_until_what_it_calls_has_changed(kernels, tmp_path, m
     assert kernels()(2.0) == 5.0
     again = kernels(called=CALLED.replace("Doubled", "Twice"))
     assert again(2.0) == 5.0
-    assert sum(again.stats.cache_hits.values()) == 1
+    assert sum(again.compiled.stats.cache_hits.values()) == 1
     other = kernels(called=CALLED.replace("2.0", "10.0"))
     assert other(2.0) == 21.0
-    assert sum(other.stats.cache_misses.values()) == 1
+    assert sum(other.compiled.stats.cache_misses.values()) == 1
 
 
 def test_the_oldest_forms_of_a_kernel_go(kernels, tmp_path, monkeypatch):
@@ -103,7 +104,18 @@ def test_the_oldest_forms_of_a_kernel_go(kernels, tmp_path, monkeypatch):
     for k in range(7):
         kernels(called=CALLED.replace("2.0", f"{k}.5"))(1.0)
     kept = sorted(path.suffix for path in cache_folder().rglob("caller.one_more-*"))
-    assert kept == [".nbc"] * 4 + [".nbi"] * 4
+    assert kept == [".lock"] * 4 + [".nbc"] * 4 + [".nbi"] * 4
+
+
+def test_of_processes_that_need_a_kernel_at_once_one_compiles_it(kernels, tmp_path):
+    kernels()
+    code = "import caller; caller.one_more(1.0); print(sum(caller.one_more.compiled.stats.cache_hits.values()))"
+    environment = {**os.environ, "UNDERFOOT_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    both = [
+        subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    assert sorted(process.communicate()[0] for process in both) == ["0\n", "1\n"]
 
 
 def test_without_a_writable_folder_kernels_are_compiled_all_the_same(kernels, tmp_path, monkeypatch):
@@ -144,6 +156,6 @@ def test_an_index_that_cannot_be_read_is_begun_anew(kernels, tmp_path, monkeypat
     again = kernels()
     assert again(1.0) == 3.0
     assert index.read_bytes() == whole
-    assert sum(again.stats.cache_hits.values()) == 0
+    assert sum(again.compiled.stats.cache_hits.values()) == 0
     third = kernels()
-    assert (third(1.0), sum(third.stats.cache_hits.values())) == (3.0, 1)
+    assert (third(1.0), sum(third.compiled.stats.cache_hits.values())) == (3.0, 1)

@@ -6,17 +6,22 @@ from functools import partial
 from pathlib import Path
 
 import platformdirs
-from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
+from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
 from underfoot.widgets import theme
 from underfoot.widgets.garbage_collection import freeze_loaded
 from underfoot.widgets.window import MainWindow
 
 
-def run(target: Target | None = None, patch_path: Path | None = None, screenshot_dir: Path | None = None) -> int:
-    """Open the window and stay until it is closed; the exit status.
+def run(
+    target: Target | None = None,
+    patch_path: Path | None = None,
+    screenshot_dir: Path | None = None,
+    engine: ChildProcess | None = None,
+) -> int:
+    """Open the window and stay until it is closed; the exit status. `engine` is a process for its first session.
 
     With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes; it
     neither makes a sound nor remembers anything.
@@ -28,13 +33,14 @@ def run(target: Target | None = None, patch_path: Path | None = None, screenshot
     theme.apply(app)
     with tempfile.TemporaryDirectory() as passing:
         folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
-        window = MainWindow(folder, target, patch_path)
+        window = MainWindow(folder, target, patch_path, engine)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: window.leave())
         window.controller.use_sound(screenshot_dir is None)
         window.show()
-        freeze_loaded(window.bridge.started, *(workspace.loaded for workspace in window.workspaces.values()))
-        QTimer.singleShot(0, window.start)
+        freeze_loaded(window.bridge.started, window.loaded)
+        window.painted.connect(window.start)
+        window.painted.connect(window.make_workspaces)
         if screenshot_dir is not None:
             _take_screenshots(window, screenshot_dir)
         return app.exec()
@@ -44,7 +50,7 @@ def _take_screenshots(window: MainWindow, folder: Path) -> None:
     """Save a picture of every workspace, and then close the window."""
     from underfoot.widgets.screenshots import ScreenshotTaker
 
-    shows = {name: partial(window.show_workspace, name) for name in window.workspaces}
+    shows = {name: partial(window.show_workspace, name) for name in window.workspace_names}
     taker = ScreenshotTaker(window, shows, lambda: window.controller.played_s, folder)
     taker.done.connect(window.leave)
     taker.start()

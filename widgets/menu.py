@@ -22,7 +22,6 @@ class MainMenu(QMenu):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        workspace_actions: Sequence[QAction],
         recent: Callable[[], Sequence[str]],
         parent: QWidget,
     ) -> None:
@@ -37,11 +36,14 @@ class MainMenu(QMenu):
             self.presets.addAction(words).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))
         self.addActions([actions["save"], actions["save as"]])
         self.addSeparator()
-        self.addActions(list(workspace_actions))
-        self.addSeparator()
+        self._behind_workspaces = self.addSeparator()
         self.addActions([actions[name] for name in ("play", "panic", "record", "audio")])
         self.addSeparator()
         self.addActions([actions["keys"], actions["quit"]])
+
+    def add_workspace_actions(self, actions: Sequence[QAction]) -> None:
+        """Show what a workspace adds."""
+        self.insertActions(self._behind_workspaces, list(actions))
 
     def _fill_recent(self) -> None:
         self._recent_menu.clear()

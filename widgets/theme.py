@@ -1,9 +1,11 @@
 """How everything looks: colours, fonts, the 8-pixel grid. One accent a kind of signal, the same everywhere."""
 
 from functools import cache, lru_cache
-from typing import Any
+from importlib.resources import files
 
-from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPalette
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
+from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication, QLabel, QStyleFactory, QWidget
 
 from underfoot.drawing import look
@@ -26,6 +28,7 @@ MUTED = look.MUTED
 FAINT = look.FAINT
 
 TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
+_ICON_PX = (16, 18, 24, 32, 36, 48)
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
 
@@ -93,11 +96,19 @@ def set_role(widget: QWidget, role: str) -> None:
 
 @lru_cache(maxsize=128)
 def icon(name: str, colour: str = TEXT, disabled: str = FAINT) -> QIcon:
-    """An icon of QtAwesome's Material set, `mdi6.<name>`: icon("play")."""
-    import qtawesome  # takes 50 ms, and not every window needs it
-
-    options: dict[str, Any] = {"color": colour, "color_disabled": disabled}
-    return qtawesome.icon(f"mdi6.{name}", **options)
+    """The drawing `assets/icons/<name>.svg` in two colours."""
+    drawing = files("underfoot.assets").joinpath("icons", f"{name}.svg").read_text()
+    made = QIcon()
+    for mode, stroke in ((QIcon.Mode.Normal, colour), (QIcon.Mode.Disabled, disabled)):
+        renderer = QSvgRenderer(drawing.replace("currentColor", stroke).encode())
+        for edge in _ICON_PX:
+            image = QPixmap(edge, edge)
+            image.fill(Qt.GlobalColor.transparent)
+            painter = QPainter(image)
+            renderer.render(painter)
+            painter.end()
+            made.addPixmap(image, mode)
+    return made
 
 
 def _palette() -> QPalette:

@@ -187,7 +187,7 @@ class TransportBar(QWidget):
     def _add_flags(self) -> None:
         self.flags = QToolButton()
         self.flags.setProperty("role", "flat")
-        self.flags.setIcon(theme.icon("alert-outline", theme.FORCE))
+        self.flags.setIcon(theme.icon("alert", theme.FORCE))
         self.flags.clicked.connect(self._click_flags)
         self.flags.hide()
         self._layout.addWidget(self.flags)

@@ -4,11 +4,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
 from underfoot.devices.sound import devices
+from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Pulse
 from underfoot.engine.reports import Health, Started
 from underfoot.engine.target import Target
@@ -27,10 +28,11 @@ from underfoot.widgets.session.target_selection import TargetSelection
 from underfoot.widgets.session.target_settings import remembered_target, target_in_words
 from underfoot.widgets.status_line import StatusLine
 from underfoot.widgets.transport import TransportBar
-from underfoot.widgets.workspace import WorkspaceContext, discover
+from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 
 FIRST_PRESET = "gravel"
 
+COMPILING = "Compiling kernels, which a first start takes half a minute for:"
 EXTRA_SHORTCUTS = (
     ("Play or stop, unless text is being typed", "Space"),
     ("Panic, wherever the focus is", "Esc"),
@@ -41,37 +43,53 @@ EXTRA_SHORTCUTS = (
 class MainWindow(QMainWindow):
     """Shows a patch and the session that plays it. `start` opens the session; closing the window ends it."""
 
-    def __init__(self, folder: Path, target: Target | None = None, patch_path: Path | None = None) -> None:
-        """`folder` is where settings, profiles and unsaved work are kept; without a target it is the last one."""
+    painted = Signal()
+    """The window is on the screen for the first time."""
+    loaded = Signal()
+    """Modules or kernels that stay have been loaded just now."""
+
+    def __init__(
+        self,
+        folder: Path,
+        target: Target | None = None,
+        patch_path: Path | None = None,
+        engine: ChildProcess | None = None,
+    ) -> None:
+        """`folder` is where settings, profiles and unsaved work are kept; without a target it is the last one.
+
+        `engine` is a process that was started for the first session.
+        """
         super().__init__()
         self._folder = folder
-        self._is_leaving = False
+        self._is_leaving = self._is_painted = False
         self._playing_on = ""
         self.settings = Settings.load(folder)
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
         self.controller = SessionController(
-            REGISTRY, self.settings, target or remembered_target(self.settings), folder / "profiles", self
+            REGISTRY, self.settings, target or remembered_target(self.settings), folder / "profiles", self, engine
         )
         self.bridge = self.controller.bridge
         self.target_selection = TargetSelection(self.controller, self.settings)
         files = FileQuestion(self, lambda: self.settings.folder, self.say)
         self._target_chooser = TargetChooser(self, self.controller, self.target_selection, files, self.say)
         self._declarations = discover()
-        context = WorkspaceContext(REGISTRY, self.settings, folder, self.open_patch, self.controller)
-        self.workspaces = {declared.name: declared.make(context) for declared in self._declarations}
+        self._context = WorkspaceContext(REGISTRY, self.settings, folder, self.open_patch, self.controller)
+        self.workspaces: dict[str, Workspace] = {}
         self.actions_by_name = self._make_actions()
         self._build()
         self._connect()
-        self._connect_workspaces()
         self.open_patch.begin(patch_path, otherwise=_first_patch())
-        for workspace in self.workspaces.values():
-            workspace.listen(context)
         self._show_title()
-        self.show_workspace(next(iter(self.workspaces)))
+        self.show_workspace(self._declarations[0].name)
 
     def start(self) -> None:
         """Open the session; what is on the screen is usable at once."""
         self.controller.start()
+
+    @property
+    def workspace_names(self) -> list[str]:
+        """Names of all workspaces, in the order of their tabs."""
+        return [declared.name for declared in self._declarations]
 
     @property
     def workspace(self) -> str:
@@ -80,11 +98,31 @@ class MainWindow(QMainWindow):
 
     def show_workspace(self, name: str) -> None:
         """Bring a workspace to the screen; those that are not there are not drawn."""
+        self._make_workspace(name)
         self._stack.setCurrentWidget(self.workspaces[name])
         self.transport.set_workspace(name)
         self.workspaces[name].setFocus()
         for other, workspace in self.workspaces.items():
             workspace.set_active(other == name)
+
+    def make_workspaces(self) -> None:
+        """Make the workspaces that were not needed for the first picture."""
+        for declared in self._declarations:
+            self._make_workspace(declared.name)
+
+    def _make_workspace(self, name: str) -> None:
+        if name in self.workspaces:
+            return
+        declared = next(one for one in self._declarations if one.name == name)
+        workspace = self.workspaces[name] = declared.make(self._context)
+        self._stack.addWidget(workspace)
+        self.menu.add_workspace_actions(workspace.menu_actions())
+        workspace.said.connect(self.say)
+        workspace.flagged.connect(partial(self.transport.set_flags, name))
+        workspace.loaded.connect(self.loaded)
+        workspace.listen(self._context)
+        workspace.set_active(False)
+        self.loaded.emit()
 
     def say(self, text: str) -> None:
         """Show one line for the person at the bottom of the window."""
@@ -109,7 +147,7 @@ class MainWindow(QMainWindow):
         is_busy = ready < total
         self._progress.setRange(0, max(total, 1))
         self._progress.setValue(ready if is_busy else 0)
-        self.status.show_session(f"Compiling kernels: {ready} of {total} ready" if is_busy else self._playing_on)
+        self.status.show_session(f"{COMPILING} {ready} of {total} parts ready" if is_busy else self._playing_on)
 
     def _show_health(self, health: Health) -> None:
         self.transport.set_health(health, len(self.controller.target.floor.tiles))
@@ -134,6 +172,7 @@ class MainWindow(QMainWindow):
     def _show_shortcuts(self) -> None:
         from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog, keys_of
 
+        self.make_workspaces()
         groups = [("EVERYWHERE", [*keys_of(self.actions()), *EXTRA_SHORTCUTS])]
         for declared in self._declarations:
             focus = f", with the focus on the {declared.focus}" if declared.focus else ""
@@ -151,6 +190,12 @@ class MainWindow(QMainWindow):
         if event.type() == QEvent.Type.WindowUnblocked and QApplication.activeWindow() is None:
             self.activateWindow()
         return super().event(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if not self._is_painted:
+            self._is_painted = True
+            QTimer.singleShot(0, self.painted.emit)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -191,7 +236,6 @@ class MainWindow(QMainWindow):
     def _build(self) -> None:
         self.menu = MainMenu(
             self.actions_by_name,
-            [action for workspace in self.workspaces.values() for action in workspace.menu_actions()],
             lambda: self.settings.recent,
             self,
         )
@@ -208,7 +252,6 @@ class MainWindow(QMainWindow):
         self._stack = QStackedWidget()
         for declared in self._declarations:
             self.transport.add_workspace(declared.name, declared.key)
-            self._stack.addWidget(self.workspaces[declared.name])
         self.status = StatusLine()
         middle = QWidget()
         layout = QVBoxLayout(middle)
@@ -286,11 +329,6 @@ class MainWindow(QMainWindow):
         open_patch.folder_changed.connect(lambda folder: controller.edit(open_patch.patch, folder))
         open_patch.title_changed.connect(self._show_title)
         open_patch.said.connect(self.say)
-
-    def _connect_workspaces(self) -> None:
-        for name, workspace in self.workspaces.items():
-            workspace.said.connect(self.say)
-            workspace.flagged.connect(partial(self.transport.set_flags, name))
 
 
 def _first_patch() -> Patch:

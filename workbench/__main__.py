@@ -63,6 +63,9 @@ def _fail(line: str) -> None:
 
 def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""
+    from underfoot.engine.child_process import engine_process
+
+    engine = engine_process()  # which loads while the window is made
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
 
@@ -76,7 +79,7 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
             raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
     from underfoot.widgets.application import run
 
-    return run(opened, patch, screenshot)
+    return run(opened, patch, screenshot, engine)
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":

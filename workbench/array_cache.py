@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
-from underfoot.files import make_folder, replaced
-from underfoot.kernel_cache import cache_folder
+from underfoot.files import cache_folder, make_folder, replaced
 
 
 class ArrayCache:

@@ -6,6 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from platformdirs import user_cache_dir
+
+from underfoot import __version__
 from underfoot.errors import BadFile
 
 
@@ -79,3 +82,12 @@ def make_folder(path: str | Path) -> Path:
 
 def _reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
+
+
+def cache_folder() -> Path:
+    """Where this version keeps what it computed once: `UNDERFOOT_CACHE`, or the user's cache folder.
+
+    >>> cache_folder().name == __version__
+    True
+    """
+    return Path(os.environ.get("UNDERFOOT_CACHE") or user_cache_dir("underfoot")) / __version__

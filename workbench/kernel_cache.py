@@ -6,31 +6,23 @@ constants that it reads, and of the digests of what it calls. Comments, docstrin
 """
 
 import hashlib
-import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache, cached_property
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
-import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
 
-from underfoot import __version__
+from underfoot.files import cache_folder
 
 _KEPT = 4
 """Digests that are kept of one kernel: of several checkouts, or of the one before the last edit."""
+_LONGEST_COMPILE_S = 60.0
+"""How long a process waits for another one that compiles the same kernel."""
 _LIBRARIES = ("builtins", "cmath", "llvmlite", "math", "numba", "numpy", "operator")
 """What these compute depends on their version alone, which Numba's index has."""
-
-
-def cache_folder() -> Path:
-    """Where this version keeps what it computed once: `UNDERFOOT_CACHE`, or the user's cache folder.
-
-    >>> cache_folder().name == __version__
-    True
-    """
-    return Path(os.environ.get("UNDERFOOT_CACHE") or platformdirs.user_cache_dir("underfoot")) / __version__
 
 
 class KernelCache:
@@ -44,18 +36,31 @@ class KernelCache:
         self._function, self._options = function, options
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """The form compiled for a signature, or None."""
-        try:
-            return self._files.load_overload(signature, context)
-        except Exception:  # cut short, or with types that another checkout has: unpickling can raise anything
-            self._files.flush()
-            return None
+        """The form compiled for a signature, or None: then this process is to compile it, and others wait for it."""
+        found = self._load(signature, context)
+        if found is None and isinstance(self._files, _Files):
+            with suppress(OSError):  # one that waited too long raises an OSError, too: it compiles as well
+                self._files.lock()
+            found = self._load(signature, context)
+        return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a form that was compiled; the oldest of earlier digests go."""
         self._files.save_overload(signature, compiled)
         if isinstance(self._files, _Files):
             _prune(self._files.stem)
+
+    def release(self) -> None:
+        """Let other processes compile it, which wait for this one."""
+        if isinstance(self._files, _Files):
+            self._files.unlock()
+
+    def _load(self, signature: Any, context: Any) -> Any:
+        try:
+            return self._files.load_overload(signature, context)
+        except Exception:  # cut short, or with types that another checkout has: unpickling can raise anything
+            self._files.flush()
+            return None
 
     @property
     def cache_path(self) -> str | None:
@@ -130,7 +135,7 @@ def _names(code: CodeType) -> set[str]:
 
 def _function_of(value: object) -> FunctionType | None:
     """The Python function behind a kernel, an intrinsic or a function of ours; None for anything else."""
-    function = getattr(value, "py_func", None) or getattr(value, "_defn", None) or value
+    function = getattr(value, "py_func", value)
     return function if isinstance(function, FunctionType) and not _is_library(function.__module__) else None
 
 
@@ -141,7 +146,7 @@ def _is_library(module: str) -> bool:
 def _value_text(value: object) -> str:
     """What of a value machine code can depend on, beside the functions that are looked at by themselves."""
     if isinstance(value, ModuleType) or _function_of(value) is not None:
-        return options_text(getattr(value, "targetoptions", {}))
+        return options_text(getattr(value, "options", {}))
     if isinstance(value, type):
         return f"{value.__module__}.{value.__qualname__} {getattr(value, '_fields', '')}"
     text = value.tobytes().hex() if hasattr(value, "tobytes") else repr(value)
@@ -175,7 +180,22 @@ class _Files(FunctionCache):
             _locator_classes = (type("Here", (), {"from_function": staticmethod(lambda *_: locator)}),)
 
         self._impl_class = Located
+        self._lock: Any = None
         super().__init__(function)
+
+    def lock(self) -> None:
+        """Wait until no other process compiles this kernel."""
+        from filelock import FileLock  # 50 ms, and only where something is to be compiled
+
+        path = Path(self.cache_path, f"{self._impl.filename_base}.lock")
+        if self._lock is None:
+            self._lock = FileLock(path, _LONGEST_COMPILE_S, poll_interval=0.01, thread_local=False)
+        self._lock.acquire()
+
+    def unlock(self) -> None:
+        """Let another process compile it."""
+        if self._lock is not None:
+            self._lock.release()
 
     @property
     def stem(self) -> Path:
@@ -189,5 +209,5 @@ def _prune(stem: Path) -> None:
     if len(found) <= _KEPT:
         return
     for old in sorted(found, key=lambda path: path.stat().st_mtime)[:-_KEPT]:
-        for path in [old, *old.parent.glob(f"{old.stem}.*.nbc")]:
+        for path in [old, old.with_suffix(".lock"), *old.parent.glob(f"{old.stem}.*.nbc")]:
             path.unlink(missing_ok=True)

@@ -1,67 +1,95 @@
-"""How kernels are compiled: Numba without the interpreter lock, kept on disk, in strict float64.
+"""How kernels are declared: compiled by Numba without the interpreter lock, kept on disk, in strict float64.
 
 Strict, because a kernel exists more than once: on its own, inlined in its callers, and in every process's cache. Where
 the compiler may contract or re-order, these copies differ in their last bits (measured: a tone's bytes changed between
 the process that compiled it and the next one, which loaded it), and the same patch must give the same bytes.
+
+Numba is imported by the first kernel that is called: a window that only shows nodes need not wait for it.
 """
 
 from collections.abc import Callable
+from functools import cached_property, update_wrapper
 from typing import Any
 
 import numpy as np
-from numba import types
-from numba.core.ccallback import CFunc
-from numba.core.registry import CPUDispatcher
-from numba.core.sigutils import normalize_signature
-from numba.extending import intrinsic
 from numpy.typing import NDArray
-
-from underfoot.kernel_cache import KernelCache, options_text
-from underfoot.layouts import LOWERING
 
 Floats = NDArray[np.float64]
 """What kernels compute on: contiguous arrays of float64."""
 
 
-_OPTIONS = {"nopython": True, "nogil": True, "error_model": "numpy"}
+class Kernel:
+    """A function that is compiled, or loaded from the cache, when it is first called.
+
+    `py_func` is the function itself, `compiled` what Numba made of it.
+    """
+
+    def __init__(self, function: Callable[..., Any], is_kept: bool, **options: Any) -> None:
+        update_wrapper(self, function)
+        self.py_func, self.is_kept = function, is_kept
+        self.options = {"nopython": True, "nogil": True, "error_model": "numpy", **options}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the compiled form."""
+        return self.compiled(*arguments)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """Numba's dispatcher."""
+        from underfoot.compilation import Dispatcher
+
+        return Dispatcher.of(self)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What it is to a kernel that calls it."""
+        return self.compiled._numba_type_
 
 
-class _Dispatcher(CPUDispatcher):
-    """Compiles a kernel once for all integers, not for a literal 0 anew (this halves the time that all kernels take)."""
+class Intrinsic:
+    """A function of compiled code alone, which writes its code itself; Numba's word for it."""
 
-    def get_call_template(self, args: Any, kws: Any) -> Any:
-        """What Numba asks where one kernel calls another."""
-        return super().get_call_template([types.unliteral(one) for one in args], kws)
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.py_func, self.__doc__ = function, function.__doc__
+
+    @cached_property
+    def _numba_type_(self) -> Any:
+        """What it is to a kernel that calls it."""
+        from underfoot.compilation import type_of_intrinsic
+
+        return type_of_intrinsic(self.py_func)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a kernel whose bits do not depend on how a stretch of frames is split, nor on who compiled it."""
-    return _kept(function, {})
+    return Kernel(function, is_kept=True)
 
 
 def modal_kernel(function: Callable[..., Any]) -> Any:
     """Compile a kernel whose inner loop runs over modes: it may contract, and re-associate sums over modes."""
-    return _kept(function, {"fastmath": {"contract", "nsz", "arcp", "reassoc"}})
+    return Kernel(function, is_kept=True, fastmath={"contract", "nsz", "arcp", "reassoc"})
+
+
+def part(function: Callable[..., Any]) -> Any:
+    """A part of one kernel, which is compiled with it."""
+    return Kernel(function, is_kept=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A part of kernels that is compiled into each: what runs in every frame."""
-    options = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return _Dispatcher(function, targetoptions=_OPTIONS | options)
+    return Kernel(function, is_kept=False, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-def callback(signature: Any, function: Callable[..., Any]) -> CFunc:
+def intrinsic(function: Callable[..., Any]) -> Any:
+    """What compiled code cannot say by itself: `function(context, *types)` gives a signature, and what writes code."""
+    return Intrinsic(function)
+
+
+def callback(signature: Any, function: Callable[..., Any]) -> Any:
     """A kernel that is called by its address: compiled, or loaded, at once."""
-    compiled: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
-    compiled._cache = KernelCache(function, f"callback {signature} {LOWERING}")
-    compiled.compile()
-    return compiled
+    from underfoot.compilation import compiled_callback
 
-
-def _kept(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    dispatcher = _Dispatcher(function, targetoptions=_OPTIONS | options)
-    dispatcher._cache = KernelCache(function, f"{options_text(options)} {LOWERING}")
-    return dispatcher
+    return compiled_callback(signature, function)
 
 
 @intrinsic
@@ -71,6 +99,7 @@ def widest(context: Any) -> Any:
     The compiler prefers half of them where there are 512 bits. Long loops over modes gain a quarter to a third from all
     (measured at 64 and 200 modes); short loops, of which everything else is made, lose.
     """
+    from numba import types
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # past llvmlite's list of known names

@@ -84,13 +84,14 @@ import sys
 sys.path[:0] = {paths!r}
 from engine_blocks import blocks, engine_of
 from made_patches import *
-from numba.core.dispatcher import Dispatcher
+from underfoot.kernels import Kernel
 from underfoot.engine.commands import *
 
 def loaded():
     modules = [m for name, m in sys.modules.items() if name.startswith("underfoot")]
-    kernels = {{id(k): k for m in modules for k in vars(m).values() if isinstance(k, Dispatcher)}}
-    return {{k.__module__ + "." + k.__name__: len(k.overloads) for k in kernels.values()}}
+    kernels = {{id(k): k for m in modules for k in vars(m).values() if isinstance(k, Kernel)}}
+    called = [kernel for kernel in kernels.values() if "compiled" in vars(kernel)]
+    return {{k.__module__ + "." + k.__name__: len(k.compiled.overloads) for k in called}}
 
 with engine_of(hum()) as (engine, *_):
     for command in (None, Swap(rough_step().dumps()), Swap(stepped_bank().dumps(), ("modal-bank.out",))):
@@ -105,7 +106,7 @@ with engine_of(hum()) as (engine, *_):
             engine.listener.take(command)
             blocks(engine, 5)
         after = loaded()
-        print({{name: count for name, count in after.items() if count != before[name]}})
+        print({{name: count for name, count in after.items() if count != before.get(name)}})
 """
 
 

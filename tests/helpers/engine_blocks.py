@@ -3,7 +3,8 @@
 import multiprocessing
 from contextlib import contextmanager
 
-from underfoot.engine.process import Engine, Setup
+from underfoot.engine.process import Engine
+from underfoot.engine.requests import Setup
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor

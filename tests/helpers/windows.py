@@ -26,6 +26,7 @@ def quiet_window(qtbot, folder, path=None):
     made = MainWindow(folder, Target(default_floor()), path)
     qtbot.addWidget(made, before_close_func=lambda w: w.leave())
     show(qtbot, made)
+    made.make_workspaces()
     return made
 
 
@@ -34,6 +35,7 @@ def play_on_simulator(folder):
     window = MainWindow(folder / "kept", Target(default_floor()), folder / "hiss.json")
     window.resize(1280, 800)
     window.show()
+    window.make_workspaces()
     window.start()
     window.open_patch.keep()
     until_it_plays(window)

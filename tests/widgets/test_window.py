@@ -169,14 +169,14 @@ def test_presets_open_as_a_copy(window):
 
 
 def test_pictures_are_taken_of_every_workspace(window, qtbot, tmp_path):
-    shows = {name: partial(window.show_workspace, name) for name in window.workspaces}
+    shows = {name: partial(window.show_workspace, name) for name in window.workspace_names}
     played_s = iter((0.0, 0.5, 1.0))
     taker = ScreenshotTaker(window, shows, lambda: next(played_s), tmp_path, Waits(1.0, settle_ms=50, look_ms=1))
     with qtbot.waitSignal(taker.done, timeout=LONG_MS):
         taker.start()
     assert next(played_s, None) is None
     sizes = {path.name: QImage(str(path)).size().toTuple() for path in tmp_path.iterdir()}
-    assert sizes == {f"{name.lower()}-{w}x{h}.png": (w, h) for name in window.workspaces for w, h in SIZES}
+    assert sizes == {f"{name.lower()}-{w}x{h}.png": (w, h) for name in window.workspace_names for w, h in SIZES}
 
 
 # --- calibration ---
@@ -242,7 +242,7 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
 def test_what_is_loaded_is_exempt_from_garbage_collection(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     before = gc.get_freeze_count()
-    freeze_loaded(*(workspace.loaded for workspace in window.workspaces.values()))
+    freeze_loaded(window.loaded)
     try:
         frozen = gc.get_freeze_count()
         assert frozen > before

@@ -71,6 +71,7 @@ def test_the_window_follows_what_a_workspace_declares(qtbot, tmp_path, monkeypat
     window = MainWindow(tmp_path, Target(default_floor()))
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
     show(qtbot, window)
+    window.make_workspaces()
     whole = window.workspaces["Whole"]
     assert (whole.folder, whole.context.controller) == (tmp_path, window.controller)
     assert whole.patch_at_first == window.open_patch.patch

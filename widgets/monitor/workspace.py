@@ -318,7 +318,7 @@ class MonitorWorkspace(Workspace):
             self.press_n.addItem(f"{force_n:.0f} N", force_n)
         self.press_n.setCurrentIndex(PRESSES_N.index(PRESS_N))
         self.press_n.currentIndexChanged.connect(lambda at: self.map.set_press(PRESSES_N[at]))
-        self.tare = tool_button("scale-balance", "Tare", "Take the present reading of every unloaded tile as zero")
+        self.tare = tool_button("balance", "Tare", "Take the present reading of every unloaded tile as zero")
         self.tare.clicked.connect(lambda: self.commanded.emit(Tare()))
         return [theme.label("Floor", "title"), None, self._press_label, self.press_n, self.walker, self.tare]
 
@@ -333,7 +333,7 @@ class MonitorWorkspace(Workspace):
             figure.setFixedWidth(figure.fontMetrics().horizontalAdvance("−0000 N") - theme.GRID)
             self.figures.append(figure)
             legend += [key, figure]
-        self.following = tool_button("crosshairs-gps", "Follow", "Select the tile of each new footstep", checkable=True)
+        self.following = tool_button("crosshairs", "Follow", "Select the tile of each new footstep", checkable=True)
         self.pausing = tool_button("pause", "", "Pause the display (P)", checkable=True)
         self.pausing.clicked.connect(self._toggle_pause)
         self.span_buttons: dict[float, QToolButton] = {}

@@ -103,6 +103,8 @@ class Bridge(QObject):
     def _emit(self, report: object) -> None:
         match report:
             case Started():
+                if self._tracker is not None:
+                    self._tracker.load_kernels()  # which are in the cache now
                 self.started.emit(report)
                 self._say_once(report.notice)
             case Compiling(ready, total):

@@ -8,6 +8,7 @@ from pathlib import Path
 import platformdirs
 from PySide6.QtCore import QObject, Signal
 
+from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
 from underfoot.engine.reports import Preview
 from underfoot.engine.session import Session
@@ -49,13 +50,20 @@ class SessionController(QObject):
     _failed = Signal(str)
 
     def __init__(
-        self, registry: Registry, settings: Settings, target: Target, profiles: Path, parent: QObject | None = None
+        self,
+        registry: Registry,
+        settings: Settings,
+        target: Target,
+        profiles: Path,
+        parent: QObject | None = None,
+        engine: ChildProcess | None = None,
     ) -> None:
-        """`profiles` has a folder for each floor."""
+        """`profiles` has a folder for each floor; `engine` is a process that was started for the first session."""
         super().__init__(parent)
         self.bridge = Bridge(self)
         self.session: Session | None = None
         self._unclaimed: Session | None = None
+        self._engine = engine
         self._profiles = profiles
         self.target = self._with_profiles(target)
         self.playing = True
@@ -130,6 +138,8 @@ class SessionController(QObject):
         session, self.session = self.session or self._unclaimed, None
         if session is not None:
             session.close()
+        if self._engine is not None:
+            self._engine.end(0.0)
 
     @property
     def played_s(self) -> float:
@@ -149,10 +159,11 @@ class SessionController(QObject):
             self.released.emit()
             return
         target, patch, folder = self.target, self._patch, self._patch_folder
+        engine, self._engine = self._engine, None
 
         def make() -> None:
             try:
-                self._unclaimed = session = Session(target, patch, self._registry, folder)
+                self._unclaimed = session = Session(target, patch, self._registry, folder, engine)
             except UnderfootError as error:
                 self._failed.emit(str(error))
                 return

@@ -36,7 +36,7 @@ class ForceUpdate:
 
 @dataclass
 class FootstepTracker:
-    """Tracks contacts and counts footsteps. Its kernels are loaded in a thread; until then samples wait."""
+    """Tracks contacts and counts footsteps. Until its kernels are loaded, samples wait."""
 
     floor: Floor
     rate_hz: float
@@ -46,14 +46,19 @@ class FootstepTracker:
     chunk: int = CHUNK
     _waiting: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=deque)
     _tracker: ContactTracker | None = None
+    _loaded: threading.Event = field(default_factory=threading.Event)
 
     def __post_init__(self) -> None:
         self._counter = StepCounter(self.floor)
-        _load_kernels()
+
+    def load_kernels(self) -> None:
+        """Load the kernels, in a thread. Best when another process has compiled them: that would slow this one down."""
+        self._loaded = _load_kernels()
 
     def wait_for_kernels(self, timeout_s: float) -> bool:
         """Wait until the kernels are loaded; whether they were in this time."""
-        return _load_kernels().wait(timeout_s)
+        self.load_kernels()
+        return self._loaded.wait(timeout_s)
 
     def take(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
         """Queue samples at these session frames, shapes (n,) and (n, tiles, 4)."""
@@ -94,14 +99,14 @@ class FootstepTracker:
 
     def _ready_tracker(self) -> ContactTracker | None:
         """The tracker, which is made once its kernels are loaded."""
-        if self._tracker is None and _load_kernels().is_set():
+        if self._tracker is None and self._loaded.is_set():
             self._tracker = ContactTracker(self.floor, self.force_hz)
         return self._tracker
 
 
 @cache
 def _load_kernels() -> threading.Event:
-    """Load the kernels of tracking once, in a thread: 0.2 s, or seconds where they must be compiled. Set when done."""
+    """Load the kernels of tracking once, in a thread: 0.2 s. Set when done."""
     loaded = threading.Event()
 
     def load() -> None:

@@ -8,11 +8,7 @@ in vectors for LLVM: what C reaches with the processor's own instructions, it re
 import time
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
-
-from underfoot.kernels import kernel, widest
+from underfoot.kernels import intrinsic, kernel, widest
 
 FLOOR_NS = 0.045
 """Two multiply-adds on the processor whose best times the reaches have, in its usual moments: three gigahertz, two
@@ -46,6 +42,9 @@ def _multiply_add(rounds: int) -> float:
 @intrinsic
 def _chains(context: Any, rounds: Any) -> Any:
     """So many rounds of `x = 0.5 x + 0.1` in each lane of each chain; the sum of the first lanes."""
+    from llvmlite import ir
+    from numba import types
+
     vector, word = ir.VectorType(ir.DoubleType(), _LANES), ir.IntType(64)
 
     def constant(value: float) -> Any:

@@ -2,22 +2,25 @@
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from importlib import import_module
 from multiprocessing import connection
 from typing import Any
 
 
 class ChildProcess:
-    """A process that runs `function(connection, *given)`, and the connection to it.
+    """A process that runs a module's `run(connection, *given)`, and the connection to it. It alone imports the module.
 
     `daemon` ones are killed where whoever started them ends without a word.
     """
 
-    def __init__(self, name: str, function: Callable[..., None], *given: Any, daemon: bool = True) -> None:
+    def __init__(self, name: str, module: str, *given: Any, daemon: bool = True) -> None:
         context = multiprocessing.get_context("spawn")  # a fork would take over threads' locks and the card's handles
         self.name = name
         self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=function, args=(theirs, *given), name=f"underfoot {name}", daemon=daemon)
+        self._process = context.Process(
+            target=_run, args=(module, theirs, *given), name=f"underfoot {name}", daemon=daemon
+        )
         self._process.start()
         theirs.close()
 
@@ -71,6 +74,15 @@ class ChildProcess:
         code = self._process.exitcode
         self._process.close()
         return f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
+
+
+def engine_process() -> ChildProcess:
+    """An engine, which loads what every engine needs and waits for its `Setup`."""
+    return ChildProcess("engine", "underfoot.engine.process")
+
+
+def _run(module: str, connection: Any, *given: Any) -> None:
+    import_module(module).run(connection, *given)
 
 
 def wait_for_any(children: Iterable[ChildProcess], within_s: float) -> None:

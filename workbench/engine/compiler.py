@@ -5,54 +5,19 @@ Compiling holds the interpreter for long stretches; here nobody minds. The engin
 
 import signal
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
 
-from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.devices.transports import TRANSPORTS
-from underfoot.engine.block_runner import load_kernels
-from underfoot.engine.commands import Play, ProgramSwap
-from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.preview import one_tile, previewed
-from underfoot.engine.reports import Compiling, Preview
-from underfoot.engine.target import Target, source_of
+from underfoot.engine.kernel_loading import KernelParts
+from underfoot.engine.loop import LoopOptions
+from underfoot.engine.preview import previewed
+from underfoot.engine.reports import Compiled, Preview
+from underfoot.engine.requests import CompileRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-
-
-@dataclass(frozen=True)
-class CompileRequest:
-    """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Compiled`."""
-
-    ticket: int
-    patch: bytes
-    target: Target
-    folder: str = ""
-
-
-@dataclass(frozen=True)
-class Compiled:
-    """The kernels of the patch of this ticket are in the cache; or why they are not."""
-
-    ticket: int
-    error: str = ""
-
-
-@dataclass(frozen=True)
-class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`."""
-
-    ticket: int
-    patch: bytes
-    node: str
-    tile: str
-    seconds: float
-    rate: float
-    folder: str = ""
 
 
 def run(connection: Connection) -> None:
@@ -72,30 +37,13 @@ def run(connection: Connection) -> None:
 
 
 def _compiled(request: CompileRequest, tell: Callable[[object], None]) -> Compiled:
+    options = LoopOptions(request.target.rate, folder=Path(request.folder) if request.folder else None)
     try:
         patch = Patch.loads(request.patch, REGISTRY)
-        types = {node.type for node in patch.nodes}
-        total = len(types) + 1
-        for ready, name in enumerate(sorted(types)):
-            tell(Compiling(ready, total))
-            REGISTRY[name].compile()
-        tell(Compiling(total - 1, total))
-        compile_patch(patch, Path(request.folder) if request.folder else None)
-        if request.target.kind in TRANSPORTS or request.target.simulation:
-            source_of(request.target).pull(round(request.target.rate))
-        tell(Compiling(total, total))
+        KernelParts(patch, request.target, options, request.from_end).load(tell)
     except UnderfootError as error:
         return Compiled(request.ticket, str(error))
     return Compiled(request.ticket)
-
-
-def compile_patch(patch: Patch, folder: Path | None = None) -> None:
-    """Run a patch for a moment on a floor of one tile, a swap included, so that all its kernels are compiled."""
-    loop = Loop(patch, REGISTRY, SimulatedFloor(one_tile("t1")), LoopOptions(block=256, folder=folder))
-    loop.send(Play(True))
-    loop.send(ProgramSwap(loop.build(patch)))
-    loop.play(24 * 256)
-    load_kernels()
 
 
 def _preview(request: PreviewRequest) -> Preview:

@@ -2,10 +2,8 @@
 
 import time
 
-from underfoot.engine import process
-from underfoot.engine.child_process import ChildProcess
+from underfoot.engine.child_process import ChildProcess, engine_process
 from underfoot.engine.commands import Quit
-from underfoot.engine.process import StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 
@@ -18,10 +16,10 @@ STALL_S = 5.0
 class EngineSupervisor:
     """One engine that runs, at most one that stands by, and the session frame that was last played."""
 
-    def __init__(self, memory: SessionMemory) -> None:
+    def __init__(self, memory: SessionMemory, standby: ChildProcess | None = None) -> None:
         self._memory = memory
         self._engine: ChildProcess | None = None
-        self._standby: ChildProcess | None = None
+        self._standby = standby
         self._played = self._moved = (time.monotonic(), 0)  # when which frame was played; when it last was another
 
     @property
@@ -37,14 +35,13 @@ class EngineSupervisor:
         return max(frame, self._memory.vibration.written), when if frame else None
 
     def start(self) -> None:
-        """Start the engine's process, which waits for its setup."""
-        self._engine = _engine_process()
+        """Have an engine's process, which waits for its setup."""
+        self._engine, self._standby = self._standby or engine_process(), None
 
     def stand_by(self) -> None:
         """Have another engine loaded that takes over sooner than a new one could."""
         if self._standby is None:
-            self._standby = _engine_process()
-            self._standby.send(StandBy())
+            self._standby = engine_process()
 
     def send(self, message: object) -> None:
         """Tell the engine something, if there is one."""
@@ -82,16 +79,12 @@ class EngineSupervisor:
     def replace(self) -> None:
         """Put the engine that stands by, or a new one, in the place of one that died."""
         self._memory.status.stopped()
-        self._engine, self._standby = self._standby or _engine_process(), None
+        self._engine, self._standby = self._standby or engine_process(), None
 
     def close(self) -> None:
         """Let the engine ramp down, and end both processes."""
         if self._engine is not None:
             self._engine.send(Quit())
-            self._engine.end(END_S)
+            self._engine.end(END_S if self._memory.status.get(Field.RUNNING) else 0.0)
         if self._standby is not None:
             self._standby.end(0.0)  # it has nothing to bring to an end
-
-
-def _engine_process() -> ChildProcess:
-    return ChildProcess("engine", process.run)

@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -13,46 +13,23 @@ from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.sound import max_channels
-from underfoot.engine.block_runner import BlockRunner, load_kernels
+from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.command_listener import CommandListener
-from underfoot.engine.commands import Level, Play, ProgramSwap, TileEqualiser
+from underfoot.engine.commands import Level, Play
+from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
 from underfoot.engine.reports import Notice, Started
-from underfoot.engine.session_memory import MemoryNames, SessionMemory
+from underfoot.engine.requests import Setup
+from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
-from underfoot.engine.target import Target, source_of
+from underfoot.engine.target import source_of
 from underfoot.errors import UnderfootError
-from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 SWITCH_S = 0.0002
 """How soon a thread of this process must let go of the interpreter."""
-
-
-@dataclass(frozen=True)
-class Setup:
-    """All that the engine's process is given: target, patch, where the shared memory is, and where to go on from.
-
-    `since` is when it was `frame`, by `time.monotonic`; None at the session's beginning, which waits for the engine.
-    """
-
-    target: Target
-    patch: bytes
-    scopes: tuple[str, ...]
-    folder: str
-    memory: MemoryNames
-    frame: int
-    playing: bool
-    level_db: float
-    equalisers: tuple[TileEqualiser, ...] = ()
-    since: float | None = None
-
-
-@dataclass(frozen=True)
-class StandBy:
-    """Load what every engine needs, and wait: an engine that stands by takes over sooner."""
 
 
 def run(connection: Connection) -> None:
@@ -61,23 +38,12 @@ def run(connection: Connection) -> None:
     # Numba looks for SciPy's BLAS when it loads its first kernel: half a second for what no kernel uses.
     sys.modules.setdefault("scipy", None)  # type: ignore[arg-type]
     try:
-        setup = connection.recv()
-        if isinstance(setup, StandBy):
-            _load_common_kernels()
-            setup = connection.recv()
-        if isinstance(setup, Setup):
-            Engine(connection, setup).run()
+        load_common_kernels()  # so that an engine that stands by takes over sooner
+        Engine(connection, connection.recv()).run()
     except UnderfootError as error:
         connection.send(Notice(f"the engine stopped: {error}"))
     except (EOFError, OSError):
         return  # the supervisor died; there is nobody to tell
-
-
-def _load_common_kernels() -> None:
-    """Load the kernels that do not depend on the patch."""
-    loop = Loop(Patch(), REGISTRY, SimulatedFloor(default_floor(1, 1)), LoopOptions(block=128))
-    loop.send(ProgramSwap(loop.build(Patch())))
-    loop.play(24 * 128)
 
 
 class Engine:
@@ -100,7 +66,11 @@ class Engine:
             folder=Path(setup.folder) if setup.folder else None,
             equalisers=setup.equalisers,
         )
-        _load_patch_kernels(patch, target, options)
+        try:
+            KernelParts(patch, target, options).load(connection.send)
+        except UnderfootError as error:
+            connection.send(Notice(f"the patch is not played: {error}"))
+            patch = Patch()
         passed_s = 0.0 if setup.since is None else time.monotonic() - setup.since
         frame = next_span(setup.frame + round(passed_s * target.rate))
         self.memory.vibration.skip(frame)
@@ -138,11 +108,3 @@ class Engine:
 
     def _tell(self, line: str) -> None:
         self.listener.notices.append(line)
-
-
-def _load_patch_kernels(patch: Patch, target: Target, options: LoopOptions) -> None:
-    """Load every kernel that the callback will call, on a loop that nobody hears."""
-    loop = Loop(patch, REGISTRY, SimulatedFloor(target.floor, target.rate), options)
-    loop.send(ProgramSwap(loop.build(patch, options.scopes)))
-    loop.play((2 + 4096 // target.block) * target.block)
-    load_kernels()

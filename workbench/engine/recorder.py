@@ -49,7 +49,7 @@ class Recorder:
             raise BadFile(f"{path} is there already; choose another name for the recording")
         self.path = path
         self._job = Job(str(path), about, force.where, vibration.where, force.written, vibration.written)
-        self._process = ChildProcess("recorder", run, self._job, daemon=False)
+        self._process = ChildProcess("recorder", __name__, self._job, daemon=False)
 
     @property
     def pid(self) -> int:
@@ -59,7 +59,7 @@ class Recorder:
     def restart(self) -> None:
         """Start the process again, where the one that died left the file."""
         self._job = replace(self._job, resume=True)
-        self._process = ChildProcess("recorder", run, self._job, daemon=False)
+        self._process = ChildProcess("recorder", __name__, self._job, daemon=False)
 
     def send(self, message: RecordAbout | RecordCommand) -> None:
         """Let it record something."""

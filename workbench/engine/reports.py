@@ -70,6 +70,14 @@ class Compiling:
 
 
 @dataclass(frozen=True)
+class Compiled:
+    """The kernels of the patch of this ticket are in the cache; or why they are not."""
+
+    ticket: int
+    error: str = ""
+
+
+@dataclass(frozen=True)
 class Preview:
     """What a patch does for one step on one tile: force in newtons, and the frames of each output asked for."""
 

@@ -12,12 +12,9 @@ from multiprocessing.shared_memory import SharedMemory
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
+from underfoot.kernels import intrinsic, kernel
 
 HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64)], align=True)
 """How many rows were ever written; and the rows, from `gap` to before `gap_end`, that never were."""
@@ -28,6 +25,7 @@ _HEADER_BYTES = 64  # a cache line of its own
 @intrinsic
 def publish(context: Any, header: Any, count: Any) -> tuple[Any, Callable[..., Any]]:
     """Let readers see that `count` rows were written."""
+    from numba import types
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         builder.store_atomic(args[1], _written_pointer(context, builder, signature, args), "release", 8)
@@ -38,6 +36,8 @@ def publish(context: Any, header: Any, count: Any) -> tuple[Any, Callable[..., A
 
 @intrinsic
 def _written(context: Any, header: Any) -> tuple[Any, Callable[..., Any]]:
+    from numba import types
+
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.load_atomic(_written_pointer(context, builder, signature, args), "acquire", 8)
 
@@ -46,6 +46,8 @@ def _written(context: Any, header: Any) -> tuple[Any, Callable[..., Any]]:
 
 def _written_pointer(context: Any, builder: Any, signature: Any, args: Any) -> Any:
     """Where the first field of the header is, which is `written`."""
+    from llvmlite import ir
+
     array = context.make_array(signature.args[0])(context, builder, args[0])
     return builder.bitcast(array.data, ir.IntType(64).as_pointer())
 

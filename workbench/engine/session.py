@@ -10,15 +10,23 @@ from pathlib import Path
 
 import msgspec
 
-from underfoot.engine import compiler
 from underfoot.engine.child_process import ChildProcess, RestartLimit
 from underfoot.engine.commands import Command, Level, Play, Set, Swap, TileEqualiser, Walk, equalisers_of, to_text
-from underfoot.engine.compiler import Compiled, CompileRequest, PreviewRequest
 from underfoot.engine.engine_supervisor import END_S, EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.process import Setup
 from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder
-from underfoot.engine.reports import CommandApplied, Health, Notice, Preview, ProcessDied, Report, Started
+from underfoot.engine.reports import (
+    CommandApplied,
+    Compiled,
+    Compiling,
+    Health,
+    Notice,
+    Preview,
+    ProcessDied,
+    Report,
+    Started,
+)
+from underfoot.engine.requests import CompileRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
@@ -37,7 +45,15 @@ RECORDER_END_S = 10.0
 class Session:
     """One running target with the patch that it plays. Nothing starts before `start`; `close` ends all."""
 
-    def __init__(self, target: Target, patch: Patch, registry: Registry, folder: Path | None = None) -> None:
+    def __init__(
+        self,
+        target: Target,
+        patch: Patch,
+        registry: Registry,
+        folder: Path | None = None,
+        engine: ChildProcess | None = None,
+    ) -> None:
+        """`engine` is a process that was started before (`engine_process`), so that it is ready sooner."""
         self.target, self.registry, self.folder = target, registry, folder
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
@@ -48,16 +64,18 @@ class Session:
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
         self.vibration, self.scope = VibrationReader(self.memory.vibration), VibrationReader(self.memory.scope)
         self.force = ForceReader(self.memory.force)
-        self._engine = EngineSupervisor(self.memory)
+        self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None
         self._recorder: Recorder | None = None
         self._ending_recorders: list[Recorder] = []
         self._restarts = RestartLimit(MOST_DEATHS, WITHIN_S)
-        self._running = False  # whether the engine was told what to play
+        self._setup: Setup | None = None  # what the engine was last told to play
+        self._started = False  # whether it plays that
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what can be played at once
-        self._is_compiled = False  # whether that is the present patch
+        self._is_compiled = True  # whether that is the present patch; the engine compiles the first one by itself
         self._ticket = self._compile_ticket = 0
         self._preview_request: PreviewRequest | None = None
+        self._parts_ready = {"engine": 0, "compiler": 0}
         self._reports: list[Report] = []
         self._closed = False
         atexit.register(self.close)  # or the interpreter would wait for the recorder for ever
@@ -65,10 +83,12 @@ class Session:
     # --- life ---
 
     def start(self) -> None:
-        """Start compiler and engine; returns at once. The engine plays as soon as the kernels are in the cache."""
-        self._compiler = ChildProcess("compiler", compiler.run)
+        """Start the engine; returns at once. It plays as soon as it has loaded its kernels.
+
+        Where it has to compile them, the compiler begins at the other end; otherwise that one starts afterwards.
+        """
         self._engine.start()
-        self._request_compile()
+        self._start_engine()
 
     def close(self) -> None:
         """Ramp down, end the processes, and let go of the shared memory."""
@@ -140,7 +160,7 @@ class Session:
                 if self.registry[self.patch.node(node).type].parameters[name].kind != "number":
                     self._request_compile()
                     return
-        if self._running:
+        if self._started:
             self._engine.send(command)
 
     def play(self) -> None:
@@ -166,12 +186,11 @@ class Session:
     def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "") -> int:
         """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for."""
         self._ticket += 1
+        tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
+        self._preview_request = PreviewRequest(
+            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder
+        )
         if self._compiler is not None:
-            tile = tile or self.target.floor.tiles[0].id
-            folder = str(self.folder or "")
-            self._preview_request = PreviewRequest(
-                self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder
-            )
             self._compiler.send(self._preview_request)
         return self._ticket
 
@@ -226,13 +245,20 @@ class Session:
 
     # --- the compiler ---
 
+    def _start_compiler(self, *requests: CompileRequest) -> None:
+        """Send requests to the compiler; one that is started here is given the preview that is awaited, too."""
+        is_new = self._compiler is None
+        if self._compiler is None:
+            self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
+        for request in (*requests, *([self._preview_request] if is_new and self._preview_request else [])):
+            self._compiler.send(request)
+
     def _request_compile(self) -> None:
         """Have the kernels of the present patch compiled; it is played as soon as they are."""
-        self._ticket += 1
-        self._compile_ticket, self._is_compiled = self._ticket, False
-        if self._compiler is not None:
-            folder = str(self.folder or "")
-            self._compiler.send(CompileRequest(self._ticket, self.patch.dumps(), self.target, folder))
+        if self._setup is not None:
+            self._ticket += 1
+            self._compile_ticket, self._is_compiled = self._ticket, False
+            self._start_compiler(CompileRequest(self._ticket, self.patch.dumps(), self.target, str(self.folder or "")))
 
     def _hear_compiler(self) -> None:
         for message in self._compiler.receive() if self._compiler is not None else []:
@@ -242,12 +268,13 @@ class Session:
                         self._reports.append(Notice(f"the patch is not played: {error}"))
                         continue
                     self._compiled, self._is_compiled = (self.patch, self.scopes), True
-                    if self._running:
+                    if self._started:
                         self._engine.send(Swap(self.patch.dumps(), self.scopes))
-                    else:
-                        self._start_engine()
                 case Compiled():
-                    pass  # of a patch that was edited since
+                    pass  # of a patch that was edited since, or that the engine loads by itself
+                case Compiling():
+                    if not (self._started and self._is_compiled):
+                        self._report_compiling("compiler", message)
                 case _:
                     awaited = self._preview_request
                     if isinstance(message, Preview) and awaited is not None and message.ticket == awaited.ticket:
@@ -261,43 +288,73 @@ class Session:
         self._hear_compiler()
         self._compiler = None
         if self._may_restart("compiler", compiler_process.end(END_S)):
-            self._compiler = ChildProcess("compiler", compiler.run)
             self._request_compile()
-            if self._preview_request is not None:
-                self._compiler.send(self._preview_request)
+
+    def _report_compiling(self, process: str, message: Compiling) -> None:
+        """How many parts are ready: the engine and the compiler go through the same ones from both ends."""
+        before, self._parts_ready[process] = sum(self._parts_ready.values()), message.ready
+        ready = min(sum(self._parts_ready.values()), message.total - 1)
+        if ready > before or not before:
+            self._reports.append(Compiling(ready, message.total))
 
     # --- the engine ---
 
     def _start_engine(self) -> None:
         """Give the engine, which waits, all that it needs to run."""
         patch, scopes = (self.patch, self.scopes) if self._is_compiled else self._compiled
-        if not self._running:
+        if self._setup is None:
             self._tell_recorder("patch", patch.dumps().decode())
             self._tell_recorder("corrections", self._equalisers_text())
-        self._running = True
+        self._started = False
         frame, since = self._engine.resume_point
-        self._engine.send(
-            Setup(
-                target=self.target,
-                patch=patch.dumps(),
-                scopes=scopes,
-                folder=str(self.folder or ""),
-                memory=self.memory.names,
-                frame=frame,
-                playing=self.playing,
-                level_db=self.level_db,
-                equalisers=tuple(self._equalisers.values()),
-                since=since,
-            )
+        self._setup = Setup(
+            target=self.target,
+            patch=patch.dumps(),
+            scopes=scopes,
+            folder=str(self.folder or ""),
+            memory=self.memory.names,
+            frame=frame,
+            playing=self.playing,
+            level_db=self.level_db,
+            equalisers=tuple(self._equalisers.values()),
+            since=since,
         )
+        self._engine.send(self._setup)
+
+    def _catch_up(self, setup: Setup) -> None:
+        """Bring the engine what was changed while it loaded: until then nothing was sent, which nobody would take."""
+        self._started = True
+        self._parts_ready = dict.fromkeys(self._parts_ready, 0)
+        if self.playing != setup.playing:
+            self._engine.send(Play(self.playing))
+        if self.level_db != setup.level_db:
+            self._engine.send(Level(self.level_db))
+        if self.target.walker != setup.target.walker:
+            self._engine.send(Walk(self.target.walker))
+        for equaliser in self._equalisers.values():
+            if equaliser not in setup.equalisers:
+                self._engine.send(equaliser)
+        patch = self.patch.dumps()
+        if self._is_compiled and (patch, self.scopes) != (setup.patch, setup.scopes):
+            self._engine.send(Swap(patch, self.scopes))
 
     def _hear_engine(self) -> None:
         for message in self._engine.receive():
             match message:
                 case CommandApplied(frame, command) if self._recorder is not None:
                     self._recorder.send(RecordCommand(frame, *to_text(command)))
+                case Compiling():
+                    if self._compiler is None:
+                        folder = str(self.folder or "")
+                        patch = self.patch.dumps()
+                        self._start_compiler(CompileRequest(0, patch, self.target, folder, from_end=True))
+                    self._report_compiling("engine", message)
+                    continue
                 case Started(channels=channels):
                     self._tell_recorder("channels", json.dumps(channels))
+                    if self._setup is not None:
+                        self._catch_up(self._setup)
+                    self._start_compiler()
                     self._engine.stand_by()
             self._reports.append(message)  # type: ignore[arg-type]
 
@@ -307,8 +364,7 @@ class Session:
         self._hear_engine()
         if self._may_restart("engine", self._engine.bury()):
             self._engine.replace()
-            if self._running:
-                self._start_engine()
+            self._start_engine()
 
     # --- processes that died ---
 

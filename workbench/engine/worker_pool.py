@@ -5,6 +5,7 @@ import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -54,6 +55,14 @@ def in_parallel(work: Callable[[Any], Any], jobs: Sequence[Any], processes: int)
             child.end(_LEAVE_S)
 
 
+def run(connection: Connection, work: Callable[[Any], Any]) -> None:
+    """The process's main function; returns when the connection ends, or at Ctrl-C, which goes to all processes."""
+    with suppress(EOFError, OSError, KeyboardInterrupt):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        while True:
+            connection.send(_answer(work, connection.recv()))
+
+
 def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[ChildProcess, int]) -> None:
     """Give a process the next job, or let it go where there is none."""
     if waiting:
@@ -65,20 +74,13 @@ def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[Child
 
 
 def _started(work: Callable[[Any], Any]) -> ChildProcess:
-    """A process that ignores Ctrl-C until it can put away what it has begun."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """A process that hears Ctrl-C once it can put away what it has begun; this one hears it when that is started."""
+    resource_tracker.ensure_running()  # which would let Ctrl-C through, the first time
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        return ChildProcess("worker", _serve, work)
+        return ChildProcess("worker", __name__, work)
     finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
-    """The process's main function; returns when the connection ends, or at Ctrl-C, which goes to all processes."""
-    with suppress(EOFError, OSError, KeyboardInterrupt):
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        while True:
-            connection.send(_answer(work, connection.recv()))
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _answer(work: Callable[[Any], Any], job: object) -> Any:

@@ -20,12 +20,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numba import carray, njit, types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from underfoot.errors import BadValue, require
-from underfoot.kernels import callback
+from underfoot.kernels import callback, intrinsic, part
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
 from underfoot.models.signals.events import events_at
@@ -33,10 +31,10 @@ from underfoot.models.signals.events import events_at
 Values = Mapping[str, Any]
 """The values of a node's parameters, by name."""
 
-_P = types.CPointer(types.float64)
-_PP = types.CPointer(_P)
-_RUN = types.void(_PP, _PP, _P, _P, _P, _P, _PP, _PP, types.uint64, types.float64, types.int64, types.int64)
-_TAIL = types.float64(_P, _P, _P, _P)
+_P = "CPointer(float64)"
+_PP = f"CPointer({_P})"
+_RUN = f"void({_PP}, {_PP}, {_P}, {_P}, {_P}, {_P}, {_PP}, {_PP}, uint64, float64, int64, int64)"
+_TAIL = f"float64({_P}, {_P}, {_P}, {_P})"
 _RUN_ARGUMENTS = "x, y, c, s, t, d, e, o, key, rate, frame, n"
 _CLOCK = {"rate": "rate", "frame": "frame", "end": "frame + n", "key": "key"}
 """What every `run` may take besides its node's own names."""
@@ -205,11 +203,13 @@ class Binding:
 
     def _compiled(self, name: str, arguments: str, lines: Iterable[str], signature: Any) -> Any:
         """An adapter as if it stood in the node's file."""
+        from numba import carray
+
         own = f"{self.cls.__name__}_{name}"
         source = "\n".join([f"def {own}{arguments}:", *lines])
         names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at, "inf": math.inf}
         names["controls_at"] = self.controls.at
-        names |= {function: _inlined(body) for function, body in self.functions.items()}
+        names |= {function: part(body) for function, body in self.functions.items()}
         for layout, key in ((self.state, "state_at"), (self.coefficients, "coefficients_at")):
             if layout is not None:
                 names[key] = layout.at
@@ -217,9 +217,6 @@ class Binding:
         function = names[own]
         function.__module__ = self.cls.__module__
         return callback(signature, function)
-
-
-_inlined = njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def _no_sizes(values: Values, rate: float) -> Mapping[str, int]:
@@ -233,8 +230,9 @@ def _taken(function: Callable[..., Any]) -> list[str]:
 @intrinsic
 def shifted(context: Any, pointer: Any, places: Any) -> Any:
     """The pointer to what lies so many float64 values behind another."""
+    from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.gep(arguments[0], [arguments[1]])
 
-    return _P(_P, types.int64), code
+    return pointer(pointer, types.int64), code

@@ -2,9 +2,7 @@
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
+from underfoot.kernels import intrinsic
 
 
 @intrinsic
@@ -12,6 +10,9 @@ def call_run(  # type: ignore[no-untyped-def]
     context, address, x, y, c, s, t, d, e, o, key, rate, frame, n
 ):
     """Call a node's kernel by its address; what stands in between are addresses of its arrays."""
+    from llvmlite import ir
+    from numba import types
+
     i64, f64 = types.int64, types.float64
     signature = types.void(i64, i64, i64, i64, i64, i64, i64, i64, i64, types.uint64, f64, i64, i64)
 
@@ -27,6 +28,9 @@ def call_run(  # type: ignore[no-untyped-def]
 @intrinsic
 def call_tail(context: Any, address: Any, c: Any, s: Any, t: Any, d: Any) -> Any:
     """A bound of what a row can still put out, by a node's tail kernel at this address."""
+    from llvmlite import ir
+    from numba import types
+
     i64 = types.int64
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -39,6 +43,8 @@ def call_tail(context: Any, address: Any, c: Any, s: Any, t: Any, d: Any) -> Any
 @intrinsic
 def cycles(context: Any) -> Any:
     """The processor's cycle counter."""
+    from llvmlite import ir
+    from numba import types
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         function = builder.module.declare_intrinsic("llvm.readcyclecounter", fnty=ir.FunctionType(ir.IntType(64), []))

@@ -3,10 +3,8 @@
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
-from llvmlite import ir
-from numba import from_dtype, types
-from numba.extending import intrinsic
-from numba.np.arrayobj import populate_array
+
+from underfoot.kernels import intrinsic
 
 NODE = np.dtype(
     [
@@ -23,15 +21,15 @@ NODE = np.dtype(
 )
 """What the driver knows of a node: how many of each it has, and where they begin in the tables."""
 
-B1 = Annotated[np.ndarray, types.uint8, 1]
-B2 = Annotated[np.ndarray, types.uint8, 2]
-F1 = Annotated[np.ndarray, types.float64, 1]
-F2 = Annotated[np.ndarray, types.float64, 2]
-F3 = Annotated[np.ndarray, types.float64, 3]
-I1 = Annotated[np.ndarray, types.int64, 1]
-I2 = Annotated[np.ndarray, types.int64, 2]
-N1 = Annotated[np.ndarray, from_dtype(NODE), 1]
-U2 = Annotated[np.ndarray, types.uint64, 2]
+B1 = Annotated[np.ndarray, np.dtype(np.uint8), 1]
+B2 = Annotated[np.ndarray, np.dtype(np.uint8), 2]
+F1 = Annotated[np.ndarray, np.dtype(np.float64), 1]
+F2 = Annotated[np.ndarray, np.dtype(np.float64), 2]
+F3 = Annotated[np.ndarray, np.dtype(np.float64), 3]
+I1 = Annotated[np.ndarray, np.dtype(np.int64), 1]
+I2 = Annotated[np.ndarray, np.dtype(np.int64), 2]
+N1 = Annotated[np.ndarray, NODE, 1]
+U2 = Annotated[np.ndarray, np.dtype(np.uint64), 2]
 
 
 class Tables(NamedTuple):
@@ -96,7 +94,7 @@ def addresses(tables: Tables) -> np.ndarray:
     Handing over some forty arrays one by one would cost more than running a small patch.
     """
     for array, (name, dtype, dimensions) in zip(tables, TABLES, strict=True):
-        assert array.dtype == (NODE if name == "nodes" else np.dtype(str(dtype))), name
+        assert array.dtype == dtype, name
         assert array.ndim == dimensions, name
         assert array.flags.c_contiguous, name
     return np.array([(a.ctypes.data, *a.shape, *([1] * (3 - a.ndim))) for a in tables], np.int64)
@@ -105,7 +103,11 @@ def addresses(tables: Tables) -> np.ndarray:
 @intrinsic
 def tables_at(context: Any, where: Any) -> Any:
     """The arrays at these addresses as `Tables`; they are borrowed, and not counted."""
-    arrays = [types.Array(dtype, dimensions, "C") for _, dtype, dimensions in TABLES]
+    from llvmlite import ir
+    from numba import from_dtype, types
+    from numba.np.arrayobj import populate_array
+
+    arrays = [types.Array(from_dtype(dtype), dimensions, "C") for _, dtype, dimensions in TABLES]
     result = types.NamedTuple(arrays, Tables)
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:

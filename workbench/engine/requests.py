@@ -1,0 +1,53 @@
+"""What the supervisor asks of the engine and of the compiler. Plain frozen data."""
+
+from dataclasses import dataclass
+
+from underfoot.engine.commands import TileEqualiser
+from underfoot.engine.session_memory import MemoryNames
+from underfoot.engine.target import Target
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All that the engine's process is given: target, patch, where the shared memory is, and where to go on from.
+
+    `since` is when it was `frame`, by `time.monotonic`; None at the session's beginning, which waits for the engine.
+    """
+
+    target: Target
+    patch: bytes
+    scopes: tuple[str, ...]
+    folder: str
+    memory: MemoryNames
+    frame: int
+    playing: bool
+    level_db: float
+    equalisers: tuple[TileEqualiser, ...] = ()
+    since: float | None = None
+
+
+@dataclass(frozen=True)
+class CompileRequest:
+    """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Compiled`.
+
+    `from_end` is for a process that shares this with another one.
+    """
+
+    ticket: int
+    patch: bytes
+    target: Target
+    folder: str = ""
+    from_end: bool = False
+
+
+@dataclass(frozen=True)
+class PreviewRequest:
+    """Render what a node does in one step; answered with `Preview`."""
+
+    ticket: int
+    patch: bytes
+    node: str
+    tile: str
+    seconds: float
+    rate: float
+    folder: str = ""

@@ -1,0 +1,178 @@
+"""How memories are compiled: to an address and sizes, whose parts are found by the layout."""
+
+from collections.abc import Iterator, Mapping
+from types import FunctionType
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.datamodel import models
+from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import NativeValue, overload, register_model, unbox
+from numba.np.arrayobj import populate_array
+
+from underfoot.kernel_cache import digest
+from underfoot.kernels import Intrinsic
+from underfoot.layouts import Layout, Part
+
+_WORD = ir.IntType(64)
+
+
+def memory_at(layout: Layout) -> Intrinsic:
+    """What `layout.at` is in compiled code."""
+    kind = layout.type
+
+    def made_at(context: Any, values: Any, sizes: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            made = cgutils.create_struct_proxy(kind)(context, builder)
+            if isinstance(signature.args[0], types.Array):
+                made.pointer = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            else:
+                made.pointer = arguments[0]
+            for k, name in enumerate(kind.layout.symbols):
+                setattr(made, name, builder.extract_value(arguments[1], k))
+            return made._getvalue()
+
+        return kind(values, sizes), code
+
+    return Intrinsic(made_at)
+
+
+@overload(len)
+def _length(memory: Any) -> Any:
+    def count(memory: Any) -> int:
+        return int(memory.count)
+
+    return count if isinstance(memory, MemoryType) and "count" in memory.layout.parts else None
+
+
+class MemoryType(types.Type):
+    """A memory, to the compiler."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        super().__init__(name=f"memory of {layout!r}")
+
+
+@register_model(MemoryType)
+class _MemoryModel(models.StructModel):
+    def __init__(self, manager: Any, kind: MemoryType) -> None:
+        sizes = [(name, types.int64) for name in kind.layout.symbols]
+        super().__init__(manager, kind, [("pointer", types.CPointer(types.float64)), *sizes])
+
+
+@unbox(MemoryType)
+def _unbox(kind: MemoryType, memory: Any, context: Any) -> NativeValue:
+    made = cgutils.create_struct_proxy(kind)(context.context, context.builder)
+    address = context.pyapi.object_getattr_string(memory, "address")
+    made.pointer = context.builder.inttoptr(context.pyapi.long_as_longlong(address), made.pointer.type)
+    context.pyapi.decref(address)
+    for name in kind.layout.symbols:
+        size = context.pyapi.object_getattr_string(memory, name)
+        setattr(made, name, context.pyapi.long_as_longlong(size))
+        context.pyapi.decref(size)
+    return NativeValue(made._getvalue(), is_error=cgutils.is_not_null(context.builder, context.pyapi.err_occurred()))
+
+
+@infer_getattr
+class _MemoryAttributes(AttributeTemplate):
+    key = MemoryType
+
+    def generic_resolve(self, kind: MemoryType, name: str) -> types.Type | None:
+        if name in kind.layout.symbols:
+            return types.int64
+        if name == "values":
+            return types.Array(types.float64, 1, "C")
+        part = kind.layout.parts.get(name)
+        if part is None:
+            return None
+        if part.layout:
+            return part.layout.type
+        return types.float64 if part.is_number else types.Array(types.float64, len(part.shape), "C")
+
+
+class _Word:
+    """A whole number of compiled code, for the sums of `Layout.places`."""
+
+    def __init__(self, builder: Any, value: Any) -> None:
+        self.builder, self.value = builder, value
+
+    def __add__(self, other: Any) -> "_Word":
+        return _Word(self.builder, self.builder.add(self.value, _value(other)))
+
+    def __mul__(self, other: Any) -> "_Word":
+        return _Word(self.builder, self.builder.mul(self.value, _value(other)))
+
+    def __and__(self, other: int) -> "_Word":
+        return _Word(self.builder, self.builder.and_(self.value, _value(other)))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def _value(number: Any) -> Any:
+    return number.value if isinstance(number, _Word) else ir.Constant(_WORD, number)
+
+
+def _located(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) -> tuple[Part, Any, dict[str, Any]]:
+    """A part, its address, and the memory's sizes as words."""
+    memory = cgutils.create_struct_proxy(kind)(context, builder, value)
+    sizes = {symbol: _Word(builder, getattr(memory, symbol)) for symbol in kind.layout.symbols}
+    for part, begin in zip(kind.layout.parts.values(), kind.layout.places(sizes), strict=False):
+        if part.name == name:
+            return part, builder.gep(memory.pointer, [_value(begin)]), sizes
+    raise AssertionError(name)
+
+
+@lower_getattr_generic(MemoryType)
+def _get(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) -> Any:
+    if name in kind.layout.symbols:
+        return getattr(cgutils.create_struct_proxy(kind)(context, builder, value), name)
+    if name == "values":
+        memory = cgutils.create_struct_proxy(kind)(context, builder, value)
+        sizes = {symbol: _Word(builder, getattr(memory, symbol)) for symbol in kind.layout.symbols}
+        return _array(context, builder, memory.pointer, [_value(kind.layout.size(sizes))])
+    part, pointer, sizes = _located(context, builder, kind, value, name)
+    if part.is_number:
+        return builder.load(pointer)
+    if part.layout:
+        inner = cgutils.create_struct_proxy(part.layout.type)(context, builder)
+        inner.pointer = pointer
+        for symbol in part.layout.symbols:
+            setattr(inner, symbol, sizes[symbol].value)
+        return inner._getvalue()
+    return _array(
+        context, builder, pointer, [_value(sizes[size] if isinstance(size, str) else size) for size in part.shape]
+    )
+
+
+def _array(context: Any, builder: Any, pointer: Any, shape: list[Any]) -> Any:
+    """A borrowed array of float64 at an address."""
+    array = context.make_array(types.Array(types.float64, len(shape), "C"))(context, builder)
+    strides = [ir.Constant(_WORD, 8)]
+    for length in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], length))
+    populate_array(array, pointer, shape, strides, ir.Constant(_WORD, 8), None)
+    return array._getvalue()
+
+
+@lower_setattr_generic(MemoryType)
+def _set(context: Any, builder: Any, signature: Any, arguments: Any, name: str) -> None:
+    part, pointer, _ = _located(context, builder, signature.args[0], arguments[0], name)
+    assert part.is_number, name
+    builder.store(context.cast(builder, arguments[1], signature.args[1], types.float64), pointer)
+
+
+def _functions(named: Mapping[str, Any]) -> Iterator[FunctionType]:
+    """Every function of this file, those of its classes too."""
+    for value in named.values():
+        if getattr(value, "__module__", "") == __name__:
+            if isinstance(value, FunctionType):
+                yield value
+            elif isinstance(value, type):
+                yield from _functions(vars(value))
+
+
+LOWERING = "".join(digest(function)[:8] for function in _functions(dict(globals())))
+"""What identifies how memories are compiled: part of every kernel's digest, which does not see what Numba calls."""
