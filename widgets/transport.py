@@ -149,6 +149,7 @@ class TransportBar(QWidget):
         self.latency.show_value(f"{own:.1f} + {stream:.1f} ms" if running else "–")
         self.latency.setToolTip(
             f"{own:.2f} ms from the arrival of a force sample to the first output that it can change, "
+            f"of which {1e3 * health.hold_s:.2f} ms because some samples come late; "
             f"plus {stream:.2f} ms of the sound device's output buffer"
         )
 

@@ -9,6 +9,7 @@ Numba is imported by the first kernel that is called: a window that only shows n
 
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 """What kernels compute on: contiguous arrays of float64."""
+
+_PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_INLINED = {**_PART, "forceinline": True}
 
 
 class Kernel:
@@ -29,16 +33,14 @@ class Kernel:
         self.py_func, self.is_kept = function, is_kept
         self.options = {"nopython": True, "nogil": True, "error_model": "numpy", **options}
 
-    def __call__(self, *arguments: Any) -> Any:
-        """Call the compiled form."""
-        return self.compiled(*arguments)
+    __call__ = property(attrgetter("compiled"))  # past the interpreter: the output callback calls kernels
 
     @cached_property
     def compiled(self) -> Any:
         """Numba's dispatcher."""
-        from underfoot.compilation import Dispatcher
+        from underfoot.compilation import compiled
 
-        return Dispatcher.of(self)
+        return compiled(self.py_func, self.options, self.is_kept)
 
     @property
     def _numba_type_(self) -> Any:
@@ -72,12 +74,12 @@ def modal_kernel(function: Callable[..., Any]) -> Any:
 
 def part(function: Callable[..., Any]) -> Any:
     """A part of one kernel, which is compiled with it."""
-    return Kernel(function, is_kept=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return Kernel(function, is_kept=False, **_PART)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A part of kernels that is compiled into each: what runs in every frame."""
-    return Kernel(function, is_kept=False, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return Kernel(function, is_kept=False, **_INLINED)
 
 
 def intrinsic(function: Callable[..., Any]) -> Any:
@@ -90,6 +92,11 @@ def callback(signature: Any, function: Callable[..., Any]) -> Any:
     from underfoot.compilation import compiled_callback
 
     return compiled_callback(signature, function)
+
+
+def modal_inlined(function: Callable[..., Any]) -> Any:
+    """A part of modal kernels that is compiled into each. It may contract; its sums stay in their order."""
+    return Kernel(function, is_kept=False, **_INLINED, fastmath={"contract", "nsz"})
 
 
 @intrinsic

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import require
+from underfoot.kernels import Intrinsic
 from underfoot.memory import aligned_zeros, whole_lines
 
 Size = int | str
@@ -122,7 +123,7 @@ class MemoryAt:
     def _numba_type_(self) -> Any:
         from underfoot.memory_lowering import memory_at
 
-        return memory_at(self.layout)._numba_type_
+        return Intrinsic(memory_at(self.layout.type))._numba_type_
 
 
 def _layout_of(name: str, parts: tuple[Part, ...]) -> Layout:

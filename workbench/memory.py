@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 LINE = 8
 """Values of float64 in a cache line, and in the widest vector."""
 
+LANES = 4
+"""Values that `lanes` computes on at a time."""
+
 
 def whole_lines(length: Any) -> Any:
     """A number of values rounded up to whole cache lines.

@@ -1,7 +1,6 @@
 """How memories are compiled: to an address and sizes, whose parts are found by the layout."""
 
-from collections.abc import Iterator, Mapping
-from types import FunctionType
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -13,16 +12,11 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, overload, register_model, unbox
 from numba.np.arrayobj import populate_array
 
-from underfoot.kernel_cache import digest
-from underfoot.kernels import Intrinsic
-from underfoot.layouts import Layout, Part
-
 _WORD = ir.IntType(64)
 
 
-def memory_at(layout: Layout) -> Intrinsic:
-    """What `layout.at` is in compiled code."""
-    kind = layout.type
+def memory_at(kind: "MemoryType") -> Callable[..., Any]:
+    """What `layout.at` is in compiled code: the definition of an intrinsic."""
 
     def made_at(context: Any, values: Any, sizes: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -37,7 +31,7 @@ def memory_at(layout: Layout) -> Intrinsic:
 
         return kind(values, sizes), code
 
-    return Intrinsic(made_at)
+    return made_at
 
 
 @overload(len)
@@ -51,7 +45,7 @@ def _length(memory: Any) -> Any:
 class MemoryType(types.Type):
     """A memory, to the compiler."""
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Any) -> None:
         self.layout = layout
         super().__init__(name=f"memory of {layout!r}")
 
@@ -115,7 +109,7 @@ def _value(number: Any) -> Any:
     return number.value if isinstance(number, _Word) else ir.Constant(_WORD, number)
 
 
-def _located(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) -> tuple[Part, Any, dict[str, Any]]:
+def _located(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) -> tuple[Any, Any, dict[str, Any]]:
     """A part, its address, and the memory's sizes as words."""
     memory = cgutils.create_struct_proxy(kind)(context, builder, value)
     sizes = {symbol: _Word(builder, getattr(memory, symbol)) for symbol in kind.layout.symbols}
@@ -162,17 +156,3 @@ def _set(context: Any, builder: Any, signature: Any, arguments: Any, name: str) 
     part, pointer, _ = _located(context, builder, signature.args[0], arguments[0], name)
     assert part.is_number, name
     builder.store(context.cast(builder, arguments[1], signature.args[1], types.float64), pointer)
-
-
-def _functions(named: Mapping[str, Any]) -> Iterator[FunctionType]:
-    """Every function of this file, those of its classes too."""
-    for value in named.values():
-        if getattr(value, "__module__", "") == __name__:
-            if isinstance(value, FunctionType):
-                yield value
-            elif isinstance(value, type):
-                yield from _functions(vars(value))
-
-
-LOWERING = "".join(digest(function)[:8] for function in _functions(dict(globals())))
-"""What identifies how memories are compiled: part of every kernel's digest, which does not see what Numba calls."""

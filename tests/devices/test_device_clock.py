@@ -22,7 +22,9 @@ def followed(time_us, came, blocks, asked, epochs, rate, clock, session, out, la
             i += 1
         for j in range(first, i):
             arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
-            device_clock.note_lateness(clock[0], begin - device_clock.sent_frame(session[0], arrived, rate), rate)
+            lateness = begin - device_clock.sent_frame(session[0], arrived, rate)
+            most = device_clock.MAX_DELAY_S * rate + blocks[1] - blocks[0]
+            device_clock.note_lateness(clock[0], came[j], lateness, most, rate / 1000.0, rate)
         for j in range(first, i):
             arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
             frame = device_clock.sent_frame(session[0], arrived, rate) + clock[0].delay
@@ -61,6 +63,8 @@ class Run:
         )  # fmt: skip
         assert done == count
         self.stamps = out
+        begins_s = blocks[np.searchsorted(asked_s, came_s)] / RATE * (1.0 + card * 1e-6)
+        self.needed_ms = (begins_s - true_s - 0.3e-3) * 1e3
         self.error_ms = (out / RATE * (1.0 + card * 1e-6) - true_s) * 1e3
         self.late = late
         self.fit = self.clocks.fit(0)
@@ -84,7 +88,7 @@ def test_samples_are_evenly_spaced_and_there_in_time(ppm, card):
     true = RATE * 1e-3 * (1.0 + (ppm - card) * 1e-6)
     assert steps[settled].mean() == pytest.approx(true, rel=2e-5)
     assert steps[settled].std() < 0.2  # frames, of 48; samples came up to a block and its jitter apart
-    assert run.late[settled].mean() < 0.005
+    assert run.late[settled].mean() < 0.015
     assert run.error_ms[settled].min() > 0.3
     assert run.error_ms[settled].max() < 2.667 + 0.3 + 10 * 0.2
 
@@ -93,7 +97,7 @@ def test_what_was_held_up_does_not_move_what_follows():
     calm, held = Run(43.0), Run(43.0, held=(20.0, 20.3))
     after = slice(20_400, None)
     assert held.late[19_990:20_290].mean() > 0.9
-    np.testing.assert_allclose(held.error_ms[after], calm.error_ms[after], atol=0.6)
+    np.testing.assert_allclose(held.error_ms[after], calm.error_ms[after], atol=1.0)
     assert held.fit.drift_ppm == pytest.approx(43.0, abs=2.0)
 
 
@@ -115,9 +119,51 @@ def test_a_connection_that_becomes_slower_for_good_is_followed_within_a_second()
             )
 
 
-def test_samples_are_never_set_back_by_more_than_a_force_is_held():
-    run = Run(0.0, jitter_ms=15.0)
-    assert run.fit.delay_s == device_clock.MAX_DELAY_S
+@pytest.mark.parametrize("block", [64, 1024])
+@pytest.mark.parametrize("jitter_ms", [0.1, 0.5, 1.0])
+def test_samples_are_set_back_by_what_99_of_100_need(block, jitter_ms):
+    """Against the jitter itself: what it needs is when the block behind a sample's arrival begins."""
+    run = Run(43.0, jitter_ms, block, seconds=60)
+    settled = slice(20_000, None)
+    assert 0.005 < run.late[settled].mean() < 0.02
+    needed = np.quantile(run.needed_ms[settled], 0.99)
+    assert run.fit.delay_s * 1e3 == pytest.approx(needed, rel=0.15, abs=0.05)
+
+
+def test_a_link_that_becomes_worse_is_followed_in_a_second_and_a_better_one_in_half_a_minute():
+    table = device_clock.DeviceClocks(1, RATE).table
+    random = np.random.default_rng(6)
+    found = []
+    for i in range(80_000):
+        jitter = 480.0 if 20_000 <= i < 40_000 else 48.0
+        device_clock.observe(table[0], 0, 1000.0 * i, 48.0 * i, RATE)
+        device_clock.note_lateness(table[0], 48.0 * i, jitter * random.uniform(), 1000.0, 48.0, RATE)
+        found.append(float(table["delay"][0]))
+    calm, worse = np.array(found[10_000:20_000]), np.array(found[21_000:40_000])
+    np.testing.assert_allclose(calm, 48.0, rtol=0.1)
+    np.testing.assert_allclose(worse, 480.0, rtol=0.1)
+    np.testing.assert_allclose(found[70_000:], 48.0, rtol=0.1)
+    assert found[42_000] > 200.0
+
+
+def test_what_is_held_up_for_longer_than_a_hold_can_be_does_not_move_it():
+    table = device_clock.DeviceClocks(1, RATE).table
+    for i in range(5000):
+        device_clock.observe(table[0], 0, 1000.0 * i, 48.0 * i, RATE)
+        device_clock.note_lateness(table[0], 48.0 * i, 1500.0 if i > 4000 else 40.0, 1024.0, 48.0, RATE)
+    assert table["delay"][0] == 40.0
+
+
+def test_what_arrives_at_once_counts_once_as_late_as_its_oldest():
+    one, four = (device_clock.DeviceClocks(1, RATE).table for _ in range(2))
+    random = np.random.default_rng(6)
+    for i in range(20_000):
+        lateness = random.exponential(48.0)
+        for table, times in ((one, 1), (four, 4)):
+            for k in range(times):
+                device_clock.observe(table[0], 0, 1000.0 * i, 48.0 * i, RATE)
+                device_clock.note_lateness(table[0], 48.0 * i, lateness - k, 1000.0, 48.0, RATE)
+    assert one["delay"][0] == four["delay"][0] > 0.0
 
 
 def test_nothing_is_known_of_a_clock_before_its_first_second():

@@ -174,6 +174,25 @@ def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
     assert block == 500  # its first sample, at 5 s by the device's clock, closes the twentieth window of a quarter
 
 
+@pytest.mark.parametrize("block", [64, 480, 1024])
+def test_latency_is_measured_from_when_a_sample_could_arrive_to_the_frame_that_it_changes(monkeypatch, block):
+    """Even links and blocks: what a sample waits for is the next block, at most, and so long are all held."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    source = DeviceFloor(Given(), default_floor(1, 1), RATE)
+    sent, late = 0, []
+    for end in range(block, 20 * 48_000, block):
+        came = int((end - block) / 48.0 + 0.01) + 1
+        for i in range(sent, came):
+            source.receive(samples_of([[0, i, 1000 * i, 0, 0, 0, 0]]), 1000.0 + i * 1e-3)
+        sent, now[0] = came, 1000.0 + (end - block) / RATE
+        count = source.pull(end)
+        late += list(source.arrivals[:count] > source.stamps[:count] + 1e-6)
+    wait_s = max((-48 * i) % block for i in range(64)) / RATE
+    assert source.latency_s == pytest.approx(wait_s, rel=0.02, abs=2e-5)
+    assert np.mean(late[10_000:]) < 0.02
+
+
 def test_a_rate_that_no_tile_has_is_refused():
     with pytest.raises(BadValue, match=r"rate_hz is 1\.0; allowed: 20 to 100000 Hz"):
         DeviceFloor(Given(), default_floor(1, 1), RATE, rate_hz=1.0)

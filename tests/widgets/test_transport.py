@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMenu
 from underfoot.engine.reports import Health
 from underfoot.widgets.transport import TransportBar
 
-WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0107, 96_000, 0.25, 1)
+WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0006, 0.0107, 96_000, 0.25, 1)
 
 
 @pytest.fixture
@@ -89,12 +89,12 @@ def test_health_has_a_unit_with_every_number(bar):
     bar.set_health(WELL, 4)
     shown = [bar.engine.text(), bar.asleep.text(), bar.xruns.text(), bar.lost.text(), bar.latency.text()]
     assert shown == ["11 %", "3 of 4 tiles", "0", "0", "3.3 + 10.7 ms"]
-    assert "3.30 ms" in bar.latency.toolTip()
-    assert "10.70 ms" in bar.latency.toolTip()
+    for part in ("3.30 ms", "0.60 ms", "10.70 ms"):
+        assert part in bar.latency.toolTip()
 
 
 def test_an_engine_that_is_off_has_no_figures(bar):
-    bar.set_health(Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0, 0.0, 0), 4)
+    bar.set_health(Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0, 0.0, 0), 4)
     assert bar.engine.text() == "off"
     assert bar.latency.text() == "–"
 

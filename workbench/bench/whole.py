@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench import accuracy, blocks, reach, stability
+from underfoot.bench import accuracy, blocks, latency, reach, stability
 from underfoot.bench.blocks import BlockCost
 from underfoot.bench.reach import Reach
 from underfoot.bench.reach.blocks import COARSE, floors, presets
@@ -28,14 +28,14 @@ Tell = Callable[[str], None]
 
 
 def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None) -> Bench:
-    """Times, reach, accuracy and stability. Quick takes about three minutes.
+    """Times, reach, the latency of a session, accuracy and stability. Quick takes about five minutes.
 
     In full: some minutes for the first three; then at most ten for each node, every corner and point, random patches,
     and an hour of sound, which takes several hours.
     """
     load = os.getloadavg()[0]
     floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(library.patches()), 0.6 if quick else 6.0, tell)
-    reaches = [*times, *reach.run(quick, tell)]
+    reaches = [*times, *reach.run(quick, tell), *latency.reaches(quick, tell)]
     comparisons = accuracy.run(quick, tell)
     with tempfile.TemporaryDirectory() as folder:
         sound = Path(folder, "sound.wav")

@@ -26,7 +26,7 @@ class BenchOptions:
 
 
 @click.command()
-@click.option("--quick", is_flag=True, help="In about three minutes. In full: minutes per table, at most ten per node.")
+@click.option("--quick", is_flag=True, help="In about five minutes. In full: minutes per table, at most ten per node.")
 @click.option("--short", is_flag=True, help="Only what takes how long, in about twenty seconds.")
 @click.option(
     "--compare", type=FILE, help="JSON of an earlier run: name what got slower or faster since, and by how much."

@@ -6,22 +6,28 @@ of the earliest arrival of each quarter of a second of the last ten (Moon, Skell
 session is a clock of the same kind: its blocks are asked for on time or late. Both lines together say which frame a
 sample belongs to.
 
-Samples are then set back by a playout delay, by as much as nearly all are late, so that they are there when they are
-due, and evenly spaced. The mapping that is applied is slewed by at most 5 % of the time that passes, and so never runs
-backwards; only a step of more than 50 ms is taken at once.
+Samples are then set back by a playout delay, so that they are there when they are due, and evenly spaced: by as much
+as 99 of 100 arrivals need. What arrives at once is one arrival, as late as its oldest sample: a link that always sends
+many samples together gets the hold that it needs, but a moment's stall, of which everything suffers, is one among a
+hundred. The quantile is followed as from a stream (Robbins and Monro 1951): an arrival that is later moves it up by 1 %
+of itself (at 1 kHz), any other down by a 99th of that, 10 % in a second; in a clock's first ten seconds faster. The
+mapping that is applied is slewed by at most 5 % of the time that passes, and so never runs backwards; only a step of
+more than 50 ms is taken at once.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.kernels import kernel
 
 WINDOW_US, WINDOWS = 250_000.0, 40
 """The earliest arrival of each window of this length is kept, for this many of them."""
+IN_TIME = 0.99
+"""The share of arrivals that the playout delay is long enough for."""
 MAX_DELAY_S = 0.020
-"""Samples are not set back by more than a force is held in a gap (docs/contracts.md#signals-events-rows)."""
+"""Samples are not set back by more, beyond a block, than a force is held in a gap
+(docs/contracts.md#signals-events-rows)."""
 MAX_SLEW, JUMP_S = 0.05, 0.050
 MAX_DRIFT = 0.02
 """Ceramic resonators are within half a percent; nothing that counts microseconds is worse than this."""
@@ -34,16 +40,16 @@ CLOCK = np.dtype(
         ("opened_us", np.float64),
         ("earliest", np.float64),
         ("earliest_us", np.float64),
-        ("lateness", np.float64),
         ("count", np.int64),
         ("window_us", np.float64, (WINDOWS,)),
         ("window_earliest", np.float64, (WINDOWS,)),
-        ("window_lateness", np.float64, (WINDOWS,)),
         ("pivot_us", np.float64),
         ("offset", np.float64),
         ("slope", np.float64),
         ("rms_error", np.float64),
         ("delay", np.float64),
+        ("began", np.float64),
+        ("noted", np.float64),
         ("applied", np.float64),
         ("applied_us", np.float64),
     ],
@@ -54,13 +60,14 @@ others, but `epoch` and `count`, are frames of the host, of which offsets are wh
 own time.
 
 `epoch` is -1 before anything was heard, and `heard` the frame of the latest arrival. The window that is open began at
-`opened_us`; its `earliest` offset came at `earliest_us`, and its samples are late by up to `lateness`. `count` windows
-were closed, the latest of which are kept. The line is `offset` at `pivot_us`, with `slope` frames a microsecond;
-`rms_error` is of the windows from it. `delay` is the playout delay, and `applied` the offset by which the latest sample
-was set, at `applied_us`."""
+`opened_us`; its `earliest` offset came at `earliest_us`. `count` windows were closed, the latest of which are kept. The
+line is `offset` at `pivot_us`, with `slope` frames a microsecond; `rms_error` is of the windows from it. `delay` is the
+playout delay, of arrivals from frame `began` to `noted`, and `applied` the offset by which the latest sample was set,
+at `applied_us`."""
 
 _FEW = 4  # windows from which a rate can be told
-_LOWER = 0.7
+_UP_HZ = 10.0  # of itself: how fast the delay goes up while every sample comes too late for it
+_LEAST_DELAY_S = 0.001  # of which it goes up where it is less
 _UNHEARD = -1
 
 
@@ -129,11 +136,10 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
             clock.count = 0  # all is later than it was: what was known before says nothing about now
         at = clock.count % WINDOWS
         clock.window_us[at], clock.window_earliest[at] = clock.earliest_us, clock.earliest
-        clock.window_lateness[at] = clock.lateness
         clock.count += 1
         _refit(clock, rate)
         clock.opened_us = clock.earliest_us = x
-        clock.earliest, clock.lateness = offset, 0.0
+        clock.earliest = offset
     if offset < clock.earliest:
         clock.earliest, clock.earliest_us = offset, x
     beyond = offset - _line(clock, x)
@@ -160,11 +166,21 @@ def sent_frame(clock: np.record, frame: float, rate: float) -> float:
 
 
 @kernel
-def note_lateness(clock: np.record, frames: float, rate: float) -> None:
-    """Note that a sample could be used this many frames after the one that it belongs to, and no sooner."""
-    clock.lateness = max(clock.lateness, frames)
-    if clock.count < _FEW:
-        clock.delay = min(max(clock.delay, frames), MAX_DELAY_S * rate)
+def note_lateness(clock: np.record, arrived: float, frames: float, most: float, period: float, rate: float) -> None:
+    """Note that a sample, which arrived in this frame, could be used `frames` after the one that it belongs to.
+
+    Samples come every `period` frames. Of those that arrived at once the first counts, which is the oldest. The delay
+    is `most` frames at most: what is later was held up, and says nothing of others.
+    """
+    if arrived == clock.noted or frames > most:
+        return
+    clock.noted = arrived
+    step = _UP_HZ * period / rate * max(clock.delay, _LEAST_DELAY_S * rate)
+    first_step = step * max(WINDOWS * WINDOW_US * 1e-6 * rate / max(arrived - clock.began, period), 1.0)
+    if frames > clock.delay:
+        clock.delay += max(min(first_step, frames - clock.delay), step)
+    else:
+        clock.delay -= min(first_step * (1.0 - IN_TIME) / IN_TIME, clock.delay - max(frames, 0.0))
 
 
 @kernel
@@ -188,11 +204,11 @@ def slewed(clock: np.record, microseconds: float, frame: float, rate: float) -> 
 def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> None:
     """Forget all that is known; the line goes through this arrival. Windows are kept by their count alone."""
     clock.epoch, clock.origin_us = epoch, microseconds
-    clock.earliest = clock.offset = clock.applied = frame
-    clock.opened_us = clock.earliest_us = clock.lateness = 0.0
+    clock.earliest = clock.offset = clock.applied = clock.began = frame
+    clock.opened_us = clock.earliest_us = 0.0
     clock.count = 0
     clock.pivot_us = clock.slope = clock.rms_error = clock.delay = 0.0
-    clock.applied_us = -np.inf
+    clock.applied_us = clock.noted = -np.inf
 
 
 @kernel
@@ -202,7 +218,7 @@ def _line(clock: np.record, x: float) -> float:
 
 @kernel
 def _refit(clock: np.record, rate: float) -> None:
-    """Fit the line: the lower hull of the earliest arrivals, where their middle lies; and the playout delay."""
+    """Fit the line: the lower hull of the earliest arrivals, where their middle lies."""
     count = min(clock.count, WINDOWS)
     at_us, earliest = clock.window_us[:count], clock.window_earliest[:count]
     middle = 0.0
@@ -228,20 +244,3 @@ def _refit(clock: np.record, rate: float) -> None:
         squares += beyond * beyond
     clock.offset += below  # where the slope is not the hull's
     clock.rms_error = np.sqrt(squares / count)
-    late = _usual_lateness(clock.window_lateness[:count])
-    if count >= _FEW and not _LOWER * clock.delay <= late <= clock.delay:  # what is moved for nothing is jitter too
-        clock.delay = min(late, MAX_DELAY_S * rate)
-
-
-@kernel
-def _usual_lateness(lateness: NDArray[np.float64]) -> float:
-    """The largest lateness of the windows, but for their worst tenth."""
-    count = len(lateness)
-    for i in range(count):
-        worse = 0
-        for j in range(count):
-            if lateness[j] > lateness[i] or (lateness[j] == lateness[i] and j < i):
-                worse += 1
-        if worse == count // 10:
-            return lateness[i]
-    return 0.0

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.conversion import Conversion
-from underfoot.devices.device_clock import DeviceClocks
+from underfoot.devices.device_clock import IN_TIME, DeviceClocks
 from underfoot.devices.force_source import SENSOR_HZ, sample_buffers
 from underfoot.devices.framing.parser import FrameCounts
 from underfoot.devices.framing.wire_format import SAMPLE
@@ -90,6 +90,11 @@ class DeviceFloor:
         """Samples that came when the row they belong to had been handed over."""
         return int(self._progress["late"])
 
+    @property
+    def latency_s(self) -> float:
+        """From when a sample would arrive without jitter to the first frame that it changes, a mean over a second."""
+        return float(self._progress["latency"]) / self._rate
+
     def take_notices(self) -> list[str]:
         """What happened since the last call, a line each. Not for the callback."""
         notices = self.reader.take_notices() + self._health.take_notices()
@@ -141,7 +146,7 @@ class DeviceFloor:
         drifts = [fit.drift_ppm for fit in fits]
         error_ms, delay_ms = max(fit.error_s for fit in fits) * 1e3, max(fit.delay_s for fit in fits) * 1e3
         drift = f"{min(drifts):+.1f}" + (f" to {max(drifts):+.1f}" if max(drifts) - min(drifts) >= 0.1 else "")
-        held = f"samples are held for {delay_ms:.1f} ms against jitter"
+        held = f"samples are held for {delay_ms:.1f} ms, which {IN_TIME:.0%} of arrivals need"
         return f"device clock: {drift} ppm, fitted to {error_ms:.3f} ms; {held}"
 
     def _rate_line(self) -> str:

@@ -53,6 +53,7 @@ PROGRESS = np.dtype(
         ("reference_clock", np.int64),
         ("reference_epoch", np.int64),
         ("late", np.int64),
+        ("latency", np.float64),
     ],
     align=True,
 )
@@ -60,7 +61,8 @@ PROGRESS = np.dtype(
 are numbered through; `next_row` is handed over next, `newest_row` was begun last, at session frame `newest_since`, and
 `last_stamp` is that of the last handed over. The reference is the newest sample of the tile that leads: its row, frame
 and own time, and by which clock in which epoch. `leader` and `reference_clock` are -1 until something was heard. `late`
-samples came when their row had been handed over."""
+samples came when their row had been handed over. `latency` is how many frames lie between one in which a sample arrives
+at the earliest and the first that it changes, a mean over a second."""
 
 
 class Assembly(NamedTuple):
@@ -132,18 +134,19 @@ def hand_over(
     assembly, out = Assembly(*assembly_parts), SampleBuffers(*buffers)
     rate, at = assembly.rate, assembly.progress[0]
     device_clock.observe(assembly.session[0], 0, begin / rate * 1e6, now, rate)
-    _observe(assembly, head, begin)
+    _observe(assembly, head, begin, end)
     delay = _delay(assembly.clocks, now, rate)
     count = 0
     while True:
         while at.placed < head:
             entry = assembly.queue[at.placed % len(assembly.queue)]
             clock = assembly.clocks[assembly.tiles[entry.tile].clock]
-            frame = _session_frame(assembly, clock, entry) + delay
-            frame = device_clock.slewed(clock, entry.time_us, frame, rate)
+            sent = _session_frame(assembly, clock, entry)
+            frame = device_clock.slewed(clock, entry.time_us, sent + delay, rate)
             if not _place(assembly, entry, frame, clock.epoch, begin):
                 break
             at.placed += 1
+            at.latency += (max(frame, begin) - sent - at.latency) * assembly.period / (rate * len(assembly.tiles))
         before = count
         count = _emit(assembly, out, count, begin, end)
         if at.placed >= head or count == len(out.stamps):
@@ -154,12 +157,13 @@ def hand_over(
 
 
 @kernel
-def _observe(assembly: Assembly, head: int, begin: int) -> None:
+def _observe(assembly: Assembly, head: int, begin: int, end: int) -> None:
     """Show all that was queued since the last block to the clocks.
 
     All of it, before any of it is set: the last of a burst that was held up knows best.
     """
     rate, at = assembly.rate, assembly.progress[0]
+    most = device_clock.MAX_DELAY_S * rate + end - begin
     for i in range(at.observed, head):
         entry = assembly.queue[i % len(assembly.queue)]
         k = _clock_of(assembly.tiles, at, entry)
@@ -168,7 +172,8 @@ def _observe(assembly: Assembly, head: int, begin: int) -> None:
     for i in range(at.observed, head):
         entry = assembly.queue[i % len(assembly.queue)]
         clock = assembly.clocks[assembly.tiles[entry.tile].clock]
-        device_clock.note_lateness(clock, begin - _session_frame(assembly, clock, entry), rate)
+        late = begin - _session_frame(assembly, clock, entry)
+        device_clock.note_lateness(clock, entry.arrived_s * rate, late, most, assembly.period, rate)
     at.observed = head
 
 

@@ -105,7 +105,9 @@ class Health:
     lost: int
     """Force samples that did not arrive."""
     latency_s: float
-    """From a force sample's arrival to the first output frame that it can change leaving the engine."""
+    """From a force sample's arrival to the first output frame that it can change: the block, and the hold."""
+    hold_s: float
+    """By how much of that samples of hardware are set back because some of them are late."""
     stream_latency_s: float
     """What the output stream adds, as it reports itself."""
     frame: int

@@ -17,6 +17,7 @@ class Field(IntEnum):
     XRUNS = auto()
     LOST = auto()
     LATENCY_S = auto()
+    HOLD_S = auto()
     STREAM_LATENCY_S = auto()
     FRAME = auto()
     PEAK = auto()

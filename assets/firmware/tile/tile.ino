@@ -52,5 +52,8 @@ void loop() {
         uint8_t frame[TILE_FRAME_SIZE];
         Serial.write(frame, tile_frame_encode(frame, TILE, sequence, now, readings));
     }
+#if defined(TEENSYDUINO)
+    Serial.send_now();                           /* else a packet waits some milliseconds to become full */
+#endif
     sequence++;
 }

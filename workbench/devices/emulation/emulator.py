@@ -5,6 +5,7 @@ does, unplugging takes the power with it: when it is plugged in again the tiles 
 connection is cut: the tiles count on, and what they send is lost.
 """
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -20,9 +21,8 @@ from underfoot.devices.framing.wire_format import FRAME_BYTES, SAMPLE
 from underfoot.devices.transport import Sender
 from underfoot.errors import require
 
-BATCH_S = 0.002
-"""Samples go out this often; a real tile sends each at once, but a desktop cannot wake up so often in time."""
 _RATE = 48_000.0
+_AHEAD_S = 0.05  # so far ahead samples are made, for whoever is late with one would be late with the next
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class Emulator:
     """Sends what the tiles of `source` read, in a thread of its own from `start` to `close`.
 
     `readings` turns newtons (n, tiles, 4) into counts. The tiles' numbers are their rows, from 0 on; `only` sends one
-    of them. After `seconds` it ends by itself; `over` is then true. Without `pace` it sends as fast as the transport
-    takes it. `unheard` counts samples that did not go out whole.
+    of them. Each sample goes out at its own time, and what is late by then goes with it. After `seconds` it ends by
+    itself; `over` is then true. `unheard` counts samples that did not go out whole.
     """
 
     def __init__(
@@ -50,13 +50,12 @@ class Emulator:
         seconds: float | None = None,
         readings: Callable[[NDArray[np.float64]], NDArray[np.int64]] = nominal_readings,
         clock: TileClock | None = None,
-        pace: bool = True,
         only: int | None = None,
     ) -> None:
         require(seconds is None or seconds > 0.0, "seconds", seconds, "above 0")
         self.sender, self.injector, self.unheard = sender, injector or FaultInjector(), 0
-        self._source, self._readings, self._pace = source, readings, pace
-        self._seconds = seconds
+        self._source, self._readings = source, readings
+        self._seconds = math.inf if seconds is None else seconds
         clock = clock or TileClock()
         self._start_us = clock.start_us
         self._a_frame_us = 1e6 / _RATE / (1.0 + clock.drift_ppm * 1e-6)
@@ -104,21 +103,18 @@ class Emulator:
         return samples.reshape(-1)
 
     def _run(self) -> None:
-        self._send_until(1.0 / _RATE)  # which loads what the source needs, before time counts
-        began, now = time.monotonic(), 0.0
-        while not self._stop.is_set() and (self._seconds is None or now < self._seconds):
-            now = time.monotonic() - began if self._pace else now + BATCH_S
-            now = now if self._seconds is None else min(now, self._seconds)
-            while self._cuts and self._cuts[0][0] <= now:
+        self._send_until(1.0 / _RATE, -math.inf)  # which loads what the source needs, before time counts
+        began, end = time.monotonic(), 0.0
+        while end < self._seconds and self._wait_until(began + end - 0.5 * _AHEAD_S):
+            cut = self._cuts[0][0] if self._cuts else math.inf
+            end = min(end + _AHEAD_S, cut, self._seconds)
+            self._send_until(end, began)
+            if end == cut and self._wait_until(began + end):
                 self._cut(*self._cuts.pop(0))
-            self._send_until(now)
-            if self._pace:
-                self._stop.wait(BATCH_S)
         self._put(self.injector.end(), 1)
 
     def _cut(self, at_s: float, plugs: bool) -> None:
         """Unplug the transport, or plug it in again."""
-        self._send_until(at_s)
         if not plugs:
             self.sender.unplug()
             return
@@ -126,10 +122,25 @@ class Emulator:
         if self.sender.powers_tiles:
             self._sequence, self._start_frame, self._start_us = 0, at_s * _RATE, 0
 
-    def _send_until(self, now_s: float) -> None:
-        while (count := self._source.pull(int(now_s * _RATE))) and not self._stop.is_set():
-            samples = self.samples(self._source.stamps[:count], self._source.forces[:count])
-            self._put(self.injector.send(samples), count)
+    def _send_until(self, end_s: float, began: float) -> None:
+        """Send the samples before `end_s`, each at its own time after `began`, which is by `time.monotonic`."""
+        while count := self._source.pull(int(end_s * _RATE)):
+            due = began + self._source.stamps[:count] / _RATE
+            samples = self.samples(self._source.stamps[:count], self._source.forces[:count]).reshape(count, -1)
+            at = 0
+            while at < count and self._wait_until(due[at]):
+                upto = max(at + 1, int(np.searchsorted(due, time.monotonic(), "right")))
+                self._put(self.injector.send(samples[at:upto].reshape(-1)), upto - at)
+                at = upto
+            if at < count:
+                return
+
+    def _wait_until(self, moment: float) -> bool:
+        """Wait until then, by `time.monotonic`; False where it is time to stop."""
+        wait = moment - time.monotonic()
+        if wait > 0.0:
+            time.sleep(wait)  # which is nearer to the moment than the wait for an event
+        return not self._stop.is_set()
 
     def _put(self, data: bytes, samples: int) -> None:
         if self.injector.csv:

@@ -147,7 +147,8 @@ class SerialTransport(Transport):
         if port is None:
             raise DeviceError(f"{self.name} is not open")
         try:
-            return port.read(max(1, port.in_waiting))  # to ask for more would wait for it
+            first = port.read(max(1, port.in_waiting))  # to ask for more would wait for it
+            return first + port.read(port.in_waiting)  # else the rest would wait until the next read
         except (OSError, TypeError) as error:
             raise DeviceError(f"{self.name} went away: {_reason(error)}") from None
 

@@ -6,9 +6,13 @@ modes.
 
 import cmath
 import math
+from typing import NamedTuple
 
-from underfoot.kernels import kernel, modal_kernel
+from underfoot.kernels import Floats, kernel, modal_inlined, modal_kernel
+from underfoot.lanes import all_four, four, put, total
 from underfoot.layouts import Layout, Memory
+from underfoot.memory import LANES
+from underfoot.models.modal.contact_series import expand, solve_by_series
 from underfoot.models.modal.contact_step import CONTACT, STEP, prepare, solve
 from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS
 
@@ -35,9 +39,9 @@ OBJECT = Layout(
 STATE = Layout(
     "struck_object_state",
     *("in_contact", "active", "struck_lately", "rung_from", "given"),
-    *("penetration", "speed", "elastic_force", "force", "force_rate"),
-    *("mass", "damping", "load", "substeps", "substeps_left"),
-    *("free_change", "free_moment", "surface", "surface_speed"),
+    *("penetration", "speed", "elastic_force", "mean_force", "force_slope"),
+    *("mass", "damping", "load", "substeps", "substeps_left", "step_s", "step_over_mass"),
+    *("free_d", "free_w", "guess", "pressed", "surface", "surface_speed"),
     contact=CONTACT,
     acceleration_block=BLOCK,
     displacement_block=BLOCK,
@@ -52,90 +56,203 @@ STATE = Layout(
 )
 """Of a row; zeros are at rest. Whether the hammer is there, modes in use, whether one struck of late; the frame of the
 block that its ringing was computed from, and how many frames of it were given out, 0 where none is kept. Then the
-hammer: penetration (m), speed (m/s), k x^a, last force (N) and its rate (N/s); its mass, mu and load; sub-steps of a
-frame, and how many there may be until there are fewer a frame; what the free modes do to D and W of the next sub-step;
-and the struck point as heard at the frame's start. Then phasors: at `rung_from`, at the block's end, to work with, and
-of the contact (`z`); what was known of the object when it began; and the poles to the power of a frame."""
+hammer: penetration (m), speed (m/s), k x^a, F0 and F1 of the last sub-step (N); its mass, mu and load; sub-steps of a
+frame, and how many there may be until there are fewer a frame; a sub-step (s), and that over the mass; D and W of the
+next sub-step without any force, a guess of its D, and the load's h^2 / m (m); and the struck point as heard, its place
+at the start of the frame that the contact began in, and its speed at that of each. Then phasors: at `rung_from`, at the
+block's end, to work with, and of the contact (`z`); what was known of the object when it began; and the poles to the
+power of a frame."""
 
-_FEW = 8  # sub-steps that are not worth a step of their own
+FEW = 8
+"""Sub-steps that are not worth a step of their own."""
+
+
+class _Touch(NamedTuple):
+    """Hammer and surface between two sub-steps: penetration, its inverse, k x^a, the hammer's speed, F0 and F1 of the
+    last one; D and W of the next one without any force, and a guess of its D."""
+
+    x: float
+    per_x: float
+    elastic: float
+    speed: float
+    mean: float
+    slope: float
+    free_d: float
+    free_w: float
+    guess: float
 
 
 @kernel
 def set_step(s: Memory, known: Memory, h: float) -> None:
     """Prepare steps of `h` seconds."""
     contact = s.contact
+    if s.step_s > 0.0:  # F1 is of a step
+        longer = h / s.step_s
+        s.mean_force += 0.5 * s.force_slope * (1.0 - longer)
+        s.force_slope *= longer
+    s.step_s, s.step_over_mass = h, h / s.mass
     free = h * h / s.mass
+    s.pressed = s.load * free
     contact.a, contact.b, contact.c = free / 2.0, free / 12.0, 0.0
     contact.nu = s.damping / h
+    contact.d_push, contact.d_tilt, contact.w_push, contact.w_tilt = free, 0.0, 0.0, 0.0
     for m in range(int(known.modes)):
-        a, b, c = prepare(s.step, m, known.decay[m], known.angular[m], known.mobility[m], h)
-        contact.a += a
-        contact.b += b
-        contact.c += c
-    s.free_change, s.free_moment = _move(s, 0.0, 0.0, 0.0)
+        prepare(contact, s.step, m, known.decay[m], known.angular[m], known.mobility[m], h)
+    expand(contact.series, contact.exponent)
+    _foresee(s)
 
 
 @kernel
-def advance(s: Memory, known: Memory, h: float, steps: int) -> float:
-    """`steps` steps of `h` seconds; returns the impulse."""
-    x, speed, elastic, force, force_rate = s.penetration, s.speed, s.elastic_force, s.force, s.force_rate
-    mass, load, contact = s.mass, s.load, s.contact
-    pressed = load * h * h / mass
-    impulse = 0.0
-    change, moment = s.free_change, s.free_moment
-    for step in range(steps):
-        free_d = h * speed + 0.5 * pressed - change
-        free_w = pressed / 12.0 - moment
-        slope = force_rate * h
-        f0, f1, d, elastic = solve(contact, x, elastic, free_d, free_w, force + 0.5 * slope, slope)
-        x += d
-        speed -= h / mass * (f0 - load)
-        parts = f0 == 0.0 and force != 0.0
-        force, force_rate = f0 + 0.5 * f1, f1 / h
-        impulse += h * f0
-        change, moment = _move(s, 1.0, f0, f1)
-        if parts and steps - step > _FEW:
-            s.penetration, s.speed = x, speed
-            left = (steps - 1 - step) * h
-            if out_of_reach(s, left):
-                _fly(s, known, left)
-                return impulse
-    s.penetration, s.speed, s.elastic_force, s.force, s.force_rate = x, speed, elastic, force, force_rate
-    s.free_change, s.free_moment = change, moment
-    return impulse
+def _foresee(s: Memory) -> None:
+    """Work out what the next step would do without a force, of where all is now."""
+    change, moment = _free_motion(s)
+    s.free_d = s.step_s * s.speed + 0.5 * s.pressed - change
+    s.free_w = s.pressed / 12.0 - moment
+    s.guess = s.free_d - s.contact.a * (s.mean_force + s.force_slope) + s.contact.b * s.force_slope
 
 
 @modal_kernel
-def _move(s: Memory, step: float, f0: float, f1: float) -> tuple[float, float]:
-    """Move the modes on by a step (`step` 1) or not (0); return what the next adds to the surface's D and W."""
+def advance(s: Memory, known: Memory, h: float, steps: int) -> float:
+    """`steps` steps of `h` seconds; returns the impulse."""
+    touch = _taken(s)
+    total_force = 0.0
+    for step in range(steps):
+        pushed = touch.mean != 0.0 or touch.slope != 0.0
+        touch = _stepped(s, touch)
+        total_force += touch.mean
+        if pushed and touch.mean == 0.0 and steps - step > FEW:
+            s.penetration, s.speed = touch.x, touch.speed
+            left = (steps - 1 - step) * h
+            if out_of_reach(s, left):
+                _fly(s, known, left)
+                return h * total_force
+    _keep(s, touch)
+    return h * total_force
+
+
+@modal_kernel
+def stay(s: Memory, h: float, steps: int, force: Floats, acceleration: Floats, displacement: Floats) -> int:
+    """Frames of `steps` steps of `h` seconds each, until the hammer is off the surface at the end of one.
+
+    Returns how many. Fills in the mean force, the mean acceleration, and the displacement unless that has no length.
+    """
+    touch = _taken(s)
+    before = s.surface_speed
+    rate = 1.0 / (steps * h)
+    done = 0
+    while done < force.size and touch.x > 0.0:
+        if displacement.size > 0:
+            displacement[done] = audible_displacement(s)
+        total_force = 0.0
+        for _ in range(steps):
+            touch = _stepped(s, touch)
+            total_force += touch.mean
+        speed = audible_speed(s)
+        force[done] = total_force * (h * rate)
+        acceleration[done] = (speed - before) * rate
+        before = speed
+        done += 1
+    _keep(s, touch)
+    s.surface_speed = before
+    return done
+
+
+@modal_inlined
+def _stepped(s: Memory, touch: _Touch) -> _Touch:
+    """The state after one step."""
+    contact, x = s.contact, touch.x
+    f0 = f1 = d = end = 0.0
+    solved = False
+    if x > 0.0:
+        f0, f1, d, end, solved = solve_by_series(
+            contact, x, touch.per_x, touch.elastic, touch.free_d, touch.free_w, touch.guess
+        )
+    per_y = 1.0 / (x + d)
+    end *= per_y
+    if not solved:
+        mean, slope = touch.mean + touch.slope, touch.slope
+        f0, f1, d, end = solve(contact, x, touch.elastic, touch.free_d, touch.free_w, mean, slope)
+        per_y = 1.0 / (x + d)
+    change, moment = _move(s, f0, f1)
+    # One sum each: the next solution waits for them.
+    without = s.step_s * touch.speed + 1.5 * s.pressed - change
+    return _Touch(
+        x + d,
+        per_y,
+        end,
+        touch.speed - s.step_over_mass * (f0 - s.load),
+        f0,
+        f1,
+        without - contact.d_push * f0 - contact.d_tilt * f1,
+        (s.pressed * (1.0 / 12.0) - moment) - contact.w_push * f0 - contact.w_tilt * f1,
+        without - (contact.d_push + contact.a) * f0 - (contact.d_tilt + contact.a - contact.b) * f1,
+    )
+
+
+@modal_inlined
+def _taken(s: Memory) -> _Touch:
+    x, forces = s.penetration, (s.mean_force, s.force_slope)
+    return _Touch(x, 1.0 / x, s.elastic_force, s.speed, *forces, s.free_d, s.free_w, s.guess)
+
+
+@modal_inlined
+def _keep(s: Memory, touch: _Touch) -> None:
+    s.penetration, s.elastic_force, s.speed = touch.x, touch.elastic, touch.speed
+    s.mean_force, s.force_slope = touch.mean, touch.slope
+    s.free_d, s.free_w, s.guess = touch.free_d, touch.free_w, touch.guess
+
+
+@modal_kernel
+def _move(s: Memory, f0: float, f1: float) -> tuple[float, float]:
+    """Move the modes on by a step.
+
+    Returns what they would add to the surface's D and W in the next one, had there been no force: the sums over modes
+    need not wait for it.
+    """
     re, im, by = s.z.re, s.z.im, s.step
-    change_re, change_im, moment_re, moment_im = by.change_re, by.change_im, by.moment_re, by.moment_im
-    push_re, push_im, tilt_re, tilt_im = by.push_re, by.push_im, by.tilt_re, by.tilt_im
+    mean, slope = all_four(f0), all_four(f1)
+    change = all_four(0.0)
+    moment = all_four(0.0)
+    for m in range(0, re.size, LANES):
+        x, y = four(re, m), four(im, m)
+        a, b = four(by.change_re, m), four(by.change_im, m)
+        x, y = x + a * x - b * y, y + a * y + b * x
+        change = change + a * y + b * x
+        moment = moment + four(by.moment_re, m) * y + four(by.moment_im, m) * x
+        put(re, m, x + mean * four(by.push_re, m) + slope * four(by.tilt_re, m))
+        put(im, m, y + mean * four(by.push_im, m) + slope * four(by.tilt_im, m))
+    return total(change), total(moment)
+
+
+@modal_kernel
+def _free_motion(s: Memory) -> tuple[float, float]:
+    """What the modes add to the surface's D and W in the next step."""
+    re, im, by = s.z.re, s.z.im, s.step
     change = 0.0
     moment = 0.0
     for m in range(re.size):
-        x, y = re[m], im[m]
-        a, b = change_re[m], change_im[m]
-        u = x + (step * (a * x - b * y) + f0 * push_re[m] + f1 * tilt_re[m])
-        v = y + (step * (a * y + b * x) + f0 * push_im[m] + f1 * tilt_im[m])
-        re[m] = u
-        im[m] = v
-        change += a * v + b * u
-        moment += moment_re[m] * v + moment_im[m] * u
+        change += by.change_re[m] * im[m] + by.change_im[m] * re[m]
+        moment += by.moment_re[m] * im[m] + by.moment_im[m] * re[m]
     return change, moment
 
 
 @modal_kernel
-def audible_motion(s: Memory) -> tuple[float, float]:
-    """The struck point's displacement and speed, of the modes that are heard."""
-    re, im = s.z.re, s.z.im
-    weight, speed_re, speed_im = s.audible.displacement, s.audible.speed_re, s.audible.speed_im
+def audible_displacement(s: Memory) -> float:
+    """The struck point's displacement, of the modes that are heard."""
     displacement = 0.0
-    speed = 0.0
-    for m in range(re.size):
-        displacement += weight[m] * im[m]
-        speed += speed_re[m] * re[m] + speed_im[m] * im[m]
-    return displacement, speed
+    for m in range(s.z.im.size):
+        displacement += s.audible.displacement[m] * s.z.im[m]
+    return displacement
+
+
+@modal_kernel
+def audible_speed(s: Memory) -> float:
+    """The struck point's speed, of the modes that are heard."""
+    re, im, speed_re, speed_im = s.z.re, s.z.im, s.audible.speed_re, s.audible.speed_im
+    speed = all_four(0.0)
+    for m in range(0, re.size, LANES):
+        speed = speed + four(speed_re, m) * four(re, m) + four(speed_im, m) * four(im, m)
+    return total(speed)
 
 
 @modal_kernel
@@ -190,8 +307,8 @@ def _glide(s: Memory, turn: Memory, seconds: float) -> None:
     pull = s.load / s.mass * seconds
     s.penetration += (s.speed + 0.5 * pull) * seconds - _turned(s, turn)
     s.speed += pull
-    s.elastic_force = s.force = s.force_rate = 0.0
-    s.free_change, s.free_moment = _move(s, 0.0, 0.0, 0.0)
+    s.elastic_force = s.mean_force = s.force_slope = 0.0
+    _foresee(s)
 
 
 @modal_kernel

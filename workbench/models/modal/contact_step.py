@@ -20,10 +20,17 @@ import math
 
 from underfoot.kernels import kernel
 from underfoot.layouts import Layout, Memory
+from underfoot.models.modal.contact_series import SERIES
 
-CONTACT = Layout("contact", "stiffness", "exponent", "nu", "a", "b", "c")
+CONTACT = Layout(
+    "contact",
+    *("stiffness", "exponent", "nu", "a", "b", "c"),
+    *("d_push", "d_tilt", "w_push", "w_tilt"),
+    series=SERIES,
+)
 """What a step needs to know: k and its exponent, mu / h, and the compliances: D = D_free - a F0 + b F1 and
-W = W_free - b F0 - c F1."""
+W = W_free - b F0 - c F1; what F0 (push) and F1 (tilt) take from D_free and W_free of the step after; and the force as
+a series."""
 
 STEP = Layout(
     "contact_coefficients",
@@ -39,9 +46,9 @@ _MOMENT_TERMS = tuple(1.0 / (math.factorial(n) * 2.0 * (n + 2) * (n + 3)) for n 
 
 @kernel
 def prepare(
-    step: Memory, m: int, decay_per_s: float, angular: float, mobility: float, h: float
-) -> tuple[float, float, float]:
-    """Write the coefficients of mode `m` for steps of `h` seconds; return its share of a, b and c (see `CONTACT`)."""
+    contact: Memory, step: Memory, m: int, decay_per_s: float, angular: float, mobility: float, h: float
+) -> None:
+    """Write the coefficients of mode `m` for steps of `h` seconds, and add its share to those of the contact."""
     z = complex(-decay_per_s * h, angular * h)
     mean, moment = _means(z)
     change = z * mean
@@ -52,7 +59,13 @@ def prepare(
     step.moment_re[m], step.moment_im[m] = curve.real, curve.imag
     step.push_re[m], step.push_im[m] = push.real, push.imag
     step.tilt_re[m], step.tilt_im[m] = tilt.real, tilt.imag
-    return push.imag, -tilt.imag, mobility * h * (moment * (1.0 - 0.5 * z)).imag
+    contact.a += push.imag
+    contact.b -= tilt.imag
+    contact.c += mobility * h * (moment * (1.0 - 0.5 * z)).imag
+    contact.d_push += (change * push).imag
+    contact.d_tilt += (change * tilt).imag
+    contact.w_push += (curve * push).imag
+    contact.w_tilt += (curve * tilt).imag
 
 
 @kernel

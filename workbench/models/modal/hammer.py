@@ -14,14 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.kernels import Floats, kernel, modal_kernel
+from underfoot.lanes import four, put
 from underfoot.layouts import Layout, Memory
+from underfoot.memory import LANES
 from underfoot.models.modal.contact_motion import (
+    FEW,
     advance,
-    audible_motion,
+    audible_displacement,
+    audible_speed,
     fly_frame,
     has_left,
     out_of_reach,
     set_step,
+    stay,
 )
 from underfoot.models.modal.phasors import BLOCK, advanced, free_block, in_use, tabulate
 
@@ -206,11 +211,11 @@ def _fill(start: int, active: int, known: Memory, s: Memory, goal: Floats, show:
 def _turn(begin: Memory, by_re: Floats, by_im: Floats, active: int, goal: Memory) -> None:
     """Phasors times complex numbers, to `goal`."""
     re, im, goal_re, goal_im = begin.re, begin.im, goal.re, goal.im
-    for m in range(active):
-        x, y = re[m], im[m]
-        a, b = by_re[m], by_im[m]
-        goal_re[m] = a * x - b * y
-        goal_im[m] = a * y + b * x
+    for m in range(0, active, LANES):
+        x, y = four(re, m), four(im, m)
+        a, b = four(by_re, m), four(by_im, m)
+        put(goal_re, m, a * x - b * y)
+        put(goal_im, m, a * y + b * x)
 
 
 @kernel
@@ -256,7 +261,7 @@ def _release(hammer: Memory, velocity: float, start: int, part: float, known: Me
     s.audible.values[:] = known.audible.values
     s.turn.re[:] = known.powers.p1_re
     s.turn.im[:] = known.powers.p1_im
-    s.surface, s.surface_speed = audible_motion(s)
+    s.surface, s.surface_speed = audible_displacement(s), audible_speed(s)
     z, speed, mobility = s.z, 0.0, 0.0
     for m in range(int(known.modes)):
         pole = complex(-known.decay[m], known.angular[m])
@@ -276,7 +281,7 @@ def _release(hammer: Memory, velocity: float, start: int, part: float, known: Me
         steps = substeps(hammer.error, s.mass, hammer.stiffness, hammer.exponent, speed, mobility, known.rate)
     s.in_contact = 1.0
     s.substeps = steps
-    s.penetration = s.elastic_force = s.force = s.force_rate = 0.0
+    s.penetration = s.elastic_force = s.mean_force = s.force_slope = 0.0
     s.speed = velocity
     impulse = 0.0
     first = math.ceil(part * steps - 1e-9)
@@ -310,20 +315,26 @@ def _contact(first: int, impulse: float, known: Memory, s: Memory, out: Response
     steps = int(s.substeps)
     h = 1.0 / (steps * rate)
     while done < until:
-        if out.displacement.size > 0:
-            out.displacement[done] = s.surface
-        before = s.surface_speed
-        if first == 0 and steps > 1 and s.penetration < 0.0 and out_of_reach(s, 1.0 / rate):
-            fly_frame(s, 1.0 / rate)
+        if first == 0 and steps <= FEW and s.penetration > 0.0:
+            shown = out.displacement[done:until]
+            came = stay(s, h, steps, out.force[done:until], out.acceleration[done:until], shown)
+            s.substeps_left -= steps * came
+            done += came
         else:
-            impulse += advance(s, known, h, steps - first)
-            s.substeps_left -= steps - first
-        s.surface, s.surface_speed = audible_motion(s)
-        out.force[done] = impulse * rate
-        out.acceleration[done] = (s.surface_speed - before) * rate
-        first = 0
-        impulse = 0.0
-        done += 1
+            if out.displacement.size > 0:
+                out.displacement[done] = s.surface if first > 0 else audible_displacement(s)
+            before = s.surface_speed
+            if first == 0 and steps > 1 and s.penetration < 0.0 and out_of_reach(s, 1.0 / rate):
+                fly_frame(s, 1.0 / rate)
+            else:
+                impulse += advance(s, known, h, steps - first)
+                s.substeps_left -= steps - first
+            s.surface_speed = audible_speed(s)
+            out.force[done] = impulse * rate
+            out.acceleration[done] = (s.surface_speed - before) * rate
+            first = 0
+            impulse = 0.0
+            done += 1
         if has_left(s):
             s.in_contact = 0.0
             break

@@ -9,7 +9,9 @@ would cost more than the modes do. The end of 64 frames is one product with p^64
 import math
 
 from underfoot.kernels import Floats, kernel, modal_kernel, widest
+from underfoot.lanes import four, put
 from underfoot.layouts import Layout, Memory
+from underfoot.memory import LANES
 
 BLOCK = 64
 
@@ -123,10 +125,10 @@ def _few(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
             block[k] += (y0 * w[k] + x0 * w[64 + k] + y1 * w[128 + k] + x1 * w[192 + k]) + (
                 y2 * w[256 + k] + x2 * w[320 + k] + y3 * w[384 + k] + x3 * w[448 + k]
             )
-    for m in range(active):
-        r, i = x[m], y[m]
-        x[m] = r * p64[m] - i * q64[m]
-        y[m] = i * p64[m] + r * q64[m]
+    for m in range(0, active, LANES):
+        r, i = four(x, m), four(y, m)
+        put(x, m, r * four(p64, m) - i * four(q64, m))
+        put(y, m, i * four(p64, m) + r * four(q64, m))
 
 
 @modal_kernel

@@ -1,0 +1,22 @@
+"""The latency that the bench measures: every step that is sent is found. How long it took is no test."""
+
+import numpy as np
+import pytest
+
+from underfoot.bench import latency
+
+
+@pytest.mark.parametrize("link", ["UDP", "pty"])
+def test_each_step_that_is_sent_changes_what_is_played_behind_it(link):
+    found = latency.measured(link, jitter_s=0.2e-3, settled_s=0.5, seconds=2.0)
+    assert 35 <= len(found.seconds) <= 43  # one every 47 ms
+    assert (found.seconds > 0.0).all()
+    assert len(np.unique(found.seconds.round(5))) > 5  # they are not of one moment
+    assert 0.0 <= found.late <= 1.0
+    assert found.shown_s >= found.hold_s + latency.BLOCK / latency.RATE - 1e-9
+
+
+def test_a_bare_datagram_takes_its_time_too():
+    found = latency.bare(0.2)
+    assert found.shape == (200,)
+    assert (found > 0.0).all()

@@ -1,0 +1,293 @@
+"""How long a force is on its way: from when a tile sends it to the first output frame that it changes.
+
+A session and an emulated floor run as they do for a person, in processes of their own, over a real socket or
+pseudo-terminal. The load steps every few samples. The emulator notes when it sends each step; the bench notes when the
+engine has handed out the block in which vibration bends, and adds the place of the bend in its block: that is when a
+card without a buffer of its own would play it. What a card's buffer takes comes on top.
+"""
+
+import multiprocessing
+import queue
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.bench.reach.row import Reach
+from underfoot.devices.emulation.emulator import Emulator
+from underfoot.devices.force_source import SENSOR_HZ, sample_buffers
+from underfoot.devices.transport import Sender
+from underfoot.devices.transports.serial import PtySender
+from underfoot.devices.transports.udp import UdpSender
+from underfoot.engine.commands import Level
+from underfoot.engine.rings import Reader
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+
+RATE, BLOCK = 48_000, 64
+MEDIAN_MS, NEARLY_ALL_MS = 2.5, 4.0
+"""What half and 99 % of the steps are asked to take at most."""
+
+_STEP = 47  # samples from one step of the load to the next: they meet a block of 4/3 ms at each of its places
+_LOW_N, _HIGH_N = 50.0, 75.0  # of each sensor
+_GAIN = 0.01  # m/s^2 a newton
+_BEND = 0.2 * 4 * (_HIGH_N - _LOW_N) * _GAIN / 20.0 / 48.0  # of full scale a frame; a fifth of a step's own
+_START_S = 180.0
+_LOOK_S, _POLL_S = 0.0002, 0.1
+_MOST_S = 0.045
+_TILES = 4
+
+
+@dataclass(frozen=True)
+class Latency:
+    """What was found over one link.
+
+    `seconds` (steps,) are from when each step was sent to the first frame that it changed; `shown_s` and `hold_s` are
+    what the session says meanwhile; `late` is the share of samples that came later than the hold allows.
+    """
+
+    seconds: NDArray[np.float64]
+    shown_s: float
+    hold_s: float
+    late: float
+
+
+def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:
+    """Latency of a hub of four tiles at 1 kHz over UDP and a pseudo-terminal, and, in full, what jitter of a link adds.
+
+    Before each, for comparison, a bare datagram: how late the machine lets two processes send and receive it.
+    """
+    links = (("UDP", 0.0), ("pty", 0.0), ("UDP", 0.5e-3), ("UDP", 1e-3))
+    for link, jitter_s in links[: 2 if quick else None]:
+        what = f"{link}, block {BLOCK}" + (f", {1e3 * jitter_s:.1f} ms of jitter" if jitter_s else "")
+        tell(f"latency: {what}")
+        bare_ms = 1e3 * bare(3.0 if quick else 10.0)
+        found = measured(link, jitter_s, seconds=10.0 if quick else 60.0)
+        half, nearly_all = np.percentile(1e3 * found.seconds, (50, 99))
+        asked = (np.inf, np.inf) if jitter_s else (MEDIAN_MS, NEARLY_ALL_MS)
+        yield Reach("latency", f"{what}: a bare datagram before, 99 %", float(np.percentile(bare_ms, 99)), "ms")
+        yield Reach("latency", f"{what}: median", half, "ms", high=asked[0])
+        yield Reach("latency", f"{what}: 99 %", nearly_all, "ms", high=asked[1])
+        yield Reach("latency", f"{what}: shown", 1e3 * found.shown_s, "ms")
+        yield Reach("latency", f"{what}: hold in it", 1e3 * found.hold_s, "ms")
+        yield Reach("latency", f"{what}: later than the hold", 100.0 * found.late, "%")
+
+
+def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds: float = 20.0) -> Latency:
+    """Measure over a link, "UDP" or "pty", for so many seconds, once the clocks have settled.
+
+    The link adds a random delay, exponential with mean `jitter_s`, and keeps the order. `UnderfootError` where the
+    engine does not play.
+    """
+    context = multiprocessing.get_context("spawn")
+    tiles, theirs = context.Pipe()
+    process = context.Process(target=_emulate, args=(theirs, link, jitter_s), daemon=True)
+    process.start()
+    theirs.close()
+    try:
+        kind = "udp" if link == "UDP" else "serial"
+        target = Target(default_floor(), kind=kind, source=tiles.recv(), rate=RATE, block=BLOCK)
+        session = Session(target, _patch(), REGISTRY)
+        try:
+            heard = _Heard(session)
+            heard.start()
+            heard.listen(settled_s)
+            heard.forget()
+            heard.listen(seconds)
+            health, late = session.health, heard.late()
+        finally:
+            session.close()
+        tiles.send(None)
+        found = heard.latencies(tiles.recv())
+    finally:
+        process.kill()
+        process.join()
+        tiles.close()
+    return Latency(found, health.latency_s, health.hold_s, late)
+
+
+def bare(seconds: float = 10.0) -> NDArray[np.float64]:
+    """Seconds from when a process should send each of 1000 datagrams a second to when this one has it."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    found = np.zeros(round(SENSOR_HZ * seconds))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(_START_S)
+        port = receiver.getsockname()[1]
+        process = context.Process(target=_ping, args=(theirs, port, len(found)), daemon=True)
+        process.start()
+        ours.recv()
+        for i in range(len(found)):
+            due = float(np.frombuffer(receiver.recv(8))[0])
+            found[i] = time.monotonic() - due
+    process.join()
+    return found
+
+
+def _patch() -> Patch:
+    """Vibration that is the force."""
+    patch = Patch().add("tile-force", REGISTRY).add("gain", REGISTRY, gain=_GAIN).add("tile-output", REGISTRY)
+    patch = patch.connect("tile-force.force", "gain.signal", REGISTRY)
+    return patch.connect("gain.out", "tile-output.acceleration", REGISTRY)
+
+
+class _Heard:
+    """What a session plays, and when each block was seen first."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._samples = Reader(session.memory.force)
+        self.forget()
+
+    def start(self) -> None:
+        """Start the session, and wait until it plays."""
+        self._session.send(Level(0.0))
+        self._session.start()
+        began = time.monotonic()
+        while not self._session.memory.vibration.written:
+            reports = self._session.poll()
+            if time.monotonic() - began > _START_S:
+                raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
+            time.sleep(_POLL_S)
+
+    def forget(self) -> None:
+        """Begin anew from here."""
+        self._samples.read()
+        self._first, _ = self._session.vibration.read()
+        self._seen: list[tuple[float, int]] = []
+        self._parts: list[NDArray[np.float32]] = []
+
+    def listen(self, seconds: float) -> None:
+        """Keep what is played, and note when it is handed out."""
+        ring, now = self._session.memory.vibration, time.monotonic()
+        end, polled, last = now + seconds, now, 0
+        while now < end:
+            written, now = ring.written, time.monotonic()
+            if written > last:
+                self._seen.append((now, written))
+                last = written
+            if now - polled > _POLL_S:
+                polled = now
+                self._session.poll()
+                first, frames = self._session.vibration.read()
+                if not self._parts:
+                    self._first = first
+                self._parts.append(frames)
+            time.sleep(_LOOK_S)
+
+    def late(self) -> float:
+        """The share of samples that came when their moment was past; the last four seconds are kept."""
+        _, rows = self._samples.read()
+        return float((rows[:, 1] > rows[:, 0]).mean())
+
+    def latencies(self, sent_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """For each step that was sent meanwhile, seconds until its first frame was handed out."""
+        when, ends = np.array([when for when, _ in self._seen]), np.array([end for _, end in self._seen])
+        frames = self._first + _bends(np.concatenate(self._parts)[:, 0])
+        frames = frames[frames < ends[-1]]
+        changed_s = when[np.searchsorted(ends, frames, "right")] + frames % BLOCK / RATE
+        sent_s = sent_s[(sent_s > when[0]) & (sent_s < changed_s[-1] - _MOST_S)]
+        following = np.searchsorted(changed_s, sent_s)
+        return changed_s[following] - sent_s
+
+
+def _bends(played: NDArray[np.float32]) -> NDArray[np.int64]:
+    """The frames at which a signal that was straight begins to bend."""
+    bent = np.flatnonzero(np.abs(np.diff(played.astype(np.float64), 2)) > _BEND) + 2
+    return bent[np.diff(bent, prepend=-RATE) > RATE / SENSOR_HZ * _STEP // 2]
+
+
+# --- the tiles, in a process of their own ---
+
+
+class _Steps:
+    """A load on the first tile that steps up or down every `_STEP` samples; a `ForceSource`."""
+
+    def __init__(self) -> None:
+        self.floor, self.rate_hz = default_floor(), SENSOR_HZ
+        self.stamps, self.arrivals, self.forces = sample_buffers(self.floor)
+        self._sample = 0
+
+    def pull(self, end: int) -> int:
+        """The samples before session frame `end`."""
+        period = RATE / SENSOR_HZ
+        numbers = np.arange(self._sample, min(int(np.ceil(end / period)), self._sample + len(self.stamps)))
+        count = len(numbers)
+        self.stamps[:count] = numbers * period
+        self.forces[:count, 0] = np.where(numbers // _STEP % 2, _HIGH_N, _LOW_N)[:, None]
+        self._sample += count
+        return count
+
+
+class _Link(Sender):
+    """Sends over `sender`, each sample later by a random delay; `sent_s` has when each was given to it."""
+
+    powers_tiles = False
+
+    def __init__(self, sender: Sender, jitter_s: float) -> None:
+        self.name, self.sent_s = sender.name, list[float]()
+        self._sender, self._jitter_s = sender, jitter_s
+        self._random = np.random.default_rng(1)
+        self._waiting: queue.SimpleQueue[tuple[float, bytes, Sequence[int]]] = queue.SimpleQueue()
+        threading.Thread(target=self._forward, daemon=True).start()
+
+    @classmethod
+    def of(cls, value: str) -> Self:
+        """To a UDP port, without jitter."""
+        return cls(UdpSender.of(value), 0.0)
+
+    def send(self, data: bytes, ends: Sequence[int]) -> bool:
+        """Note when, and send it now or later."""
+        now = time.monotonic()
+        self.sent_s += [now] * (len(ends) // _TILES)
+        if self._jitter_s == 0.0:
+            return self._sender.send(data, ends)
+        self._waiting.put((now + self._random.exponential(self._jitter_s), data, ends))
+        return True
+
+    def unplug(self) -> None:
+        """Nothing unplugs this one."""
+
+    plug = close = unplug
+
+    def _forward(self) -> None:
+        while True:
+            due, data, ends = self._waiting.get()
+            time.sleep(max(due - time.monotonic(), 0.0))
+            self._sender.send(data, ends)
+
+
+def _emulate(connection: Connection, link: str, jitter_s: float) -> None:
+    """Send steps until something comes over `connection`, then answer when each was sent."""
+    sender = _Link(UdpSender("127.0.0.1", _free_port()) if link == "UDP" else PtySender(), jitter_s)
+    Emulator(sender, _Steps()).start()
+    connection.send(sender.name)
+    connection.recv()
+    connection.send(np.array(sender.sent_s[::_STEP]))
+
+
+def _ping(connection: Connection, port: int, count: int) -> None:
+    """Send a datagram each millisecond, which says when that should be."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        connection.send(None)
+        began = time.monotonic()
+        for due in began + np.arange(count) / SENSOR_HZ:
+            time.sleep(max(due - time.monotonic(), 0.0))
+            sender.sendto(due.tobytes(), ("127.0.0.1", port))
+
+
+def _free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
