@@ -1,5 +1,5 @@
 # Underfoot: `make run` opens it, `make test` tries it. Both make .venv and install what is missing. `make check` is the
-# short form of the tests, `make docs` builds the site.
+# short form of the tests, `make bench-short` says how long things take, `make docs` builds the site.
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -15,7 +15,7 @@ QUICK := $(addprefix tests/,nodes patch floor drawing records models/tile) $(wil
 	$(addprefix tests/test_,bad_input.py docs.py files.py imports.py layouts.py materials.py presets.py) \
 	--ignore tests/nodes/test_stickslip.py $(SOURCES) --ignore $(SOURCES)/bench --ignore $(SOURCES)/widgets
 
-.PHONY: install run test check lint docs bench clean
+.PHONY: install run test check lint docs bench bench-short clean
 
 install: .venv/ready
 
@@ -39,6 +39,9 @@ docs: .venv/ready .venv/ready-docs as-installed
 
 bench: .venv/ready
 	$(BIN)/underfoot bench
+
+bench-short: .venv/ready
+	$(BIN)/underfoot bench --short
 
 # The folders under the names that they are installed by: what mypy and doctests read.
 .PHONY: as-installed

@@ -164,9 +164,11 @@ def test_forces_that_are_not_there(refused, path):
 BAD_OPTIONS = [
     ("nope", "No such command 'nope'"),
     ("--nope", "No such option '--nope'"),
-    ("render", "Missing argument 'PATCH'; see `underfoot render --help`"),
+    ("render", "Missing argument 'PATCH...'; see `underfoot render --help`"),
     ("monitor", "Missing argument 'SOURCE'"),
-    ("render PATCH more", "unexpected extra argument"),
+    ("cost PATCH more", "unexpected extra argument"),
+    ("render PATCH PATCH --output out", "would be written twice; render them one by one"),
+    ("render PATCH PATCH --output out.wav", "out.wav is no folder; 2 patches need one"),
     ("render PATCH --nope", "No such option '--nope'"),
     ("render PATCH --output", "requires an argument"),
     ("render PATCH --seconds -1", "seconds is -1.0; allowed: above 0, up to a day"),

@@ -1,9 +1,11 @@
 """The command line: what each command does with real files."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -16,6 +18,7 @@ from underfoot import __version__, commands, monitoring
 from underfoot.__main__ import cli
 from underfoot.engine.commands import Play
 from underfoot.engine.reports import CommandApplied, Fault, Notice, ProcessDied, Started
+from underfoot.engine.worker_pool import cores
 from underfoot.floor.layout import default_floor
 from underfoot.models import gait
 from underfoot.nodes import REGISTRY
@@ -141,6 +144,55 @@ def test_render_finds_sound_files_beside_the_patch(underfoot, folder, monkeypatc
     patch = Patch().add("wav-player", REGISTRY, file="beep.wav").add("tile-output", REGISTRY)
     patch.connect("wav-player.out", "tile-output.acceleration", REGISTRY).save("sounds/patch.json")
     assert json.loads(underfoot("render", "sounds/patch.json", "--seconds", "0.2", "--json").out)["peak"] > 0.1
+
+
+def test_render_of_several_patches_gives_the_files_of_each_alone(underfoot, folder):
+    paths = [SINE, library.patches()["material-ice"], library.patches()["gravel"]]
+    said = underfoot("render", *paths, "-o", "all", "--seconds", "0.5")
+    assert said.status == 0
+    lines = said.out.splitlines()
+    assert [line.partition(": ")[0] for line in lines] == [str(path) for path in paths]
+    assert all("times real time" in line for line in lines)
+    assert [line.split(":")[1] for line in said.error.splitlines()] == [f" {k} of 3" for k in (1, 2, 3)]
+    for path in paths:
+        assert underfoot("render", path, "-o", "one.wav", "--seconds", "0.5").status == 0
+        assert (folder / "all" / f"{path.stem}.wav").read_bytes() == (folder / "one.wav").read_bytes()
+    assert len(list((folder / "all").iterdir())) == 3
+
+
+def test_render_says_which_of_several_patches_failed_and_does_the_others(underfoot, folder):
+    (folder / "bad.json").write_text("{")
+    said = underfoot("render", "bad.json", SINE, "missing.json", "--seconds", "0.5", "-o", "all", "--json")
+    assert said.status == 1
+    told = json.loads(said.out)
+    assert [one["patch"] for one in told] == ["bad.json", str(SINE), "missing.json"]
+    assert "is not JSON" in told[0]["error"]
+    assert told[1]["peak"] > 0.0
+    errors = said.error.splitlines()
+    assert "underfoot: missing.json: cannot be read: no such file or directory" in errors
+    assert errors[-1] == "underfoot: 2 of 3 patches were not rendered"
+    assert [path.name for path in (folder / "all").iterdir()] == [f"{SINE.stem}.wav"]
+
+
+def test_ctrl_c_stops_a_rendering_of_several_and_leaves_no_part_of_a_file(folder, until):
+    patches = [SINE, library.patches()["gravel"], library.patches()["snow"]]
+    command = [sys.executable, "-m", "underfoot", "render", *patches, "-o", "all", "--seconds", "3000"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True) as process:
+        until(lambda: len(members(process.pid)) > min(cores(), len(patches)))
+        os.killpg(process.pid, signal.SIGINT)
+        out, error = process.communicate(timeout=60.0)
+    assert (process.returncode, out, error.strip()) == (130, b"", b"")
+    assert list((folder / "all").iterdir()) == []
+    until(lambda: not members(process.pid))
+
+
+def members(group):
+    """The processes of a group."""
+    found = []
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        with suppress(ProcessLookupError):
+            found += [name] if os.getpgid(int(name)) == group else []
+    return found
 
 
 # --- monitor ---

@@ -6,22 +6,31 @@ from click.testing import CliRunner
 
 from underfoot.__main__ import cli
 from underfoot.bench import whole
+from underfoot.bench.blocks import BlockCost
+from underfoot.bench.reach import Reach
 from underfoot.bench.report import Bench
-from underfoot.bench.scale import Cost
 from underfoot.bench.stability import Failure, Stability
 from underfoot.errors import UnderfootError
 from underfoot.patch.patch import Patch
 
+COST = BlockCost("gravel", 36, 36, 64, 50.0, 90.0, 1.0, 1.0, 0.01)
 
-def bench(monkeypatch, *options, failures=()):
+
+def bench(monkeypatch, *options, failures=(), ns=2.0):
     asked = {}
+    rows = [Reach("modes", "ten", ns, "ns", spread=0.02)]
 
     def run(quick, seed, tell):
         asked.update(quick=quick, seed=seed)
         tell("working")
-        return Bench([], [], [Cost("gravel", 36, 36, 64, 50.0, 1.0)], Stability(failures=list(failures)))
+        return Bench(rows, [COST], (), Stability(failures=list(failures)))
+
+    def run_times(tell):
+        asked.update(short=True)
+        return Bench(rows, [COST])
 
     monkeypatch.setattr(whole, "run", run)
+    monkeypatch.setattr(whole, "run_times", run_times)
     return CliRunner().invoke(cli, ["bench", *options]), asked
 
 
@@ -30,7 +39,8 @@ def test_figures_as_json_and_a_report(monkeypatch, tmp_path):
     assert done.exit_code == 0
     assert asked == {"quick": True, "seed": 4}
     data = json.loads(done.stdout)
-    assert data["scale"][0]["times_real_time"] == 50.0
+    assert (data["format"], data["version"]) == ("underfoot-bench", 1)
+    assert data["blocks"][0]["times_real_time"] == 50.0
     assert json.loads((tmp_path / "report" / "bench.json").read_text()) == data
     assert "working" in done.stderr
 
@@ -41,6 +51,34 @@ def test_failures_are_printed_and_are_an_error(monkeypatch):
     assert "gain makes a mess, at 8000 Hz" in done.stdout
     assert isinstance(done.exception, UnderfootError)
     assert str(done.exception) == "stability: 1 failures"
+
+
+def test_times_alone_are_a_run_of_their_own(monkeypatch):
+    done, asked = bench(monkeypatch, "--short")
+    assert (done.exit_code, asked) == (0, {"short": True})
+    assert "modes: ten" in done.stdout
+    assert "stability" not in done.stdout
+    done, asked = bench(monkeypatch, "--short", "--quick")
+    assert asked == {}
+    assert str(done.exception) == "--quick and --short are both given; allowed: one of them"
+
+
+def test_an_earlier_run_is_compared_and_nothing_is_judged(monkeypatch, tmp_path):
+    old = tmp_path / "old.json"
+    old.write_text(bench(monkeypatch, "--json")[0].stdout)
+    done, _ = bench(monkeypatch, "--short", "--compare", str(old), ns=3.0)
+    assert done.exit_code == 0
+    assert "slower by  50.0 % (noise 5 %)  modes: ten: 2 -> 3 ns" in done.stdout
+    done, _ = bench(monkeypatch, "--short", "--json", "--compare", str(old), ns=1.0)
+    assert json.loads(done.stdout)["compared"]["faster"][0]["before"] == 2.0
+
+
+def test_an_earlier_run_that_cannot_be_read_is_said_before_the_work(monkeypatch, tmp_path):
+    (tmp_path / "old.json").write_text("[]")
+    done, asked = bench(monkeypatch, "--compare", str(tmp_path / "old.json"))
+    assert asked == {}
+    assert isinstance(done.exception, UnderfootError)
+    assert "allowed: 'underfoot-bench'" in str(done.exception)
 
 
 def test_a_report_that_is_no_folder_is_refused_before_the_work(monkeypatch, tmp_path):

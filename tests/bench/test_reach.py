@@ -1,39 +1,19 @@
-"""What the reaches are read off: times, models that are known to keep theirs, and floors."""
+"""What the reaches are read off: models that are known to keep theirs, floors, presets and times."""
 
 import math
+import sys
 
-import numpy as np
 import pytest
 
-from underfoot.bench import timing
-from underfoot.bench.reach import floors, friction, impacts, materials, modes, run, signals
-from underfoot.bench.scale import Cost
+from underfoot.bench.blocks import BlockCost
+from underfoot.bench.reach import TIMINGS, Timing, blocks, friction, impacts, materials, modes, run, signals, starts
+from underfoot.bench.timing import Run, Timed
 from underfoot.errors import UnderfootError
 
 
 def met(rows):
     """The words of the rows that are not met."""
     return [f"{row.what}: {row.measured} is not {row.asked}" for row in rows if not row.met]
-
-
-def test_the_least_of_some_runs_is_told_and_the_first_are_not_counted(monkeypatch):
-    now, steps = [0.0], iter([0.1, 50.0, 3.0, 1.0, 2.0])
-
-    def advance():
-        now[0] += next(steps)
-
-    monkeypatch.setattr(timing.time, "perf_counter", lambda: now[0])
-    assert timing.timed(advance, budget_s=6.0).seconds == 1.0
-    assert next(steps, None) is None
-
-
-def test_a_slow_processor_shows_in_its_floor(monkeypatch):
-    ticks = iter(np.arange(100.0))
-    monkeypatch.setattr(timing.time, "perf_counter", lambda: next(ticks))
-    took = timing.timed(lambda: None, most=3)
-    assert took.seconds == 1.0
-    repeats = timing.MAX_REPEATS  # as a run seems to take a second
-    assert took.slowness == pytest.approx(1e9 / (repeats * timing.PAIRS) / timing.FLOOR_NS)
 
 
 def test_noises_envelopes_and_rhythms_keep_their_reach():
@@ -61,37 +41,69 @@ def test_materials_keep_theirs():
 
 
 def test_slips_drawn_from_tables_keep_theirs():
-    rows = [row for row in friction.tables(100_000) if row.unit != "ns"]
+    rows = list(friction.tables(100_000))
     assert len(rows) == 6
     assert not met(rows)
 
 
-def test_floors_are_read_off_the_costs_of_coarse_gravel(monkeypatch):
-    monkeypatch.setattr(floors, "cold_start_s", lambda name: 0.3)
-    costs = [
-        Cost(floors.COARSE, 36, 36, 1024, 50.0, 1.0),
-        Cost(floors.COARSE, 36, 2, 1024, 400.0, 0.125),
-        Cost(floors.COARSE, 36, 0, 1024, 4000.0, 0.0125),
-        Cost(floors.COARSE, 36, 36, 64, 20.0, 1.0),
-        Cost("another", 36, 36, 64, 1.0, 1.0),
+def cost(stood_on, block, speed, share, patch=blocks.COARSE, slowness=1.0, tiles=36):
+    return BlockCost(patch, tiles, stood_on, block, speed, 2.0 * speed, share, slowness, 0.02)
+
+
+def test_floors_are_read_off_the_costs_of_coarse_gravel():
+    rows = list(
+        blocks.floors(
+            [
+                cost(36, 1024, 90.0, 1.0),
+                cost(2, 1024, 400.0, 0.16),
+                cost(0, 1024, 4000.0, 0.02),
+                cost(36, 64, 20.0, 1.0),
+                cost(36, 64, 20.0, 1.0, slowness=1.5),
+                cost(144, 64, 7.0, 1.0, tiles=144),
+                cost(36, 64, 1.0, 1.0, patch="another"),
+            ]
+        )
+    )
+    assert [(row.measured, row.met) for row in rows] == [
+        *((90.0, True), (400.0, True), (0.16, False), (4000.0, True), (0.02, True)),
+        *((20.0, False), (20.0, True), (7.0, True)),
     ]
-    rows = list(floors.reaches(costs, True))
-    assert [(row.measured, row.met) for row in rows] == [(50.0, True), (0.125, False), (20.0, False), (0.3, True)]
-    assert len(list(floors.reaches([], False))) > 5
+    assert rows[0].what == "coarse gravel, 36 tiles, block 1024, a foot on each"
+    assert [row.spread for row in rows[:3]] == [0.02, 0.02, None]
 
 
-def test_a_cold_start_is_timed_in_a_process_of_its_own(monkeypatch):
-    monkeypatch.setattr(floors, "COLD_START", "import sys; print(0.25 if sys.argv[1] == 'gravel' else 1 / 0)")
-    assert floors.cold_start_s("gravel") == 0.25
-    with pytest.raises(UnderfootError, match="snow does not start: ZeroDivisionError"):
-        floors.cold_start_s("snow")
+def test_presets_are_asked_one_by_one_and_in_the_middle():
+    took = {"fast": Timed(1e-3, 1.0, 0.0), "slow": Timed(0.02, 1.0, 0.0), "slowed": Timed(0.02, 2.0, 0.0)}
+    rows = list(blocks.presets(took))
+    assert [(row.measured, row.met) for row in rows] == [(1000.0, True), (50.0, False), (50.0, True), (100.0, False)]
+
+
+def test_a_time_is_held_against_the_best_that_was_seen():
+    timing = Timing("modes", "ten", Run(int), "ns", 1e9, best=2.0)
+    assert timing.reach(Timed(2.5e-9, 1.0, 0.0)).met
+    assert not timing.reach(Timed(2.7e-9, 1.0, 0.0)).met
+    assert timing.reach(Timed(2.7e-9, 1.1, 0.0)).met
+
+
+def test_what_is_timed_runs_and_has_a_name_of_its_own():
+    names = []
+    for of_family in TIMINGS:
+        for timing in of_family():
+            names.append((timing.model, timing.what))
+            assert timing.best < math.inf
+            if timing.model != "starts":
+                timing.run.call()
+    assert len(set(names)) == len(names) > 15
+
+
+def test_a_start_is_a_process_of_its_own():
+    assert starts.started([sys.executable, "-c", "print(3)"]) == "3\n"
+    with pytest.raises(UnderfootError, match="fails: ZeroDivisionError"):
+        starts.started([sys.executable, "-c", "1 / 0"])
 
 
 def test_every_family_is_asked_and_told_of(monkeypatch):
-    monkeypatch.setattr(floors, "cold_start_s", lambda name: 0.3)
     monkeypatch.setattr("underfoot.bench.reach.FAMILIES", {"tones": lambda quick: [quick]})
     told = []
-    found = run([], True, told.append)
-    assert found[0] is True
-    assert len(found) == 2
-    assert told == ["reach: tones", "reach: floors"]
+    assert run(True, told.append) == [True]
+    assert told == ["reach: tones"]

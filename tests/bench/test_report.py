@@ -7,9 +7,9 @@ import pytest
 
 from underfoot.bench import report
 from underfoot.bench.accuracy import Comparison, Curve, Point
+from underfoot.bench.blocks import BlockCost
 from underfoot.bench.reach import Reach
 from underfoot.bench.report import Bench
-from underfoot.bench.scale import Cost
 from underfoot.bench.stability import Failure, Stability
 from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
@@ -31,7 +31,8 @@ SVG = "{http://www.w3.org/2000/svg}"
 @pytest.fixture
 def bench():
     stable = Stability(3, 40, 5, 20.0, {"impact": 7}, [Failure("gain makes a mess", Patch(title="broken"), 8000)])
-    return Bench(REACHES, [COMPARISON], [Cost("gravel", 36, 2, 64, 123.4, 0.056)], stable)
+    cost = BlockCost("gravel", 36, 2, 64, 123.4, 345.6, 0.056, 1.1, 0.03)
+    return Bench(REACHES, [cost], [COMPARISON], stable, 1.5, 2)
 
 
 def test_the_picture_places_points_by_their_logarithms():
@@ -51,14 +52,15 @@ def test_the_picture_places_points_by_their_logarithms():
 
 def test_the_table_says_everything(bench):
     table = report.text(bench)
-    for words in ("a blow & more", "a < b (naive)", "123.4 times real time", "5.6 %", "1 failures", "impact 7"):
+    for words in ("a blow & more", "a < b (naive)", "123.4 ", "345.6", "5.6 %", "1 failures", "impact 7"):
         assert words in table
     assert bench.stability.failures[0].patch.dumps().decode() in table
 
 
 def test_reaches_are_said_to_be_met_or_not(bench):
     table = report.text(bench).splitlines()
-    assert table[0] == "reach: 3 asked, 1 not met"
+    assert table[0] == "load 1.5 on 2 cores"
+    assert table[1].startswith("reach: 3 asked, 1 not met")
     (missed,) = (line for line in table if line.endswith("NOT MET"))
     for words in ("floors: gravel", "at least 40", "31 times real time"):
         assert words in missed
@@ -66,7 +68,7 @@ def test_reaches_are_said_to_be_met_or_not(bench):
     assert [row["met"] for row in rows] == [True, False, True]
     assert rows[0] == {
         "model": "tones", "what": "error", "measured": 5e-16, "unit": "",
-        "low": None, "high": 1e-12, "asked": "at most 1e-12", "met": True,
+        "low": None, "high": 1e-12, "slowness": 1.0, "spread": None, "asked": "at most 1e-12", "met": True,
     }  # fmt: skip
     assert rows[2]["asked"] == "2764 to 2768"
     assert not Reach("any", "figure", float("nan"), high=1.0).met

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from underfoot.bench.accuracy import Comparison
-from underfoot.bench.reach import TO_COMPARE, Reach
-from underfoot.bench.scale import Cost
+from underfoot.bench.blocks import BlockCost
+from underfoot.bench.compare import FORMAT, VERSION, Time
+from underfoot.bench.reach import SPEED, TO_COMPARE, Reach
 from underfoot.bench.stability import Stability
 from underfoot.drawing import Drawing, Series, series
 from underfoot.drawing.page import page
@@ -25,40 +27,52 @@ _LEAST = 1e-17
 
 @dataclass(frozen=True)
 class Bench:
-    """All that one run of the bench found."""
+    """All that one run of the bench found; its times alone have no comparisons and no stability.
+
+    `load` is how many processes wanted the machine's `cores` when it began, the mean of a minute.
+    """
 
     reaches: Sequence[Reach]
-    comparisons: Sequence[Comparison]
-    costs: Sequence[Cost]
-    stability: Stability
+    costs: Sequence[BlockCost]
+    comparisons: Sequence[Comparison] = ()
+    stability: Stability | None = None
+    load: float = 0.0
+    cores: int = 1
+
+    def times(self) -> list[Time]:
+        """Every row that is a time, or a speed as the time of a second."""
+        return [_time(reach) for reach in self.reaches if reach.spread is not None]
 
     def data(self) -> dict[str, Any]:
-        """As plain data, for JSON."""
+        """As plain data, for JSON: a document, which a later run is compared with."""
         return {
+            "format": FORMAT,
+            "version": VERSION,
+            "load": self.load,
+            "cores": self.cores,
+            "times": msgspec.to_builtins(self.times()),
             "reach": [reach.data() for reach in self.reaches],
+            "blocks": [cost.data() for cost in self.costs],
             "accuracy": [comparison.data() for comparison in self.comparisons],
-            "scale": [cost.data() for cost in self.costs],
-            "stability": self.stability.data(),
+            "stability": self.stability.data() if self.stability else None,
         }
 
 
 def text(bench: Bench) -> str:
     """All of it as tables for a terminal."""
-    lines = [*_reach_lines(bench.reaches), ""]
+    lines = [f"load {bench.load:.1f} on {bench.cores} cores", *_reach_lines(bench.reaches), ""]
+    lines += _block_lines(bench.costs)
     for comparison in bench.comparisons:
+        lines.append("")
         lines += [f"{comparison.model}: {comparison.task}", f"  error: {comparison.error}"]
         for curve in comparison.curves:
             for point in curve.points:
                 name = f"{curve.method}{' (naive)' if curve.naive else ''}"
                 figures = f"{point.knob:<9.4g} {1e3 * point.seconds:10.4g} ms   {point.error:8.1e}"
                 lines.append(f"  {name:32} {curve.knob:18} {figures}")
-        lines.append("")
-    for cost in bench.costs:
-        lines.append(
-            f"{cost.patch}: {cost.tiles} tiles, {cost.stood_on:2} stood on, block {cost.block:4}: "
-            f"{cost.times_real_time:8.1f} times real time in the nodes, {100.0 * cost.share:5.1f} % of the whole floor"
-        )
-    return "\n".join([*lines, "", *_stability_lines(bench.stability)])
+    if bench.stability:
+        lines += ["", *_stability_lines(bench.stability)]
+    return "\n".join(lines)
 
 
 def write(bench: Bench, folder: Path) -> None:
@@ -72,7 +86,7 @@ def write(bench: Bench, folder: Path) -> None:
     for k, comparison in enumerate(bench.comparisons, 1):
         pictures.append(svg(picture(comparison)))
         write_file(folder / f"{k:02}-{comparison.model}.svg", pictures[-1].encode())
-    for k, failure in enumerate(bench.stability.failures, 1):
+    for k, failure in enumerate(bench.stability.failures if bench.stability else (), 1):
         write_file(folder / f"failure-{k:02}.json", failure.patch.dumps())
     body = ["<p>Lower and further to the left is better. Naive methods are dashed.</p>", *pictures]
     body.append(f"<pre>{html.escape(text(bench))}</pre>")
@@ -102,12 +116,29 @@ def _reach_lines(reaches: Sequence[Reach]) -> list[str]:
     missed = sum(not reach.met for reach in reaches)
     asked = sum(reach.asked != TO_COMPARE for reach in reaches)
     state = f"{missed} not met" if missed else "all met"
-    lines = [f"reach: {asked} asked, {state}", f"  {'':65} {'asked':>22}  {'measured':>10}"]
+    lines = [f"reach: {asked} asked, {state}; times beside how slow the processor was, and their spread"]
+    lines.append(f"  {'':65} {'asked':>22}  {'measured':>10}")
     for reach in reaches:
-        what = f"{reach.model}: {reach.what}"
-        met = "" if reach.met else "   NOT MET"
-        lines.append(f"  {what:65} {reach.asked:>22}  {reach.measured:>10.4g} {reach.unit}{met}")
+        beside = "" if reach.spread is None else f"  (x {reach.slowness:.2f}, {100.0 * reach.spread:.0f} %)"
+        what, met = f"{reach.model}: {reach.what}", "" if reach.met else "   NOT MET"
+        lines.append(f"  {what:65} {reach.asked:>22}  {reach.measured:>10.4g} {reach.unit}{beside}{met}")
     return lines
+
+
+def _block_lines(costs: Sequence[BlockCost]) -> list[str]:
+    lines = [f"  {'':65} {'times real time':>16} {'of a foot on each':>18} {'its nodes alone':>16}"]
+    for cost in costs:
+        what = f"{cost.patch}: {cost.tiles} tiles, block {cost.block}, a foot on {cost.stood_on}"
+        share, nodes = f"{100.0 * cost.share:.1f} %", cost.program_times_real_time
+        lines.append(f"  {what:65} {cost.times_real_time:16.1f} {share:>18} {nodes:16.1f}")
+    return ["whole blocks, from samples of the sensors to float32 for the card", *lines] if costs else []
+
+
+def _time(reach: Reach) -> Time:
+    row, spread = f"{reach.model}: {reach.what}", reach.spread or 0.0
+    if reach.unit == SPEED:
+        return Time(row, 1e3 / reach.measured, "ms a second of sound", reach.slowness, spread)
+    return Time(row, reach.measured, reach.unit, reach.slowness, spread)
 
 
 def _stability_lines(stability: Stability) -> list[str]:

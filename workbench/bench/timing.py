@@ -1,85 +1,89 @@
-"""How long things take, and how fast this processor is meanwhile."""
+"""How long things take, beside how fast this processor is meanwhile."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, modal_kernel, widest
+from underfoot.bench import machine
 
-FLOOR_NS = 0.030
-"""Two fused multiply-adds on the processor whose times the reaches were set from: the least a mode can cost a frame."""
-
-_ROUNDS, _LANES = 16, 64
-PAIRS = _LANES * 2 * _ROUNDS
-"""Pairs of multiply-adds in a round of the floor."""
-_LEAST_REPEATS, MAX_REPEATS = 100, 100_000
+_ROUNDS = 5
+_THIRDS = 3
 
 
 class Timed(NamedTuple):
-    """The least time of a run in seconds, and how much longer two fused multiply-adds took than `FLOOR_NS` at least.
+    """What a run takes, in seconds, how slow the processor was meanwhile (`machine.slowness`), and the spread.
 
-    The least, because neighbours on the machine only ever add to a time, and more to what needs memory.
-
-    What was set on another processor is held against `slowness` times as much, so that a slower clock or a busy
-    neighbour fails nothing, and a faster clock hides nothing.
+    Both are lower quartiles: neighbours on the machine add to most times, and a moment of a quicker clock takes from
+    the least. (Over a minute on two shared cores, minima of three seconds each, over the floor's, strayed by 10 to
+    12 %, lower quartiles by 3 to 5 %.) What was measured at another time is held against `slowness` times as much: a
+    slower clock or a busy neighbour fails nothing, and a faster clock hides nothing. `spread` is how far the first, the
+    second and the last third of the runs lie apart, as a share.
     """
 
     seconds: float
     slowness: float
+    spread: float
+
+    @property
+    def at_best(self) -> float:
+        """The seconds that it would have taken on the processor at its best."""
+        return self.seconds / self.slowness
 
 
-def timed(run: Callable[[], object], budget_s: float = 0.2, most: int = 20) -> Timed:
-    """Time up to `most` runs, or what fits into `budget_s`, and the processor's floor between them.
+class Run(NamedTuple):
+    """What is timed: a call, and the clock that tells its time.
 
-    Two runs ahead of them are not counted.
+    That of the thread stands still while others have the processor. Where a call waits for another process, it is to be
+    the one on the wall.
+    """
 
-    >>> 0.1 < timed(lambda: None, most=3).slowness < 100.0
+    call: Callable[[], object]
+    clock: Callable[[], float] = time.thread_time
+
+
+def timed(call: Callable[[], object], budget_s: float = 0.2) -> Timed:
+    """Time runs of one thing, as many as fit into `budget_s`, but five at least, after one that is not counted.
+
+    >>> 0.1 < timed(lambda: None, 0.0).slowness < 100.0
     True
     """
-    factors, terms, values = np.full(_LANES, 0.5), np.full(_LANES, 0.1), np.zeros((4, _LANES))
-    _fused(factors, terms, values, 1)
-    run()
-    began = time.perf_counter()
-    run()
-    # As long as a run: a shorter look would catch moments of a quicker clock that no run can.
-    repeats = round((time.perf_counter() - began) / (FLOOR_NS * 1e-9 * PAIRS))
-    repeats = min(max(repeats, _LEAST_REPEATS), MAX_REPEATS)
-    spent: list[float] = []
-    floor: list[float] = []
-    while not spent or (len(spent) < most and sum(spent) < budget_s):
-        began = time.perf_counter()
-        _fused(factors, terms, values, repeats)
-        between = time.perf_counter()
-        run()
-        spent.append(time.perf_counter() - between)
-        floor.append(between - began)
-    return Timed(min(spent), min(floor) / (repeats * PAIRS) * 1e9 / FLOOR_NS)
+    return timed_in_turn([Run(call)], budget_s)[0]
 
 
-def least_s(run: Callable[[], object], budget_s: float = 0.2, most: int = 20) -> float:
-    """The least time of up to `most` runs, or of what fits into `budget_s`; two runs ahead of them are not counted.
+def timed_in_turn(runs: Sequence[Run], budget_s: float, tell: Callable[[str], None] = lambda line: None) -> list[Timed]:
+    """Time each of `runs` for about `budget_s`, by turns in several rounds, so that a slow second strikes all alike.
 
-    >>> least_s(lambda: None, most=3) < 1e-3
-    True
+    One run of each, ahead of them, is not counted: it may compile.
     """
-    return timed(run, budget_s, most).seconds
+    for run in runs:
+        run.call()
+    looked: list[list[tuple[float, float]]] = [[] for _ in runs]
+    for number in range(_ROUNDS):
+        tell(f"times: round {number + 1} of {_ROUNDS}")
+        for run, found in zip(runs, looked, strict=True):
+            found += _turn(run, budget_s / _ROUNDS)
+    return [_timed(np.array(found)) for found in looked]
 
 
-@modal_kernel
-def _fused(factors: Floats, terms: Floats, values: NDArray[np.float64], repeats: int) -> None:
-    # Four chains beside each other in each lane, so that none waits for its last result.
-    widest()
-    first, second, third, fourth = values[0], values[1], values[2], values[3]
-    for _ in range(repeats):
-        for m in range(factors.size):
-            p, q, r, s = first[m], second[m], third[m], fourth[m]
-            a, b = factors[m], terms[m]
-            for _ in range(_ROUNDS):
-                p = a * p + b
-                q = a * q + b
-                r = a * r + b
-                s = a * s + b
-            first[m], second[m], third[m], fourth[m] = p, q, r, s
+def _turn(run: Run, budget_s: float) -> list[tuple[float, float]]:
+    """Seconds and slowness of one run after the other."""
+    found: list[tuple[float, float]] = []
+    left = budget_s
+    while not found or left > 0.0:
+        slow = machine.slowness()
+        began = run.clock()
+        run.call()
+        spent = run.clock() - began
+        found.append((spent, slow))
+        left -= spent
+    return found
+
+
+def _timed(looked: NDArray[np.float64]) -> Timed:
+    seconds, slowness = np.quantile(looked, 0.25, axis=0).tolist()
+    thirds = [np.quantile(third, 0.25, axis=0) for third in np.array_split(looked, _THIRDS)]
+    apart = [float(third[0] / third[1]) for third in thirds]
+    return Timed(seconds, slowness, max(apart) / min(apart) - 1.0)

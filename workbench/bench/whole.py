@@ -1,28 +1,41 @@
-"""The whole bench in one run."""
+"""The whole bench in one run, or its times alone."""
 
+import os
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench import accuracy, latency, reach, scale, stability
+from underfoot.bench import accuracy, blocks, latency, reach, stability
+from underfoot.bench.blocks import BlockCost
+from underfoot.bench.reach import Reach
+from underfoot.bench.reach.blocks import COARSE, floors, presets
 from underfoot.bench.report import Bench
+from underfoot.bench.timing import Run, timed_in_turn
+from underfoot.clock import RATE_HZ
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.commands import Play
+from underfoot.engine.loop import Loop
+from underfoot.engine.worker_pool import cores
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
 
+Tell = Callable[[str], None]
 
-def run(quick: bool = False, seed: int = 1, tell: Callable[[str], None] = lambda line: None) -> Bench:
-    """Scale, reach, accuracy and stability, and the latency of a session. Quick takes about two minutes.
+
+def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None) -> Bench:
+    """Times, reach, the latency of a session, accuracy and stability. Quick takes about five minutes.
 
     In full: some minutes for the first three; then at most ten for each node, every corner and point, random patches,
     and an hour of sound, which takes several hours.
     """
-    files = library.patches()
-    patches = {name: Patch.load(path, REGISTRY) for name, path in files.items() if "gravel" in name}
-    costs = scale.run(patches, REGISTRY, repeats=5 if quick else 20, tell=tell)
-    reaches = [*reach.run(costs, quick, tell), *latency.reaches(quick, tell)]
+    load = os.getloadavg()[0]
+    floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(library.patches()), 0.6 if quick else 6.0, tell)
+    reaches = [*times, *reach.run(quick, tell), *latency.reaches(quick, tell)]
     comparisons = accuracy.run(quick, tell)
     with tempfile.TemporaryDirectory() as folder:
         sound = Path(folder, "sound.wav")
@@ -33,7 +46,39 @@ def run(quick: bool = False, seed: int = 1, tell: Callable[[str], None] = lambda
             )
         else:
             stable = stability.run(REGISTRY, sound, seed=seed, tell=tell)
-    return Bench(reaches, comparisons, costs, stable)
+    return Bench(reaches, floor_costs, comparisons, stable, load, cores())
+
+
+def run_times(tell: Tell = lambda line: None) -> Bench:
+    """What takes how long, and nothing else: about twenty seconds."""
+    load = os.getloadavg()[0]
+    floor_costs, times = _times((36,), (64, 1024), [], 0.3, tell)
+    return Bench(times, floor_costs, load=load, cores=cores())
+
+
+def _times(
+    tiles: tuple[int, ...], block_sizes: tuple[int, ...], presets_named: list[str], budget_s: float, tell: Tell
+) -> tuple[list[BlockCost], list[Reach]]:
+    """All that is timed, by turns: coarse gravel on large floors, presets, and what the families of models have."""
+    tell("times: kernels are loaded")
+    coarse = {COARSE: Patch.load(library.patches()[COARSE], REGISTRY)}
+    scenes = list(blocks.scenes(coarse, REGISTRY, tiles, block_sizes))
+    walked = {name: _walked(name) for name in presets_named}
+    timings = list(reach.timings())
+    played = [Run(call) for call in (*(scene.run for scene in scenes), *walked.values())]
+    runs = [*played, *(timing.run for timing in timings)]
+    took = timed_in_turn(runs, budget_s, tell)
+    costs = blocks.costs(scenes, took[: len(scenes)])
+    of_presets = dict(zip(walked, took[len(scenes) :], strict=False))
+    rows = [timing.reach(one) for timing, one in zip(timings, took[len(played) :], strict=True)]
+    return costs, [*floors(costs), *(presets(of_presets) if walked else ()), *rows]
+
+
+def _walked(name: str) -> Callable[[], object]:
+    """A second of a preset under the walker, and the next one."""
+    loop = Loop(Patch.load(library.patches()[name], REGISTRY), REGISTRY, SimulatedFloor(default_floor()))
+    loop.send(Play(True))
+    return partial(loop.play, RATE_HZ)
 
 
 def _write_sound(path: Path) -> None:

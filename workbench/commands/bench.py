@@ -1,39 +1,68 @@
-"""`underfoot bench`: what is reached, run time against error, scale, and stability; or the figures of the thesis."""
+"""`underfoot bench`: what is reached, run time against error, whole blocks, and stability; or the thesis's figures."""
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
 from underfoot.commands.files import FILE
+from underfoot.commands.options import grouped
 from underfoot.errors import BadFile, BadValue, UnderfootError
 
 
+@dataclass(frozen=True)
+class BenchOptions:
+    """What the command line says of a run; None is what was not given."""
+
+    quick: bool
+    short: bool
+    compare: Path | None
+    report: Path | None
+    figures: Path | None
+    seed: int
+    as_json: bool
+
+
 @click.command()
-@click.option("--quick", is_flag=True, help="In about two minutes. In full: minutes per table, at most ten per node.")
+@click.option("--quick", is_flag=True, help="In about five minutes. In full: minutes per table, at most ten per node.")
+@click.option("--short", is_flag=True, help="Only what takes how long, in about twenty seconds.")
+@click.option(
+    "--compare", type=FILE, help="JSON of an earlier run: name what got slower or faster since, and by how much."
+)
 @click.option("--report", type=FILE, help="Folder for a page with pictures, the figures as JSON, and what failed.")
 @click.option("--figures", type=FILE, help="Folder for the thesis's figures drawn anew; nothing else is measured.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the random points and patches.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
-def bench(quick: bool, report: Path | None, figures: Path | None, seed: int, as_json: bool) -> None:
+@grouped(BenchOptions)
+def bench(options: BenchOptions) -> None:
     """What every model reaches, run time against error beside naive methods, a large floor's cost, and stability."""
-    if seed < 0:
-        raise BadValue(f"--seed is {seed}; allowed: 0 or more")
+    report, figures = options.report, options.figures
+    if options.seed < 0:
+        raise BadValue(f"--seed is {options.seed}; allowed: 0 or more")
+    if options.quick and options.short:
+        raise BadValue("--quick and --short are both given; allowed: one of them")
     for folder in (report, figures):
         if folder is not None and folder.exists() and not folder.is_dir():
             raise BadFile(f"{folder} is not a folder")
     if figures is not None:
-        _draw(figures, quick, as_json)
+        _draw(figures, options.quick, options.as_json)
         return
+    from underfoot.bench import whole
+    from underfoot.bench.compare import changes, read
     from underfoot.bench.report import text, write
-    from underfoot.bench.whole import run
 
-    found = run(quick, seed, _tell)
+    before = None if options.compare is None else read(options.compare)
+    found = whole.run_times(_tell) if options.short else whole.run(options.quick, options.seed, _tell)
     if report is not None:
         write(found, report)
-    print(json.dumps(found.data()) if as_json else text(found))
-    if found.stability.failures:
+    since = None if before is None else changes(before, found.times())
+    if options.as_json:
+        print(json.dumps(found.data() | ({} if since is None else {"compared": since.data()})))
+    else:
+        print("\n".join([text(found), *([] if since is None else ["", *since.lines()])]))
+    if found.stability and found.stability.failures:
         raise UnderfootError(f"stability: {len(found.stability.failures)} failures")
 
 

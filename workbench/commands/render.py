@@ -1,21 +1,25 @@
-"""`underfoot render`: a patch, played offline."""
+"""`underfoot render`: patches, played offline: one here, several at once on all cores."""
 
 import json
 import os
-from dataclasses import dataclass
+import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from underfoot.clock import RATE_HZ
 from underfoot.commands.files import FILE, require_room
 from underfoot.commands.options import grouped
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.files import make_folder
 
 if TYPE_CHECKING:
     from underfoot.devices.force_source import ForceSource
     from underfoot.engine.render import Rendered
+
+Summary = dict[str, Any]
 
 DEFAULT_S = 5.0
 """Seconds that are rendered where no file of forces says how long."""
@@ -27,7 +31,7 @@ TAIL_S = 0.5
 class RenderOptions:
     """What the command line says of a rendering; None is what was not given."""
 
-    patch: Path
+    patches: tuple[Path, ...]
     output: Path | None
     seconds: float | None
     rate: float | None
@@ -38,10 +42,17 @@ class RenderOptions:
     profiles: Path | None
     as_json: bool
 
+    @property
+    def patch(self) -> Path:
+        """The patch, where there is one."""
+        return self.patches[0]
+
 
 @click.command()
-@click.argument("patch", type=FILE)
-@click.option("-o", "--output", type=FILE, help="WAV file to write: float samples, one channel per tile.")
+@click.argument("patches", metavar="PATCH...", type=FILE, nargs=-1, required=True)
+@click.option(
+    "-o", "--output", type=FILE, help="WAV file: float samples, one channel per tile. For several patches, a folder."
+)
 @click.option("--seconds", type=float, help="Length; by default the force's, or 5 s.")
 @click.option("--rate", type=float, help=f"Frames per second; {RATE_HZ} by default.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block; the output is the same.")
@@ -52,22 +63,74 @@ class RenderOptions:
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:
-    """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes."""
+    """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes; several at once on all cores."""
+    if len(options.patches) > 1:
+        _render_all(options)
+        return
+    require_room(options.output, inputs=(options.patch, options.force, options.floor))
+    summary = _render_one(options)
+    print(json.dumps(summary) if options.as_json else _line(summary))
+
+
+def _render_one(options: RenderOptions) -> Summary:
+    """Render the one patch, write what is to be written, and return the figures."""
     from underfoot.records.recording import is_recording
     from underfoot.records.wav import write_wav
 
-    require_room(options.output, inputs=(options.patch, options.force, options.floor))
     rendered = _replayed(options) if is_recording(options.patch) else _rendered(options)
     if options.output is not None:
         write_wav(options.output, rendered.samples, rendered.rate_hz)
-    summary = rendered.summary()
+    return rendered.summary()
+
+
+def _render_all(options: RenderOptions) -> None:
+    """Render several patches, each into a file of its own in the folder; what fails is said, and the others go on."""
+    from underfoot.engine.worker_pool import cores, in_parallel
+
+    outputs = _outputs(options)
+    jobs = [replace(options, patches=(patch,), output=out) for patch, out in zip(options.patches, outputs, strict=True)]
+    found: dict[int, Summary] = {}
+    failed = 0
+    for done, (number, answer) in enumerate(in_parallel(_render_one, jobs, cores()), 1):
+        patch = options.patches[number]
+        if isinstance(answer, UnderfootError):
+            failed += 1
+            reason = str(answer).removeprefix(f"{patch}: ").removeprefix(f"{patch} ")
+            found[number] = {"error": str(answer)}
+            print(f"underfoot: {patch}: {reason}", file=sys.stderr)
+            continue
+        found[number] = answer
+        print(f"underfoot: {done} of {len(jobs)}: {patch}", file=sys.stderr)
     if options.as_json:
-        print(json.dumps(summary))
+        print(json.dumps([{"patch": str(patch)} | found[number] for number, patch in enumerate(options.patches)]))
     else:
-        print(
-            f"{summary['seconds']:.3f} s, peak {summary['peak']:.4f}, RMS {summary['rms']:.5f} of full scale, "
-            f"{summary['times_real_time']:.0f} times real time"
-        )
+        for number, patch in enumerate(options.patches):
+            if "error" not in found[number]:
+                print(f"{patch}: {_line(found[number])}")
+    if failed:
+        raise UnderfootError(f"{failed} of {len(jobs)} patches were not rendered")
+
+
+def _outputs(options: RenderOptions) -> list[Path | None]:
+    """The file of each patch, in the folder that was named."""
+    if options.output is None:
+        return [None] * len(options.patches)
+    if options.output.is_file() or options.output.suffix == ".wav":
+        raise BadFile(f"{options.output} is no folder; {len(options.patches)} patches need one to be written into")
+    outputs = [options.output / f"{patch.stem}.wav" for patch in options.patches]
+    twice = {out.name for out in outputs if outputs.count(out) > 1}
+    if twice:
+        raise BadFile(f"{', '.join(sorted(twice))} would be written twice; render them one by one")
+    make_folder(options.output)
+    require_room(*outputs, inputs=(*options.patches, options.force, options.floor))
+    return list(outputs)
+
+
+def _line(summary: Summary) -> str:
+    return (
+        f"{summary['seconds']:.3f} s, peak {summary['peak']:.4f}, RMS {summary['rms']:.5f} of full scale, "
+        f"{summary['times_real_time']:.0f} times real time"
+    )
 
 
 def _replayed(options: RenderOptions) -> "Rendered":

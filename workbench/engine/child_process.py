@@ -2,7 +2,9 @@
 
 import multiprocessing
 import time
+from collections.abc import Iterable
 from importlib import import_module
+from multiprocessing import connection
 from typing import Any
 
 
@@ -81,6 +83,11 @@ def engine_process() -> ChildProcess:
 
 def _run(module: str, connection: Any, *given: Any) -> None:
     import_module(module).run(connection, *given)
+
+
+def wait_for_any(children: Iterable[ChildProcess], within_s: float) -> None:
+    """Wait until one of them has sent something, or has died."""
+    connection.wait([child._connection for child in children], within_s)
 
 
 class RestartLimit:

@@ -1,16 +1,15 @@
 """The reach of every model: what it is asked to keep, what was measured, and whether it does.
 
-Each file here measures one family. Times that were set on another processor are scaled by how slow this one is at that
-moment (`timing.Timed`); ratios are of one run.
+Each file here measures one family. Times are asked to stay near the best that was seen, scaled by how slow the
+processor is at that moment (`timing.Timed`).
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 
-from underfoot.bench.reach import floors, friction, impacts, materials, modes, signals
-from underfoot.bench.reach.row import TO_COMPARE, Reach
-from underfoot.bench.scale import Cost
+from underfoot.bench.reach import friction, impacts, materials, modes, signals, starts
+from underfoot.bench.reach.row import SPEED, TO_COMPARE, Reach, Timing
 
-__all__ = ["FAMILIES", "TO_COMPARE", "Reach", "run"]
+__all__ = ["FAMILIES", "SPEED", "TIMINGS", "TO_COMPARE", "Reach", "Timing", "run", "timings"]
 
 FAMILIES: dict[str, Callable[[bool], Iterable[Reach]]] = {
     "signals": signals.reaches,
@@ -21,12 +20,26 @@ FAMILIES: dict[str, Callable[[bool], Iterable[Reach]]] = {
 }
 """What measures each family, quick or in full."""
 
+TIMINGS: tuple[Callable[[], Iterable[Timing]], ...] = (
+    impacts.timings,
+    modes.timings,
+    materials.timings,
+    friction.timings,
+    starts.timings,
+)
+"""What has to be timed of them, by turns (`timing.timed_in_turn`)."""
 
-def run(costs: Sequence[Cost], quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Reach]:
-    """Measure every reach; those of large floors are read off what `scale` found."""
+
+def timings() -> Iterator[Timing]:
+    """All that has to be timed."""
+    for of_family in TIMINGS:
+        yield from of_family()
+
+
+def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Reach]:
+    """Measure every reach that is no time."""
     found = []
     for name, family in FAMILIES.items():
         tell(f"reach: {name}")
         found += list(family(quick))
-    tell("reach: floors")
-    return [*found, *floors.reaches(costs, quick)]
+    return found

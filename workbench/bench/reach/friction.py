@@ -1,12 +1,13 @@
 """The reach of stick-slip: the law of a slip's duration, its time, and the texture drawn from its table."""
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench.reach.row import Reach
-from underfoot.bench.timing import timed
+from underfoot.bench.reach.row import Reach, Timing
+from underfoot.bench.timing import Run
 from underfoot.kernels import Floats, kernel
 from underfoot.models.stick_slip import distribution, quantile_table
 from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
@@ -22,6 +23,9 @@ _GRID = np.array(
 )
 """The CDF at `_TIMES` from the Fokker-Planck equation on a grid, extrapolated over four; the last two agree to 2e-9."""
 
+_BEST_LAW_S, _BEST_LOOK_UP_NS = 0.072, 27.0
+"""The best times seen of the law at 1e-4, and of a slip that is looked up."""
+
 
 def reaches(quick: bool) -> Iterable[Reach]:
     """The law of figure 8.6, and what is drawn from tables."""
@@ -29,9 +33,16 @@ def reaches(quick: bool) -> Iterable[Reach]:
         law = distribution.first_passage(_BLOCK, _T_END_S, error=error)
         apart = float(np.abs(np.interp(_TIMES, law.points, law.cdf) - _GRID).max())
         yield Reach("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
-    took = timed(lambda: distribution.first_passage(_BLOCK, _T_END_S, error=1e-4), 1.0).seconds
-    yield Reach("friction", "time of that law at 1e-4", took, "s", high=0.25)
     yield from tables(100_000 if quick else 2_000_000)
+
+
+def timings() -> Iterator[Timing]:
+    """What the law of figure 8.6 takes to solve, and a slip to be looked up."""
+    solve = Run(partial(distribution.first_passage, _BLOCK, _T_END_S, error=1e-4))
+    yield Timing("friction", "the law of figure 8.6 at 1e-4", solve, "s", 1.0, _BEST_LAW_S)
+    table, pairs = quantile_table.slip_table(0.4, 0.5, 2.0, error=1e-3), np.empty((100_000, 2))
+    look_up = Run(partial(_look_up_evenly, table, pairs))
+    yield Timing("friction", "a slip looked up, zeta 0.4", look_up, "ns", 1e9 / len(pairs), _BEST_LOOK_UP_NS)
 
 
 def tables(count: int) -> Iterator[Reach]:
@@ -51,8 +62,6 @@ def tables(count: int) -> Iterator[Reach]:
         ):
             what = f"CDF error of {name} from a table at 1e-3, zeta {zeta}"
             yield Reach("friction", what, _apart(values, count, of), high=asked)
-        took = timed(lambda: _look_up_evenly(table, pairs)).seconds  # noqa: B023
-        yield Reach("friction", f"a look-up, zeta {zeta}", took / count * 1e9, "ns", high=1000.0)
 
 
 def _apart(values: NDArray[np.float64], of: int, law: Distribution) -> float:

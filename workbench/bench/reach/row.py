@@ -1,16 +1,28 @@
-"""One line of the table of reaches."""
+"""One line of the table of reaches, and what has to be timed for one."""
 
 import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from underfoot.bench.timing import Run, Timed
+
 TO_COMPARE = "to compare"
 """What is asked where nothing is: a figure that explains others."""
+
+SPEED = "times real time"
+"""The unit of speeds: what is more is better."""
+
+SLACK = 1.3
+"""Of the best time that was seen, so much is asked: above what two runs on a shared machine lie apart."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """What a model is asked to keep, from `low` to `high`, and what was measured."""
+    """What a model is asked to keep, from `low` to `high`, and what was measured.
+
+    A time or a speed has the `slowness` of the processor meanwhile, which its bounds are scaled by, and the `spread` of
+    such measurements (`timing.Timed`); other figures have no spread.
+    """
 
     model: str
     what: str
@@ -18,6 +30,8 @@ class Reach:
     unit: str = ""
     low: float = -math.inf
     high: float = math.inf
+    slowness: float = 1.0
+    spread: float | None = None
 
     @property
     def met(self) -> bool:
@@ -49,3 +63,28 @@ class Reach:
             name: value if math.isfinite(value) else None for name, value in (("low", self.low), ("high", self.high))
         }
         return asdict(self) | {"measured": float(self.measured)} | bounds | {"asked": self.asked, "met": self.met}
+
+
+@dataclass(frozen=True)
+class Timing:
+    """A time to be measured, in `unit`, of which there are `a_second`.
+
+    It is asked to be at most `SLACK` times `best`, the best that was seen, scaled by how slow the processor is.
+    """
+
+    model: str
+    what: str
+    run: Run
+    unit: str
+    a_second: float = 1.0
+    best: float = math.inf
+
+    def reach(self, took: Timed) -> Reach:
+        """The row of what it took.
+
+        >>> Timing("modes", "10 modes", Run(print), "ns", 1e9, best=1.1).reach(Timed(2e-9, 1.5, 0.02)).asked
+        'at most 2.145'
+        """
+        beside = {"slowness": took.slowness, "spread": took.spread}
+        most = SLACK * self.best * took.slowness
+        return Reach(self.model, self.what, took.seconds * self.a_second, self.unit, high=most, **beside)

@@ -1,0 +1,61 @@
+"""Jobs are shared out, errors and deaths are their job's alone, and whoever stops stops all."""
+
+import os
+import time
+from contextlib import closing
+
+import pytest
+
+from underfoot.engine.worker_pool import cores, in_parallel
+from underfoot.errors import BadValue, UnderfootError
+
+
+def worked(job):
+    """What the processes do: what a job says."""
+    if job == "fail":
+        raise BadValue("it fails")
+    if job == "die":
+        os._exit(3)
+    if job == "sleep":
+        time.sleep(60.0)
+    return job, os.getpid()
+
+
+def test_every_job_has_its_answer_and_processes_go_on_with_the_next():
+    found = dict(in_parallel(worked, "abcdef", 2))
+    assert [found[number][0] for number in range(6)] == list("abcdef")
+    pids = {pid for _, pid in found.values()}
+    assert 1 <= len(pids) <= 2
+    assert os.getpid() not in pids
+
+
+def test_an_error_is_its_job_s_alone():
+    found = dict(in_parallel(worked, ["a", "fail", "b"], 1))
+    assert isinstance(found[1], BadValue)
+    assert str(found[1]) == "it fails"
+    assert (found[0][0], found[2][0]) == ("a", "b")
+
+
+def test_a_process_that_dies_is_said_and_another_goes_on():
+    found = dict(in_parallel(worked, ["die", "a", "die"], 1))
+    assert found[1][0] == "a"
+    for number in (0, 2):
+        assert isinstance(found[number], UnderfootError)
+        assert str(found[number]) == "the process that worked on it died: exit status 3"
+
+
+def test_whoever_stops_early_leaves_no_process(monkeypatch):
+    monkeypatch.setattr("underfoot.engine.worker_pool._LEAVE_S", 0.1)
+    began = time.monotonic()
+    with closing(in_parallel(worked, ["a", "sleep", "sleep"], 2)) as answers:
+        assert next(answers)[1][0] == "a"
+    assert time.monotonic() - began < 30.0
+
+
+def test_there_is_a_core():
+    assert cores() >= 1
+
+
+@pytest.mark.parametrize("processes", [1, 5])
+def test_nothing_to_do_is_done_at_once(processes):
+    assert list(in_parallel(worked, [], processes)) == []

@@ -1,0 +1,251 @@
+"""Where a block's time goes: what each stage and each node costs for a patch on a floor, what sleeps, and why."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from underfoot.bench.blocks import stepping
+from underfoot.clock import RATE_HZ
+from underfoot.devices.conversion import Conversion, nominal_readings
+from underfoot.devices.replay import Replay
+from underfoot.engine.block_runner import BlockRunner
+from underfoot.engine.commands import Play, equalisers_of
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.session_memory import SessionMemory
+from underfoot.errors import require
+from underfoot.floor.layout import Floor
+from underfoot.floor.profile import Profile
+from underfoot.kernels import kernel
+from underfoot.patch.calls import cycles
+from underfoot.patch.guards import guarded
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
+
+_WARM_S, _PART_S, _PARTS = 1.0, 1.0, 8
+_MS = 1e3
+
+STAGES = {
+    "source": "samples are taken from where they come",
+    "rings, forces": "samples are written to where window and recorder read",
+    "tracking": "lost samples are filled in, contacts followed, samples queued",
+    "signals": "force and centroid of each tile are drawn at audio rate",
+    "nodes": "the patch's nodes, the sum of those below",
+    "driver": "what runs the nodes: who is awake, who may sleep, the sum of the outputs",
+    "pulse": "the pulse that shows which tile is which",
+    "equaliser": "the equalisers of the tiles' profiles",
+    "safety": "DC block, limits, ramps, float32 for the card",
+    "rings, vibration": "what is played is written to where window and recorder read",
+    "rest": "commands, the status, the way from stage to stage",
+}
+"""What is done in each stage of a block, in their order."""
+
+
+@dataclass(frozen=True)
+class StageCost:
+    """What a stage takes of a second of sound, ms."""
+
+    stage: str
+    ms: float
+
+
+@dataclass(frozen=True)
+class NodeCost:
+    """What a node takes of a second of sound, ms; on how many tiles it ran, on average; when it sleeps, or ""."""
+
+    node: str
+    type: str
+    ms: float
+    tiles_awake: float
+    sleeps: str
+
+
+@dataclass(frozen=True)
+class BlockStages:
+    """What a second of sound costs, ms: all of it, by stages, and by nodes.
+
+    `reading_ms` is what the thread that reads devices takes beside it, to turn readings into newtons. `left_out` are
+    nodes that no output needs.
+    """
+
+    tiles: int
+    stood_on: int
+    block: int
+    whole_ms: float
+    stages: tuple[StageCost, ...]
+    nodes: tuple[NodeCost, ...]
+    left_out: tuple[str, ...]
+    reading_ms: float
+
+    def data(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+def block_stages(
+    patch: Patch,
+    registry: Registry,
+    floor: Floor,
+    *,
+    feet: int,
+    block: int = 1024,
+    profiles: Mapping[str, Profile] | None = None,
+    folder: Path | None = None,
+) -> BlockStages:
+    """Play some seconds of `patch` as the engine does, with feet that step once a second on the first `feet` tiles.
+
+    `profiles`, by tile, have equalisers and what turns readings into newtons; `folder` is where the patch's sound files
+    lie. `BadValue` for feet or blocks that cannot be.
+    """
+    require(0 <= feet <= len(floor.tiles), "feet", feet, f"0 to {len(floor.tiles)}, the floor's tiles")
+    require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
+    source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
+    options = LoopOptions(block=block, equalisers=equalisers_of(profiles or {}), folder=folder)
+    loop = Loop(patch, registry, source, options)
+    loop.send(Play(True))
+    memory = SessionMemory.create(len(floor.tiles), RATE_HZ, source.rate_hz)
+    try:
+        runner = BlockRunner(loop, memory)
+        parts = _parts(runner, _watched(runner))
+    finally:
+        memory.close()
+    # The part whose whole is the lower quartile's: its stages add up to it.
+    whole_s, spent, of_nodes, ran = sorted(parts, key=lambda part: part[0])[len(parts) // 4]
+    frames = max(round(_PART_S * RATE_HZ) // block, 1) * block
+    a_second = _MS * RATE_HZ / frames
+    nodes_s = float(of_nodes.sum())
+    spent |= {"nodes": nodes_s, "driver": max(spent["program"] - nodes_s, 0.0)}
+    spent["rest"] = whole_s - sum(spent[stage] for stage in STAGES if stage != "rest")
+    sleeps = _sleeps(loop.program, registry)
+    return BlockStages(
+        len(floor.tiles),
+        feet,
+        block,
+        a_second * whole_s,
+        tuple(StageCost(stage, a_second * spent[stage]) for stage in STAGES),
+        tuple(
+            NodeCost(id, patch.node(id).type, a_second * float(of_nodes[k]), float(ran[k]) / frames, sleeps[id])
+            for id, k in loop.program.index.items()
+        ),
+        loop.program.left_out,
+        _MS * _reading_s(floor, feet, profiles or {}),
+    )
+
+
+class _Stopwatch:
+    """Adds up what calls take, each without what it called."""
+
+    def __init__(self) -> None:
+        self.spent_s: dict[str, float] = {}
+        self._inner_s = [0.0]
+
+    def watch(self, owner: object, method: str, stage: str) -> None:
+        """Let calls of an object's method count as `stage`."""
+        call = getattr(owner, method)
+        self.spent_s[stage] = 0.0
+
+        @wraps(call)
+        def watched(*given: Any) -> Any:
+            self._inner_s.append(0.0)
+            began = time.perf_counter()
+            result = call(*given)
+            took = time.perf_counter() - began
+            self.spent_s[stage] += took - self._inner_s.pop()
+            self._inner_s[-1] += took
+            return result
+
+        setattr(owner, method, watched)
+
+
+def _watched(runner: BlockRunner) -> _Stopwatch:
+    found, loop = _Stopwatch(), runner.loop
+    for owner, method, stage in (
+        (loop.source, "pull", "source"),
+        (loop.intake, "on_samples", "rings, forces"),
+        (loop.intake, "take", "tracking"),
+        (loop.intake, "fill", "signals"),
+        (loop.programs, "run", "program"),
+        (loop.pulse, "apply", "pulse"),
+        (loop.equalisers, "apply", "equaliser"),
+        (loop.safety, "apply", "safety"),
+        (runner.memory.vibration, "write", "rings, vibration"),
+    ):
+        found.watch(owner, method, stage)
+    return found
+
+
+_Part = tuple[float, dict[str, float], np.ndarray, np.ndarray]
+
+
+def _parts(runner: BlockRunner, watch: _Stopwatch) -> list[_Part]:
+    """Of each part: seconds in all and by stages, and of each node seconds, and frames that it ran, over all tiles."""
+    tables, rate = runner.loop.program.tables, _cycles_a_second()
+    for _ in range(max(round(_WARM_S * RATE_HZ) // runner.loop.block, 1)):
+        runner.run()
+    found = []
+    for _ in range(_PARTS):
+        tables.cycles[:] = 0
+        before, ran = dict(watch.spent_s), tables.ran.sum(axis=1)
+        began = time.perf_counter()
+        for _ in range(max(round(_PART_S * RATE_HZ) // runner.loop.block, 1)):
+            runner.run()
+        whole_s = time.perf_counter() - began
+        spent = {stage: after - before[stage] for stage, after in watch.spent_s.items()}
+        found.append((whole_s, spent, tables.cycles / rate, tables.ran.sum(axis=1) - ran))
+    return found
+
+
+def _cycles_a_second() -> float:
+    """Of the processor's counter, which the program's tables are kept in."""
+    _count()
+    began, first = time.perf_counter(), _count()
+    time.sleep(0.02)
+    return float(_count() - first) / (time.perf_counter() - began)
+
+
+@kernel
+def _count() -> int:
+    return cycles()
+
+
+def _reading_s(floor: Floor, feet: int, profiles: Mapping[str, Profile]) -> float:
+    """What turning a second of readings into newtons takes, by the profiles; the least of some runs."""
+    forces = stepping(floor, feet)
+    samples, tiles, _ = forces.force_n.shape
+    rows = np.tile(np.arange(tiles), samples)
+    time_s, readings = np.repeat(forces.time_s, tiles), nominal_readings(forces.force_n).reshape(-1, 4)
+    conversion = Conversion(floor, profiles)
+    spent = []
+    for _ in range(5):
+        began = time.perf_counter()
+        conversion.newtons(rows, readings, time_s, np.zeros_like(rows))
+        spent.append(time.perf_counter() - began)
+    return min(spent)
+
+
+def _sleeps(program: Program, registry: Registry) -> dict[str, str]:
+    """When each node sleeps, in words that go behind 'when'; "" if never."""
+    patch = program.patch
+    wired = {target for _, target in patch.wires}
+    _, guards = guarded(patch, registry, set(program.node_ids), program.scope_names)
+    found = {}
+    for id in program.node_ids:
+        type = registry[patch.node(id).type]
+        comes = [port.name for port in type.inputs if f"{id}.{port.name}" in wired]
+        signals = [*type.hosts, *(name for name in comes if type.input_ports[name].kind == "signal")]
+        muting = [name for name in type.muted_by if name in signals or f"{id}.{name}" in wired]
+        quiet = [*(f"{name} is silent" for name in signals)]
+        if type.is_struck or len(signals) < len(type.hosts) + len(comes):
+            quiet.append("no event has come")
+        if id in guards:
+            found[id] = f"nobody would hear it, as {' and '.join(guards[id])} is silent"
+        elif muting:
+            found[id] = f"{' or '.join(muting)} is silent"
+        else:
+            found[id] = f"{' and '.join(quiet)}, and it has rung out" if quiet else ""
+    return found

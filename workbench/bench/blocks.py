@@ -1,0 +1,124 @@
+"""What a block costs as the engine runs it: from samples of four sensors a tile, at 1 kHz, to float32 for the card.
+
+A patch on a floor with a foot on each tile, on two, and on none. What the patch's nodes take of it stands beside.
+"""
+
+import statistics
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from underfoot.bench.timing import Timed
+from underfoot.clock import RATE_HZ
+from underfoot.devices.replay import Replay
+from underfoot.engine.commands import Play
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.floor.forces import ForceSeries
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.models import gait
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+
+BLOCKS = (64, 1024, 4096)
+TILES = (36, 144)
+PART_S = 1.0
+"""How much sound is timed at once."""
+NOISE_N = 0.2
+"""RMS of each sensor's noise: an empty tile of a real floor is never exactly at rest."""
+CONTACT_S = 0.8
+"""How long a foot is down in each second."""
+_PEAKS_N = 800.0, 500.0, 780.0
+_GOLDEN = 0.6180339887498949
+_SENSOR_HZ = 1000.0
+
+
+@dataclass(frozen=True)
+class BlockCost:
+    """What blocks of so many frames cost on a floor of `tiles`, with a foot on `stood_on` of them."""
+
+    patch: str
+    tiles: int
+    stood_on: int
+    block: int
+    times_real_time: float
+    """Seconds of sound for a second of one core: the whole block."""
+    program_times_real_time: float
+    """The same of what the patch's nodes take of it."""
+    share: float
+    """Of the cost with a foot on every tile, at the same block size."""
+    slowness: float
+    spread: float
+
+    def data(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+class Scene:
+    """A patch that plays on a floor with feet that step once a second, in blocks of so many frames."""
+
+    def __init__(self, name: str, patch: Patch, registry: Registry, floor: Floor, feet: int, block: int) -> None:
+        self.name, self.tiles, self.feet, self.block = name, len(floor.tiles), feet, block
+        source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
+        self._loop = Loop(patch, registry, source, LoopOptions(block=block))
+        self._loop.send(Play(True))
+        self._of_program: list[float] = []
+        for _ in range(2):  # until baselines, gates and ramps have settled
+            self.run()
+        self._of_program.clear()
+
+    def run(self) -> None:
+        """Play the next `PART_S`."""
+        before, began = self._loop.programs.spent_s, time.perf_counter()
+        self._loop.play(round(PART_S * RATE_HZ))
+        self._of_program.append((self._loop.programs.spent_s - before) / (time.perf_counter() - began))
+
+    @property
+    def of_program(self) -> float:
+        """The share of the patch's nodes in the cost of a run, the median of all so far."""
+        return statistics.median(self._of_program)
+
+
+def scenes(
+    patches: dict[str, Patch], registry: Registry, tiles: Iterable[int] = TILES, blocks: Sequence[int] = BLOCKS
+) -> Iterator[Scene]:
+    """Each patch on square floors of so many tiles, at each block size, with every tile stood on, two and none."""
+    for name, patch in patches.items():
+        for count in tiles:
+            floor = default_floor(round(count**0.5), round(count**0.5))
+            for block in blocks:
+                for feet in (len(floor.tiles), 2, 0):
+                    yield Scene(name, patch, registry, floor, feet, block)
+
+
+def costs(scenes: Sequence[Scene], took: Sequence[Timed]) -> list[BlockCost]:
+    """What the scenes cost whose runs took so long."""
+    found = []
+    every = {(s.name, s.tiles, s.block): t.at_best for s, t in zip(scenes, took, strict=True) if s.feet == s.tiles}
+    for scene, run in zip(scenes, took, strict=True):
+        share = run.at_best / every[scene.name, scene.tiles, scene.block]
+        where = scene.name, scene.tiles, scene.feet, scene.block
+        speed = PART_S / run.seconds
+        found.append(BlockCost(*where, speed, speed / scene.of_program, share, run.slowness, run.spread))
+    return found
+
+
+def stepping(floor: Floor, feet: int) -> ForceSeries:
+    """A second of what sensors under so many feet give, each of which takes a step on its tile, at its own moment.
+
+    It can be repeated without a seam. A foot that only stood would soon be silent on most grounds.
+
+    >>> forces = stepping(default_floor(1, 3), 1)
+    >>> (forces.force_n.mean(axis=(0, 2)) > 100.0).tolist()
+    [True, False, False]
+    """
+    time_s = np.arange(round(_SENSOR_HZ)) / _SENSOR_HZ
+    force_n = NOISE_N * np.random.default_rng(1).standard_normal((len(time_s), len(floor.tiles), 4))
+    for row, tile in enumerate(floor.tiles[:feet]):
+        phase = (time_s + _GOLDEN * row) % 1.0 / CONTACT_S
+        along_m = 0.2 * (gait.roll(phase) - 0.5)
+        force_n[:, row] += gait.corner_forces(gait.vertical_force(phase, *_PEAKS_N), along_m, 0.0, tile.sensors_m)
+    return ForceSeries(time_s, force_n, _SENSOR_HZ)

@@ -1,0 +1,75 @@
+"""How fast this processor is at the moment: the floor that times are set beside.
+
+A clock goes up and down, and neighbours on the machine take their part of it. What was measured in a slow minute is
+held against a floor measured in that same minute. The floor is as many multiply-adds as the processor can do, written
+in vectors for LLVM: what C reaches with the processor's own instructions, it reaches too.
+"""
+
+import time
+from typing import Any
+
+from underfoot.kernels import intrinsic, kernel, widest
+
+FLOOR_NS = 0.045
+"""Two multiply-adds on the processor whose best times the reaches have, in its usual moments: three gigahertz, two
+vectors of 512 bits a cycle, make 0.042."""
+
+_CHAINS, _LANES = 10, 8
+"""Enough vectors to wait for none: two are begun a cycle, each is done after four."""
+_PAIRS = _CHAINS * _LANES / 2
+_AHEAD, _ROUNDS = 20_000, 60_000
+"""Of one look at the floor: some 0.1 ms, as long as the shortest runs, once the widest vectors are at speed."""
+
+
+def slowness() -> float:
+    """How many times `FLOOR_NS` two multiply-adds take now.
+
+    >>> 0.1 < slowness() < 100.0
+    True
+    """
+    _multiply_add(_AHEAD)
+    began = time.thread_time()
+    _multiply_add(_ROUNDS)
+    return (time.thread_time() - began) / (_ROUNDS * _PAIRS) * 1e9 / FLOOR_NS
+
+
+@kernel
+def _multiply_add(rounds: int) -> float:
+    widest()
+    return _chains(rounds)
+
+
+@intrinsic
+def _chains(context: Any, rounds: Any) -> Any:
+    """So many rounds of `x = 0.5 x + 0.1` in each lane of each chain; the sum of the first lanes."""
+    from llvmlite import ir
+    from numba import types
+
+    vector, word = ir.VectorType(ir.DoubleType(), _LANES), ir.IntType(64)
+
+    def constant(value: float) -> Any:
+        return ir.Constant(vector, [value] * _LANES)
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        kind = ir.FunctionType(vector, [vector] * 3)
+        fused = builder.module.declare_intrinsic(f"llvm.fmuladd.v{_LANES}f64", fnty=kind)
+        before = builder.block
+        loop, after = builder.append_basic_block("floor"), builder.append_basic_block("floor.end")
+        builder.branch(loop)
+        builder.position_at_end(loop)
+        count = builder.phi(word)
+        count.add_incoming(ir.Constant(word, 0), before)
+        chains = [builder.phi(vector) for _ in range(_CHAINS)]
+        for k, chain in enumerate(chains):
+            chain.add_incoming(constant(0.01 * k), before)
+            chain.add_incoming(builder.call(fused, [constant(0.5), chain, constant(0.1)]), loop)
+        following = builder.add(count, ir.Constant(word, 1))
+        count.add_incoming(following, loop)
+        builder.cbranch(builder.icmp_signed("<", following, args[0]), loop, after)
+        builder.position_at_end(after)
+        total = ir.Constant(ir.DoubleType(), 0.0)
+        for chain in chains:
+            total = builder.fadd(total, builder.extract_element(chain, ir.Constant(ir.IntType(32), 0)))
+        return total
+
+    return types.float64(types.int64), code

@@ -1,0 +1,78 @@
+"""`underfoot cost`: where a block's time goes for one patch on one floor."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from underfoot.commands.files import FILE
+from underfoot.commands.options import grouped
+
+if TYPE_CHECKING:
+    from underfoot.bench.block_stages import BlockStages
+
+
+@dataclass(frozen=True)
+class CostOptions:
+    """What the command line says; None is what was not given."""
+
+    patch: Path
+    floor: Path | None
+    feet: int | None
+    block: int
+    profiles: Path | None
+    as_json: bool
+
+
+@click.command()
+@click.argument("patch", type=FILE)
+@click.option("--floor", type=FILE, help="Floor JSON; by default four tiles.")
+@click.option("--feet", type=int, help="Tiles with a foot on them, which steps once a second; by default all.")
+@click.option("--block", type=int, default=1024, show_default=True, help="Frames per block.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: equalisers, curves of sensors.")
+@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@grouped(CostOptions)
+def cost(options: CostOptions) -> None:
+    """What each stage of a block and each node of PATCH takes, on how many tiles it is awake, and when it sleeps."""
+    from underfoot.bench.block_stages import block_stages
+    from underfoot.floor.layout import Floor, default_floor
+    from underfoot.floor.profile import profiles_of
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.patch import Patch
+
+    patch = Patch.load(options.patch, REGISTRY)
+    floor = Floor.load(options.floor) if options.floor else default_floor()
+    found = block_stages(
+        patch,
+        REGISTRY,
+        floor,
+        feet=len(floor.tiles) if options.feet is None else options.feet,
+        block=options.block,
+        profiles=profiles_of(options.profiles, floor) if options.profiles else {},
+        folder=options.patch.parent,
+    )
+    print(json.dumps(found.data()) if options.as_json else "\n".join(_lines(found)))
+
+
+def _lines(found: "BlockStages") -> list[str]:
+    from underfoot.bench.block_stages import STAGES
+
+    lines = [
+        f"{found.tiles} tiles, a foot on {found.stood_on}, block {found.block}: {found.whole_ms:.3f} ms a second of "
+        f"sound, {1e3 / found.whole_ms:.1f} times real time"
+    ]
+    for stage in found.stages:
+        share = 100.0 * stage.ms / found.whole_ms
+        lines.append(f"  {stage.stage:18} {stage.ms:9.3f} ms {share:5.1f} %   {STAGES[stage.stage]}")
+    lines.append(f"beside it, where devices are read: {found.reading_ms:.3f} ms to turn readings into newtons")
+    lines.append("nodes")
+    for node in sorted(found.nodes, key=lambda node: -node.ms):
+        share = 100.0 * node.ms / found.whole_ms
+        sleeps = f"sleeps when {node.sleeps}" if node.sleeps else "never sleeps"
+        awake = f"awake on {node.tiles_awake:.1f} of {found.tiles}"
+        lines.append(f"  {node.node:18} {node.ms:9.3f} ms {share:5.1f} %   {node.type}, {awake}; {sleeps}")
+    if found.left_out:
+        lines.append(f"left out, as no output needs them: {', '.join(found.left_out)}")
+    return lines

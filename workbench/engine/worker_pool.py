@@ -1,0 +1,92 @@
+"""Work on many things at once: a process a core, each started once, given one thing after the other."""
+
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from typing import Any
+
+from underfoot.engine.child_process import ChildProcess, wait_for_any
+from underfoot.errors import UnderfootError
+
+_LEAVE_S = 2.0
+"""How long a process may take to put away what it has begun, once nobody waits for it."""
+
+
+def cores() -> int:
+    """How many processes can run at once here.
+
+    >>> cores() >= 1
+    True
+    """
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_parallel(work: Callable[[Any], Any], jobs: Sequence[Any], processes: int) -> Iterator[tuple[int, Any]]:
+    """What `work` returns for each of `jobs`, with its number, as they become ready; or the `UnderfootError` it raised.
+
+    `work` is a function of a module; jobs and results can be pickled. A process that dies is its job's error, and
+    another takes its place. Where whoever asked stops (Ctrl-C), all do.
+    """
+    waiting = deque(enumerate(jobs))
+    busy: dict[ChildProcess, int] = {}
+    try:
+        for _ in range(min(processes, len(jobs))):
+            _give(_started(work), waiting, busy)
+        while busy:
+            wait_for_any(busy, within_s=1.0)
+            for child, number in list(busy.items()):
+                answers = child.receive()
+                if answers:
+                    yield number, answers[0]
+                    _give(child, waiting, busy)
+                elif not child.is_alive:
+                    del busy[child]
+                    yield number, UnderfootError(f"the process that worked on it died: {child.end(_LEAVE_S)}")
+                    if waiting:
+                        _give(_started(work), waiting, busy)
+    finally:
+        for child in busy:
+            child.hang_up()
+        for child in busy:
+            child.end(_LEAVE_S)
+
+
+def run(connection: Connection, work: Callable[[Any], Any]) -> None:
+    """The process's main function; returns when the connection ends, or at Ctrl-C, which goes to all processes."""
+    with suppress(EOFError, OSError, KeyboardInterrupt):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        while True:
+            connection.send(_answer(work, connection.recv()))
+
+
+def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[ChildProcess, int]) -> None:
+    """Give a process the next job, or let it go where there is none."""
+    if waiting:
+        busy[child], job = waiting.popleft()
+        child.send(job)
+    else:
+        busy.pop(child, None)
+        child.end(_LEAVE_S)
+
+
+def _started(work: Callable[[Any], Any]) -> ChildProcess:
+    """A process that hears Ctrl-C once it can put away what it has begun; this one hears it when that is started."""
+    resource_tracker.ensure_running()  # which would let Ctrl-C through, the first time
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return ChildProcess("worker", __name__, work)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _answer(work: Callable[[Any], Any], job: object) -> Any:
+    try:
+        return work(job)
+    except UnderfootError as error:
+        return error
+    except MemoryError:
+        return UnderfootError("there is not enough memory for this")
