@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,19 +67,22 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
     from underfoot.engine.child_process import engine_process
 
     engine = engine_process()  # which loads while the window is made
-    from underfoot.nodes import REGISTRY
-    from underfoot.patch.patch import Patch
+    with ExitStack() as unless_opened:
+        unless_opened.callback(engine.end, 0.0)
+        from underfoot.nodes import REGISTRY
+        from underfoot.patch.patch import Patch
 
-    opened = _target(target, floor)
-    if patch is not None:
-        Patch.load(patch, REGISTRY)
-    if screenshot is not None:
-        try:
-            screenshot.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
-    from underfoot.widgets.application import run
+        opened = _target(target, floor)
+        if patch is not None:
+            Patch.load(patch, REGISTRY)
+        if screenshot is not None:
+            try:
+                screenshot.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
+        from underfoot.widgets.application import run
 
+        unless_opened.pop_all()
     return run(opened, patch, screenshot, engine)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from underfoot.devices.transports import split_target, target_forms
 from underfoot.engine.loss_concealment import LossConcealment
-from underfoot.engine.reports import Fault, Notice, ProcessDied, Started
+from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
@@ -130,6 +130,8 @@ class SessionStream:
                     raise DeviceError(text)
                 case Notice(text) | Started(notice=text) if text:
                     yield text
+                case Compiling(ready, total):
+                    yield f"first use: compiling kernels: {ready} of {total} parts ready"
                 case ProcessDied(process, reason):
                     yield f"the {process} was lost and is started again: {reason}"
                 case Fault(node, tile, frame):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from underfoot.commands.compiling import compiling_told
 from underfoot.commands.options import chosen, click_options
 from underfoot.errors import BadMeasurement, BadValue
 
@@ -77,7 +78,9 @@ def _on_target(calibration: "Calibration", rig: "PressingRig | ShakingRig", opti
             )
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, Setup(tile, known, options.seed)).apply(known)
-    options.conclude(_measured(calibration, rig, floor, Setup(tile, known, options.seed)), known)
+    with compiling_told():
+        found = _measured(calibration, rig, floor, Setup(tile, known, options.seed))
+    options.conclude(found, known)
 
 
 def _measured(calibration: "Calibration", rig: "PressingRig | ShakingRig", floor: "Floor", setup: "Setup") -> "Result":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from underfoot.commands.compiling import compiling_told
 from underfoot.commands.files import FILE
 from underfoot.commands.options import grouped
 
@@ -44,15 +45,16 @@ def cost(options: CostOptions) -> None:
 
     patch = Patch.load(options.patch, REGISTRY)
     floor = Floor.load(options.floor) if options.floor else default_floor()
-    found = block_stages(
-        patch,
-        REGISTRY,
-        floor,
-        feet=len(floor.tiles) if options.feet is None else options.feet,
-        block=options.block,
-        profiles=profiles_of(options.profiles, floor) if options.profiles else {},
-        folder=options.patch.parent,
-    )
+    with compiling_told():
+        found = block_stages(
+            patch,
+            REGISTRY,
+            floor,
+            feet=len(floor.tiles) if options.feet is None else options.feet,
+            block=options.block,
+            profiles=profiles_of(options.profiles, floor) if options.profiles else {},
+            folder=options.patch.parent,
+        )
     print(json.dumps(found.data()) if options.as_json else "\n".join(_lines(found)))
 
 

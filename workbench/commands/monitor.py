@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from underfoot.commands.compiling import compiling_told
 from underfoot.commands.files import FILE, require_room
 from underfoot.commands.options import grouped
 from underfoot.devices.transports import target_forms
@@ -76,7 +77,8 @@ def monitor(options: MonitorOptions) -> None:
         options.profiles,
         options.sensor_rate,
     )
-    _follow(stream, options)
+    with compiling_told():
+        _follow(stream, options)
     for warning in stream.warnings():
         print(f"underfoot: {warning}", file=sys.stderr)
     if stream.failure:

@@ -4,12 +4,14 @@ import json
 import os
 import sys
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from underfoot.clock import RATE_HZ
+from underfoot.commands.compiling import compiling_told
 from underfoot.commands.files import FILE, require_room
 from underfoot.commands.options import grouped
 from underfoot.errors import BadFile, BadValue, UnderfootError
@@ -18,6 +20,7 @@ from underfoot.files import make_folder
 if TYPE_CHECKING:
     from underfoot.devices.force_source import ForceSource
     from underfoot.engine.render import Rendered
+    from underfoot.engine.requests import CompileRequest
 
 Summary = dict[str, Any]
 
@@ -67,9 +70,21 @@ def render(options: RenderOptions) -> None:
     if len(options.patches) > 1:
         _render_all(options)
         return
+    from underfoot.records.recording import is_recording
+
     require_room(options.output, inputs=(options.patch, options.force, options.floor))
-    summary = _render_one(options)
+    with compiling_told(None if is_recording(options.patch) else partial(_compile_request, options.patch)):
+        summary = _render_one(options)
     print(json.dumps(summary) if options.as_json else _line(summary))
+
+
+def _compile_request(patch: Path) -> "CompileRequest":
+    """What another process is to compile while this one begins at the other end."""
+    from underfoot.engine.requests import CompileRequest
+    from underfoot.engine.target import Target
+    from underfoot.floor.layout import default_floor
+
+    return CompileRequest(0, patch.read_bytes(), Target(default_floor()), str(patch.parent), from_end=True)
 
 
 def _render_one(options: RenderOptions) -> Summary:

@@ -1,0 +1,84 @@
+"""What a command says while kernels are compiled: at first use, for half a minute or so."""
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from underfoot.engine.child_process import ChildProcess
+    from underfoot.engine.requests import CompileRequest
+
+_EVERY_S = 1.0
+
+
+@contextmanager
+def compiling_told(request: "Callable[[], CompileRequest] | None" = None) -> Iterator[None]:
+    """While the block compiles kernels, tell so on standard error, once a second.
+
+    With a request, made when the first kernel is compiled, another process compiles what it asks for as well.
+    """
+    from numba.core import event
+
+    told = _Told(request)
+
+    class Told(event.Listener):
+        def on_start(self, event: event.Event) -> None:
+            told.start()
+
+        def on_end(self, event: event.Event) -> None:
+            told.count += 1
+
+    try:
+        with event.install_listener("numba:compile", Told()):
+            yield
+    finally:
+        told.stop()
+
+
+@dataclass
+class _Told:
+    """A line on standard error that is written anew as time goes by."""
+
+    request: "Callable[[], CompileRequest] | None"
+    count: int = 0
+    _began: float = 0.0
+    _helper: "ChildProcess | None" = None
+    _thread: threading.Thread | None = None
+    _done: threading.Event = field(default_factory=threading.Event)
+
+    def start(self) -> None:
+        """The first kernel is to be compiled."""
+        if self._thread is not None:
+            return
+        self._began = time.monotonic()
+        if self.request is not None:
+            from underfoot.engine.child_process import ChildProcess
+
+            self._helper = ChildProcess("compiler", "underfoot.engine.compiler")
+            self._helper.send(self.request())
+        self._thread = threading.Thread(target=self._tell, name="compiling", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """The block has ended."""
+        if self._thread is None:
+            return
+        self._done.set()
+        self._thread.join()
+        if self._helper is not None:
+            self._helper.end(0.0)
+
+    def _tell(self) -> None:
+        again = "\r" if sys.stderr.isatty() else ""
+        print("underfoot: first use: compiling kernels, which takes up to a minute", file=sys.stderr, flush=True)
+        while not self._done.wait(_EVERY_S if again else 5 * _EVERY_S):
+            self._line(again, "" if again else "\n")
+        self._line(again, "\n")
+
+    def _line(self, begin: str, end: str) -> None:
+        words = f"underfoot: {self.count} kernels compiled in {time.monotonic() - self._began:.0f} s"
+        print(f"{begin}{words}", end=end, file=sys.stderr, flush=True)
