@@ -1,5 +1,6 @@
 """The entry point: the command line, and the one place that opens the window."""
 
+import gc
 import os
 import sys
 from contextlib import ExitStack
@@ -54,6 +55,7 @@ def main() -> None:
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)
+    gc.freeze()  # or the interpreter looks through all that was loaded as it ends: 0.07 s
     sys.exit(status if isinstance(status, int) else 0)
 
 

@@ -84,7 +84,7 @@ def _compile_request(patch: Path) -> "CompileRequest":
     from underfoot.engine.target import Target
     from underfoot.floor.layout import default_floor
 
-    return CompileRequest(0, patch.read_bytes(), Target(default_floor()), str(patch.parent), from_end=True)
+    return CompileRequest(0, patch.read_bytes(), Target(default_floor()), str(patch.parent))
 
 
 def _render_one(options: RenderOptions) -> Summary:

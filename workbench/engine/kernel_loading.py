@@ -13,6 +13,7 @@ import numpy as np
 from numba.core import event
 
 from underfoot.clock import RATE_HZ, SPAN
+from underfoot.devices.force_source import SENSOR_HZ
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.block_runner import load_kernels
@@ -20,10 +21,12 @@ from underfoot.engine.commands import Play, ProgramSwap, TileEqualiser
 from underfoot.engine.equaliser_bank import EqualiserBank
 from underfoot.engine.intake import Intake
 from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.program_fade import ProgramFader
 from underfoot.engine.reports import Compiling
 from underfoot.engine.safety import Limits, Safety
 from underfoot.engine.target import Target, source_of
 from underfoot.engine.tile_pulse import TilePulse
+from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -43,7 +46,7 @@ class KernelParts:
         self.patch, self.target, self.options = patch, target, options
         types = sorted({node.type for node in patch.nodes})
         self._parts: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
-        self._parts += [load_kernels, _output, self._contacts]
+        self._parts += [load_kernels, _output, self._source, self._intake, _contacts]
         if from_end:
             self._parts.reverse()
 
@@ -56,11 +59,15 @@ class KernelParts:
             self._play()
             ready()
 
-    def _contacts(self) -> None:
+    def _source(self) -> None:
+        """What brings the force: the simulator's walker, which every loop that nobody hears has, and the target's."""
+        SimulatedFloor(default_floor(1, 2)).pull(_MOMENT)
+        if self.target.kind in TRANSPORTS or self.target.simulation:
+            source_of(self.target).pull(round(self.target.rate))
+
+    def _intake(self) -> None:
         """From force samples to signals."""
         target = self.target
-        if target.kind in TRANSPORTS or target.simulation:
-            source_of(target).pull(round(target.rate))
         intake = Intake(SimulatedFloor(default_floor(1, 2)), target.rate, self.options.block)
         for end in (_MOMENT, 3 * _MOMENT):  # while the tiles are tared, and after
             intake.take(end)
@@ -89,17 +96,26 @@ class _NotInCache(Exception):
 
 
 def _program() -> None:
-    """The compiled loop that runs all nodes."""
-    Program(Patch(), REGISTRY, ("tile",))
+    """The compiled loop that runs all nodes, and what fades from one program to the next."""
+    ProgramFader(Program(Patch(), REGISTRY, ("tile",)))
+
+
+def _contacts() -> None:
+    """Contacts in force samples."""
+    tracker = ContactTracker(default_floor(1, 2), SENSOR_HZ)
+    force_n = np.zeros((400, 2, 4))
+    force_n[200:300] = 50.0
+    tracker.feed(np.arange(400) / SENSOR_HZ, force_n)
+    tracker.tare()
 
 
 def _output() -> None:
     """From what a tile is to do to full scale."""
-    acceleration, zero_rows = np.zeros((1, SPAN)), np.zeros(1, np.uint8)
-    TilePulse(1, RATE_HZ).apply(acceleration, zero_rows, 0, SPAN)
+    rate_hz, acceleration, zero_rows = float(RATE_HZ), np.zeros((1, SPAN)), np.zeros(1, np.uint8)
+    TilePulse(1, rate_hz).apply(acceleration, zero_rows, 0, SPAN)
     EqualiserBank(1, {}).apply(acceleration, zero_rows, 0, SPAN)
-    Safety([Limits()], [0], RATE_HZ, SPAN, 1).apply(acceleration, zero_rows, 0, 0, SPAN)
-    TileEqualiser("").coefficients(RATE_HZ)
+    Safety([Limits()], [0], rate_hz, SPAN, 1).apply(acceleration, zero_rows, 0, 0, SPAN)
+    TileEqualiser("").coefficients(rate_hz)
 
 
 @contextmanager
