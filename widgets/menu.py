@@ -37,7 +37,7 @@ class MainMenu(QMenu):
         self.addActions([actions["save"], actions["save as"]])
         self.addSeparator()
         self._behind_workspaces = self.addSeparator()
-        self.addActions([actions[name] for name in ("play", "panic", "record", "audio")])
+        self.addActions([actions[name] for name in ("play", "panic", "record", "audio", "cost")])
         self.addSeparator()
         self.addActions([actions["keys"], actions["quit"]])
 

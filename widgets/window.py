@@ -169,6 +169,17 @@ class MainWindow(QMainWindow):
         dialog.pulse_wanted.connect(lambda tile: self.controller.send(Pulse(tile)))
         dialog.open()
 
+    def _open_cost(self) -> None:
+        from underfoot.bench.cost_process import CostRequest
+        from underfoot.widgets.dialogs.cost_dialog import CostDialog
+
+        def request(feet: int) -> CostRequest:
+            target, folder = self.controller.target, str(self.open_patch.folder or "")
+            patch = self.open_patch.patch.dumps()
+            return CostRequest(patch, target.floor, feet, target.block, target.profiles, folder)
+
+        CostDialog(request, self).open()
+
     def _show_shortcuts(self) -> None:
         from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog, keys_of
 
@@ -283,6 +294,7 @@ class MainWindow(QMainWindow):
             "panic": self._act("Panic: silence at once", "Ctrl+.", self.panic),
             "record": self._act("Record", "Ctrl+R", lambda: controller.record(not self.transport.record.isChecked())),
             "audio": self._act("Audio…", "Ctrl+,", self._open_audio),
+            "cost": self._act("Cost of a block…", "Ctrl+Shift+B", self._open_cost),
             "keys": self._act("Keyboard shortcuts", "F1", self._show_shortcuts),
             "quit": self._act("Quit", "Ctrl+Q", self.close),
             **{

@@ -1,0 +1,64 @@
+"""The cost of a block, measured by a process beside the window."""
+
+import multiprocessing
+
+import pytest
+from made_patches import hum
+from PySide6.QtCore import Qt
+
+from underfoot.bench.cost_process import CostRequest
+from underfoot.floor.layout import default_floor
+from underfoot.patch.patch import Patch
+from underfoot.widgets.dialogs.cost_dialog import CostDialog
+
+LONG_MS = 120_000
+
+
+@pytest.fixture
+def opened(qtbot):
+    """`opened(patch)`: a dialog that measures a patch on four tiles."""
+    made = []
+
+    def open_it(patch):
+        made.append(CostDialog(lambda feet: CostRequest(patch, default_floor(), feet, 128)))
+        made[0].setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
+        qtbot.addWidget(made[0])
+        made[0].show()
+        return made[0]
+
+    yield open_it
+    made[0].close()
+    assert not [child for child in multiprocessing.active_children() if "cost" in child.name]
+
+
+def names_of(dialog):
+    return [dialog.table.topLevelItem(row).text(0) for row in range(dialog.table.topLevelItemCount())]
+
+
+def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
+    dialog = opened(hum().dumps())
+    assert dialog.summary.text().startswith("Measuring")
+    qtbot.waitUntil(lambda: dialog.table.topLevelItemCount() > 0, timeout=LONG_MS)
+    names = names_of(dialog)
+    assert names[0] == "STAGES"
+    assert {"tracking", "safety", "NODES", "tone", "tile-output"} <= set(names)
+    assert "a foot on 4 of 4 tiles" in dialog.summary.text()
+    row = dialog.table.topLevelItem(names.index("tone"))
+    assert float(row.text(1)) > 0.0
+    assert row.text(2).endswith(" %")
+
+
+def test_stop_ends_the_measurement_and_another_may_follow(opened, qtbot):
+    dialog = opened(hum().dumps())
+    qtbot.mouseClick(dialog.begin, Qt.MouseButton.LeftButton)
+    assert (dialog.summary.text(), dialog.begin.text()) == ("Stopped.", "Measure")
+    dialog.feet.setCurrentText("no tile")
+    qtbot.mouseClick(dialog.begin, Qt.MouseButton.LeftButton)
+    assert dialog.begin.text() == "Stop"
+
+
+def test_what_cannot_be_measured_is_said_in_one_line(opened, qtbot):
+    dialog = opened(Patch().dumps()[:-2])
+    qtbot.waitUntil(lambda: dialog.begin.text() == "Measure", timeout=LONG_MS)
+    assert dialog.summary.text()
+    assert dialog.table.topLevelItemCount() == 0

@@ -1,0 +1,134 @@
+"""Where a block's time goes: what each stage and each node of the patch takes, what sleeps and why."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.bench.block_stages import STAGES, BlockStages, NodeCost
+from underfoot.bench.cost_process import CostRequest
+from underfoot.engine.child_process import ChildProcess
+from underfoot.widgets import theme
+
+_LOOK_MS = 50
+_COLUMNS = ("", "ms a second", "Share", "")
+
+
+class CostDialog(QDialog):
+    """Measures what `request(feet)` asks for in a process beside, and shows it. Closing it stops the measurement."""
+
+    def __init__(self, request: Callable[[int], CostRequest], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Cost of a block")
+        self._request = request
+        self._process: ChildProcess | None = None
+        tiles = len(request(0).floor.tiles)
+        self.feet = QComboBox()
+        self.feet.setAccessibleName("Tiles with a foot on them")
+        for words, count in (("every tile", tiles), ("two tiles", min(2, tiles)), ("no tile", 0)):
+            self.feet.addItem(words, count)
+        self.begin = QPushButton("Measure")
+        self.begin.clicked.connect(self._begin_or_stop)
+        self.summary = theme.label("", "muted")
+        self.table = QTreeWidget()
+        self.table.setHeaderLabels(_COLUMNS)
+        self.table.setRootIsDecorated(False)
+        self.table.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        top = QHBoxLayout()
+        for widget in (theme.label("A foot steps on"), self.feet, self.begin):
+            top.addWidget(widget)
+        top.addWidget(self.summary, 1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.addLayout(top)
+        column.addWidget(self.table)
+        self._timer = QTimer(self)
+        self._timer.setInterval(_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+        self.resize(112 * theme.GRID, 72 * theme.GRID)
+        self._begin_or_stop()
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self._stop("")
+        super().closeEvent(event)
+
+    def reject(self) -> None:
+        """Esc closes, as the button in the frame does."""
+        self.close()
+
+    def _begin_or_stop(self) -> None:
+        if self._process is not None:
+            self._stop("Stopped.")
+            return
+        request = self._request(self.feet.currentData())
+        self._process = ChildProcess("cost", "underfoot.bench.cost_process", request)
+        self._timer.start()
+        self.begin.setText("Stop")
+        self.summary.setText("Measuring: some ten seconds, in a process beside; other work makes it seem slower")
+
+    def _stop(self, said: str) -> None:
+        self._timer.stop()
+        if self._process is not None:
+            self._process.kill()
+            self._process.end(0.0)
+            self._process = None
+        self.begin.setText("Measure")
+        self.summary.setText(said)
+
+    def _look(self) -> None:
+        process = self._process
+        if process is None:
+            return
+        alive = process.is_alive
+        answers = process.receive()
+        if answers and isinstance(answers[0], BlockStages):
+            self._stop("")
+            self.show_cost(answers[0])
+        elif answers or not alive:
+            self._stop(answers[0] if answers else "The process that measured died; measure again.")
+
+    def show_cost(self, found: BlockStages) -> None:
+        """Show what was measured."""
+        self.summary.setText(
+            f"Block {found.block}, a foot on {found.stood_on} of {found.tiles} tiles: {found.whole_ms:.1f} ms a second "
+            f"of sound, {found.whole_ms / 10.0:.1f} % of a core"
+        )
+        self.table.clear()
+        self._heading("STAGES")
+        for stage in found.stages:
+            self._row(stage.stage, stage.ms, found.whole_ms, STAGES[stage.stage])
+        self._row("reading", found.reading_ms, 0.0, "beside it, where devices are read: readings to newtons")
+        self._heading("NODES")
+        for node in sorted(found.nodes, key=lambda node: -node.ms):
+            self._row(node.node, node.ms, found.whole_ms, _of_node(node, found.tiles))
+        for id in found.left_out:
+            self._row(id, 0.0, 0.0, "left out: no output needs it")
+
+    def _heading(self, text: str) -> None:
+        item = QTreeWidgetItem([text])
+        item.setFlags(Qt.ItemFlag.ItemIsEnabled)
+        self.table.addTopLevelItem(item)
+
+    def _row(self, name: str, ms: float, whole_ms: float, words: str) -> None:
+        share = f"{100.0 * ms / whole_ms:.1f} %" if whole_ms else ""
+        item = QTreeWidgetItem([name, f"{ms:.3f}", share, words])
+        for column in (1, 2):
+            item.setTextAlignment(column, Qt.AlignmentFlag.AlignRight)
+        self.table.addTopLevelItem(item)
+
+
+def _of_node(node: NodeCost, tiles: int) -> str:
+    sleeps = f"sleeps when {node.sleeps}" if node.sleeps else "never sleeps"
+    return f"{node.type}, awake on {node.tiles_awake:.1f} of {tiles} tiles; {sleeps}"
