@@ -104,7 +104,7 @@ class Layout:
 
         return MemoryType(self)
 
-    @property
+    @cached_property
     def at(self) -> Any:
         """For compiled code: `layout.at(values, sizes)`, the memory in an array of float64 or at a pointer to one.
 

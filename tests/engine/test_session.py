@@ -90,9 +90,8 @@ def test_a_force_file_played_live_and_recorded_gives_the_same_bytes(until, tmp_p
 @pytest.fixture(scope="module")
 def shared(until):
     with live(hum(tone=SINE), until, walker=False) as playing:
-        playing.started()
+        playing.complete()
         playing.session.send(Level(0.0))
-        playing.until(lambda: "standby" in playing.session.pids)
         yield playing
 
 
@@ -163,6 +162,7 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
 
 def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):
     session = playing.session
+    playing.until(lambda: "compiler" in session.pids)
     os.kill(session.pids["compiler"], signal.SIGSTOP)  # so that it does not answer before it dies
     ticket = session.preview(session.patch, "tone")
     os.kill(session.pids["compiler"], signal.SIGKILL)
@@ -218,7 +218,7 @@ def main():
     session.start()
     playing = Live(session, until)
     playing.started()
-    playing.until(lambda: "standby" in session.pids)
+    playing.until(lambda: {{"standby", "compiler"}} <= set(session.pids))
     playing.play(24_000)
     print(*session.pids.values(), flush=True)
     names = session.memory.names
@@ -239,6 +239,7 @@ def opened(tmp_path, then):
     children = [int(word) for word in window.stdout.readline().split()]
     blocks = window.stdout.readline().split()
     if len(children) != 4:
+        window.kill()
         pytest.fail(window.communicate()[1])
     return window, children, blocks
 

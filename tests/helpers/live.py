@@ -45,6 +45,11 @@ class Live:
         self.until(lambda: len(self.of(Started)) >= times, "the engine starts")
         return self.of(Started)[-1]
 
+    def complete(self):
+        """Wait until every process of the session has been started, for one that several tests share."""
+        self.started()
+        self.until(lambda: {"standby", "compiler"} <= set(self.session.pids), "all processes are started")
+
     def play(self, frames):
         """Let it play for this many frames from now on."""
         now = self.session.health.frame

@@ -44,11 +44,13 @@ def play_on_simulator(folder):
 
 
 def until_it_plays(window):
-    """Wait until the engine runs."""
+    """Wait until the engine runs, and every process of the session has been started."""
 
     def plays():
         QCoreApplication.processEvents()
-        return "Playing on" in window.status.session
+        session = window.controller.session
+        has_all = session is not None and {"standby", "compiler"} <= set(session.pids)
+        return has_all and "Playing on" in window.status.session
 
     Poll()(plays, "the engine runs", seconds=LONG_MS / 1000)
 

@@ -24,7 +24,7 @@ LONG_MS = 120_000
 def playing(until):
     patch = Patch().add("noise", REGISTRY).add("tile-output", REGISTRY)
     with live(patch.connect("noise.out", "tile-output.acceleration", REGISTRY), until) as made:
-        made.started()
+        made.complete()
         yield made
 
 
