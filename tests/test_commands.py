@@ -174,8 +174,9 @@ def test_render_says_which_of_several_patches_failed_and_does_the_others(underfo
     assert [path.name for path in (folder / "all").iterdir()] == [f"{SINE.stem}.wav"]
 
 
-def test_ctrl_c_stops_a_rendering_of_several_and_leaves_no_part_of_a_file(folder, until):
+def test_ctrl_c_stops_a_rendering_of_several_and_leaves_no_part_of_a_file(underfoot, folder, until):
     patches = [SINE, library.patches()["gravel"], library.patches()["snow"]]
+    assert underfoot("render", *patches, "--seconds", "0.01").status == 0  # kernels are there
     command = [sys.executable, "-m", "underfoot", "render", *patches, "-o", "all", "--seconds", "3000"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True) as process:
         until(lambda: len(members(process.pid)) > min(cores(), len(patches)))

@@ -1,0 +1,32 @@
+"""What a command says where a kernel is compiled for the first time."""
+
+import numpy as np
+
+from underfoot.commands.compiling import compiling_told
+from underfoot.kernels import kernel
+
+
+def _kernel():
+    """A kernel that no other test has called in this process."""
+
+    @kernel
+    def double(numbers):
+        for i in range(len(numbers)):
+            numbers[i] *= 2.0
+
+    return double
+
+
+def test_what_is_compiled_is_told_and_what_is_loaded_is_not(monkeypatch, tmp_path, capfd):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
+    said = []
+    for _ in range(2):
+        with compiling_told():
+            numbers = np.ones(3)
+            _kernel()(numbers)
+        assert list(numbers) == [2.0, 2.0, 2.0]
+        said.append(capfd.readouterr().err)
+    first, last = said[0].splitlines()
+    assert first == "underfoot: first use: compiling kernels, which takes up to a minute"
+    assert last.startswith("underfoot: 1 kernels compiled in ")
+    assert said[1] == ""
