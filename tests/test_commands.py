@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
+from functools import partial
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -178,7 +179,9 @@ def test_ctrl_c_stops_a_rendering_of_several_and_leaves_no_part_of_a_file(underf
     patches = [SINE, library.patches()["gravel"], library.patches()["snow"]]
     assert underfoot("render", *patches, "--seconds", "0.01").status == 0  # kernels are there
     command = [sys.executable, "-m", "underfoot", "render", *patches, "-o", "all", "--seconds", "3000"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True) as process:
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # tests that run in the background may not hear it
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, start_new_session=True, preexec_fn=heard) as process:
         until(lambda: len(members(process.pid)) > min(cores(), len(patches)))
         os.killpg(process.pid, signal.SIGINT)
         out, error = process.communicate(timeout=60.0)

@@ -45,6 +45,8 @@ COMPILER_AFTER_S = 3.0
 RECORDER_END_S = 10.0
 """How long the recorder may take to close its file."""
 
+_SHARED = -1  # the ticket of what the compiler shares with an engine that starts: nobody waits for its answer
+
 
 class Session:
     """One running target with the patch that it plays. Nothing starts before `start`; `close` ends all."""
@@ -267,12 +269,16 @@ class Session:
         if self._setup is not None:
             self._ticket += 1
             self._compile_ticket, self._is_compiled = self._ticket, False
+            self._parts_ready["compiler"] = 0
             self._start_compiler(CompileRequest(self._ticket, self.patch.dumps(), self.target, str(self.folder or "")))
 
     def _hear_compiler(self) -> None:
         for message in self._compiler.receive() if self._compiler is not None else []:
             match message:
                 case Compiled(ticket, error) if ticket == self._compile_ticket:
+                    if self._parts_ready["compiler"]:
+                        self._parts_ready["compiler"] = 0
+                        self._reports.append(Compiling(1, 1))
                     if error:
                         self._reports.append(Notice(f"the patch is not played: {error}"))
                         continue
@@ -356,7 +362,7 @@ class Session:
                     if self._compiler is None:
                         folder = str(self.folder or "")
                         patch = self.patch.dumps()
-                        self._start_compiler(CompileRequest(0, patch, self.target, folder, from_end=True))
+                        self._start_compiler(CompileRequest(_SHARED, patch, self.target, folder, from_end=True))
                     self._report_compiling("engine", message)
                     continue
                 case Started(channels=channels):
