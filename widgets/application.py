@@ -40,7 +40,7 @@ def run(
         window.show()
         freeze_loaded(window.bridge.started, window.loaded)
         window.painted.connect(window.start)
-        window.bridge.started.connect(window.make_workspaces)
+        window.controller.opened.connect(window.make_next_workspace)
         if screenshot_dir is not None:
             _take_screenshots(window, screenshot_dir)
         return app.exec()

@@ -110,6 +110,13 @@ class MainWindow(QMainWindow):
         for declared in self._declarations:
             self._make_workspace(declared.name)
 
+    def make_next_workspace(self) -> None:
+        """Make one that is not there yet, and the next one when all that waits has been done."""
+        missing = [name for name in self.workspace_names if name not in self.workspaces]
+        if missing and not self._is_leaving:
+            self._make_workspace(missing[0])
+            QTimer.singleShot(0, self.make_next_workspace)
+
     def _make_workspace(self, name: str) -> None:
         if name in self.workspaces:
             return

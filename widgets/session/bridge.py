@@ -85,6 +85,15 @@ class Bridge(QObject):
             self._emit(report)
         if self._session is not session:
             return
+        if tracker.is_ready:
+            self._read(session, tracker)
+        if self._ticks % HEALTH_TICKS == 0:
+            self.health.emit(session.health)
+        self._ticks += 1
+        self.ticked.emit()
+
+    def _read(self, session: Session, tracker: FootstepTracker) -> None:
+        """Take what is new in the rings; they hold it for seconds."""
         tracker.take(*session.force.read())
         update, steps = tracker.track(TRACKING_BUDGET_S)
         if update is not None:
@@ -95,10 +104,6 @@ class Bridge(QObject):
             first, samples = session.vibration.read()
             if len(samples):
                 self.vibrated.emit(first, samples)
-        if self._ticks % HEALTH_TICKS == 0:
-            self.health.emit(session.health)
-        self._ticks += 1
-        self.ticked.emit()
 
     def _emit(self, report: object) -> None:
         match report:

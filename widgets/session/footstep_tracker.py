@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.engine.rings import load_reading
 from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step, StepCounter
 from underfoot.floor.layout import Floor, default_floor
@@ -55,6 +56,11 @@ class FootstepTracker:
         """Load the kernels, in a thread. Best when another process has compiled them: that would slow this one down."""
         self._loaded = _load_kernels()
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether the kernels are loaded."""
+        return self._loaded.is_set()
+
     def wait_for_kernels(self, timeout_s: float) -> bool:
         """Wait until the kernels are loaded; whether they were in this time."""
         self.load_kernels()
@@ -99,14 +105,14 @@ class FootstepTracker:
 
     def _ready_tracker(self) -> ContactTracker | None:
         """The tracker, which is made once its kernels are loaded."""
-        if self._tracker is None and self._loaded.is_set():
+        if self._tracker is None and self.is_ready:
             self._tracker = ContactTracker(self.floor, self.force_hz)
         return self._tracker
 
 
 @cache
 def _load_kernels() -> threading.Event:
-    """Load the kernels of tracking once, in a thread: 0.2 s. Set when done."""
+    """Load the kernels of tracking, and of reading rings, once, in a thread: a second with Numba. Set when done."""
     loaded = threading.Event()
 
     def load() -> None:
@@ -115,6 +121,7 @@ def _load_kernels() -> threading.Event:
         force_n[200:300] = 50.0
         tracker.feed(np.arange(400) / 1000.0, force_n)
         tracker.tare()
+        load_reading()
         loaded.set()
 
     threading.Thread(target=load, name="load-kernels", daemon=True).start()

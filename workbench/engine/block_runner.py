@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.engine.commands import Action, Play
 from underfoot.engine.loop import Loop
-from underfoot.engine.rings import HEADER, copy_rows, publish, write_rows
+from underfoot.engine.rings import HEADER, load_reading, publish, write_rows
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 from underfoot.kernels import kernel
@@ -71,8 +71,7 @@ def load_kernels() -> None:
     """Load what a block calls besides the loop."""
     header, rows, wide = np.zeros(1, HEADER), np.zeros((1, 1), np.float32), np.zeros((1, 6))
     write_rows(header, rows, rows, 0)
-    for ring in (rows, wide):  # what readers in other processes call, which is to be compiled here
-        copy_rows(header, ring, 0, ring)
+    load_reading()  # which others call, and which is to be compiled here
     _gather(rows, np.zeros(1, np.int64), rows, 0)
     _write_samples(header, wide, np.zeros(0), np.zeros(0), np.zeros((0, 1, 4)), 0)
 
