@@ -241,14 +241,16 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
 
 def test_what_is_loaded_is_exempt_from_garbage_collection(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
+    gc.unfreeze()  # a command that ran in this process has frozen what there was
+    gc.collect()
     before = gc.get_freeze_count()
     freeze_loaded(window.loaded)
     try:
         frozen = gc.get_freeze_count()
         assert frozen > before
-        kept = [[] for _ in range(100)]
+        kept = [[] for _ in range(1000)]
         calibrate(window).wizard.ready.emit()
-        assert gc.get_freeze_count() >= frozen + len(kept)
+        assert gc.get_freeze_count() >= frozen + len(kept) // 2  # of what was frozen some has gone
     finally:
         gc.unfreeze()
 
