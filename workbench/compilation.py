@@ -67,11 +67,11 @@ def type_of_intrinsic(function: Callable[..., Any]) -> types.Type:
 
 def compiled_callback(signature: Any, function: Callable[..., Any]) -> CFunc:
     """The function, compiled for this signature, or loaded."""
-    compiled: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
-    compiled._cache = KernelCache(function, f"callback {signature} {LOWERING}")
-    with released(compiled._cache):
-        compiled.compile()
-    return compiled
+    callback: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
+    callback._cache = KernelCache(function, f"callback {signature} {LOWERING}")
+    with released(callback._cache):
+        callback.compile()
+    return callback
 
 
 @contextmanager

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.rings import load_reading
+from underfoot.floor import contacts
 from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step, StepCounter
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.layout import Floor
 
 CHUNK = 4096
 """Tiles times samples that are tracked in one go: 2 ms."""
@@ -116,11 +117,7 @@ def _load_kernels() -> threading.Event:
     loaded = threading.Event()
 
     def load() -> None:
-        tracker = ContactTracker(default_floor(1, 2), 1000.0)
-        force_n = np.zeros((400, 2, 4))
-        force_n[200:300] = 50.0
-        tracker.feed(np.arange(400) / 1000.0, force_n)
-        tracker.tare()
+        contacts.load_kernels()
         load_reading()
         loaded.set()
 

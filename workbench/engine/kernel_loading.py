@@ -13,7 +13,6 @@ import numpy as np
 from numba.core import event
 
 from underfoot.clock import RATE_HZ, SPAN
-from underfoot.devices.force_source import SENSOR_HZ
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.block_runner import load_kernels
@@ -26,7 +25,7 @@ from underfoot.engine.reports import Compiling
 from underfoot.engine.safety import Limits, Safety
 from underfoot.engine.target import Target, source_of
 from underfoot.engine.tile_pulse import TilePulse
-from underfoot.floor.contacts import ContactTracker
+from underfoot.floor import contacts
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -46,7 +45,7 @@ class KernelParts:
         self.patch, self.target, self.options = patch, target, options
         types = sorted({node.type for node in patch.nodes})
         self._parts: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
-        self._parts += [load_kernels, _output, self._source, self._intake, _contacts]
+        self._parts += [load_kernels, _output, self._source, self._intake, contacts.load_kernels]
         if from_end:
             self._parts.reverse()
 
@@ -100,15 +99,6 @@ def _program() -> None:
     ProgramFader(Program(Patch(), REGISTRY, ("tile",)))
 
 
-def _contacts() -> None:
-    """Contacts in force samples."""
-    tracker = ContactTracker(default_floor(1, 2), SENSOR_HZ)
-    force_n = np.zeros((400, 2, 4))
-    force_n[200:300] = 50.0
-    tracker.feed(np.arange(400) / SENSOR_HZ, force_n)
-    tracker.tare()
-
-
 def _output() -> None:
     """From what a tile is to do to full scale."""
     rate_hz, acceleration, zero_rows = float(RATE_HZ), np.zeros((1, SPAN)), np.zeros(1, np.uint8)
@@ -123,6 +113,7 @@ def _telling(tell: Callable[[Compiling], None], total: int) -> Iterator[Callable
     """While kernels are compiled, tell how many parts are ready; a call of what this gives counts one."""
     state = Compiling(0, total)
     compiles = False
+    collects = gc.isenabled()
 
     class FirstCompile(event.Listener):
         def on_start(self, event: event.Event) -> None:
@@ -145,4 +136,5 @@ def _telling(tell: Callable[[Compiling], None], total: int) -> Iterator[Callable
         with event.install_listener("numba:compile", FirstCompile()):
             yield ready
     finally:
-        gc.enable()
+        if collects:
+            gc.enable()

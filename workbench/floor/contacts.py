@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
 from underfoot.floor import tracking
-from underfoot.floor.layout import Floor
+from underfoot.floor.layout import Floor, default_floor
 
 GAP_S = 0.040
 """More time than this without a sample is a gap: force at audio rate has been ramped to 0 by then
@@ -381,3 +381,13 @@ def _joined(parts: Sequence[TrackedContacts], tiles: int) -> TrackedContacts:
     rows = [part.rows for part in parts if len(part.rows)] or [_no_rows(tiles)]
     columns = (np.concatenate([getattr(row, name) for row in rows]) for name in ContactRows.__dataclass_fields__)
     return TrackedContacts(ContactRows(*columns), tuple(contact for part in parts for contact in part.finished))
+
+
+def load_kernels() -> None:
+    """Load the kernels of tracking, those of a tare among them: compiled where they are not in the cache yet."""
+    rate_hz = 1000.0
+    tracker = ContactTracker(default_floor(1, 2), rate_hz)
+    force_n = np.zeros((400, 2, 4))
+    force_n[200:300] = 50.0
+    tracker.feed(np.arange(400) / rate_hz, force_n)
+    tracker.tare()
