@@ -49,6 +49,9 @@ class BlockRunner:
         self.silenced = panic and loop.safety.closed(loop.frame)
         _gather(loop.out, loop.safety.channels, self._played, n)
         memory.vibration.write(self._played, n)
+        if loop.plates:
+            memory.commanded.write(loop.commanded, n)
+            memory.measured.write(loop.plates["accelerometer"].out, n)
         if loop.program.scope_names:
             memory.scope.write(loop.scope_frames, n)
         self._write_status((time.perf_counter() - began) / self.block_s)

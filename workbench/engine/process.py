@@ -23,8 +23,9 @@ from underfoot.engine.reports import Notice, Started
 from underfoot.engine.requests import Setup
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
-from underfoot.engine.target import source_of
+from underfoot.engine.target import is_simulated, source_of
 from underfoot.errors import UnderfootError
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
@@ -63,6 +64,8 @@ class Engine:
             scopes=setup.scopes,
             folder=Path(setup.folder) if setup.folder else None,
             equalisers=setup.equalisers,
+            plates=("accelerometer",) if is_simulated(target) else (),
+            simulation=TileParameters.load(target.simulation) if target.simulation else None,
         )
         try:
             KernelParts(patch, target, options).load(connection.send)
@@ -71,8 +74,7 @@ class Engine:
             patch = Patch()
         passed_s = 0.0 if setup.since is None else time.monotonic() - setup.since
         frame = next_span(setup.frame + round(passed_s * target.rate))
-        self.memory.vibration.skip(frame)
-        self.memory.scope.skip(frame)
+        self.memory.skip(frame)
         self.loop = Loop(patch, REGISTRY, source_of(target, frame), replace(options, frame=frame))
         self.loop.send(Level(setup.level_db))
         if setup.playing:

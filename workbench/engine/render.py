@@ -18,11 +18,13 @@ from underfoot.patch.patch import Patch
 class Rendered:
     """What came out: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, were left out.
 
+    `tiles` is what was `commanded` and what simulated plates did, as `Loop.play_all` has it.
     `spent_s` is the time from the first block to the last, from force samples to full scale; `program_s` is what the
     patch's nodes took of it.
     """
 
     samples: NDArray[np.float32]
+    tiles: dict[str, NDArray[np.float32]]
     rate_hz: float
     spent_s: float
     program_s: float
@@ -34,21 +36,27 @@ class Rendered:
     def of(loop: Loop, frames: int) -> "Rendered":
         """What a loop plays in its first frames."""
         began = time.perf_counter()
-        samples = loop.play(frames)
+        samples, tiles = loop.play_all(frames)
         spent_s = time.perf_counter() - began
-        return Rendered(samples, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
+        return Rendered(samples, tiles, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
     def summary(self) -> dict[str, object]:
         """The figures that `render --json` prints."""
         seconds = len(self.samples) / self.rate_hz
         return {
-            "peak": float(np.abs(self.samples).max(initial=0.0)),
-            "rms": float(np.sqrt(np.mean(np.square(self.samples, dtype=np.float64)))) if self.samples.size else 0.0,
+            **_levels(self.samples, ""),
+            **{name: _levels(samples, "_m_s2") for name, samples in self.tiles.items()},
             "seconds": seconds,
             "times_real_time": seconds / self.spent_s,
             "program_times_real_time": seconds / self.program_s,
             "nodes": {"run": self.run, "asleep": self.asleep, "left_out": self.left_out},
         }
+
+
+def _levels(samples: NDArray[np.float32], unit: str) -> dict[str, float]:
+    """The largest value, and the RMS over all channels."""
+    rms = float(np.sqrt(np.mean(np.square(samples, dtype=np.float64)))) if samples.size else 0.0
+    return {f"peak{unit}": float(np.abs(samples).max(initial=0.0)), f"rms{unit}": rms}
 
 
 def render(

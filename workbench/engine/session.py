@@ -33,6 +33,7 @@ from underfoot.engine.session_memory import ForceReader, SessionMemory, Vibratio
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
 from underfoot.floor.profile import profiles_of
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -69,6 +70,7 @@ class Session:
         self.force_rate_hz = force_rate_hz(target)
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
         self.vibration, self.scope = VibrationReader(self.memory.vibration), VibrationReader(self.memory.scope)
+        self.commanded, self.measured = VibrationReader(self.memory.commanded), VibrationReader(self.memory.measured)
         self.force = ForceReader(self.memory.force)
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None
@@ -218,6 +220,7 @@ class Session:
         Only what was recorded from before `start` on can be replayed.
         """
         self.stop_recording()
+        simulation = self.target.simulation
         about = {
             "patch": self.patch.dumps().decode(),
             "folder": str(self.folder or ""),
@@ -226,8 +229,9 @@ class Session:
             "force_rate": repr(self.force_rate_hz),
             "target": self.target.kind,
             "corrections": self._equalisers_text(),
+            "simulation": TileParameters.load(simulation).dumps().decode() if simulation else "",
         }
-        self._recorder = Recorder(Path(path), about, self.memory.force, self.memory.vibration)
+        self._recorder = Recorder(Path(path), about, self.memory.recorded)
 
     def stop_recording(self) -> None:
         """Close the recording and wait until the file is whole."""

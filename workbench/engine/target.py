@@ -58,6 +58,11 @@ def force_rate_hz(target: Target) -> float:
     return SENSOR_HZ
 
 
+def is_simulated(target: Target) -> bool:
+    """Whether its tiles are simulated: what they do is known without an accelerometer."""
+    return target.kind in ("simulator", "replay")
+
+
 def require_source(target: Target) -> None:
     """Say before a session begins that a transport cannot be opened, `DeviceError`, or a file be read, `BadFile`."""
     if target.simulation:

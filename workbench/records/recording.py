@@ -5,6 +5,7 @@ file is in WAL mode and committed every 100 ms: killed at any moment, it opens a
 Where frames are missing between blocks there is a gap, and `gaps` lists it.
 """
 
+import json
 import sqlite3
 from contextlib import closing
 from dataclasses import dataclass
@@ -18,11 +19,15 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced
 
 APPLICATION_ID = 0x55464F54  # "UFOT"
-VERSION = 1
+VERSION = 2
+FRAMES = ("vibration", "commanded", "measured")
+"""The tables of what tiles played, were asked and did, a row a session frame."""
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
 create table force (first integer primary key, count integer not null, data blob not null);
 create table vibration (first integer primary key, count integer not null, data blob not null);
+create table commanded (first integer primary key, count integer not null, tiles text not null, data blob not null);
+create table measured (first integer primary key, count integer not null, tiles text not null, data blob not null);
 create table command (id integer primary key, frame integer not null, kind text not null, body text not null);
 """
 
@@ -46,13 +51,22 @@ class Writer:
             raise BadFile(f"{path} cannot be written: {error}") from None
         self._base.execute("begin")
 
-    def force(self, first: int, rows: NDArray[np.float64]) -> None:
-        """Force samples: number of the first, and (stamp, arrival, corners...) each."""
-        self._put("force", first, rows, "<f8")
+    def put(self, table: str, first: int, rows: NDArray) -> None:
+        """A block: the number of the first row, and the rows.
 
-    def vibration(self, first: int, frames: NDArray[np.float32]) -> None:
-        """What the tiles played: first session frame, and [frame, tile]."""
-        self._put("vibration", first, frames, "<f4")
+        Those of `force` are samples (stamp, arrival, corners...), the others frames [frame, tile]: `vibration` is what
+        the tiles played, `commanded` what was asked of them and `measured` what they did.
+        """
+        if len(rows) == 0:
+            return
+        if table in ("force", "vibration"):
+            data = np.ascontiguousarray(rows, "<f8" if table == "force" else "<f4").tobytes()
+            self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
+        else:  # most tiles of a floor are still
+            moving = np.flatnonzero(rows.any(axis=0))
+            data = np.ascontiguousarray(rows[:, moving], "<f4").tobytes()
+            said = json.dumps(moving.tolist())
+            self._base.execute(f"insert into {table} values (?, ?, ?, ?)", (first, len(rows), said, data))
 
     def command(self, frame: int, kind: str, body: str) -> None:
         """A command and the frame on which it took effect."""
@@ -63,18 +77,19 @@ class Writer:
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
     def end(self, table: str) -> int | None:
-        """The number behind the last sample of `force` or frame of `vibration`; None where there is none."""
+        """The number behind the last row of a table; None where there is none."""
         last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
         return last[0] if last else None
 
     def cut(self, end: int) -> None:
         """Take away what was played from session frame `end` on."""
-        over = self._base.execute("select first, count, data from vibration where first + count > ?", (end,)).fetchall()
-        self._base.execute("delete from vibration where first + count > ?", (end,))
-        for first, count, data in over:
-            if first < end:
+        for table in FRAMES:
+            self._base.execute(f"delete from {table} where first >= ?", (end,))
+            over = self._base.execute(f"select first, count, data from {table} where first + count > ?", (end,))
+            for first, count, data in over.fetchall():
                 kept = data[: len(data) // count * (end - first)]
-                self._base.execute("insert into vibration values (?, ?, ?)", (first, end - first, kept))
+                said = (end - first, kept, first)
+                self._base.execute(f"update {table} set count = ?, data = ? where first = ?", said)
 
     def commit(self) -> None:
         """Make safe what was put in so far."""
@@ -86,11 +101,6 @@ class Writer:
         self._base.execute("commit")
         self._base.execute("pragma journal_mode = delete")
         self._base.close()
-
-    def _put(self, table: str, first: int, rows: NDArray, dtype: str) -> None:
-        if len(rows):
-            data = np.ascontiguousarray(rows, dtype).tobytes()
-            self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
 
 
 def _create(path: Path, about: dict[str, str]) -> None:
@@ -124,15 +134,15 @@ class Recording:
         try:
             self._base = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=rw", uri=True)
             (application,) = self._base.execute("pragma application_id").fetchone()
-            (version,) = self._base.execute("pragma user_version").fetchone()
+            (self.version,) = self._base.execute("pragma user_version").fetchone()
         except sqlite3.Error as error:
             raise BadFile(f"{path} is not a recording: {error}") from None
         if application != APPLICATION_ID:
             self._base.close()
             raise BadFile(f"{path} is not a recording of Underfoot")
-        if version > VERSION:
+        if self.version > VERSION:
             self._base.close()
-            raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
+            raise BadFile(f"{path}: version is {self.version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
         self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
 
     def __enter__(self) -> "Recording":
@@ -149,12 +159,24 @@ class Recording:
         """The first session frame, and what the tiles played, [frame, tile]; 0 in gaps."""
         return self._all("vibration", "<f4")
 
+    def tiles(self, table: str) -> tuple[int, NDArray[np.float32]]:
+        """The same of `commanded` or `measured`, m/s^2; no frames where nothing was measured."""
+        if self.version < 2:
+            return 0, np.zeros((0, 1), np.float32)
+        width = len(json.loads(self.about["floor"])["tiles"])
+        blocks = list(self._base.execute(f"select first, count, tiles, data from {table} order by first"))
+        first, end = (blocks[0][0], blocks[-1][0] + blocks[-1][1]) if blocks else (0, 0)
+        whole = np.zeros((end - first, width), np.float32)
+        for at, count, tiles, data in blocks:
+            whole[at - first : at - first + count, json.loads(tiles)] = np.frombuffer(data, "<f4").reshape(count, -1)
+        return first, whole
+
     def commands(self) -> list[tuple[int, str, str]]:
         """(frame, kind, body) of every command, in order."""
         return list(self._base.execute("select frame, kind, body from command order by id"))
 
     def gaps(self, table: str = "vibration") -> list[Gap]:
-        """What is missing between the blocks of `vibration` or `force`."""
+        """What is missing between the blocks of a table."""
         found, end = [], None
         for first, count in self._base.execute(f"select first, count from {table} order by first"):
             if end is not None and first > end:
