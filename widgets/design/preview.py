@@ -9,8 +9,9 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.drawing import HeatMap
-from underfoot.engine.reports import Preview
+from underfoot.engine.reports import MEASURED, Preview
 from underfoot.floor.layout import Tile
+from underfoot.models.sole import band_levels, felt
 from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets import theme
@@ -42,6 +43,7 @@ class PreviewPanel(QWidget):
         self._ports: dict[str, Port] = {}
         self._preview: Preview | None = None
         self._values = np.zeros(0)
+        self._felt = ""
         self._kept: tuple[Array, float] | None = None
         self.node = ""
         self.title = theme.label("", "title")
@@ -188,6 +190,7 @@ class PreviewPanel(QWidget):
     def _draw(self) -> None:
         port, preview = self.port, self._preview
         self._values = np.zeros(0)
+        self._felt = ""
         if port is None or preview is None or preview.error:
             self.waveform.show_drawing(preview_drawings.no_waveform())
             self._show_no_levels()
@@ -217,9 +220,12 @@ class PreviewPanel(QWidget):
         self._values = values = np.nan_to_num(np.asarray(pick(preview.signals, self.node, port.name), np.float64))
         seconds = max(force.size, values.size) / rate
         is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
+        done_by_tile = preview.signals.get(MEASURED)
+        measured = None if done_by_tile is None else np.nan_to_num(done_by_tile.astype(np.float64))
         self.waveform.show_drawing(
-            preview_drawings.waveform(values, port.unit, force, rate, seconds, is_force),
+            preview_drawings.waveform(values, port.unit, force, rate, seconds, is_force, measured),
         )
+        self._felt = "" if measured is None else f"; {felt_in_words(measured, rate)}"
         self._tell(values, port)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale = self._scale
@@ -232,9 +238,16 @@ class PreviewPanel(QWidget):
             line = spectrum_db(values, rate, scale)
             kept = spectrum_db(*self._kept, scale) if self._kept else None
             ends = (top_of(line) - range_db, top_of(line))
-            self.spectrum.show_drawing(preview_drawings.spectrum(line, kept, scale, ends))
+            drawing, more = preview_drawings.spectrum(line, kept, scale, ends), "the colours are the spectrogram's"
+            if measured is not None:
+                bands = (band_levels(values, rate), band_levels(measured, rate))
+                drawing = preview_drawings.sensation(*bands, scale, range_db)
+                more = (
+                    "filled: what is asked of the tile; green: what it does; dashed: felt from here on in a hard shoe"
+                )
+            self.spectrum.show_drawing(drawing)
             reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
-            self.spectrum.setToolTip(f"Amplitude in dB of {reference}; the colours are those of the spectrogram")
+            self.spectrum.setToolTip(f"Amplitude in dB of {reference}; {more}")
 
     def _show_no_levels(self, why: str = "") -> None:
         self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, note=why))
@@ -257,6 +270,9 @@ class PreviewPanel(QWidget):
         i = min(max(round(1e-3 * time_ms * preview.rate_hz), 0), self._values.size - 1)
         force = summed(preview.force_n)
         text = f"{time_ms:.0f} ms: {quantity(float(self._values[i]), port.unit)}"
+        measured = preview.signals.get(MEASURED)
+        if measured is not None and i < measured.size:
+            text += f", the tile {quantity(float(measured[i]), 'm/s^2')}"
         self.note.setText(text + (f", {quantity(float(force[i]), 'N')}" if i < force.size else ""))
 
     def _tell(self, values: Array, port: Port) -> None:
@@ -266,6 +282,7 @@ class PreviewPanel(QWidget):
             before = peak_and_rms(self._kept[0])[1]
             if before > 0.0 and rms > 0.0:
                 text += f" ({20.0 * math.log10(rms / before):+.1f} dB)".replace("-", "−")
+        text += self._felt
         self.note.setText(text)
         self.note.setToolTip(text)
 
@@ -274,6 +291,22 @@ class PreviewPanel(QWidget):
         shown = self._values.size > 0 and self._preview is not None
         self._kept = (self._values, self._preview.rate_hz) if on and shown and self._preview else None
         self._draw()
+
+
+def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
+    """The peak of what the tile does, and what a sole in a hard shoe feels of it.
+
+    >>> felt_in_words(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
+    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %'
+    """
+    found = felt(measured_m_s2, rate_hz)
+    db = found.level_db["shoe"]
+    peak = quantity(float(np.abs(measured_m_s2).max(initial=0.0)), "m/s^2")
+    if not math.isfinite(db):
+        return f"tile {peak}"
+    side = "over" if db >= 0.0 else "under"
+    chance = f"noticed by {100.0 * found.noticed:.0f} %"
+    return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}"
 
 
 def top_of(levels_db: NDArray[np.float32]) -> float:

@@ -51,7 +51,9 @@ def _preview(request: PreviewRequest) -> Preview:
         patch = Patch.loads(request.patch, REGISTRY)
         type = REGISTRY[patch.node(request.node).type]
         scopes = tuple(f"{request.node}.{port.name}" for port in type.outputs)
-        force_n, signals, events = previewed(patch, scopes, request.tile, request.seconds, request.rate, request.folder)
+        force_n, signals, events = previewed(
+            patch, scopes, request.tile, request.seconds, request.rate, request.folder, measures=type.is_sink
+        )
     except UnderfootError as error:
         return Preview(request.ticket, request.rate, np.zeros(0, np.float32), {}, str(error))
     return Preview(request.ticket, request.rate, force_n, signals, events=events)

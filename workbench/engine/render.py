@@ -10,6 +10,7 @@ from underfoot.devices.force_source import ForceSource
 from underfoot.engine.commands import Command, Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.errors import BadValue, require
+from underfoot.models import sole
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -40,12 +41,23 @@ class Rendered:
         spent_s = time.perf_counter() - began
         return Rendered(samples, tiles, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
+    def _felt(self, samples: NDArray[np.float32]) -> dict[str, object]:
+        """What is felt of the tile that moves most: its share between 50 and 750 Hz, and the sole's sensation."""
+        if not samples.size:
+            return {}
+        most = samples[:, int(np.abs(samples).max(axis=0).argmax())]
+        return {
+            "windowed_peak_m_s2": sole.windowed_peak(most, self.rate_hz),
+            "share_50_to_750_hz": sole.share_in_band(most, self.rate_hz),
+            **sole.felt(most, self.rate_hz).summary(),
+        }
+
     def summary(self) -> dict[str, object]:
         """The figures that `render --json` prints."""
         seconds = len(self.samples) / self.rate_hz
         return {
             **_levels(self.samples, ""),
-            **{name: _levels(samples, "_m_s2") for name, samples in self.tiles.items()},
+            **{name: _levels(samples, "_m_s2") | self._felt(samples) for name, samples in self.tiles.items()},
             "seconds": seconds,
             "times_real_time": seconds / self.spent_s,
             "program_times_real_time": seconds / self.program_s,

@@ -242,9 +242,9 @@ def _load(row: np.record, signals: NDArray[np.float64], k: int, i: int) -> int:
 def _follow_load(row: np.record, load: int, states: NDArray[np.float64], here: int) -> None:
     """Begin to fade to the system of a new load, unless the last fade goes on."""
     if load != row.system[row.slot] and here >= row.fade_frame + FADE:
-        row.slot = 1 - row.slot
-        row.system[row.slot], row.fade_frame = load, here
-        states[row.slot] = 0.0
+        slot: int = 1 - row.slot
+        row.slot, row.system[slot], row.fade_frame = slot, load, here
+        states[slot] = 0.0
 
 
 @kernel
