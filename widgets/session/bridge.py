@@ -34,6 +34,8 @@ class Bridge(QObject):
     """`ForceUpdate`, once a tick in which there were any force samples."""
     vibrated = Signal(int, object)
     """First session frame and samples (n, tiles), of full scale."""
+    measured = Signal(int, object, object)
+    """First session frame; what was commanded, and what the tiles did, (n, tiles) each, m/s^2."""
     stepped = Signal(list)
     """Footsteps that are known since the last time."""
     ticked = Signal()
@@ -64,7 +66,7 @@ class Bridge(QObject):
         self._session = self._tracker = None
 
     def want_vibration(self, wanted: bool) -> None:
-        """Whether `vibrated` is to be emitted."""
+        """Whether `vibrated` and `measured` are to be emitted."""
         self.wants_vibration = wanted
 
     def wait_for_kernels(self, timeout_s: float) -> bool:
@@ -104,6 +106,10 @@ class Bridge(QObject):
             first, samples = session.vibration.read()
             if len(samples):
                 self.vibrated.emit(first, samples)
+            first, done = session.measured.read()
+            _, asked = session.commanded.read()
+            if len(done) and len(asked) == len(done):
+                self.measured.emit(first, asked, done)
 
     def _emit(self, report: object) -> None:
         match report:
