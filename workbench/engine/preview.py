@@ -36,7 +36,7 @@ def previewed(
     By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
     `measures`, there is `MEASURED` among the signals: what a simulated tile of the usual kind does, m/s^2.
     """
-    force_n, source = _step(tile, seconds, rate_hz)
+    force_n, source = one_step(tile, seconds, rate_hz)
     options = LoopOptions(
         rate_hz=rate_hz,
         block=_BLOCK,
@@ -74,7 +74,7 @@ def one_tile(id: str) -> Floor:
     return Floor((Tile(id, (0.305, 0.305), (0.1525, 0.1525), sensors_m=corners),))
 
 
-def _step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
+def one_step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
     """A step straight over the middle of a tile: its force at each frame, and what brings it to a loop."""
     time_s = np.arange(round((seconds + 0.1) * _FORCE_HZ)) / _FORCE_HZ
     walker = gait.Walker(variation=0.0)
