@@ -137,43 +137,62 @@ class Exchange:
 
 
 class Stream:
-    """An output stream: calls `fill() -> address` for each block of interleaved float32, and plays what is there.
+    """A stream that calls `fill() -> address` for each block of interleaved float32, and plays what is there.
 
-    `fill` is called in PortAudio's thread. `underruns` counts blocks that came too late. `finished` is set when the
-    stream has ended by itself.
+    With `heard`, float32 [frame, input], it also takes in: what came with a block is there when `fill` is called, which
+    happens in PortAudio's thread. `underruns` counts blocks that came too late, and inputs that were lost. `finished`
+    is set when the stream has ended by itself.
     """
 
     def __init__(
-        self, name: str, channels: int, rate: float, block: int, fill: Callable[[], int], latency_s: float | str = "low"
+        self,
+        name: str,
+        channels: int,
+        rate: float,
+        block: int,
+        fill: Callable[[], int],
+        latency_s: float | str = "low",
+        heard: NDArray[np.float32] | None = None,
     ) -> None:
         self._sounddevice = sounddevice = portaudio()
         self.underruns = 0
+        self._heard = 0 if heard is None else heard.ctypes.data
+        self._heard_bytes = 0 if heard is None else heard.nbytes
+        how: dict[str, Any] = {
+            "device": name or None,
+            "samplerate": rate,
+            "blocksize": block,
+            "dtype": "float32",
+            "latency": latency_s,
+            "finished_callback": self._finish,
+        }
         self._fill = fill
         self._bytes = 4 * channels * block
         self._move = sounddevice._ffi.memmove
         self._cast = sounddevice._ffi.cast
         self.finished = False
         try:
-            self._stream = sounddevice.RawOutputStream(
-                device=name or None,
-                channels=channels,
-                samplerate=rate,
-                blocksize=block,
-                dtype="float32",
-                latency=latency_s,
-                callback=self._callback,
-                finished_callback=self._finish,
-            )
+            if heard is None:
+                self._stream = sounddevice.RawOutputStream(channels=channels, callback=self._callback, **how)
+            else:
+                both = heard.shape[1], channels
+                self._stream = sounddevice.RawStream(channels=both, callback=self._exchange, **how)
         except (sounddevice.PortAudioError, ValueError) as error:
             text = " ".join(str(error).split())
+            also = "" if heard is None else f" and hear {heard.shape[1]}"
             raise DeviceError(
-                f"sound device {name or 'default'!r} cannot play {channels} channels at {rate:g} Hz: {text}"
+                f"sound device {name or 'default'!r} cannot play {channels} channels{also} at {rate:g} Hz: {text}"
             ) from None
 
     @property
     def latency_s(self) -> float:
-        """The stream's own latency, as it reports it."""
-        return float(self._stream.latency)
+        """The stream's own latency on the way out, as it reports it."""
+        return float(np.max(self._stream.latency) if self._heard == 0 else self._stream.latency[1])
+
+    @property
+    def round_trip_s(self) -> float:
+        """What is played comes back on an input so much later, as the stream reports it."""
+        return float(np.sum(self._stream.latency))
 
     def start(self) -> None:
         """Let it play; once only."""
@@ -197,6 +216,12 @@ class Stream:
         if address == 0:
             raise self._sounddevice.CallbackAbort
         self._move(out, self._cast("char *", address), self._bytes)
+
+    def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+        if status.input_overflow:
+            self.underruns += 1
+        self._move(self._cast("char *", self._heard), heard, self._heard_bytes)
+        self._callback(out, frames, time, status)
 
     def _finish(self) -> None:
         self.finished = True

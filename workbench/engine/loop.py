@@ -34,7 +34,9 @@ class LoopOptions:
 
     `limits` are those of each tile, by default the usual ones; `equalisers` are those of the tiles' profiles;
     `channels` has the output channel of each tile, by default the floor's; `scopes` are outputs ("node.port") that are
-    looked at; `folder` is where sound files of the patch lie; `seed` stands in for the patch's own.
+    looked at; `folder` is where sound files of the patch lie; `seed` stands in for the patch's own. `plates` says where
+    the acceleration of simulated plates is taken, if anywhere, and `simulation` what they are made of, by default the
+    usual. With `measures`, what is commanded is kept without plates, too: for accelerometers.
     """
 
     rate_hz: float = RATE_HZ
@@ -48,6 +50,7 @@ class LoopOptions:
     frame: int = 0
     plates: tuple[Heard, ...] = ()
     simulation: TileParameters | None = None
+    measures: bool = False
 
 
 class Loop:
@@ -80,7 +83,8 @@ class Loop:
         self.safety = Safety(limits, self.channels, self.rate_hz, self.block, max(self.channels, default=0) + 1)
         self.out = self.safety.out
         self.scope_frames = np.zeros((self.block, rows), np.float32)
-        self.commanded = np.zeros((self.block if options.plates else 0, rows), np.float32)
+        self.measures = bool(options.plates) or options.measures
+        self.commanded = np.zeros((self.block if self.measures else 0, rows), np.float32)
         self.plates = {
             heard: SimulatedPlates(floor, options.simulation, self.channels, self.rate_hz, self.block, heard)
             for heard in options.plates
@@ -91,7 +95,7 @@ class Loop:
         driver.on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
         _copy_scope(np.zeros((1, 1, 1)), self.scope_frames, 0, 0)
         TileEqualiser("").coefficients(self.rate_hz)
-        if self.plates:
+        if self.measures:
             self.safety.commanded(np.zeros((0, 0)), np.zeros(0, np.uint8), self.commanded, 0, 0, 0)
 
     @property
@@ -177,7 +181,7 @@ class Loop:
         program = self.programs.run(self._each_signal, frame, n)
         output, zero_rows = program.output, program.tables.silent
         self.pulse.apply(output, zero_rows, frame, n)
-        if self.plates:
+        if self.measures:
             self.safety.commanded(output, zero_rows, self.commanded, frame, at, n)
         self.equalisers.apply(output, zero_rows, frame, n)
         self.safety.apply(output, zero_rows, frame, at, n)

@@ -13,6 +13,7 @@ from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.sound import max_channels
+from underfoot.engine.accelerometer_reader import AccelerometerReader
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.command_listener import CommandListener
 from underfoot.engine.commands import Level, Play
@@ -66,6 +67,7 @@ class Engine:
             equalisers=setup.equalisers,
             plates=("accelerometer",) if is_simulated(target) else (),
             simulation=TileParameters.load(target.simulation) if target.simulation else None,
+            measures=bool(target.accelerometers),
         )
         try:
             KernelParts(patch, target, options).load(connection.send)
@@ -80,6 +82,8 @@ class Engine:
         if setup.playing:
             self.loop.send(Play(True))
         self.runner = BlockRunner(self.loop, self.memory)
+        if target.accelerometers:
+            self.runner.accelerometers = AccelerometerReader(target.accelerometers, target.floor, target.block)
         self.pacer = Pacer(self.runner, target, self._tell)
         self.listener = CommandListener(connection, self.runner, self.pacer.leave)
         if isinstance(self.loop.source, SimulatedFloor):

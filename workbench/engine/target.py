@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.force_source import SENSOR_HZ, ForceSource
 from underfoot.devices.replay import Replay
@@ -22,7 +23,8 @@ class Target:
     `sound` is None for no sound card, "" for the default one, else a device's name. `latency_s` is what to ask of the
     sound device, 0 for its own low latency. `profiles` is a folder with the tiles' calibration files, "" for none.
     `simulation` is a file of a simulated floor's parameters, "" for ideal sensors; `sensor_hz` is how often tiles of
-    hardware send.
+    hardware send. `accelerometers` are on inputs of the sound device; what is played comes back there
+    `round_trip_frames` later, 0 for what the device says of itself.
     """
 
     floor: Floor
@@ -36,6 +38,8 @@ class Target:
     profiles: str = ""
     simulation: str = ""
     sensor_hz: float = SENSOR_HZ
+    accelerometers: tuple[Accelerometer, ...] = ()
+    round_trip_frames: int = 0
 
 
 def simulation_of(text: str) -> str | None:
@@ -59,8 +63,8 @@ def force_rate_hz(target: Target) -> float:
 
 
 def is_simulated(target: Target) -> bool:
-    """Whether its tiles are simulated: what they do is known without an accelerometer."""
-    return target.kind in ("simulator", "replay")
+    """Whether its tiles are simulated: what they do is computed. Accelerometers, where there are any, come first."""
+    return target.kind in ("simulator", "replay") and not target.accelerometers
 
 
 def require_source(target: Target) -> None:
