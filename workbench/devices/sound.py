@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from underfoot.clock import FADE
 from underfoot.errors import DeviceError
 
+_SAFE_S = 0.1
+"""A latency with which a busy machine loses nothing."""
 MAX_CHANNELS = 32
 """Channels that one stream carries (PulseAudio's limit)."""
 
@@ -74,11 +76,11 @@ class Exchange:
     """
 
     def __init__(
-        self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, latency_s: float = 0.1
+        self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, block: int = 0
     ) -> None:
-        """`heard` is how many channels are recorded."""
+        """`heard` is how many channels are recorded. With `block`, blocks are of so many frames and latency is low."""
         self._sounddevice = portaudio()
-        self._devices, self._rate_hz, self._latency_s = (input or None, output or None), rate_hz, latency_s
+        self._devices, self._rate_hz, self._block = (input or None, output or None), rate_hz, block
         self._played = played
         self.recorded = np.zeros((len(played), heard), np.float32)
         """What was heard, float32 [frame, channel], from the first frame that was played on."""
@@ -87,7 +89,7 @@ class Exchange:
         self.silenced = False
         """Whether it was cut short."""
         # Silence behind the ramp: a stream that ends drops what is in the device's buffer.
-        down, rest = np.linspace(1.0, 0.0, FADE), np.zeros(round(2.0 * latency_s * rate_hz))
+        down, rest = np.linspace(1.0, 0.0, FADE), np.zeros(round(2.0 * _SAFE_S * rate_hz))
         self._ramp = np.append(down, rest).astype(np.float32)[:, None]
         self.played_frames = 0
         """How many frames of `played` went out."""
@@ -104,8 +106,9 @@ class Exchange:
                 channels=(self.recorded.shape[1], self._played.shape[1]),
                 dtype="float32",
                 device=self._devices,
-                latency=self._latency_s,
-                callback=self._block,
+                latency="low" if self._block else _SAFE_S,
+                blocksize=self._block,
+                callback=self._exchange,
                 finished_callback=self._over.set,
             )
             with stream:
@@ -120,7 +123,7 @@ class Exchange:
         """Ramp down within 10 ms of what is not yet in the device's buffer, and end; before `run`, play nothing."""
         self.silenced = True
 
-    def _block(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+    def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
         at = self.played_frames
         n = min(frames, len(self._played) - at)
         self.lost |= bool(status.input_overflow or status.output_underflow)

@@ -44,7 +44,9 @@ class Pacer:
             self._stream = Stream(target.sound, channels, target.rate, target.block, self.fill, latency, heard)
         except DeviceError as error:
             return f"{error}; going on without sound"
-        self._status.put(Field.STREAM_LATENCY_S, self._stream.latency_s)
+        measured_s = target.round_trip_frames / target.rate
+        self._status.put(Field.ROUND_TRIP_S, measured_s)
+        self._status.put(Field.STREAM_LATENCY_S, 0.5 * measured_s or self._stream.latency_s)
         if accelerometers:
             reported = round(self._stream.round_trip_s * target.rate)
             accelerometers.delay_frames = target.round_trip_frames or reported

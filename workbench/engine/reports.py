@@ -113,7 +113,9 @@ class Health:
     hold_s: float
     """By how much of that samples of hardware are set back because some of them are late."""
     stream_latency_s: float
-    """What the output stream adds, as it reports itself."""
+    """What the output stream adds: its part of the round trip where that was measured, else as it says of itself."""
+    round_trip_s: float
+    """The measured round trip of the card; 0 where it is not known."""
     frame: int
     """Session frames played."""
     peak: float

@@ -32,7 +32,7 @@ from underfoot.engine.requests import CompileRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
-from underfoot.floor.profile import profiles_of
+from underfoot.floor.profile import profiles_of, round_trip_frames
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -66,6 +66,8 @@ class Session:
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
         profiles = profiles_of(target.profiles, target.floor) if target.profiles else {}
+        if not target.round_trip_frames:
+            self.target = replace(target, round_trip_frames=round_trip_frames(profiles, target.rate, target.block))
         self._equalisers = {equaliser.tile: equaliser for equaliser in equalisers_of(profiles)}
         self.force_rate_hz = force_rate_hz(target)
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)

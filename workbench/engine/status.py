@@ -19,6 +19,7 @@ class Field(IntEnum):
     LATENCY_S = auto()
     HOLD_S = auto()
     STREAM_LATENCY_S = auto()
+    ROUND_TRIP_S = auto()
     FRAME = auto()
     PEAK = auto()
     AWAKE = auto()
