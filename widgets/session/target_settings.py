@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
+from underfoot.devices.accelerometers import Accelerometer, accelerometers_of
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.target import Target
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadValue, UnderfootError
 from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_tile import TileParameters
@@ -23,7 +24,16 @@ def make_target(settings: Settings, kind: str, source: str, floor: Floor) -> Tar
         sound=settings.sound,
         rate=settings.rate,
         block=settings.block,
+        accelerometers=_accelerometers(settings, floor),
     )
+
+
+def _accelerometers(settings: Settings, floor: Floor) -> tuple[Accelerometer, ...]:
+    """Those of the settings; none on a floor that has not all of their tiles."""
+    try:
+        return accelerometers_of(settings.accelerometers, floor)
+    except BadValue:
+        return ()
 
 
 def remembered_target(settings: Settings) -> Target:
