@@ -203,6 +203,14 @@ def test_it_reaches_the_foot(name):
     assert found.headroom_db > 0.5
 
 
+@pytest.mark.parametrize("name", GROUNDS)
+def test_it_reaches_the_foot_on_a_calibrated_tile_too(name, profile):
+    found = levels_of(Patch.load(library.patches()[name], REGISTRY), profile=profile)
+    assert found.measured.share_in_band >= 0.8
+    assert found.measured.level_db >= 10.0
+    assert found.headroom_db > 0.5
+
+
 @pytest.mark.parametrize("name", EARS)
 def test_what_is_for_ears_lies_above_1_khz_and_goes_to_no_shaker(name):
     felt, heard = measured_step(name)[0]

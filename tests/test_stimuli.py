@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from scipy.signal import correlate
 
-from underfoot.__main__ import cli
 from underfoot.engine.commands import Play, equalisers_of
 from underfoot.engine.levels import SECONDS, Level, levels_of
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
-from underfoot.floor.profile import Profile
 from underfoot.models.signals.rhythm import RHYTHMS, STEPS
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
@@ -26,16 +23,6 @@ TABLE_6_1 = dict(
 )
 """Peak acceleration at A = 1, m/s^2."""
 TACTONS = [f"{family}{k}" for family in ("ws", "it") for k in range(1, 9)]
-
-
-@pytest.fixture(scope="module")
-def profile(tmp_path_factory):
-    """Tile t1 of the simulator, as the wizard calibrates it."""
-    path = tmp_path_factory.mktemp("profiles") / "t1.json"
-    options = ["--target", "simulator", "--tile", "t1", "--seed", "1", "--no-loads", "--profile", str(path)]
-    said = CliRunner().invoke(cli, ["calibrate", "response", *options])
-    assert said.exit_code == 0, said.output
-    return Profile.load(path)
 
 
 def load(name):
