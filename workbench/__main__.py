@@ -93,6 +93,7 @@ def _target(name: str, floor: Path | None) -> "Target | None":
     from underfoot.engine.target import Target, force_rate_hz, require_source, simulation_of
     from underfoot.floor.forces import floor_beside
     from underfoot.floor.layout import Floor, default_floor
+    from underfoot.records.recording import is_recording
 
     hardware = split_target(name)
     if hardware is not None:
@@ -109,6 +110,11 @@ def _target(name: str, floor: Path | None) -> "Target | None":
         raise BadFile(
             f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV that "
             "is there"
+        )
+    if is_recording(Path(name)):
+        raise BadFile(
+            f"--target is {name}, a recording: it is played again by `underfoot render {name}` and read by "
+            f"`underfoot monitor {name}`; allowed: a target, or a force CSV"
         )
     target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there
