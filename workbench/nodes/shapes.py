@@ -9,7 +9,7 @@ class Gain:
     """A signal times a factor, which a wire may drive."""
 
     signal = Input(doc="what is made louder or softer")
-    gain = Number(1.0, 0.0, 1000.0, wire="audio", doc="factor; 2 is 6 dB louder")
+    gain = Number(1.0, 0.0, 1000.0, scale="gain", wire="audio", doc="factor; 2 is 6 dB louder")
     out = Output()
     muted_by = ("signal", "gain")
 
