@@ -196,12 +196,15 @@ class Session:
         """Whether a panic holds."""
         return self.memory.status.panic
 
-    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "") -> int:
-        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for."""
+    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "", laws: bool = False) -> int:
+        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for.
+
+        With `laws`, the node's `Laws` follow that, if it has any.
+        """
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         self._preview_request = PreviewRequest(
-            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder
+            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws
         )
         if self._compiler is not None:
             self._compiler.send(self._preview_request)

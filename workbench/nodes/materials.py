@@ -37,6 +37,11 @@ class FibreBundle:
     strain = Output(doc="x of the bundle")
     state, coefficients = bundle.STATE, damage.COEFFICIENTS
 
+    def laws(values):
+        from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
+
+        return bundle_laws(values)
+
     def design(controls, rate, coefficients):
         c = controls
         load = damage.critical_load(c.thresholds, c.fibres, c.shape, c.scale, c.stiffness)

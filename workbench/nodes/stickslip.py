@@ -45,6 +45,11 @@ class StickSlip:
     def table(values, rate):
         return slip_table(values)
 
+    def laws(values):
+        from underfoot.models.stick_slip.slip_laws import slip_laws
+
+        return slip_laws(values)
+
     def design(frequency, rate, coefficients):
         texture.design(2.0 * math.pi * frequency, rate, coefficients)
 
