@@ -36,6 +36,8 @@ class FibreBundle:
     events = Output(kind="event", doc="failures, one a frame at most")
     strain = Output(doc="x of the bundle")
     state, coefficients = bundle.STATE, damage.COEFFICIENTS
+    damage = Output(doc="share of the fibres that failed, xi (7.15); of an inverse bundle, of the restructurings")
+    energy = Output(doc="set free by the failures of a frame, of the bundle's units")
 
     def laws(values):
         from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
@@ -48,8 +50,8 @@ class FibreBundle:
         damage.design(c, c.model, load / c.strength, rate, coefficients)
         coefficients.holds = 1.0
 
-    def run(force, key, frame, coefficients, state, strain, events):
-        bundle.run(force, key, frame, coefficients, state, strain, events)
+    def run(force, key, frame, coefficients, state, strain, damage, energy, events):
+        bundle.run(force, key, frame, coefficients, state, strain, damage, energy, events)
 
     def tail(state, coefficients):
         return bundle.tail(state, coefficients)
