@@ -215,6 +215,8 @@ def _recorded(path: Path) -> tuple[ForceSeries, Floor]:
         floor = Floor.loads(recording.about["floor"], str(path))
         rows, rate = recording.forces(), float(recording.about["rate"])
         force_rate = float(recording.about["force_rate"])
+    if len(rows) == 0:
+        raise BadFile(f"{path} holds no force samples: it was ended before the first")
     return ForceSeries(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
 
 
