@@ -8,6 +8,7 @@ from underfoot.documents import read_document, write_document
 from underfoot.errors import require
 from underfoot.files import read_file, write_file
 from underfoot.floor.layout import Point, Tile
+from underfoot.floor.simulated_people import MOST_PEOPLE, Person
 from underfoot.models import gait
 from underfoot.models.signals.random import stream_key, uniform
 from underfoot.models.tile.assembly import Assembly, Foot
@@ -66,8 +67,8 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     The suspension carries its `mass_kg` on a tile of `reference_m`; on one of another size the plate weighs by its
     area, the frame by its edges and each shaker as ever. Each of `shakers_m` has `shaker_kg` at the plate. `tolerance`
     is how far rubber, plate and shaker may be from what is said here, as a share. The `walker` follows `path_m`, in the
-    floor's frame; without one, round the floor. A `recording`, a force CSV of the same tiles, walks instead of it, over
-    and over; its path is taken from this file's.
+    floor's frame; without one, round the floor. `people` (up to 8) walk instead of it, and a `recording`, a force CSV of
+    the same tiles, instead of these, over and over; its path is taken from this file's.
 
     >>> TileParameters.loads(TileParameters().dumps()) == TileParameters()
     True
@@ -90,6 +91,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tolerance: float = 0.03
     walker: gait.Walker = gait.Walker()
     path_m: tuple[Point, ...] = ()
+    people: tuple[Person, ...] = ()
     recording: str = ""
 
     def __post_init__(self) -> None:
@@ -100,6 +102,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         least = self.plate.mass_kg(self.reference_m) + len(self.shakers_m) * self.shaker_kg
         mass = self.suspension.mass_kg
         require(mass > least, "suspension.mass_kg", mass, f"more than plate and shakers weigh, {least:.3g} kg")
+        require(len(self.people) <= MOST_PEOPLE, "people", len(self.people), f"at most {MOST_PEOPLE}")
         places = (*self.shakers_m, *self.path_m)
         require(
             all(abs(x) <= 1e4 for place in places for x in place), "path_m", self.path_m, "places within 10 km of 0"
