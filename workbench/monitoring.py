@@ -18,7 +18,8 @@ from underfoot.engine.session import Session
 from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.contacts import ContactRows, ContactTracker
-from underfoot.floor.footsteps import Step, StepCounter
+from underfoot.floor.footsteps import Step
+from underfoot.floor.walks import StepCounter
 from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from underfoot.engine.rings import load_reading
 from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
-from underfoot.floor.footsteps import Step, StepCounter
+from underfoot.floor.footsteps import Step
+from underfoot.floor.walks import StepCounter
 from underfoot.floor.layout import Floor, default_floor
 
 CHUNK = 4096

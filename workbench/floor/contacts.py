@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
 from underfoot.floor import tracking
+from underfoot.floor.feet import FootFinder
 from underfoot.floor.layout import Floor
 
 GAP_S = 0.040
@@ -80,7 +81,9 @@ class Contact:
 
     The curve (`time_s`, `force_n`, `x_m`, `y_m`, each of length n, floor frame) is of the contact's first ten
     seconds. `lead_s` and `lead_n` are time and load of the sample before it began, NaN where there was none. It is
-    `cut` if it began or ended out of sight: at the recording's ends, at a gap, or on an untared tile.
+    `cut` if it began or ended out of sight: at the recording's ends, at a gap, or on an untared tile. `spread_m2` are
+    the second moments xx, xy and yy of its tiles' centroids about the whole one's, weighted by force, while it lay on
+    more than one; 0 where it never did.
     """
 
     id: int
@@ -94,6 +97,7 @@ class Contact:
     force_n: NDArray[np.float64]
     x_m: NDArray[np.float64]
     y_m: NDArray[np.float64]
+    spread_m2: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -154,25 +158,22 @@ class ContactTracker:
         self._tiles["negative_s"] = math.nan
         self.memory = tracking.TrackerMemory(
             plates=floor.plates(),
-            gaps_m=floor.gaps_m(),
             tiles=self._tiles,
             stream=stream,
             ring=np.zeros((count, taken(tracking.GUARD_S) + taken(tracking.WINDOW_S) + 1, 5)),
             window=np.zeros((count, 5, taken(tracking.WINDOW_S))),
             rows=np.zeros(SLAB * count, tracking.ROW),
-            events=np.zeros(4 * SLAB * count, tracking.EVENT),
+            events=np.zeros(2 * SLAB * count, tracking.EVENT),
         )
         """What `tracking.follow` takes beside the samples. Callers that may allocate nothing give a kernel of theirs
         `tuple(memory)`, which makes a `TrackerMemory` of it: for a named tuple Numba makes new strings at each call."""
-        self._held = self.memory.rows[:0]
-        self._pending: list[np.void] = []
-        self._foot_of = np.zeros(256, np.int64)
+        self._feet = FootFinder(floor, rate_hz, every)
         self._ongoing: dict[int, _Ongoing] = {}
         self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
         self._opening_length = max(8, math.ceil(OPENING_S * rate_hz))
         # Kernels are loaded here, not when the first foot comes down.
         self._follow_slab(np.zeros(0), np.zeros((0, count, 4)))
-        self._join(self._held)
+        self._join(self.memory.rows[:0], np.zeros(0, np.int64))
         self.tare()
 
     def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> TrackedContacts:
@@ -197,8 +198,9 @@ class ContactTracker:
         """End the stream: what was held back, and the contacts that still last, which are cut."""
         opened = [self._follow(*self._open_stream(self._opening))] if self._opening else []
         happened = tracking.end_all(self.memory)
-        self._note(self.memory.events[:happened])
-        return _joined([*opened, self._flush(int(self.memory.stream["count"][0]) + 1)], len(self._tiles))
+        self._feet.feed(self.memory.rows[:0], self.memory.events[:happened], int(self.memory.stream["count"][0]) + 1)
+        self._feet.finish()
+        return _joined([*opened, self._flush(everything=True)], len(self._tiles))
 
     @property
     def opening(self) -> bool:
@@ -212,12 +214,12 @@ class ContactTracker:
     def ongoing(self) -> tuple[OngoingContact, ...]:
         """The contacts at the latest sample, provisional ones as they stand."""
         on: dict[int, list[int]] = {}
-        for k in np.flatnonzero(self._tiles["on"]):
-            root = k
-            while self._tiles["foot"][root] == 0 and self._tiles["partner"][root] >= 0:
-                root = self._tiles["partner"][root]
-            on.setdefault(int(self._tiles["foot"][root]) or -1 - int(root), []).append(int(k))
-        return tuple(self._ongoing_contact(max(foot, 0), tiles) for foot, tiles in on.items())
+        foot_of: dict[int, int] = {}
+        for load, earlier in sorted(self._feet.standing(), key=lambda found: found[0].sample):
+            foot = load.foot or (foot_of[earlier.token] if earlier else -1 - load.tile)
+            foot_of[load.token] = foot
+            on.setdefault(foot, []).append(load.tile)
+        return tuple(self._ongoing_contact(max(foot, 0), sorted(tiles)) for foot, tiles in on.items())
 
     @property
     def loads_n(self) -> NDArray[np.float64]:
@@ -269,57 +271,39 @@ class ContactTracker:
         return _joined([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
 
     def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
-        written, happened, until = tracking.follow(times, forces, self.memory)
-        if written:
-            rows = self.memory.rows[:written]
-            self._held = np.concatenate([self._held, rows]) if len(self._held) else rows.copy()
-        if happened:
-            self._note(self.memory.events[:happened])
-        return self._flush(until)
+        written, happened = tracking.follow(times, forces, self.memory)
+        count = int(self.memory.stream["count"][0])
+        self._feet.feed(self.memory.rows[:written], self.memory.events[:happened], count)
+        return self._flush()
 
-    def _note(self, events: NDArray[np.void]) -> None:
-        """Keep events until they may be given out, and note which foot each contact of a tile was decided to be."""
-        self._pending.extend(events.copy())
-        for event in events[events["kind"] == tracking.DECIDED]:
-            token = int(event["token"])
-            if token >= len(self._foot_of):
-                self._foot_of = np.concatenate([self._foot_of, np.zeros(max(token, 256), np.int64)])
-            self._foot_of[token] = event["foot"]
-
-    def _flush(self, until: int = 0) -> TrackedContacts:
-        """Give out what happened before sample `until`."""
-        if not len(self._held) and not self._pending:
+    def _flush(self, everything: bool = False) -> TrackedContacts:
+        """Give out what is decided."""
+        found, feet, events = self._feet.take(everything)
+        if not len(found) and not events:
             return TrackedContacts(_no_rows(len(self._tiles)), ())
-        ready = int(np.searchsorted(self._held["sample"], until))
-        rows = self._join(self._held[:ready])
-        self._held = self._held[ready:]
-        over: list[_Ongoing] = []
-        while self._pending and self._pending[0]["sample"] < until:
-            event = self._pending.pop(0)
-            foot = int(self._foot_of[event["token"]])
+        rows = self._join(found, feet)
+        for foot, event in events:
             if event["kind"] == tracking.BEGAN:
-                one = self._ongoing.setdefault(foot, _Ongoing(foot, event["cut"], event["time_s"], event["value"]))
+                one = self._ongoing.setdefault(foot, _Ongoing(foot, event["cut"], event["time_s"], event["load_n"]))
                 one.standing += 1
-            elif event["kind"] == tracking.ENDED:
+            else:
                 one = self._ongoing[foot]
                 one.standing -= 1
                 one.cut = bool(one.cut or event["cut"])
                 one.end_s = max(one.end_s, float(event["time_s"]))
-                tile = int(event["tile"])
-                one.impulse_ns[tile] = one.impulse_ns.get(tile, 0.0) + float(event["value"])
-                if one.standing == 0:
-                    over.append(one)
-        if len(rows):
-            for foot, one in self._ongoing.items():
-                one.take(rows, foot)
+        for foot, one in self._ongoing.items():
+            if len(rows):
+                mine = feet == foot
+                one.take(rows.select(rows.contact == foot), found[mine])
+        over = sorted((one for one in self._ongoing.values() if one.standing == 0), key=lambda one: one.end_s)
         for one in over:
             del self._ongoing[one.id]
         return TrackedContacts(rows, tuple(one.close() for one in over))
 
-    def _join(self, rows: NDArray[np.void]) -> ContactRows:
+    def _join(self, rows: NDArray[np.void], feet: NDArray[np.int64]) -> ContactRows:
         joined = _no_rows(len(self._tiles), len(rows))
         columns = (getattr(joined, name) for name in joined.__dataclass_fields__)
-        return joined.select(slice(tracking.join(rows, self._foot_of[rows["token"]], *columns)))
+        return joined.select(slice(tracking.join(rows, feet, *columns)))
 
     def _ongoing_contact(self, id: int, tiles: Sequence[int]) -> OngoingContact:
         rows = self._tiles[list(tiles)]
@@ -338,20 +322,30 @@ class _Ongoing:
     lead_n: float
     standing: int = 0
     end_s: float = -math.inf
-    impulse_ns: dict[int, float] = field(default_factory=dict)
+    impulse: dict[int, float] = field(default_factory=dict)
     parts: list[ContactRows] = field(default_factory=list)
+    moments: NDArray[np.float64] = field(default_factory=lambda: np.zeros(4))
 
-    def take(self, rows: ContactRows, foot: int) -> None:
-        if not self.parts or rows.time_s[0] - self.parts[0].time_s[0] <= CURVE_S:
-            mine = rows.select(rows.contact == foot)
-            if len(mine):
-                self.parts.append(mine)
+    def take(self, rows: ContactRows, loads: NDArray[np.void]) -> None:
+        """Its own rows, and those of its loads."""
+        if len(loads) > len(rows):
+            tiles = np.repeat(rows.on_tile.sum(axis=1), rows.on_tile.sum(axis=1))
+            x, y = (
+                loads[name] - np.repeat(getattr(rows, name), rows.on_tile.sum(axis=1)) for name in ("x_m", "y_m")
+            )
+            weight = loads["force_n"] * (tiles > 1)
+            self.moments += np.stack([x * x, x * y, y * y, np.ones(len(x))]) @ weight
+        for tile in np.unique(loads["tile"]).tolist():
+            impulse = float(loads["force_n"][loads["tile"] == tile].sum())
+            self.impulse[tile] = self.impulse.get(tile, 0.0) + impulse
+        if len(rows) and (not self.parts or rows.time_s[0] - self.parts[0].time_s[0] <= CURVE_S):
+            self.parts.append(rows)
 
     def close(self) -> Contact:
         curve = {name: np.concatenate([getattr(part, name) for part in self.parts]) for name in _CURVE}
         start_s = float(curve["time_s"][0])
         kept = curve["time_s"] <= min(self.end_s, start_s + CURVE_S)
-        tiles = tuple(sorted(self.impulse_ns, key=lambda tile: -self.impulse_ns[tile]))
+        tiles = tuple(sorted(self.impulse, key=lambda tile: -self.impulse[tile]))
         return Contact(
             id=self.id,
             start_s=start_s,
@@ -360,6 +354,7 @@ class _Ongoing:
             cut=self.cut,
             lead_s=math.nan if self.cut else self.lead_s,
             lead_n=self.lead_n,
+            spread_m2=tuple((self.moments[:3] / max(self.moments[3], 1e-9)).tolist()),
             **{name: column[kept] for name, column in curve.items()},
         )
 

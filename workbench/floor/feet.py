@@ -1,0 +1,376 @@
+"""Which loads are one foot's: loads on touching tiles are put together, and one that two feet share is divided.
+
+Four vertical forces give a tile's load one centroid. Where a foot lies over a seam or a corner, two to four tiles have a
+load each; where two feet meet on a tile, it has one for both. What tells them apart (docs/models.md#one-foot-or-two):
+
+- *A foot fits into a foot's box.* All places where the centroids of its loads have been, above 50 N, lie in a rectangle
+  of 0.33 x 0.13 m, whichever way it is turned.
+- *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first is the same foot's, if it
+  fits. A later one is the foot's toes, if it begins beside where the foot presses, not behind it, and does not outlast
+  the rest of the foot; else it is another foot.
+- *A foot rolls, it does not jump.* A load whose centroid goes 0.1 m within 0.15 s, while it bears weight before and
+  after, has passed from one foot to the next.
+
+Each question is open for at most 0.7 s. It is looked at every 32 ms of the stream, at times that no cut of the stream
+into chunks moves.
+"""
+
+import bisect
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor import tracking
+from underfoot.floor.layout import Floor
+
+GAP_M = 0.030
+"""Tiles at most so far apart touch: a foot that lies over both presses on both."""
+
+LOADED_N = 50.0
+"""Below this a centroid is too uncertain to tell anything."""
+
+LENGTH_M, WIDTH_M = 0.33, 0.13
+"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad."""
+
+SWING_S, WAIT_S, SURE_S = 0.30, 0.70, 0.40
+"""A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it still
+fits into a box after `SURE_S`; every question is decided after `WAIT_S`."""
+
+TOES_M, BEHIND_M, OUTLASTS_S = 0.14, 0.03, 0.15
+"""The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
+`OUTLASTS_S` after the rest."""
+
+JUMP_M, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.15, 0.10, 0.25
+"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S` and stays loaded for `AFTER_S`; not in
+the first `ROLLED_S`, when a heel that strikes becomes a foot."""
+
+BEFORE_S = 0.10
+"""So long before that two feet may have been on the tile."""
+
+TICK = 8
+"""Looked at every so many of the samples that are kept, about 250 a second."""
+
+KEPT_S = 2.0
+"""So much of a load's track is looked at."""
+
+HELD_S = 0.45
+"""Loads are given out so late, because they may still be divided."""
+
+_DIRECTIONS = 16
+_ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
+_TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+
+
+@dataclass(eq=False)
+class Load:
+    """What presses on one tile, from when until when (`end` None while it lasts), and whose foot it is: 0 while open.
+
+    `shared` is the load that it was divided from. `tracks` are its thinned samples: time, x, y, force.
+    """
+
+    token: int
+    tile: int
+    sample: int
+    start_s: float
+    shared: "Load | None" = None
+    end: int | None = None
+    end_s: float = math.inf
+    foot: int = 0
+    is_divided: bool = False
+    tracks: list[NDArray[np.float64]] = field(default_factory=list)
+
+    def track(self) -> NDArray[np.float64]:
+        """Its last two seconds: shape (n, 4)."""
+        if len(self.tracks) > 1:
+            joined = np.concatenate(self.tracks)
+            self.tracks = [joined[np.searchsorted(joined[:, 0], joined[-1, 0] - KEPT_S) :]]
+        return self.tracks[0] if self.tracks else np.zeros((0, 4))
+
+
+class FootFinder:
+    """Puts loads together to feet. Feed it what `tracking.follow` wrote; it gives out what is decided."""
+
+    def __init__(self, floor: Floor, rate_hz: float, every: int) -> None:
+        self._touches = floor.gaps_m() <= GAP_M
+        self._every = every
+        self._doubtful = math.ceil(BEFORE_S * rate_hz)
+        self._held_samples = math.ceil(HELD_S * rate_hz)
+        self._on: dict[int, Load] = {}
+        self._loads: list[Load] = []
+        self._renamed: dict[int, int] = {}
+        self._foot_of: dict[int, int] = {}
+        self._rows = np.zeros(0, tracking.ROW)
+        self._events: list[np.void] = []
+        self._count, self._feet, self._tokens = 0, 0, 0
+        self._now_s = -math.inf
+
+    def feed(self, rows: NDArray[np.void], events: NDArray[np.void], count: int) -> None:
+        """What the samples up to number `count` brought."""
+        if not len(rows) and not len(events) and not self._loads:
+            self._count = count
+            return
+        rows, events = rows.copy(), events.copy()
+        for old, new in self._renamed.items():
+            rows["token"][rows["token"] == old] = new
+        self._rows = np.concatenate([self._rows, rows]) if len(self._rows) else rows
+        tick = TICK * self._every
+        edges = [*range((self._count // tick + 1) * tick, count + 1, tick)]
+        thin = rows[rows["sample"] % self._every == 0]
+        at_event = at_row = 0
+        for edge in [*edges, *([count] if not edges or edges[-1] != count else [])]:
+            while at_event < len(events) and events[at_event]["sample"] < edge:
+                self._note(events[at_event])
+                at_event += 1
+            until = int(np.searchsorted(thin["sample"], edge))
+            if until > at_row:
+                self._append(thin[at_row:until])
+                at_row = until
+            self._count = edge
+            if edge % tick == 0 and self._loads:
+                self._look(edge)
+
+    def finish(self) -> None:
+        """Decide what is still open, as it stands."""
+        for load in [load for load in self._loads if load.foot == 0]:
+            self._decide(load, final=True)
+
+    def take(self, everything: bool = False) -> tuple[NDArray[np.void], NDArray[np.int64], list[tuple[int, np.void]]]:
+        """What is decided and was not given out yet: rows, their feet, and events with their foot, in order of time."""
+        until = self._count + 1
+        if not everything:
+            if self._on:
+                until = self._count - self._held_samples
+            until = min([until, *(load.sample - self._doubtful for load in self._loads if load.foot == 0)])
+        ready = int(np.searchsorted(self._rows["sample"], until))
+        rows, self._rows = self._rows[:ready], self._rows[ready:]
+        number = bisect.bisect_left(self._events, until, key=lambda event: event["sample"])
+        events = [(self._foot_of[int(event["token"])], event) for event in self._events[:number]]
+        self._events = self._events[number:]
+        tokens, which = np.unique(rows["token"], return_inverse=True)
+        feet = np.array([self._foot_of[int(token)] for token in tokens], np.int64)[which]
+        self._forget(until)
+        return rows, feet, events
+
+    def standing(self) -> Iterator[tuple[Load, "Load | None"]]:
+        """The loads of now, each with an earlier one of the foot that it may be a part of."""
+        for load in self._on.values():
+            yield load, None if load.foot else self._provisional(load)
+
+    # --- what happens ---
+
+    def _note(self, event: np.void) -> None:
+        self._events.append(event)
+        tile = int(event["tile"])
+        if event["kind"] == tracking.BEGAN:
+            load = Load(int(event["token"]), tile, int(event["sample"]), float(event["time_s"]))
+            self._loads.append(load)
+            self._on[tile] = load
+            if not any(self._touches[tile, other.tile] for other in self._on.values() if other is not load):
+                self._found(load)
+        else:
+            load = self._on.pop(tile)
+            event["token"] = load.token
+            load.end, load.end_s = int(event["sample"]), float(event["time_s"])
+
+    def _append(self, thin: NDArray[np.void]) -> None:
+        self._now_s = float(thin["time_s"][-1])
+        for load in self._loads:
+            if load.end is None or load.end > thin["sample"][0]:
+                mine = thin[(thin["tile"] == load.tile) & (thin["sample"] >= load.sample)]
+                mine = mine if load.end is None else mine[mine["sample"] < load.end]
+                if len(mine):
+                    load.tracks.append(np.column_stack([mine[name] for name in ("time_s", "x_m", "y_m", "force_n")]))
+
+    def _found(self, load: Load) -> None:
+        self._feet += 1
+        self._join(load, self._feet)
+
+    def _join(self, load: Load, foot: int) -> None:
+        load.foot = foot
+        self._foot_of[load.token] = foot
+
+    def _forget(self, until: int) -> None:
+        """Let go of loads that nothing can be compared with any more."""
+        oldest = min([until, *(load.sample for load in self._loads if load.end is None or load.foot == 0)])
+        live = {load.foot for load in self._loads if load.foot and (load.end is None or load.end >= oldest)}
+        gone = [load for load in self._loads if load.end is not None and load.foot and load.foot not in live]
+        if gone:
+            self._loads = [load for load in self._loads if load not in gone]
+            for load in gone:
+                del self._foot_of[load.token]
+                self._renamed = {old: new for old, new in self._renamed.items() if new != load.token}
+
+    # --- decisions ---
+
+    def _look(self, now: int) -> None:
+        for load in list(self._on.values()):
+            at = _passed_on(load)
+            if at is not None:
+                self._divide(load, at)
+        for load in sorted((load for load in self._loads if load.foot == 0), key=_rank):
+            self._decide(load)
+
+    def _divide(self, load: Load, at_s: float) -> None:
+        """From `at_s` on a load is another foot's: a load of its own."""
+        self._tokens -= 1
+        mine = self._rows["token"] == load.token
+        later = mine & (self._rows["time_s"] >= at_s)
+        first = int(self._rows["sample"][later][0])
+        before = self._rows[mine & ~later][-1]
+        self._rows["token"][later] = self._tokens
+        track = load.track()
+        other = Load(self._tokens, load.tile, first, float(self._rows["time_s"][later][0]), shared=load)
+        place = int(np.searchsorted(track[:, 0], at_s))
+        load.tracks, other.tracks = [track[:place]], [track[place:]]
+        load.end, load.end_s, load.is_divided = first, float(before["time_s"]), True
+        self._on[load.tile] = other
+        self._loads.append(other)
+        for part in self._loads:
+            # What was decided meanwhile took two feet for one.
+            if part.sample >= first - self._doubtful:
+                part.foot = 0
+        self._renamed = {old: self._tokens if new == load.token else new for old, new in self._renamed.items()}
+        if load.token >= 0:
+            self._renamed[load.token] = self._tokens
+        for kind, token, time_s in ((tracking.ENDED, load.token, load.end_s), (tracking.BEGAN, other.token, load.end_s)):
+            event = np.zeros(1, tracking.EVENT)
+            event["kind"], event["sample"], event["token"], event["tile"] = kind, first, token, load.tile
+            event["time_s"], event["load_n"] = time_s, before["force_n"]
+            bisect.insort(self._events, event[0], key=lambda event: event["sample"])
+
+    def _decide(self, load: Load, final: bool = False) -> None:
+        """Say whose foot a load is, if that can be said by now."""
+        candidates = self._candidates(load)
+        if not final and any(other.foot == 0 for other in candidates):
+            return
+        verdicts = {foot: self._judge(load, foot, final) for foot in {other.foot for other in candidates if other.foot}}
+        same = {foot: cost for foot, cost in verdicts.items() if cost is not None}
+        if any(math.isnan(cost) for cost in same.values()):
+            return
+        if same:
+            self._join(load, min(same, key=lambda foot: same[foot]))
+        else:
+            self._found(load)
+
+    def _candidates(self, load: Load) -> list[Load]:
+        """The loads on touching tiles that lasted together with it, and that it may be a part of a foot with.
+
+        These are earlier ones; a load that was divided from another comes behind those that began a little later.
+        """
+        return [
+            other
+            for other in self._loads
+            if _rank(other) < _rank(load)
+            and self._touches[other.tile, load.tile]
+            and (other.end is None or other.end + self._doubtful * other.is_divided > load.sample)
+            and (load.end is None or load.end > other.sample)
+            and (load.shared is None or other.foot != load.shared.foot)
+        ]
+
+    def _provisional(self, load: Load) -> Load | None:
+        for other in self._candidates(load):
+            if other.end is None and (other.foot == 0 or self._judge(load, other.foot, False) is not None):
+                return other
+        return None
+
+    def _judge(self, load: Load, foot: int, final: bool) -> float | None:
+        """How far a load's beginning is from a foot, metres, if it is a part of it; None if not, NaN if that is open."""
+        parts = [other for other in self._loads if other.foot == foot and other is not load]
+        mine, theirs = _loaded(load), [_loaded(other) for other in parts]
+        track = np.concatenate(theirs)
+        began_s = min(other.start_s for other in parts)
+        lag_s = load.start_s - began_s
+        now_s = self._now_s
+        age_s = now_s - load.start_s
+        over = load.end is not None
+        rest_s = max(other.end_s for other in parts)
+        ripe = final or age_s >= WAIT_S
+        if not len(mine) or not len(track):
+            return 0.0 if ripe or over else math.nan
+        if not _fits(np.concatenate([mine, track])[:, 1:3]):
+            return None
+        if lag_s < SWING_S:
+            sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
+            return _distance(mine[0], track) if sure else math.nan
+        return self._toes(load, mine, track, (ripe, over, rest_s, now_s))
+
+    def _toes(
+        self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float, float]
+    ) -> float | None:
+        """`_judge` for a load that began so late that only the foot's toes can have come down."""
+        ripe, over, rest_s, now_s = state
+        near = _distance(mine[0], track)
+        if near > TOES_M or min(load.end_s, now_s) - rest_s > OUTLASTS_S:
+            return None
+        centre = _centre(track, float(mine[0, 0]))
+        first = track[track[:, 0] <= track[0, 0] + 0.1]
+        rolled = centre - np.average(first[:, 1:3], axis=0, weights=first[:, 3])
+        length_m = float(np.hypot(*rolled))
+        if length_m >= 2.0 * BEHIND_M and float((mine[0, 1:3] - centre) @ rolled) < -BEHIND_M * length_m:
+            return None
+        return near if over or ripe else math.nan
+
+
+def _rank(load: Load) -> tuple[float, int]:
+    return load.start_s + (0.0 if load.shared is None else SWING_S), load.token
+
+
+def _loaded(load: Load) -> NDArray[np.float64]:
+    """A load's track where it says something: above `LOADED_N`, and not while two feet share it."""
+    track = load.track()
+    kept = track[:, 3] >= LOADED_N
+    if load.shared is not None:
+        kept &= track[:, 0] >= load.start_s + JUMP_S
+    if load.is_divided:
+        kept &= track[:, 0] <= load.end_s - BEFORE_S
+    return track[kept]
+
+
+def _centre(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
+    """The centre of pressure of several loads' tracks, about a time."""
+    near = track[np.abs(track[:, 0] - time_s) <= max(0.02, float(np.abs(track[:, 0] - time_s).min()))]
+    return np.asarray(np.average(near[:, 1:3], axis=0, weights=near[:, 3]))
+
+
+def _distance(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
+    return float(np.hypot(*(first[1:3] - _centre(track, float(first[0])))))
+
+
+def _fits(places_m: NDArray[np.float64]) -> bool:
+    """Whether places (n, 2) lie in a foot's box, turned to the best of sixteen directions."""
+    along = places_m @ _TOWARDS
+    reach = along.max(axis=0) - along.min(axis=0)
+    half = _DIRECTIONS // 2
+    return bool(((reach <= LENGTH_M) & (np.roll(reach, half) <= WIDTH_M)).any())
+
+
+def _passed_on(load: Load) -> float | None:
+    """When a load passed from one foot to the next, if it did so lately."""
+    track = load.track()
+    if not len(track) or track[-1, 0] - load.start_s < ROLLED_S + JUMP_S + AFTER_S:
+        return None
+    time_s = track[:, 0]
+    begin, end = np.searchsorted(time_s, time_s[-1] - AFTER_S - JUMP_S), np.searchsorted(time_s, time_s[-1] - AFTER_S)
+    if track[begin:, 3].min() >= LOADED_N and np.hypot(*(track[end, 1:3] - track[begin, 1:3])) >= JUMP_M:
+        towards = track[end, 1:3] - track[begin, 1:3]
+        along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
+        return float(time_s[begin + int(np.argmax(along >= 0.5 * along[-1]))])
+    return _relieved(track)
+
+
+def _relieved(track: NDArray[np.float64]) -> float | None:
+    """When one foot had left a load and another, elsewhere on the tile, came on."""
+    force_n = track[:, 3]
+    begin = int(np.searchsorted(track[:, 0], track[-1, 0] - HELD_S + 2.0 * BEFORE_S))
+    least = begin + int(force_n[begin:].argmin())
+    before, after = force_n[:least], force_n[least:]
+    if not len(before) or len(after) < 2 or force_n[-1] < force_n[least] + LOADED_N or force_n[least] > 0.3 * before.max():
+        return None
+    left = before >= max(LOADED_N, 0.3 * before.max())
+    was = track[:least][left][-1, 1:3]
+    if np.hypot(*(track[-1, 1:3] - was)) < 0.05:
+        return None
+    return float(track[least, 0])
