@@ -244,7 +244,8 @@ class FootFinder:
     def _decide(self, load: Load, final: bool = False) -> None:
         """Say whose foot a load is, if that can be said by now."""
         candidates = self._candidates(load)
-        if not final and any(other.foot == 0 for other in candidates):
+        waits = load.shared is not None and load.end is None and self._now_s < load.start_s + SWING_S
+        if not final and (waits or any(other.foot == 0 for other in candidates)):
             return
         verdicts = {foot: self._judge(load, foot, final) for foot in {other.foot for other in candidates if other.foot}}
         same = {foot: cost for foot, cost in verdicts.items() if cost is not None}
