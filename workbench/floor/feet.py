@@ -43,9 +43,12 @@ TOES_M, BEHIND_M, OUTLASTS_S = 0.14, 0.03, 0.15
 """The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
 `OUTLASTS_S` after the rest."""
 
-JUMP_M, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.15, 0.10, 0.25
-"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S` and stays loaded for `AFTER_S`; not in
-the first `ROLLED_S`, when a heel that strikes becomes a foot."""
+JUMP_M, BACK_M, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.05, 0.15, 0.10, 0.25
+"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `BACK_M` back on the way that it has
+gone, and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a heel that strikes becomes a foot."""
+
+SETTLED_S = JUMP_S + AFTER_S + 0.04
+"""So long after a sample it is known that its load is not divided there."""
 
 BEFORE_S = 0.10
 """So long before that two feet may have been on the tile."""
@@ -280,12 +283,14 @@ class FootFinder:
     def _judge(self, load: Load, foot: int, final: bool) -> float | None:
         """How far a load's beginning is from a foot, metres, if it is a part of it; None if not, NaN if that is open."""
         parts = [other for other in self._loads if other.foot == foot and other is not load]
-        mine, theirs = _loaded(load), [_loaded(other) for other in parts]
-        track = np.concatenate(theirs)
-        began_s = min(other.start_s for other in parts)
-        lag_s = load.start_s - began_s
         now_s = self._now_s
         age_s = now_s - load.start_s
+        if age_s < SETTLED_S and not final:
+            return math.nan
+        # What is newer may still be divided.
+        until_s = math.inf if final else now_s - SETTLED_S
+        mine, track = _loaded(load, until_s), np.concatenate([_loaded(other, until_s) for other in parts])
+        lag_s = load.start_s - min(other.start_s for other in parts)
         over = load.end is not None
         rest_s = max(other.end_s for other in parts)
         ripe = final or age_s >= WAIT_S
@@ -319,10 +324,10 @@ def _rank(load: Load) -> tuple[float, int]:
     return load.start_s + (0.0 if load.shared is None else SWING_S), load.token
 
 
-def _loaded(load: Load) -> NDArray[np.float64]:
+def _loaded(load: Load, until_s: float) -> NDArray[np.float64]:
     """A load's track where it says something: above `LOADED_N`, and not while two feet share it."""
     track = load.track()
-    kept = track[:, 3] >= LOADED_N
+    kept = (track[:, 3] >= LOADED_N) & (track[:, 0] <= until_s)
     if load.shared is not None:
         kept &= track[:, 0] >= load.start_s + JUMP_S
     if load.is_divided:
@@ -355,11 +360,20 @@ def _passed_on(load: Load) -> float | None:
         return None
     time_s = track[:, 0]
     begin, end = np.searchsorted(time_s, time_s[-1] - AFTER_S - JUMP_S), np.searchsorted(time_s, time_s[-1] - AFTER_S)
-    if track[begin:, 3].min() >= LOADED_N and np.hypot(*(track[end, 1:3] - track[begin, 1:3])) >= JUMP_M:
-        towards = track[end, 1:3] - track[begin, 1:3]
+    towards = track[end, 1:3] - track[begin, 1:3]
+    if track[begin:, 3].min() >= LOADED_N and _is_jump(track, begin, towards):
         along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
         return float(time_s[begin + int(np.argmax(along >= 0.5 * along[-1]))])
     return _relieved(track)
+
+
+def _is_jump(track: NDArray[np.float64], begin: int, towards: NDArray[np.float64]) -> bool:
+    """Whether a centroid that goes so far from sample `begin` on goes further than a foot's, or back."""
+    if np.hypot(*towards) >= JUMP_M:
+        return True
+    rolled = track[begin, 1:3] - track[0, 1:3]
+    length_m = float(np.hypot(*rolled))
+    return length_m >= BACK_M and float(towards @ rolled) < -BACK_M * length_m
 
 
 def _relieved(track: NDArray[np.float64]) -> float | None:
