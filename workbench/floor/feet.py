@@ -43,9 +43,13 @@ TOES_M, BEHIND_M, OUTLASTS_S = 0.14, 0.03, 0.15
 """The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
 `OUTLASTS_S` after the rest."""
 
-JUMP_M, BACK_M, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.05, 0.15, 0.10, 0.25
-"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `BACK_M` back on the way that it has
-gone, and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a heel that strikes becomes a foot."""
+JUMP_M, ASIDE_M, ONWARDS, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.06, 0.5, 0.15, 0.10, 0.25
+"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `ASIDE_M` in a direction that is not
+the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a
+heel that strikes becomes a foot."""
+
+SMALL_M = 0.5
+"""On a plate of a longer diagonal people stand with both feet, and shift their weight: a load alone on it stays one."""
 
 SETTLED_S = JUMP_S + AFTER_S + 0.04
 """So long after a sample it is known that its load is not divided there."""
@@ -98,6 +102,7 @@ class FootFinder:
 
     def __init__(self, floor: Floor, rate_hz: float, every: int) -> None:
         self._touches = floor.gaps_m() <= GAP_M
+        self._is_small = [math.hypot(*tile.size_m) <= SMALL_M for tile in floor.tiles]
         self._every = every
         self._doubtful = math.ceil(BEFORE_S * rate_hz)
         self._held_samples = math.ceil(HELD_S * rate_hz)
@@ -210,11 +215,32 @@ class FootFinder:
 
     def _look(self, now: int) -> None:
         for load in list(self._on.values()):
-            at = _passed_on(load)
+            at = _passed_on(load) if self._has_company(load) else None
             if at is not None:
                 self._divide(load, at)
         for load in sorted((load for load in self._loads if load.foot == 0), key=_rank):
             self._decide(load)
+
+    def _has_company(self, load: Load) -> bool:
+        """Whether two feet on a load's tile may be told apart.
+
+        That is, whether one of them may lie over an edge; or the tile is too small for somebody to stand on with both.
+        """
+        if self._is_small[load.tile]:
+            return True
+        near = [
+            other
+            for other in self._loads
+            if self._touches[other.tile, load.tile]
+            and other.tile != load.tile
+            and other.end_s > self._now_s - SETTLED_S
+            and len(other.track())
+        ]
+        track = load.track()
+        if not near or not len(track) or track[-1, 0] < self._now_s - AFTER_S:
+            return False
+        places = track[track[:, 0] >= self._now_s - SETTLED_S][:, 1:3]
+        return any(float(np.hypot(*(places - other.track()[-1, 1:3]).T).min()) <= LENGTH_M for other in near)
 
     def _divide(self, load: Load, at_s: float) -> None:
         """From `at_s` on a load is another foot's: a load of its own."""
@@ -368,12 +394,12 @@ def _passed_on(load: Load) -> float | None:
 
 
 def _is_jump(track: NDArray[np.float64], begin: int, towards: NDArray[np.float64]) -> bool:
-    """Whether a centroid that goes so far from sample `begin` on goes further than a foot's, or back."""
-    if np.hypot(*towards) >= JUMP_M:
-        return True
+    """Whether a centroid that goes so far from sample `begin` on goes further than a foot's."""
+    length_m = float(np.hypot(*towards))
     rolled = track[begin, 1:3] - track[0, 1:3]
-    length_m = float(np.hypot(*rolled))
-    return length_m >= BACK_M and float(towards @ rolled) < -BACK_M * length_m
+    if length_m >= JUMP_M or length_m < ASIDE_M:
+        return length_m >= JUMP_M
+    return float(towards @ rolled) < ONWARDS * length_m * max(float(np.hypot(*rolled)), ASIDE_M)
 
 
 def _relieved(track: NDArray[np.float64]) -> float | None:

@@ -247,10 +247,10 @@ class _Walk:
         last = self.last
         onwards = footfall.place_m - last.place_m
         if min(float(np.hypot(*one.roll_m)) for one in (last, footfall)) >= ROLL_M:
-            ways = [one.roll_m / np.hypot(*one.roll_m) for one in (last, footfall)]
-            if float(ways[0] @ ways[1]) < math.cos(AGREE_RAD):
+            if _angle(last.roll_m, footfall.roll_m) > AGREE_RAD:
                 return np.zeros(2)
-            along = ways[0] + ways[1]
+            # Toes that point outwards point to both sides and cancel.
+            along = last.roll_m + footfall.roll_m
         elif len(self.steps) > 1:
             along = footfall.place_m - self.steps[-2].place_m
         else:
@@ -276,3 +276,8 @@ class _Walk:
         if len(places) < 3 or steps > 1:
             return places[-1] + steps * (places[-1] - places[0]) / (len(places) - 1)
         return places[1] + (places[2] - places[0])
+
+
+def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """The angle between two directions, 0 to pi."""
+    return abs(math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other)))
