@@ -34,7 +34,11 @@ PLACE_M, ANYWHERE_M, ANYWHERE = 0.20, 0.45, 3.0
 TIME, FORCE, STANCE = 0.12, 0.06, 0.08
 """Relative deviations of a person's step time, of the mean force, and of the time on the ground."""
 
-DEAR, STRANGER = 9.0, 26.0
+ALIKE, KNOWN = 2.5, 6
+"""Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each other;
+asked for their second to `KNOWN`th step."""
+
+DEAR, STRANGER = 12.0, 24.0
 """No single difference costs more than the first: one step may be odd. Beyond the second it is somebody else's."""
 
 PROGRESS_M, ROLL_M, ASIDE_M, AGREE_RAD = 0.15, 0.05, 0.01, math.radians(35.0)
@@ -109,6 +113,11 @@ class StepCounter:
             walk = _Walk(self._people)
             self._walks.append(walk)
         walk.take(footfall)
+        lost = [other for other in self._walks if other is not walk and walk.is_of(other)]
+        if lost:
+            known = min(lost, key=walk.unlike)
+            self._walks.remove(known)
+            walk.continues(known)
 
 
 @dataclass(eq=False)
@@ -170,6 +179,7 @@ class _Walk:
     force_n: float = math.nan
     stance_s: float = math.nan
     seen: int = 0
+    first_s: float = math.inf
 
     @property
     def last(self) -> _Footfall:
@@ -205,8 +215,33 @@ class _Walk:
                 total += min((math.log(value / usual) / (spread * uncertain)) ** 2, DEAR)
         return total
 
+    def unlike(self, other: "_Walk") -> float:
+        """How far two walks' forces and times are apart, in standard deviations."""
+        apart = math.log(self.force_n / other.force_n) / FORCE, math.log(self.stance_s / other.stance_s) / STANCE
+        return math.hypot(*apart)
+
+    def is_of(self, other: "_Walk") -> bool:
+        """Whether this walk began where another was lost sight of, by somebody alike."""
+        began_s = self.first_s
+        lost = self.last.start_s - other.last.start_s > 1.6 * other.step_s
+        return bool(
+            lost
+            and 2 <= self.seen <= KNOWN
+            and other.seen >= 2
+            and other.first_s < began_s
+            and other.last.start_s < began_s + other.step_s
+            and began_s - other.last.end_s <= GONE_S
+            and self.unlike(other) <= ALIKE
+        )
+
+    def continues(self, other: "_Walk") -> None:
+        """This is the person of another walk."""
+        self.person, self.first_s = other.person, other.first_s
+        self.seen = max(self.seen, KNOWN + 1)
+
     def take(self, footfall: _Footfall) -> None:
         footfall.walk = self
+        self.first_s = min(self.first_s, footfall.start_s)
         if self.steps:
             steps = self._steps_in(footfall.start_s)
             footfall.number = self.last.number + steps
