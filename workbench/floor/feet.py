@@ -48,6 +48,10 @@ JUMP_M, ASIDE_M, ONWARDS, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.06, 0.5, 0.15, 0.1
 the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a
 heel that strikes becomes a foot."""
 
+RELIEVED, MOVED_M = 0.3, 0.05
+"""A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so much,
+or while a load beside it begins."""
+
 SMALL_M = 0.5
 """On a plate of a longer diagonal people stand with both feet, and shift their weight: a load alone on it stays one."""
 
@@ -63,7 +67,7 @@ TICK = 8
 KEPT_S = 2.0
 """So much of a load's track is looked at."""
 
-HELD_S = 0.45
+HELD_S = 0.60
 """Loads are given out so late, because they may still be divided."""
 
 _DIRECTIONS = 16
@@ -215,9 +219,11 @@ class FootFinder:
 
     def _look(self, now: int) -> None:
         for load in list(self._on.values()):
-            at = _passed_on(load) if self._has_company(load) else None
-            if at is not None:
-                self._divide(load, at)
+            if self._has_company(load):
+                at = _jumped(load)
+                at = self._relieved(load) if at is None else at
+                if at is not None:
+                    self._divide(load, at)
         for load in sorted((load for load in self._loads if load.foot == 0), key=_rank):
             self._decide(load)
 
@@ -226,21 +232,39 @@ class FootFinder:
 
         That is, whether one of them may lie over an edge; or the tile is too small for somebody to stand on with both.
         """
-        if self._is_small[load.tile]:
-            return True
-        near = [
+        track = load.track()
+        if not len(track) or track[-1, 0] < self._now_s - AFTER_S:
+            return False
+        return self._is_small[load.tile] or any(other.end_s > self._now_s - SETTLED_S for other in self._near(load))
+
+    def _near(self, load: Load) -> list[Load]:
+        """The loads on touching tiles that may be of the same feet."""
+        track = load.track()
+        places = track[track[:, 0] >= self._now_s - SETTLED_S][:, 1:3]
+        return [
             other
             for other in self._loads
             if self._touches[other.tile, load.tile]
             and other.tile != load.tile
-            and other.end_s > self._now_s - SETTLED_S
             and len(other.track())
+            and float(np.hypot(*(places - other.track()[-1, 1:3]).T).min()) <= LENGTH_M
         ]
+
+    def _relieved(self, load: Load) -> float | None:
+        """When one foot had left a load, and another came on: elsewhere on the tile, or with a load beside it."""
         track = load.track()
-        if not near or not len(track) or track[-1, 0] < self._now_s - AFTER_S:
-            return False
-        places = track[track[:, 0] >= self._now_s - SETTLED_S][:, 1:3]
-        return any(float(np.hypot(*(places - other.track()[-1, 1:3]).T).min()) <= LENGTH_M for other in near)
+        force_n = track[:, 3]
+        begin = int(np.searchsorted(track[:, 0], self._now_s - HELD_S + 1.5 * BEFORE_S))
+        if begin >= len(track) or track[begin, 0] - load.start_s < ROLLED_S:
+            return None
+        least = begin + int(force_n[begin:].argmin())
+        most = float(force_n[:least].max(initial=0.0))
+        if force_n[-1] < force_n[least] + LOADED_N or force_n[least] > RELIEVED * most:
+            return None
+        least_s = float(track[least, 0])
+        was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED * most)]
+        moved = len(was) > 0 and float(np.hypot(*(track[-1, 1:3] - was[-1, 1:3]))) >= MOVED_M
+        return least_s if moved or any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load)) else None
 
     def _divide(self, load: Load, at_s: float) -> None:
         """From `at_s` on a load is another foot's: a load of its own."""
@@ -379,18 +403,18 @@ def _fits(places_m: NDArray[np.float64]) -> bool:
     return bool(((reach <= LENGTH_M) & (np.roll(reach, half) <= WIDTH_M)).any())
 
 
-def _passed_on(load: Load) -> float | None:
-    """When a load passed from one foot to the next, if it did so lately."""
+def _jumped(load: Load) -> float | None:
+    """When a load's centroid lately went from one foot to the next."""
     track = load.track()
-    if not len(track) or track[-1, 0] - load.start_s < ROLLED_S + JUMP_S + AFTER_S:
+    if track[-1, 0] - load.start_s < ROLLED_S + JUMP_S + AFTER_S:
         return None
     time_s = track[:, 0]
     begin, end = np.searchsorted(time_s, time_s[-1] - AFTER_S - JUMP_S), np.searchsorted(time_s, time_s[-1] - AFTER_S)
     towards = track[end, 1:3] - track[begin, 1:3]
-    if track[begin:, 3].min() >= LOADED_N and _is_jump(track, begin, towards):
-        along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
-        return float(time_s[begin + int(np.argmax(along >= 0.5 * along[-1]))])
-    return _relieved(track)
+    if track[begin:, 3].min() < LOADED_N or not _is_jump(track, begin, towards):
+        return None
+    along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
+    return float(time_s[begin + int(np.argmax(along >= 0.5 * along[-1]))])
 
 
 def _is_jump(track: NDArray[np.float64], begin: int, towards: NDArray[np.float64]) -> bool:
@@ -400,18 +424,3 @@ def _is_jump(track: NDArray[np.float64], begin: int, towards: NDArray[np.float64
     if length_m >= JUMP_M or length_m < ASIDE_M:
         return length_m >= JUMP_M
     return float(towards @ rolled) < ONWARDS * length_m * max(float(np.hypot(*rolled)), ASIDE_M)
-
-
-def _relieved(track: NDArray[np.float64]) -> float | None:
-    """When one foot had left a load and another, elsewhere on the tile, came on."""
-    force_n = track[:, 3]
-    begin = int(np.searchsorted(track[:, 0], track[-1, 0] - HELD_S + 2.0 * BEFORE_S))
-    least = begin + int(force_n[begin:].argmin())
-    before, after = force_n[:least], force_n[least:]
-    if not len(before) or len(after) < 2 or force_n[-1] < force_n[least] + LOADED_N or force_n[least] > 0.3 * before.max():
-        return None
-    left = before >= max(LOADED_N, 0.3 * before.max())
-    was = track[:least][left][-1, 1:3]
-    if np.hypot(*(track[-1, 1:3] - was)) < 0.05:
-        return None
-    return float(track[least, 0])
