@@ -19,9 +19,9 @@ from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.contacts import ContactRows, ContactTracker
 from underfoot.floor.footsteps import Step
-from underfoot.floor.walks import StepCounter
 from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.walks import StepCounter
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording, is_recording
@@ -177,7 +177,7 @@ def open_stream(
     profiles: Path | None = None,
     sensor_hz: float | None = None,
 ) -> FileStream | SessionStream:
-    """The stream of a simulator ("simulator" or "simulator:PARAMETERS.json"), hardware, a force CSV, or a recording."""
+    """The stream of a simulator ("simulator", with ":" and what it is), hardware, a force CSV, or a recording."""
     hardware = split_target(source)
     if sensor_hz is not None and hardware is None:
         raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
@@ -197,7 +197,8 @@ def open_stream(
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
     if not os.path.isfile(path):
-        allowed = f"simulator, simulator:PARAMETERS.json, {target_forms()}, a force CSV, or a recording"
+        simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
+        allowed = f"{simulators}, {target_forms()}, a force CSV, or a recording"
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
     beside = floor_beside(path)
     if floor is None and not beside.is_file():

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from underfoot.engine.rings import load_reading
 from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
-from underfoot.floor.walks import StepCounter
 from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.walks import StepCounter
 
 CHUNK = 4096
 """Tiles times samples that are tracked in one go: 2 ms."""

@@ -40,7 +40,7 @@ class MonitorOptions:
 @click.command(
     help=f"""Print footsteps as they happen.
 
-    SOURCE is "simulator" or simulator:PARAMETERS.json, {target_forms(described=True)},
+    SOURCE is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
     a force CSV, or a recording. Tile number 0 of hardware is the floor's first; the floor is 2 x 2 tiles unless --floor
     names another.
     """

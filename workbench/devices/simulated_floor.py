@@ -27,8 +27,9 @@ class SimulatedFloor:
 
     With `simulation` they err as real ones do, and are read by `profiles` (by tile id) or, where a tile has none, by
     the nominal curve of their kind: `notices` say so, and `sensors` has the counts. The walker, people or a recording
-    are then those that the parameters name; `people` walk in any case. Everything a walker will do is known, so every sample arrives in
-    time; `footfalls` and `curves` say it (`simulated_loads.feet_down`). `walk` and `press` act from the next sample on.
+    are then those that the parameters name; `people` walk in any case. Everything a walker will do is known, so every
+    sample arrives in time; `footfalls` and `curves` say whose foot is where (`simulated_loads.feet_down`). `walk` and
+    `press` act from the next sample on.
     """
 
     def __init__(
@@ -50,7 +51,10 @@ class SimulatedFloor:
         people = people or (simulation.people if simulation else ())
         walker = simulation.walker if simulation else gait.Walker()
         path = simulation.path_m if simulation else ()
-        walks = people_footfalls(people, floor, WALK_S, seed) if people else [walk_round(floor, WALK_S, seed, walker, path)]
+        if people:
+            walks = people_footfalls(people, floor, WALK_S, seed)
+        else:
+            walks = [walk_round(floor, WALK_S, seed, walker, path)]
         self.footfalls = simulated_loads.footfall_table(walks)
         self.curves = simulated_loads.gait_curves([person.walker for person in people] or [walker])
         self._is_walking = walking

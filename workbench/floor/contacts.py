@@ -322,41 +322,48 @@ class _Ongoing:
     lead_n: float
     standing: int = 0
     end_s: float = -math.inf
-    impulse: dict[int, float] = field(default_factory=dict)
     parts: list[ContactRows] = field(default_factory=list)
-    moments: NDArray[np.float64] = field(default_factory=lambda: np.zeros(4))
+    loads: list[NDArray[np.void]] = field(default_factory=list)
 
     def take(self, rows: ContactRows, loads: NDArray[np.void]) -> None:
         """Its own rows, and those of its loads."""
-        if len(loads) > len(rows):
-            tiles = np.repeat(rows.on_tile.sum(axis=1), rows.on_tile.sum(axis=1))
-            x, y = (
-                loads[name] - np.repeat(getattr(rows, name), rows.on_tile.sum(axis=1)) for name in ("x_m", "y_m")
-            )
-            weight = loads["force_n"] * (tiles > 1)
-            self.moments += np.stack([x * x, x * y, y * y, np.ones(len(x))]) @ weight
-        for tile in np.unique(loads["tile"]).tolist():
-            impulse = float(loads["force_n"][loads["tile"] == tile].sum())
-            self.impulse[tile] = self.impulse.get(tile, 0.0) + impulse
         if len(rows) and (not self.parts or rows.time_s[0] - self.parts[0].time_s[0] <= CURVE_S):
             self.parts.append(rows)
+            self.loads.append(loads)
 
     def close(self) -> Contact:
         curve = {name: np.concatenate([getattr(part, name) for part in self.parts]) for name in _CURVE}
         start_s = float(curve["time_s"][0])
         kept = curve["time_s"] <= min(self.end_s, start_s + CURVE_S)
-        tiles = tuple(sorted(self.impulse, key=lambda tile: -self.impulse[tile]))
+        # Sums are of everything at once: in parts they would depend on how the stream was cut.
+        loads = np.concatenate(self.loads)
+        on_tiles = np.concatenate([part.on_tile.sum(axis=1) for part in self.parts])
+        impulse = np.bincount(loads["tile"], weights=loads["force_n"])
+        loaded = np.unique(loads["tile"])
         return Contact(
             id=self.id,
             start_s=start_s,
             end_s=self.end_s,
-            tiles=tiles,
+            tiles=tuple(loaded[np.argsort(-impulse[loaded], kind="stable")].tolist()),
             cut=self.cut,
             lead_s=math.nan if self.cut else self.lead_s,
             lead_n=self.lead_n,
-            spread_m2=tuple((self.moments[:3] / max(self.moments[3], 1e-9)).tolist()),
+            spread_m2=_spread(loads, on_tiles, curve["x_m"], curve["y_m"]),
             **{name: column[kept] for name, column in curve.items()},
         )
+
+
+def _spread(
+    loads: NDArray[np.void], on_tiles: NDArray[np.intp], x_m: NDArray[np.float64], y_m: NDArray[np.float64]
+) -> tuple[float, float, float]:
+    """The second moments of loads about their foot's centroid (n,), while it was on more than one of `on_tiles`."""
+    several = np.repeat(on_tiles, on_tiles) > 1
+    if not several.any():
+        return 0.0, 0.0, 0.0
+    x = (loads["x_m"] - np.repeat(x_m, on_tiles))[several]
+    y = (loads["y_m"] - np.repeat(y_m, on_tiles))[several]
+    xx, xy, yy = (float(np.average(product, weights=loads["force_n"][several])) for product in (x * x, x * y, y * y))
+    return xx, xy, yy
 
 
 _CURVE = ("time_s", "force_n", "x_m", "y_m")

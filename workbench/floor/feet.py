@@ -1,15 +1,17 @@
 """Which loads are one foot's: loads on touching tiles are put together, and one that two feet share is divided.
 
-Four vertical forces give a tile's load one centroid. Where a foot lies over a seam or a corner, two to four tiles have a
-load each; where two feet meet on a tile, it has one for both. What tells them apart (docs/models.md#one-foot-or-two):
+Four vertical forces give a tile's load one centroid. Where a foot lies over a seam or a corner, two to four tiles have
+a load each; where two feet meet on a tile, it has one for both. What tells them apart
+(docs/models.md#one-foot-or-two):
 
 - *A foot fits into a foot's box.* All places where the centroids of its loads have been, above 50 N, lie in a rectangle
   of 0.33 x 0.13 m, whichever way it is turned.
 - *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first is the same foot's, if it
   fits. A later one is the foot's toes, if it begins beside where the foot presses, not behind it, and does not outlast
   the rest of the foot; else it is another foot.
-- *A foot rolls, it does not jump.* A load whose centroid goes 0.1 m within 0.15 s, while it bears weight before and
-  after, has passed from one foot to the next.
+- *A foot rolls, it does not jump.* A load has passed from one foot to the next if its centroid goes 0.1 m within
+  0.15 s, or 0.06 m to the side or back; or if it falls to a third and rises again, elsewhere on the tile or while
+  another load begins beside it. On plates on which people stand with both feet this is not asked.
 
 Each question is open for at most 0.7 s. It is looked at every 32 ms of the stream, at times that no cut of the stream
 into chunks moves.
@@ -36,8 +38,8 @@ LENGTH_M, WIDTH_M = 0.33, 0.13
 """The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad."""
 
 SWING_S, WAIT_S, SURE_S = 0.30, 0.70, 0.40
-"""A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it still
-fits into a box after `SURE_S`; every question is decided after `WAIT_S`."""
+"""A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it
+still fits into a box after `SURE_S`; every question is decided after `WAIT_S`."""
 
 TOES_M, BEHIND_M, OUTLASTS_S = 0.14, 0.03, 0.15
 """The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
@@ -49,11 +51,11 @@ the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER
 heel that strikes becomes a foot."""
 
 RELIEVED, MOVED_M = 0.3, 0.05
-"""A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so much,
-or while a load beside it begins."""
+"""A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so
+much, or while a load beside it begins."""
 
 SMALL_M = 0.5
-"""On a plate of a longer diagonal people stand with both feet, and shift their weight: a load alone on it stays one."""
+"""On a plate of a longer diagonal people stand with both feet and shift their weight: its load stays one contact."""
 
 SETTLED_S = JUMP_S + AFTER_S + 0.04
 """So long after a sample it is known that its load is not divided there."""
@@ -219,23 +221,13 @@ class FootFinder:
 
     def _look(self, now: int) -> None:
         for load in list(self._on.values()):
-            if self._has_company(load):
-                at = _jumped(load)
-                at = self._relieved(load) if at is None else at
-                if at is not None:
-                    self._divide(load, at)
+            if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - AFTER_S:
+                at_s = _jumped(load)
+                at_s = self._relieved(load) if at_s is None else at_s
+                if at_s is not None:
+                    self._divide(load, at_s)
         for load in sorted((load for load in self._loads if load.foot == 0), key=_rank):
             self._decide(load)
-
-    def _has_company(self, load: Load) -> bool:
-        """Whether two feet on a load's tile may be told apart.
-
-        That is, whether one of them may lie over an edge; or the tile is too small for somebody to stand on with both.
-        """
-        track = load.track()
-        if not len(track) or track[-1, 0] < self._now_s - AFTER_S:
-            return False
-        return self._is_small[load.tile] or any(other.end_s > self._now_s - SETTLED_S for other in self._near(load))
 
     def _near(self, load: Load) -> list[Load]:
         """The loads on touching tiles that may be of the same feet."""
@@ -264,7 +256,8 @@ class FootFinder:
         least_s = float(track[least, 0])
         was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED * most)]
         moved = len(was) > 0 and float(np.hypot(*(track[-1, 1:3] - was[-1, 1:3]))) >= MOVED_M
-        return least_s if moved or any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load)) else None
+        begins = any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load))
+        return least_s if moved or begins else None
 
     def _divide(self, load: Load, at_s: float) -> None:
         """From `at_s` on a load is another foot's: a load of its own."""
@@ -288,10 +281,10 @@ class FootFinder:
         self._renamed = {old: self._tokens if new == load.token else new for old, new in self._renamed.items()}
         if load.token >= 0:
             self._renamed[load.token] = self._tokens
-        for kind, token, time_s in ((tracking.ENDED, load.token, load.end_s), (tracking.BEGAN, other.token, load.end_s)):
+        for kind, token in ((tracking.ENDED, load.token), (tracking.BEGAN, other.token)):
             event = np.zeros(1, tracking.EVENT)
             event["kind"], event["sample"], event["token"], event["tile"] = kind, first, token, load.tile
-            event["time_s"], event["load_n"] = time_s, before["force_n"]
+            event["time_s"], event["load_n"] = load.end_s, before["force_n"]
             bisect.insort(self._events, event[0], key=lambda event: event["sample"])
 
     def _decide(self, load: Load, final: bool = False) -> None:
@@ -310,7 +303,7 @@ class FootFinder:
             self._found(load)
 
     def _candidates(self, load: Load) -> list[Load]:
-        """The loads on touching tiles that lasted together with it, and that it may be a part of a foot with.
+        """The loads on touching tiles that lasted together with it, and of whose foot it may be a part.
 
         These are earlier ones; a load that was divided from another comes behind those that began a little later.
         """
@@ -331,7 +324,7 @@ class FootFinder:
         return None
 
     def _judge(self, load: Load, foot: int, final: bool) -> float | None:
-        """How far a load's beginning is from a foot, metres, if it is a part of it; None if not, NaN if that is open."""
+        """How far a load's beginning is from a foot of which it is a part, metres; None if it is none, NaN if open."""
         parts = [other for other in self._loads if other.foot == foot and other is not load]
         now_s = self._now_s
         age_s = now_s - load.start_s
@@ -351,15 +344,15 @@ class FootFinder:
         if lag_s < SWING_S:
             sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
             return _distance(mine[0], track) if sure else math.nan
-        return self._toes(load, mine, track, (ripe, over, rest_s, now_s))
+        return self._toes(load, mine, track, (ripe, over, rest_s))
 
     def _toes(
-        self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float, float]
+        self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]
     ) -> float | None:
         """`_judge` for a load that began so late that only the foot's toes can have come down."""
-        ripe, over, rest_s, now_s = state
+        ripe, over, rest_s = state
         near = _distance(mine[0], track)
-        if near > TOES_M or min(load.end_s, now_s) - rest_s > OUTLASTS_S:
+        if near > TOES_M or min(load.end_s, self._now_s) - rest_s > OUTLASTS_S:
             return None
         centre = _centre(track, float(mine[0, 0]))
         first = track[track[:, 0] <= track[0, 0] + 0.1]

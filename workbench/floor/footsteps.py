@@ -25,6 +25,7 @@ SPIKE_S = 0.030
 PATH_N, PATH_S = 50.0, 0.025
 """The centroid's path is measured above this force, on its force-weighted mean over this time: noise is no path."""
 
+
 @dataclass(frozen=True)
 class Step:
     """One footstep. A figure that there is not is NaN.
@@ -36,10 +37,10 @@ class Step:
     `path_mm` is how far the centroid went above 50 N, `net_mm` how far it got. `contact` is its contact's id.
 
     `person` is who walks, from 1; `cadence_per_min` is from the person's last step to this one, and so are
-    `step_length_mm` (heel to heel along the way) and `step_width_mm` (across it), and `double_support_ms`, in which both
-    feet are down: below 0 where neither is. `swing_ms` is for how long this foot was in the air before. `heading_deg` is
-    where the foot points, counter-clockwise from the floor's x axis, within `heading_error_deg` (one standard
-    deviation).
+    `step_length_mm` (middle to middle, along the way), `step_width_mm` (across it) and `double_support_ms`, in which
+    both feet are down: below 0 where neither is. `swing_ms` is for how long this foot was in the air before.
+    `heading_deg` is where the foot points, counter-clockwise from the floor's x axis, within `heading_error_deg` (one
+    standard deviation).
     """
 
     step: int

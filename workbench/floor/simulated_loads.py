@@ -7,6 +7,7 @@ point presses on the tile that it is on, which splits it over its corners biline
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +53,7 @@ HAND = np.dtype(
 
 
 def footfall_table(walks: Sequence[Sequence[gait.Footfall]]) -> NDArray[np.void]:
-    """The footfalls of several people, each in order of time, in one order of time: shape (footfalls,) of `FOOTFALL`."""
+    """The footfalls of several people in one order of time: shape (footfalls,) of `FOOTFALL`."""
     table = np.zeros(sum(map(len, walks)), FOOTFALL)
     every = ((person, number, step) for person, steps in enumerate(walks) for number, step in enumerate(steps))
     for row, (person, number, step) in zip(table, every, strict=True):
@@ -93,22 +94,24 @@ class FeetDown:
 
 def feet_down(footfalls: NDArray[np.void], curves: Floats, time_s: Floats, least_n: float = 0.0) -> FeetDown:
     """The feet that bear more than `least_n` newtons at each of `time_s` (n,), ascending."""
-    found = []
+    found: list[tuple[NDArray[Any], ...]] = []
     phases = np.linspace(0.0, 1.0, _PHASES + 1)
     for row, step in enumerate(footfalls):
         end_s = step["start_s"] + step["duration_s"]
         at = np.arange(np.searchsorted(time_s, step["start_s"]), np.searchsorted(time_s, end_s))
         phase = (time_s[at] - step["start_s"]) / step["duration_s"]
-        force = sum(step["extremes_n"][j] * np.interp(phase, phases, curves[j]) for j in range(3))
+        extremes = np.array([np.interp(phase, phases, curves[j]) for j in range(3)])
+        force = step["extremes_n"] @ extremes
         along = step["length_m"] * np.interp(phase, phases, curves[3 + step["person"]])
         kept = force > least_n
         x, y = step["heel_x_m"] + along * step["cos_heading"], step["heel_y_m"] + along * step["sin_heading"]
         found.append((at[kept], np.full(kept.sum(), row), x[kept], y[kept], force[kept]))
-    at, row, x, y, force = (np.concatenate(column) for column in zip(*found, strict=True))
-    order = np.argsort(at, kind="stable")
-    at, row = at[order], row[order]
-    steps = footfalls[row]
-    return FeetDown(time_s[at], steps["person"], row, steps["left"], x[order], y[order], force[order])
+    samples, rows, x, y, force = (np.concatenate(column) for column in zip(*found, strict=True))
+    order = np.argsort(samples, kind="stable")
+    steps = footfalls[rows[order]]
+    return FeetDown(
+        time_s[samples[order]], steps["person"], rows[order], steps["left"], x[order], y[order], force[order]
+    )
 
 
 @kernel
@@ -124,8 +127,8 @@ def walk(
 ) -> None:
     """Add to the first `count` of `forces_n` (n, tiles, 4) the footfalls at session frames `stamps`, over and over.
 
-    `plates` (tiles,) are those of the floor, `curves` those of `gait_curves` of the people in the table. A foot brakes, then pushes off: the
-    place where vertical sensors see it is `foot_shift_m` (tiles,) ahead of where it is as it comes down, and as much
+    `plates` (tiles,) are those of the floor, `curves` those of `gait_curves` for the people in the table. A foot
+    brakes, then pushes off: the place where vertical sensors see it is `foot_shift_m` (tiles,) ahead of where it is as it comes down, and as much
     behind as it leaves.
     """
     length_s = footfalls[-1].start_s + footfalls[-1].duration_s

@@ -101,7 +101,9 @@ def people_of(text: str) -> tuple[Person, ...]:
     return drawn_people(int(given["people"]), given["path"], int(given["seed"]))
 
 
-def people_footfalls(people: Sequence[Person], floor: Floor, seconds: float, seed: int = 1) -> list[list[gait.Footfall]]:
+def people_footfalls(
+    people: Sequence[Person], floor: Floor, seconds: float, seed: int = 1
+) -> list[list[gait.Footfall]]:
     """The footfalls of each of `people` that begin before `seconds`, in order of time, the first at 0.2 s.
 
     Those of a person depend on all others: they give way. The same seed gives the same walk, and a longer one begins
@@ -116,7 +118,9 @@ def people_footfalls(people: Sequence[Person], floor: Floor, seconds: float, see
         walk = walks[number]
         walk.step(now_s, [other.place_m for other in walks if other is not walk])
         heapq.heappush(due, (now_s + walk.walker.step_s, number))
-    return [[step for step in sorted(walk.steps, key=lambda step: step.start_s) if step.start_s < seconds] for walk in walks]
+    return [
+        [step for step in sorted(walk.steps, key=lambda step: step.start_s) if step.start_s < seconds] for walk in walks
+    ]
 
 
 def walk_round(
@@ -210,7 +214,11 @@ def _places(
     rounds = middle + (0.6 + 0.4 * share) * half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     line = low + (high - low) * np.array([[0.0, share], [1.0, share]])
     spot = middle + (0.6 * half * turn * (-1) ** number if count > 1 else 0.0)
-    routes = {"straight": line, "turn": np.roll(rounds, number, axis=0), "crossing": np.array([middle - across, middle + across])}
+    routes = {
+        "straight": line,
+        "turn": np.roll(rounds, number, axis=0),
+        "crossing": np.array([middle - across, middle + across]),
+    }
     drawn = 0
     while True:
         if path == "in-place":

@@ -29,14 +29,15 @@ USUAL_S = 0.55
 """The time of a step before a person's own is known: 109 a minute."""
 
 PLACE_M, ANYWHERE_M, ANYWHERE = 0.20, 0.45, 3.0
-"""Deviation of a step from where it is due; and, for whoever turns, from the last one, at a cost of `ANYWHERE` besides."""
+"""Deviation of a step from where it is due; and, for whoever turns, from the last one, at a cost of `ANYWHERE`
+besides."""
 
 TIME, FORCE, STANCE = 0.12, 0.06, 0.08
 """Relative deviations of a person's step time, of the mean force, and of the time on the ground."""
 
 ALIKE, KNOWN = 2.5, 6
-"""Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each other;
-asked for their second to `KNOWN`th step."""
+"""Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each
+other; asked for their second to `KNOWN`th step."""
 
 DEAR, STRANGER = 12.0, 24.0
 """No single difference costs more than the first: one step may be odd. Beyond the second it is somebody else's."""
@@ -48,7 +49,7 @@ offsets to the side of this, at least."""
 FADES = 0.85
 """How much an older step counts for the side, beside the next."""
 
-WAIT_S, LATE_S = 0.8, 1.5
+WAIT_S, LATE_S = 0.8, 1.0
 """A step waits so long, after its end, for the next one to tell its side; contacts are told of up to `LATE_S` late."""
 
 LEARNS = 0.25
@@ -60,7 +61,7 @@ class StepCounter:
 
     A person's steps alternate. Which is which is told by how far each lies to the side of the last, seen along the way
     in which both feet rolled, or else from the step before last. A step is given out as soon as its side is known, or
-    2.3 s after its end; the result does not depend on how contacts are cut into calls.
+    1.8 s after its end; the result does not depend on how contacts are cut into calls.
     """
 
     def __init__(self, floor: Floor) -> None:
@@ -74,7 +75,11 @@ class StepCounter:
         """The steps known by now: `contacts` ended since the last call, and `now_s` is the latest sample's time."""
         steps: list[Step] = []
         for contact in contacts:
-            if contact.end_s - contact.start_s < SHORTEST_S or len(contact.force_n) < 3 or contact.force_n.max() < LEAST_N:
+            if (
+                contact.end_s - contact.start_s < SHORTEST_S
+                or len(contact.force_n) < 3
+                or contact.force_n.max() < LEAST_N
+            ):
                 continue
             footfall = _Footfall.of(contact, self._floor)
             self._place(footfall)
@@ -141,7 +146,9 @@ class _Footfall:
         weight = contact.force_n / contact.force_n.sum()
         loaded = np.flatnonzero(contact.force_n >= min(PATH_N, float(contact.force_n.max())))
         heading, error = orientation(contact, floor)
-        step = replace(measure(contact, floor), heading_deg=math.degrees(heading), heading_error_deg=math.degrees(error))
+        step = replace(
+            measure(contact, floor), heading_deg=math.degrees(heading), heading_error_deg=math.degrees(error)
+        )
         return cls(
             step,
             contact.start_s,
@@ -249,9 +256,10 @@ class _Walk:
                 self._follow(footfall)
         if footfall.is_whole:
             learns = max(LEARNS, 1.0 / (1 + self.seen))
-            self.force_n = footfall.force_n if not self.seen else self.force_n * (footfall.force_n / self.force_n) ** learns
-            self.stance_s += learns * (footfall.stance_s - self.stance_s) if self.seen else 0.0
-            self.stance_s = footfall.stance_s if not self.seen else self.stance_s
+            if not self.seen:
+                self.force_n, self.stance_s = footfall.force_n, footfall.stance_s
+            self.force_n *= (footfall.force_n / self.force_n) ** learns
+            self.stance_s *= (footfall.stance_s / self.stance_s) ** learns
             self.seen += 1
         self.steps.append(footfall)
 

@@ -177,9 +177,7 @@ def footfalls(
     return [step for step in sorted(steps, key=lambda step: step.start_s) if start_s <= step.start_s < seconds]
 
 
-def footfall_at(
-    walker: Walker, place: tuple[float, float, float], step: int, key: np.uint64, due_s: float
-) -> Footfall:
+def footfall_at(walker: Walker, place: tuple[float, float, float], step: int, key: np.uint64, due_s: float) -> Footfall:
     """A walker's footfall number `step` (even: left) that is due at `due_s`, varied by draws of `key`.
 
     `place` is where the body is, x and y in metres, and its heading in radians; the foot comes down half a step width
