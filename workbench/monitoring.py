@@ -226,7 +226,12 @@ def step_line(step: Step) -> str:
         f"{step.step:4d}  {step.start_s:9.3f} s  {step.tile:>6}  {step.side:7}  {step.contact_ms:6.0f} ms  "
         f"{step.peak1_n:6.0f} {step.valley_n:6.0f} {step.peak2_n:6.0f} N  {step.impulse_ns:6.1f} N s  "
         f"{step.loading_kn_s:6.1f} kN/s{' (spike)' if step.spike else ''}"
+        f"  person {step.person}{_length(step)}"
     )
+
+
+def _length(step: Step) -> str:
+    return f"  {step.step_length_mm:4.0f} mm" if math.isfinite(step.step_length_mm) else ""
 
 
 def step_figures(step: Step) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -93,7 +93,11 @@ class FootstepTracker:
         times = np.concatenate([time_s for time_s, _, _ in done])
         force_n = np.concatenate([force_n for _, force_n, _ in done]) - tracker.baseline_n
         rows = tuple(rows for _, _, rows in done if len(rows))
-        return ForceUpdate(times, force_n, tracker.loads_n, tracker.untared, tracker.ongoing(), rows), steps
+        contacts = tuple(
+            replace(contact, person=self._counter.person_at(contact.start_s, (contact.x_m, contact.y_m)))
+            for contact in tracker.ongoing()
+        )
+        return ForceUpdate(times, force_n, tracker.loads_n, tracker.untared, contacts, rows), steps
 
     def finish(self) -> list[Step]:
         """The footsteps that are known only when no more samples follow."""

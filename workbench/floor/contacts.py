@@ -50,7 +50,7 @@ SLAB = 256
 class ContactRows:
     """One row a contact and sample, in order of time: arrays of length n, and `on_tile` (n, tiles).
 
-    Ids in `contact` count from 1, places are in the floor's frame. `on_tile` says which tiles a contact stands on.
+    Ids in `contact` go up from 1, places are in the floor's frame. `on_tile` says which tiles a contact stands on.
     """
 
     time_s: NDArray[np.float64]
@@ -102,13 +102,18 @@ class Contact:
 
 @dataclass(frozen=True)
 class OngoingContact:
-    """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own."""
+    """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own.
+
+    `person` is who stands there, as far as somebody has said so (`walks.StepCounter.person_at`), else 0.
+    """
 
     id: int
     x_m: float
     y_m: float
     force_n: float
     tiles: tuple[int, ...]
+    start_s: float = math.nan
+    person: int = 0
 
 
 @dataclass(frozen=True)
@@ -122,9 +127,9 @@ class TrackedContacts:
 class ContactTracker:
     """Follows the contacts on a floor in a stream of corner forces at about `rate_hz` (20 to 100,000).
 
-    Whatever chunks the stream comes in, the rows and contacts given out are the same. They are held back while it is
-    open whether two tiles carry one foot: until the later one has reached 50 N, for 0.4 s at most; and for the first
-    50 ms of the stream. `ongoing` and the loads are never held back otherwise.
+    Whatever chunks the stream comes in, the rows and contacts given out are the same. While somebody stands on the floor
+    they are held back for 0.6 s, and for 0.2 s more while it is open which loads are one foot's (`feet.py`); and for the
+    first 50 ms of the stream. `ongoing` and the loads are never held back otherwise.
 
     >>> from underfoot.floor.layout import default_floor
     >>> tracker = ContactTracker(default_floor(1, 1), rate_hz=1000.0)
@@ -215,11 +220,13 @@ class ContactTracker:
         """The contacts at the latest sample, provisional ones as they stand."""
         on: dict[int, list[int]] = {}
         foot_of: dict[int, int] = {}
+        start_s: dict[int, float] = {}
         for load, earlier in sorted(self._feet.standing(), key=lambda found: found[0].sample):
-            foot = load.foot or (foot_of[earlier.token] if earlier else -1 - load.tile)
+            foot = load.foot or (foot_of.get(earlier.token, earlier.foot) if earlier else 0) or -1 - load.tile
             foot_of[load.token] = foot
             on.setdefault(foot, []).append(load.tile)
-        return tuple(self._ongoing_contact(max(foot, 0), sorted(tiles)) for foot, tiles in on.items())
+            start_s.setdefault(foot, load.start_s)
+        return tuple(self._ongoing_contact(max(foot, 0), sorted(tiles), start_s[foot]) for foot, tiles in on.items())
 
     @property
     def loads_n(self) -> NDArray[np.float64]:
@@ -305,11 +312,13 @@ class ContactTracker:
         columns = (getattr(joined, name) for name in joined.__dataclass_fields__)
         return joined.select(slice(tracking.join(rows, feet, *columns)))
 
-    def _ongoing_contact(self, id: int, tiles: Sequence[int]) -> OngoingContact:
+    def _ongoing_contact(self, id: int, tiles: Sequence[int], start_s: float) -> OngoingContact:
         rows = self._tiles[list(tiles)]
         force_n = float(rows["load_n"].sum())
         share = rows["load_n"] / force_n
-        return OngoingContact(id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles))
+        return OngoingContact(
+            id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles), start_s
+        )
 
 
 @dataclass
