@@ -50,6 +50,9 @@ JUMP_M, ASIDE_M, ONWARDS, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.06, 0.5, 0.15, 0.1
 the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a
 heel that strikes becomes a foot."""
 
+PASSED = 0.65
+"""It is the next foot's from this share of its way on: later than half, for the first foot is still on it."""
+
 RELIEVED, MOVED_M = 0.3, 0.05
 """A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so
 much, or while a load beside it begins."""
@@ -407,7 +410,7 @@ def _jumped(load: Load) -> float | None:
     if track[begin:, 3].min() < LOADED_N or not _is_jump(track, begin, towards):
         return None
     along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
-    return float(time_s[begin + int(np.argmax(along >= 0.5 * along[-1]))])
+    return float(time_s[begin + int(np.argmax(along >= PASSED * along[-1]))])
 
 
 def _is_jump(track: NDArray[np.float64], begin: int, towards: NDArray[np.float64]) -> bool:

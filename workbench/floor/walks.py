@@ -39,8 +39,9 @@ ALIKE, KNOWN = 2.5, 6
 """Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each
 other; asked for their second to `KNOWN`th step."""
 
-DEAR, STRANGER = 12.0, 24.0
-"""No single difference costs more than the first: one step may be odd. Beyond the second it is somebody else's."""
+DEAR, UNLIKE, STRANGER = 12.0, 17.0, 24.0
+"""A step that is late, or elsewhere, costs no more than the first, one that is borne otherwise no more than the second:
+two feet on a tile make odd steps. Beyond the third it is somebody else's."""
 
 PROGRESS_M, ROLL_M, ASIDE_M, AGREE_RAD = 0.15, 0.05, 0.01, math.radians(35.0)
 """Sides are told from steps that go on by this, feet that roll by this and point the same way within `AGREE_RAD`, and
@@ -215,11 +216,9 @@ class _Walk:
         total = self.due(footfall.start_s, footfall.place_m)
         if math.isfinite(total) and footfall.is_whole and self.seen:
             uncertain = 2.0 if self.seen < 3 else 1.0
-            for value, usual, spread in (
-                (footfall.force_n, self.force_n, FORCE),
-                (footfall.stance_s, self.stance_s, STANCE),
-            ):
-                total += min((math.log(value / usual) / (spread * uncertain)) ** 2, DEAR)
+            force = math.log(footfall.force_n / self.force_n) / (FORCE * uncertain)
+            stance = math.log(footfall.stance_s / self.stance_s) / (STANCE * uncertain)
+            total += min(force**2 + stance**2, UNLIKE)
         return total
 
     def unlike(self, other: "_Walk") -> float:
