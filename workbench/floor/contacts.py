@@ -203,8 +203,7 @@ class ContactTracker:
         """End the stream: what was held back, and the contacts that still last, which are cut."""
         opened = [self._follow(*self._open_stream(self._opening))] if self._opening else []
         happened = tracking.end_all(self.memory)
-        self._feet.feed(self.memory.rows[:0], self.memory.events[:happened], int(self.memory.stream["count"][0]) + 1)
-        self._feet.finish()
+        self._feet.finish(self.memory.events[:happened])
         return _joined([*opened, self._flush(everything=True)], len(self._tiles))
 
     @property
@@ -279,8 +278,7 @@ class ContactTracker:
 
     def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
         written, happened = tracking.follow(times, forces, self.memory)
-        count = int(self.memory.stream["count"][0])
-        self._feet.feed(self.memory.rows[:written], self.memory.events[:happened], count)
+        self._feet.feed(self.memory.rows[:written], self.memory.events[:happened], times)
         return self._flush()
 
     def _flush(self, everything: bool = False) -> TrackedContacts:

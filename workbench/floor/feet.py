@@ -119,22 +119,24 @@ class FootFinder:
         self._loads: list[Load] = []
         self._renamed: dict[int, int] = {}
         self._foot_of: dict[int, int] = {}
-        self._rows = np.zeros(0, tracking.ROW)
+        self._held = np.zeros(256, tracking.ROW)
+        self._begin, self._end = 0, 0
         self._events: list[np.void] = []
         self._count, self._feet, self._tokens = 0, 0, 0
         self._now_s = -math.inf
 
-    def feed(self, rows: NDArray[np.void], events: NDArray[np.void], count: int) -> None:
-        """What the samples up to number `count` brought."""
+    def feed(self, rows: NDArray[np.void], events: NDArray[np.void], time_s: NDArray[np.float64]) -> None:
+        """What the next samples, at `time_s` (n,), brought."""
+        first, count = self._count, self._count + len(time_s)
         if not len(rows) and not len(events) and not self._loads:
             self._count = count
             return
         rows, events = rows.copy(), events.copy()
         for old, new in self._renamed.items():
             rows["token"][rows["token"] == old] = new
-        self._rows = np.concatenate([self._rows, rows]) if len(self._rows) else rows
+        self._hold(rows)
         tick = TICK * self._every
-        edges = [*range((self._count // tick + 1) * tick, count + 1, tick)]
+        edges = [*range((first // tick + 1) * tick, count + 1, tick)]
         thin = rows[rows["sample"] % self._every == 0]
         at_event = at_row = 0
         for edge in [*edges, *([count] if not edges or edges[-1] != count else [])]:
@@ -146,11 +148,15 @@ class FootFinder:
                 self._append(thin[at_row:until])
                 at_row = until
             self._count = edge
+            if edge > first:
+                self._now_s = float(time_s[edge - first - 1])
             if edge % tick == 0 and self._loads:
                 self._look(edge)
 
-    def finish(self) -> None:
-        """Decide what is still open, as it stands."""
+    def finish(self, events: NDArray[np.void]) -> None:
+        """The stream has ended, with these events: decide what is still open, as it stands."""
+        for event in events.copy():
+            self._note(event)
         for load in [load for load in self._loads if load.foot == 0]:
             self._decide(load, final=True)
 
@@ -159,10 +165,14 @@ class FootFinder:
         until = self._count + 1
         if not everything:
             if self._on:
-                until = self._count - self._held_samples
+                # A few at a time: each piece costs.
+                until = (self._count - self._held_samples) // self._doubtful * self._doubtful
             until = min([until, *(load.sample - self._doubtful for load in self._loads if load.foot == 0)])
         ready = int(np.searchsorted(self._rows["sample"], until))
-        rows, self._rows = self._rows[:ready], self._rows[ready:]
+        if not ready and not (self._events and self._events[0]["sample"] < until):
+            return self._held[:0], np.zeros(0, np.int64), []
+        rows = self._rows[:ready].copy()
+        self._begin += ready
         number = bisect.bisect_left(self._events, until, key=lambda event: event["sample"])
         events = [(self._foot_of[int(event["token"])], event) for event in self._events[:number]]
         self._events = self._events[number:]
@@ -175,6 +185,21 @@ class FootFinder:
         """The loads of now, each with an earlier one of the foot that it may be a part of."""
         for load in self._on.values():
             yield load, None if load.foot else self._provisional(load)
+
+    @property
+    def _rows(self) -> NDArray[np.void]:
+        """The rows that were not given out yet, to look at and to write to."""
+        return self._held[self._begin : self._end]
+
+    def _hold(self, rows: NDArray[np.void]) -> None:
+        """Keep rows behind those that wait."""
+        if self._end + len(rows) > len(self._held):
+            waiting = self._rows
+            held = np.zeros(max(len(self._held), 2 * (len(waiting) + len(rows))), tracking.ROW)
+            held[: len(waiting)] = waiting
+            self._held, self._begin, self._end = held, 0, len(waiting)
+        self._held[self._end : self._end + len(rows)] = rows
+        self._end += len(rows)
 
     # --- what happens ---
 
@@ -193,7 +218,6 @@ class FootFinder:
             load.end, load.end_s = int(event["sample"]), float(event["time_s"])
 
     def _append(self, thin: NDArray[np.void]) -> None:
-        self._now_s = float(thin["time_s"][-1])
         for load in self._loads:
             if load.end is None or load.end > thin["sample"][0]:
                 mine = thin[(thin["tile"] == load.tile) & (thin["sample"] >= load.sample)]
