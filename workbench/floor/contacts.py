@@ -127,9 +127,9 @@ class TrackedContacts:
 class ContactTracker:
     """Follows the contacts on a floor in a stream of corner forces at about `rate_hz` (20 to 100,000).
 
-    Whatever chunks the stream comes in, the rows and contacts given out are the same. While somebody stands on the floor
-    they are held back for 0.6 s, and for 0.2 s more while it is open which loads are one foot's (`feet.py`); and for the
-    first 50 ms of the stream. `ongoing` and the loads are never held back otherwise.
+    Whatever chunks the stream comes in, the rows and contacts given out are the same. While somebody stands on the
+    floor they are held back for 0.6 s, and for 0.3 s more while it is open which loads are one foot's (`feet.py`); and
+    for the first 50 ms of the stream. `ongoing` and the loads are never held back otherwise.
 
     >>> from underfoot.floor.layout import default_floor
     >>> tracker = ContactTracker(default_floor(1, 1), rate_hz=1000.0)
@@ -225,7 +225,7 @@ class ContactTracker:
             foot_of[load.token] = foot
             on.setdefault(foot, []).append(load.tile)
             start_s.setdefault(foot, load.start_s)
-        return tuple(self._ongoing_contact(max(foot, 0), sorted(tiles), start_s[foot]) for foot, tiles in on.items())
+        return tuple(self._ongoing_contact(max(foot, 0), sorted(on[foot]), start_s[foot]) for foot in on)
 
     @property
     def loads_n(self) -> NDArray[np.float64]:

@@ -51,7 +51,8 @@ def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
     >>> one = dict(tile="t1", start_s=0.0, contact_ms=600.0, peak1_n=700.0, valley_n=500.0, peak2_n=700.0)
     >>> one |= dict(impulse_ns=300.0, loading_kn_s=8.0, path_mm=200.0, net_mm=200.0, person=1, step_width_mm=100.0)
     >>> sides = ("left", "right", "left", "right")
-    >>> gait, = gait_of(Step(i, side=side, step_length_mm=600.0 + 60.0 * (i % 2), **one) for i, side in enumerate(sides))
+    >>> steps = [Step(i, side=side, step_length_mm=600.0 + 60.0 * (i % 2), **one) for i, side in enumerate(sides)]
+    >>> gait, = gait_of(steps)
     >>> gait.steps, gait.step_length_mm, gait.stance_asymmetry_percent, round(gait.length_asymmetry_percent, 1)
     (4, 630.0, 0.0, 9.5)
     """

@@ -128,8 +128,8 @@ def walk(
     """Add to the first `count` of `forces_n` (n, tiles, 4) the footfalls at session frames `stamps`, over and over.
 
     `plates` (tiles,) are those of the floor, `curves` those of `gait_curves` for the people in the table. A foot
-    brakes, then pushes off: the place where vertical sensors see it is `foot_shift_m` (tiles,) ahead of where it is as it comes down, and as much
-    behind as it leaves.
+    brakes, then pushes off: the place where vertical sensors see it is `foot_shift_m` (tiles,) ahead of where it is as
+    it comes down, and as much behind as it leaves.
     """
     length_s = footfalls[-1].start_s + footfalls[-1].duration_s
     longest_s = 0.0
