@@ -63,6 +63,9 @@ SMALL_M = 0.5
 SETTLED_S = JUMP_S + AFTER_S + 0.04
 """So long after a sample it is known that its load is not divided there."""
 
+BRIDGED_M_S = 0.5
+"""A foot that rolls over a gap between tiles so fast presses on neither meanwhile."""
+
 BEFORE_S = 0.10
 """So long before that two feet may have been on the tile."""
 
@@ -96,6 +99,7 @@ class Load:
     end_s: float = math.inf
     foot: int = 0
     is_divided: bool = False
+    is_cut: bool = False
     tracks: list[NDArray[np.float64]] = field(default_factory=list)
 
     def track(self) -> NDArray[np.float64]:
@@ -114,6 +118,8 @@ class FootFinder:
         self._is_small = [math.hypot(*tile.size_m) <= SMALL_M for tile in floor.tiles]
         self._every = every
         self._doubtful = math.ceil(BEFORE_S * rate_hz)
+        self._bridged = np.ceil(floor.gaps_m() / BRIDGED_M_S * rate_hz).astype(int)
+        self._longest_bridge = int(self._bridged[self._touches].max())
         self._held_samples = math.ceil(HELD_S * rate_hz)
         self._on: dict[int, Load] = {}
         self._loads: list[Load] = []
@@ -164,6 +170,7 @@ class FootFinder:
         """What is decided and was not given out yet: rows, their feet, and events with their foot, in order of time."""
         until = self._count + 1
         if not everything:
+            until -= self._longest_bridge
             if self._on:
                 # A few at a time: each piece costs.
                 until = (self._count - self._held_samples) // self._doubtful * self._doubtful
@@ -210,12 +217,12 @@ class FootFinder:
             load = Load(int(event["token"]), tile, int(event["sample"]), float(event["time_s"]))
             self._loads.append(load)
             self._on[tile] = load
-            if not any(self._touches[tile, other.tile] for other in self._on.values() if other is not load):
+            if not self._candidates(load):
                 self._found(load)
         else:
             load = self._on.pop(tile)
             event["token"] = load.token
-            load.end, load.end_s = int(event["sample"]), float(event["time_s"])
+            load.end, load.end_s, load.is_cut = int(event["sample"]), float(event["time_s"]), bool(event["cut"])
 
     def _append(self, thin: NDArray[np.void]) -> None:
         for load in self._loads:
@@ -339,10 +346,17 @@ class FootFinder:
             for other in self._loads
             if _rank(other) < _rank(load)
             and self._touches[other.tile, load.tile]
-            and (other.end is None or other.end + self._doubtful * other.is_divided > load.sample)
+            and self._lasted(other, load)
             and (load.end is None or load.end > other.sample)
             and (load.shared is None or other.foot != load.shared.foot)
         ]
+
+    def _lasted(self, load: Load, later: Load) -> bool:
+        """Whether a load was there until a later one began, as nearly as can be said: a foot may roll over a gap."""
+        if load.end is None or load.is_cut:
+            return load.end is None
+        bridged = self._doubtful if load.is_divided else int(self._bridged[load.tile, later.tile])
+        return load.end + bridged > later.sample
 
     def _provisional(self, load: Load) -> Load | None:
         for other in self._candidates(load):
@@ -365,13 +379,21 @@ class FootFinder:
         rest_s = max(other.end_s for other in parts)
         ripe = final or age_s >= WAIT_S
         if not len(mine) or not len(track):
-            return 0.0 if ripe or over else math.nan
+            return self._light(load, parts) if ripe or over else math.nan
         if not _fits(np.concatenate([mine, track])[:, 1:3]):
             return None
         if lag_s < SWING_S:
             sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
             return _distance(mine[0], track) if sure else math.nan
         return self._toes(load, mine, track, (ripe, over, rest_s))
+
+    def _light(self, load: Load, parts: list[Load]) -> float | None:
+        """`_judge` for a load too light to tell anything but where it is."""
+        mine, track = load.track(), np.concatenate([other.track() for other in parts])
+        if not len(mine) or not len(track):
+            return LENGTH_M
+        near = _distance(mine[0], track)
+        return near if near <= LENGTH_M else None
 
     def _toes(
         self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]

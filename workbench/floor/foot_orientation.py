@@ -26,8 +26,9 @@ UNSURE_RAD = math.radians(4.0)
 OFF_AXIS_RAD = math.radians(8.0)
 """Deviation of the way in which the centre of pressure goes from the foot's axis: feet roll over their inner side."""
 
-SHORT_M = 0.03
-"""A roll, or a spread, shorter than this points nowhere."""
+SHORT_M, NARROW_M = 0.03, 0.06
+"""A roll shorter than the first points nowhere; nor does a spread shorter than the second, of a foot that only touches
+the other tile."""
 
 LOADED_N = 50.0
 """The path is looked at above this force."""
@@ -53,7 +54,7 @@ def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
     rolled_error = OFF_AXIS_RAD * max(1.0, 0.15 / max(rolled_m, 1e-9))
     xx, xy, yy = contact.spread_m2
     spread_m = 2.0 * math.sqrt(max(xx + yy, 0.0))
-    if spread_m < SHORT_M or len(contact.tiles) < 2:
+    if spread_m < NARROW_M or len(contact.tiles) < 2:
         return (math.atan2(roll[1], roll[0]), rolled_error) if rolled_m >= SHORT_M else (math.nan, math.nan)
     axis = 0.5 * math.atan2(2.0 * xy, xx - yy)
     towards = np.array([math.cos(axis), math.sin(axis)])

@@ -271,14 +271,14 @@ class _Walk:
         along = self._way(footfall)
         onwards = footfall.place_m - last.place_m
         length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])
-        if abs(aside_m) >= ASIDE_M and length_m >= PROGRESS_M:
+        if abs(aside_m) >= ASIDE_M and abs(length_m) >= PROGRESS_M:
             self.votes_m = FADES * self.votes_m + (aside_m if footfall.number % 2 == 0 else -aside_m)
         known = along.any()
         same = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].number == footfall.number - 2 else None
         footfall.step = replace(
             footfall.step,
             cadence_per_min=60.0 / later_s,
-            step_length_mm=1e3 * length_m if known else math.nan,
+            step_length_mm=1e3 * abs(length_m) if known else math.nan,
             step_width_mm=1e3 * abs(aside_m) if known else math.nan,
             double_support_ms=1e3 * (last.end_s - footfall.start_s),
             swing_ms=1e3 * (footfall.start_s - same.end_s) if same else math.nan,
@@ -287,7 +287,6 @@ class _Walk:
     def _way(self, footfall: _Footfall) -> NDArray[np.float64]:
         """The direction of the walk from the last footfall to this one; 0 where it has no clear one."""
         last = self.last
-        onwards = footfall.place_m - last.place_m
         if min(float(np.hypot(*one.roll_m)) for one in (last, footfall)) >= ROLL_M:
             if _angle(last.roll_m, footfall.roll_m) > AGREE_RAD:
                 return np.zeros(2)
@@ -300,9 +299,7 @@ class _Walk:
         length_m = float(np.hypot(*along))
         if length_m == 0.0:
             return np.zeros(2)
-        along = along / length_m
-        # Whoever walks backwards rolls from the toes.
-        return -along if float(onwards @ along) < -PROGRESS_M else along
+        return along / length_m
 
     def _steps_in(self, start_s: float) -> int:
         """How many steps a foot that comes down then is behind the last: more than one where some were not seen."""
