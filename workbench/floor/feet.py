@@ -5,7 +5,7 @@ a load each; where two feet meet on a tile, it has one for both. What tells them
 (docs/models.md#one-foot-or-two):
 
 - *A foot fits into a foot's box.* All places where the centroids of its loads have been, above 50 N, lie in a rectangle
-  of 0.33 x 0.13 m, whichever way it is turned.
+  of 0.33 x 0.13 m, whichever way it is turned, and a load begins at most 0.26 m from where the others press.
 - *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first is the same foot's, if it
   fits. A later one is the foot's toes, if it begins beside where the foot presses, not behind it, and does not outlast
   the rest of the foot; else it is another foot.
@@ -34,8 +34,9 @@ GAP_M = 0.030
 LOADED_N = 50.0
 """Below this a centroid is too uncertain to tell anything."""
 
-LENGTH_M, WIDTH_M = 0.33, 0.13
-"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad."""
+LENGTH_M, WIDTH_M, APART_M = 0.33, 0.13, 0.26
+"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad. At one time
+they are at most `APART_M` apart, three quarters of such a foot: from the heel to the middle of what the heel is not."""
 
 SWING_S, WAIT_S, SURE_S = 0.30, 0.70, 0.40
 """A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it
@@ -380,11 +381,12 @@ class FootFinder:
         ripe = final or age_s >= WAIT_S
         if not len(mine) or not len(track):
             return self._light(load, parts) if ripe or over else math.nan
-        if not _fits(np.concatenate([mine, track])[:, 1:3]):
+        near = _distance(mine[0], track)
+        if near > APART_M or not _fits(np.concatenate([mine, track])[:, 1:3]):
             return None
         if lag_s < SWING_S:
             sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
-            return _distance(mine[0], track) if sure else math.nan
+            return near if sure else math.nan
         return self._toes(load, mine, track, (ripe, over, rest_s))
 
     def _light(self, load: Load, parts: list[Load]) -> float | None:
