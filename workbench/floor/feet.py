@@ -5,7 +5,7 @@ a load each; where two feet meet on a tile, it has one for both. What tells them
 (docs/models.md#one-foot-or-two):
 
 - *A foot fits into a foot's box.* All places where the centroids of its loads have been, above 50 N, lie in a rectangle
-  of 0.33 x 0.13 m, whichever way it is turned, and a load begins at most 0.26 m from where the others press.
+  of 0.33 x 0.13 m, whichever way it is turned, and comes within 0.26 m of where the others press.
 - *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first is the same foot's, if it
   fits. A later one is the foot's toes, if it begins beside where the foot presses, not behind it, and does not outlast
   the rest of the foot; else it is another foot.
@@ -382,8 +382,10 @@ class FootFinder:
         if not len(mine) or not len(track):
             return self._light(load, parts) if ripe or over else math.nan
         near = _distance(mine[0], track)
-        if near > APART_M or not _fits(np.concatenate([mine, track])[:, 1:3]):
+        if not _fits(np.concatenate([mine, track])[:, 1:3]):
             return None
+        if _nearest(mine, track) > APART_M:
+            return None if ripe or over else math.nan
         if lag_s < SWING_S:
             sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
             return near if sure else math.nan
@@ -437,6 +439,11 @@ def _centre(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
 
 def _distance(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
     return float(np.hypot(*(first[1:3] - _centre(track, float(first[0])))))
+
+
+def _nearest(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
+    """How near two loads come at one time, looked at eight times; one that is shared for a while may begin far away."""
+    return min(_distance(row, track) for row in mine[:: max(1, len(mine) // 8)])
 
 
 def _fits(places_m: NDArray[np.float64]) -> bool:
