@@ -18,8 +18,8 @@ from underfoot.widgets.monitor.step_table import StepTable, WholeRows
 CADENCE_STEPS = 8
 """The cadence is a mean over so many steps."""
 
-GAIT_STEPS, MOST_SHOWN = 100, 3
-"""Each person's gait is of the latest steps, so many of all; the first persons' step lengths are shown."""
+GAIT_STEPS = 100
+"""Each person's gait, under the mouse, is of so many of the latest steps."""
 
 
 class StepPanel(QWidget):
@@ -34,14 +34,13 @@ class StepPanel(QWidget):
         self.table = StepTable()
         self.count = theme.label("", "muted")
         self._cadence = theme.label("", "muted")
-        self.gait = theme.label("", "muted")
         self._folder = Path.home()
         self.exporting = tool_button("export", "Export…", "Save the footsteps as a CSV table")
         self.exporting.clicked.connect(self._ask_for_file)
         self.clearing = tool_button("broom", "Clear", "Remove all footsteps from the table")
         self.clearing.clicked.connect(self.clear)
         title = theme.label("Footsteps", "title")
-        head = [title, self.count, self._cadence, self.gait, None, self.clearing, self.exporting]
+        head = [title, self.count, self._cadence, None, self.clearing, self.exporting]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(titled(head, WholeRows(self.table)))
@@ -81,8 +80,8 @@ class StepPanel(QWidget):
         self.count.setText(f"{len(steps)}" if steps else "none yet")
         cadences = [step.cadence_per_min for step in steps[-CADENCE_STEPS:] if math.isfinite(step.cadence_per_min)]
         self._cadence.setText(f"{np.mean(cadences):.0f} steps a minute" if cadences else "")
-        gaits = gait_of(steps[-GAIT_STEPS:])
-        self.gait.setText("   ".join(f"person {one.person}: {one.step_length_mm:.0f} mm" for one in gaits[:MOST_SHOWN]))
-        self.gait.setToolTip("\n".join(one.line() for one in gaits))
+        gaits = "\n".join(one.line() for one in gait_of(steps[-GAIT_STEPS:]))
+        for label in (self.count, self._cadence):
+            label.setToolTip(gaits)
         self.exporting.setEnabled(bool(steps))
         self.clearing.setEnabled(bool(steps))

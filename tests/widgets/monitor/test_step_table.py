@@ -26,7 +26,7 @@ def texts(table, row):
 def test_steps_are_shown_with_their_units_and_digits(table):
     table.steps.add([STEP, SPIKE])
     figures = ["1", "t1", "left", "0.20", "612", "760", "500", "740", "320.0", "8.6", "210", "200"]
-    assert texts(table, 0) == [*figures, "2", "110", "–", "–", "–", "–", "–", "–"]
+    assert texts(table, 0) == [*figures, "2", "–", "–", "–", "–", "–", "–", "–"]
     assert texts(table, 1)[2] == "–"
     assert texts(table, 1)[9:11] == ["159.0 !", "–"]
     assert "impact" in table.steps.index(1, 9).data(Qt.ItemDataRole.ToolTipRole)
