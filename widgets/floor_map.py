@@ -346,7 +346,11 @@ class FloorMap(QWidget):
             place = self._transform.map(QPointF(contact.x_m, contact.y_m))
             painter.drawEllipse(place, radius, radius)
             if contact.person:
-                painter.drawText(place + QPointF(radius + 3.0, 4.0), f"person {contact.person}")
+                text = f"person {contact.person}"
+                width = painter.fontMetrics().horizontalAdvance(text)
+                right = place.x() + radius + 3.0
+                at = right if right + width <= self.width() else place.x() - radius - 3.0 - width
+                painter.drawText(QPointF(at, place.y() + 4.0), text)
 
 
 def _polygon(corners_m: NDArray[np.float64], transform: QTransform) -> QPolygonF:
