@@ -300,7 +300,9 @@ class ContactTracker:
             if len(rows):
                 mine = feet == foot
                 one.take(rows.select(rows.contact == foot), found[mine])
-        over = sorted((one for one in self._ongoing.values() if one.standing == 0), key=lambda one: one.end_s)
+        left = [one for one in self._ongoing.values() if one.standing == 0]
+        awaited = self._feet.awaited() if left else set()
+        over = sorted((one for one in left if one.id not in awaited), key=lambda one: one.end_s)
         for one in over:
             del self._ongoing[one.id]
         return TrackedContacts(rows, tuple(one.close() for one in over))

@@ -189,6 +189,11 @@ class FootFinder:
         self._forget(until)
         return rows, feet, events
 
+    def awaited(self) -> set[int]:
+        """The feet of which a load began that was not given out yet."""
+        begun = (int(event["token"]) for event in self._events if event["kind"] == tracking.BEGAN)
+        return {self._foot_of[token] for token in begun if token in self._foot_of}
+
     def standing(self) -> Iterator[tuple[Load, "Load | None"]]:
         """The loads of now, each with an earlier one of the foot that it may be a part of."""
         for load in self._on.values():

@@ -53,8 +53,8 @@ FADES = 0.85
 WAIT_S, LATE_S = 0.8, 1.0
 """A step waits so long, after its end, for the next one to tell its side; contacts are told of up to `LATE_S` late."""
 
-LEARNS = 0.25
-"""How much a new step counts for what is usual of a person."""
+LEARNS, ODD = 0.25, 1.25
+"""How much a new step counts for what is usual of a person, and by which factor it may differ."""
 
 
 class StepCounter:
@@ -257,8 +257,8 @@ class _Walk:
             learns = max(LEARNS, 1.0 / (1 + self.seen))
             if not self.seen:
                 self.force_n, self.stance_s = footfall.force_n, footfall.stance_s
-            self.force_n *= (footfall.force_n / self.force_n) ** learns
-            self.stance_s *= (footfall.stance_s / self.stance_s) ** learns
+            self.force_n *= _near_one(footfall.force_n / self.force_n) ** learns
+            self.stance_s *= _near_one(footfall.stance_s / self.stance_s) ** learns
             self.seen += 1
         self.steps.append(footfall)
 
@@ -315,6 +315,11 @@ class _Walk:
         if len(places) < 3 or steps > 1:
             return places[-1] + steps * (places[-1] - places[0]) / (len(places) - 1)
         return places[1] + (places[2] - places[0])
+
+
+def _near_one(ratio: float) -> float:
+    """A ratio, within what a person's steps differ by: odd ones teach little."""
+    return min(max(ratio, 1.0 / ODD), ODD)
 
 
 def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
