@@ -61,7 +61,7 @@ def drawn_people(count: int, path: str, seed: int = 1) -> tuple[Person, ...]:
     From a child of 300 N with feet of 0.18 m to an adult of 1000 N with feet of 0.31 m; the smaller, the quicker.
 
     >>> [round(person.walker.weight_n) for person in drawn_people(3, "random")]
-    [700, 434, 803]
+    [700, 388, 866]
     """
     require(1 <= count <= MOST_PEOPLE, "people", count, f"1 to {MOST_PEOPLE}")
     key = stream_key(seed, "people")
