@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     "--target",
     default="simulator",
     show_default=True,
-    help=f"simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV.",
+    help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or a force CSV.",
 )
 @click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
@@ -108,8 +108,8 @@ def _target(name: str, floor: Path | None) -> "Target | None":
         return target if floor or simulation else None
     if not os.path.isfile(name):
         raise BadFile(
-            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV that "
-            "is there"
+            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, "
+            f"{target_forms()}, or a force CSV that is there"
         )
     if is_recording(Path(name)):
         raise BadFile(
