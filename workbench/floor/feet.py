@@ -365,9 +365,13 @@ class FootFinder:
         return load.end + bridged > later.sample
 
     def _provisional(self, load: Load) -> Load | None:
+        """An earlier load of the same foot, as far as can be said at once: what comes a swing later is another foot."""
         for other in self._candidates(load):
-            if other.end is None and (other.foot == 0 or self._judge(load, other.foot, False) is not None):
-                return other
+            if other.end is None:
+                cost = self._judge(load, other.foot, False) if other.foot else math.nan
+                at_once = load.start_s - other.start_s < SWING_S
+                if cost is not None and (at_once or not math.isnan(cost)):
+                    return other
         return None
 
     def _judge(self, load: Load, foot: int, final: bool) -> float | None:
