@@ -42,6 +42,7 @@ class Impact:
     A strike throws the hammer at velocity times the event's strength. The object rings on through further blows.
     """
 
+    accuracy = "asked: the error below, of the displacement; energy never gains more than 1e-11"
     strike = Input(kind="event", doc="a blow; its strength scales the velocity")
     velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", doc="of the hammer at strength 1")
     mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="of the hammer")
@@ -99,6 +100,7 @@ class Impact:
 class ModalBank:
     """Modes that ring after each event: the sum of a exp(-b t) sin(2 pi f t), from the event's frame on."""
 
+    accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="rings all modes, by its strength")
     pitch = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all frequencies")
     decay = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all decays: more is drier")
@@ -139,6 +141,7 @@ class DrawnBank:
     Every tile has the same modes, and another draw has others. The squares of the amplitudes sum to 1.
     """
 
+    accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="rings all modes, by its strength")
     low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="least frequency")
     high = Number(1200.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="largest frequency; none lies above half the rate")

@@ -24,6 +24,7 @@ class StickSlip:
     look-up a slip. Nothing happens while force or velocity is 0 or below.
     """
 
+    accuracy = "asked: the error below, of the laws (largest CDF difference)"
     force = Input("N", doc="presses the block onto the belt: loudness goes with it")
     velocity = Number(0.1, 0.0, 10.0, unit="m/s", wire="audio", doc="v_b of the belt: distances go with it")
     frequency = Number(120.0, 1.0, 5000.0, unit="Hz", scale="log", doc="w0 / 2 pi of block and spring: the pitch")

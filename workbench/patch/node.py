@@ -100,6 +100,8 @@ class NodeType:
     is_sink: bool
     is_struck: bool
     """Whether the engine may bring it events, as the last of its event inputs."""
+    accuracy: str = ""
+    """How exact it is, with the bound that is tested; or that it keeps an error that a parameter asks for."""
     laws: Callable[[Values], tuple[Drawing, ...]] | None = None
     """What draws the laws of an instance's values: distributions, curves. None where there are none to be drawn."""
 
@@ -153,8 +155,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
     what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
-    output exactly zero; `is_sink`, when its output is what a tile plays; and `laws(values)`, what draws distributions.
-    `BadValue` for a function that names what is not there.
+    output exactly zero; `is_sink`, when its output is what a tile plays; `accuracy`, how exact it is; and
+    `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
     """
 
     def declare(cls: Any) -> NodeType:
@@ -190,6 +192,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             muted_by=body.get("muted_by", ()),
             is_sink=body.get("is_sink", False),
             is_struck=any(port.kind == "event" for port in brought.values()),
+            accuracy=body.get("accuracy", ""),
             laws=body.get("laws"),
         )
 
