@@ -348,12 +348,21 @@ class FloorMap(QWidget):
                     begin = end
 
     def _paint_contacts(self, painter: QPainter) -> None:
+        """The contacts, and who stands there."""
+        painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QPen(QColor(theme.CONTACT), 1.5))
         for contact in self._contacts:
             radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_N, 1.5))
             inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
             painter.setBrush(inside if contact.id else Qt.BrushStyle.NoBrush)
-            painter.drawEllipse(self._transform.map(QPointF(contact.x_m, contact.y_m)), radius, radius)
+            place = self._transform.map(QPointF(contact.x_m, contact.y_m))
+            painter.drawEllipse(place, radius, radius)
+            if contact.person:
+                text = f"person {contact.person}"
+                width = painter.fontMetrics().horizontalAdvance(text)
+                right = place.x() + radius + 3.0
+                at = right if right + width <= self.width() else place.x() - radius - 3.0 - width
+                painter.drawText(QPointF(at, place.y() + 4.0), text)
 
 
 def _polygon(corners_m: NDArray[np.float64], transform: QTransform) -> QPolygonF:

@@ -2,14 +2,24 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QSizePolicy,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.drawing import HeatMap
-from underfoot.engine.reports import MEASURED, Preview
+from underfoot.engine.reports import MEASURED, Laws, Preview
 from underfoot.floor.layout import Tile
 from underfoot.models.sole import band_levels, felt
 from underfoot.patch.node import NodeType, Port
@@ -24,6 +34,8 @@ from underfoot.widgets.plots.plot import Plot
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176
 """The column of the tile and the spectrum."""
+LAWS = 3
+"""How many laws of a node are drawn."""
 LATE_MS = 400
 """A preview that takes longer says that it is being made."""
 
@@ -35,6 +47,8 @@ class PreviewPanel(QWidget):
 
     struck = Signal(str, float)
     pressed = Signal(str, float, float, float)
+    laws_wanted = Signal()
+    """The person wants to see the laws of the node, which come with the next preview."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -63,6 +77,11 @@ class PreviewPanel(QWidget):
         }
         self.compare = self._toggle("Compare", "Keep what is shown now, and hold what comes against it")
         self.compare.setChecked(False)
+        self.laws = self._toggle(
+            "Laws", "The distributions that the node draws from, instead of what it does in a step"
+        )
+        self.laws.setChecked(False)
+        self.laws.hide()
         self.tiles = QComboBox(self)
         self.tiles.setAccessibleName("Tile")
         self.tiles.hide()
@@ -79,6 +98,7 @@ class PreviewPanel(QWidget):
         self.compare.toggled.connect(self._keep)
         for button in self.shows.values():
             button.toggled.connect(self._arrange)
+        self.laws.toggled.connect(self._choose_page)
         self.tiles.currentTextChanged.connect(self.pad.set_tile)
         self.pad.struck.connect(self.struck)
         self.pad.pressed.connect(self.pressed)
@@ -105,7 +125,7 @@ class PreviewPanel(QWidget):
         head.addWidget(self.title)
         head.addSpacing(8)
         head.addWidget(self.note, 1)
-        for widget in (self.output, *self.shows.values(), self.compare, self.log, self.range, self.tiles):
+        for widget in (self.output, self.laws, *self.shows.values(), self.compare, self.log, self.range, self.tiles):
             head.addWidget(widget)
         self._plots = QGridLayout()
         self._plots.setContentsMargins(8, 0, 8, 8)
@@ -118,11 +138,21 @@ class PreviewPanel(QWidget):
         self._plots.setRowStretch(0, 2)
         self._plots.setRowStretch(1, 3)
         self._plots.setColumnMinimumWidth(1, SIDE_PX)
+        self._step_page, self._law_page = QWidget(self), QWidget(self)
+        self._step_page.setLayout(self._plots)
+        self.law_plots = [Plot(f"Law {k + 1}") for k in range(LAWS)]
+        row = QHBoxLayout(self._law_page)
+        row.setContentsMargins(8, 0, 8, 8)
+        for plot in self.law_plots:
+            row.addWidget(plot)
+        self._pages = QStackedWidget(self)
+        self._pages.addWidget(self._step_page)
+        self._pages.addWidget(self._law_page)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
-        column.addLayout(self._plots, 1)
+        column.addWidget(self._pages, 1)
 
     # --- what it shows ---
 
@@ -145,6 +175,8 @@ class PreviewPanel(QWidget):
         self._preview = None
         self.title.setText(type.label)
         self.note.setText("")
+        self.laws.setVisible(type.laws is not None)
+        self._choose_page()
         self.output.clear()
         self.output.addItems(list(self._ports))
         self.output.setVisible(len(self._ports) > 1)
@@ -155,6 +187,29 @@ class PreviewPanel(QWidget):
         self._late.stop()
         self._preview = preview
         self._draw()
+
+    @property
+    def wants_laws(self) -> bool:
+        """Whether the laws of the node are to be seen."""
+        return self.laws.isChecked() and not self.laws.isHidden()
+
+    def show_laws(self, laws: Laws) -> None:
+        """Show what came of the laws that were asked for."""
+        for plot, drawing in zip_longest(self.law_plots, laws.drawings):
+            plot.setVisible(drawing is not None)
+            if drawing is not None:
+                plot.show_drawing(drawing)
+        if laws.error:
+            self.note.setText(laws.error)
+
+    def _choose_page(self) -> None:
+        """What the node does in a step, or its laws."""
+        wanted = self.wants_laws
+        self._pages.setCurrentWidget(self._law_page if wanted else self._step_page)
+        for widget in (*self.shows.values(), self.compare, self.log, self.range):
+            widget.setEnabled(not wanted)
+        if wanted:
+            self.laws_wanted.emit()
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
         """The tiles that can be struck and pressed."""

@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from underfoot.engine.reports import Compiling, Costs, Fault, Notice, Preview, ProcessDied, Started
+from underfoot.engine.reports import Compiling, Costs, Fault, Laws, Notice, Preview, ProcessDied, Started
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
@@ -28,6 +28,8 @@ class Bridge(QObject):
     """`Fault`: a node produced a value that is not finite."""
     previewed = Signal(object)
     """`Preview`, as it was asked for."""
+    lawful = Signal(object)
+    """`Laws` of the node that was previewed."""
     health = Signal(object)
     """`Health`, ten times a second."""
     forces = Signal(object)
@@ -124,6 +126,8 @@ class Bridge(QObject):
                 self.costs.emit(report)
             case Preview():
                 self.previewed.emit(report)
+            case Laws():
+                self.lawful.emit(report)
             case Notice(text):
                 self._say_once(text)
             case ProcessDied(process, reason):

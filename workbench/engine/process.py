@@ -26,7 +26,7 @@ from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 from underfoot.engine.target import is_simulated, source_of
 from underfoot.errors import UnderfootError
-from underfoot.floor.tile_parameters import TileParameters
+from underfoot.floor.tile_parameters import simulation
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
@@ -70,7 +70,7 @@ class Engine:
             folder=Path(setup.folder) if setup.folder else None,
             equalisers=setup.equalisers,
             plates=("accelerometer",) if is_simulated(target) else (),
-            simulation=TileParameters.load(target.simulation) if target.simulation else None,
+            simulation=simulation(target.simulation)[0],
             measures=bool(target.accelerometers),
         )
         try:

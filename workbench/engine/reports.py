@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.drawing import Drawing
 from underfoot.engine.commands import Command
 
 
@@ -93,7 +94,16 @@ class Preview:
     events: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
-Report = Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
+@dataclass(frozen=True)
+class Laws:
+    """The laws of a node, drawn; follows the `Preview` of the same ticket. `error` says why there are none."""
+
+    ticket: int
+    drawings: tuple[Drawing, ...]
+    error: str = ""
+
+
+Report = Laws | Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ from underfoot.engine.session_memory import ForceReader, SessionMemory, Vibratio
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
 from underfoot.floor.profile import profiles_of, round_trip_frames
-from underfoot.floor.tile_parameters import TileParameters
+from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -196,12 +196,15 @@ class Session:
         """Whether a panic holds."""
         return self.memory.status.panic
 
-    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "") -> int:
-        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for."""
+    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "", laws: bool = False) -> int:
+        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for.
+
+        With `laws`, the node's `Laws` follow that, if it has any.
+        """
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         self._preview_request = PreviewRequest(
-            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder
+            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws
         )
         if self._compiler is not None:
             self._compiler.send(self._preview_request)
@@ -222,7 +225,7 @@ class Session:
         Only what was recorded from before `start` on can be replayed.
         """
         self.stop_recording()
-        simulation = self.target.simulation
+        made_of, _ = simulation(self.target.simulation)
         about = {
             "patch": self.patch.dumps().decode(),
             "folder": str(self.folder or ""),
@@ -231,7 +234,7 @@ class Session:
             "force_rate": repr(self.force_rate_hz),
             "target": self.target.kind,
             "corrections": self._equalisers_text(),
-            "simulation": TileParameters.load(simulation).dumps().decode() if simulation else "",
+            "simulation": made_of.dumps().decode() if made_of else "",
         }
         self._recorder = Recorder(Path(path), about, self.memory.recorded)
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.rings import Reader, Ring, RingName
+from underfoot.engine.shared_blocks import remove_orphans
 from underfoot.engine.status import Status
 
 RING_S = 4.0
@@ -43,7 +44,8 @@ class SessionMemory:
 
     @staticmethod
     def create(tiles: int, rate_hz: float, force_rate_hz: float) -> "SessionMemory":
-        """New memory for a floor of so many tiles."""
+        """New memory for a floor of so many tiles; what killed programs left is removed."""
+        remove_orphans()
         frames = round(RING_S * rate_hz)
         samples = round(RING_S * max(_LEAST_FORCE_HZ, force_rate_hz))
         return SessionMemory(
