@@ -44,7 +44,7 @@ class Bayesian(Method):
     def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: Draws) -> None:
         super().__init__(given, stimuli, draws)
         self._stimulus = given["followed"]
-        self._quest = _quest(given)
+        self._quest = quest_of(given)
         self._number = 0
         self._trial: Trial | None = self._next()
 
@@ -108,7 +108,8 @@ class Bayesian(Method):
         return Trial(self._number, 1, there + nothing if first else nothing + there, FIRST if first else SECOND, facts)
 
 
-def _quest(given: Mapping[str, Any]) -> Any:
+def quest_of(given: Mapping[str, Any]) -> Any:
+    """QUEST+ as the parameters say, before any answer; `BadValue` where the package is not installed."""
     try:
         from questplus import QuestPlus
     except ModuleNotFoundError:

@@ -103,32 +103,17 @@ class Staircases(Method):
         trial = self._trial
         if trial is None:
             raise BadValue(f"{self.name}: all trials are answered")
-        said_yes = _is_yes(trial, answers)
+        said_yes = is_yes(trial.facts, answers)
         if trial.facts.get("catch"):
             if said_yes and self._restarts < MOST_RESTARTS:
                 self._restarts += 1
                 self._pair = self._fresh_pair()
         elif not trial.facts.get("announced"):
-            self._move(self._pair[str(trial.facts["staircase"])], said_yes)
+            move(self._pair[str(trial.facts["staircase"])], said_yes, self.given)
         if not self._open():
             self._begin_pair()
         else:
             self._trial = self._next()
-
-    def _move(self, one: Staircase, said_yes: bool) -> None:
-        """Move a staircase: by a step where there were enough equal answers; and note where it turns."""
-        way = -1 if said_yes else 1
-        one.trials += 1
-        one.in_a_row = one.in_a_row + way if one.in_a_row * way > 0 else way
-        if abs(one.in_a_row) < (self.given["down_after"] if said_yes else self.given["up_after"]):
-            return
-        one.in_a_row = 0
-        if one.direction == -way:
-            one.reversals_db.append(one.level_db)
-        one.direction = way
-        steps = self.given["steps_db"]
-        step = steps[min(len(one.reversals_db) // self.given["change_after"], len(steps) - 1)]
-        one.level_db = min(max(one.level_db + way * step, self.given["lowest_db"]), self.given["highest_db"])
 
     def _begin_pair(self) -> None:
         """The next pair; where there is none, the end."""
@@ -178,8 +163,24 @@ class Staircases(Method):
         return wanted if one.trials >= self.given["most_trials"] else min(len(one.reversals_db), wanted)
 
 
-def _is_yes(trial: Trial, answers: Answers) -> bool:
+def move(one: Staircase, said_yes: bool, given: Mapping[str, Any]) -> None:
+    """Move a staircase: by a step where there were enough equal answers; and note where it turns."""
+    way = -1 if said_yes else 1
+    one.trials += 1
+    one.in_a_row = one.in_a_row + way if one.in_a_row * way > 0 else way
+    if abs(one.in_a_row) < (given["down_after"] if said_yes else given["up_after"]):
+        return
+    one.in_a_row = 0
+    if one.direction == -way:
+        one.reversals_db.append(one.level_db)
+    one.direction = way
+    steps = given["steps_db"]
+    step = steps[min(len(one.reversals_db) // given["change_after"], len(steps) - 1)]
+    one.level_db = min(max(one.level_db + way * step, given["lowest_db"]), given["highest_db"])
+
+
+def is_yes(facts: Mapping[str, Any], answers: Mapping[str, Any]) -> bool:
     """Whether the answer was that it was felt, or that the comparison was more."""
-    if "felt" in answers:
-        return answers["felt"] == YES
-    return answers["interval"] == trial.facts.get("comparison_at", "")
+    if answers.get("felt"):
+        return bool(answers["felt"] == YES)
+    return bool(answers.get("interval") and answers["interval"] == facts.get("comparison_at"))
