@@ -97,19 +97,24 @@ def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) 
     require(good, f"{place}.settings", name, f"parameters of the patch: {known or 'none'}")
 
 
-def _loaded(name: str, registry: Registry, folder: Path | None) -> Patch:
-    """The patch of a preset's name, or in a file of `folder`, read once as long as it does not change."""
+def patch_path(name: str, folder: Path | None) -> Path:
+    """The file of a preset's name, or in `folder`; `BadFile` where there is none."""
     require("\0" not in name, "patch", name, "a preset's name, or a file's")
     presets = library.patches()
     path = presets.get(name) or (folder or Path()) / name
     try:
-        changed = path.stat().st_mtime_ns
         is_file = path.is_file()
     except (OSError, ValueError):
         is_file = False
     if not is_file:
         raise BadFile(f"there is no patch {name!r}; allowed: a file beside the protocol, or {', '.join(presets)}")
-    return _read(path, changed, _Registry(registry))
+    return path
+
+
+def _loaded(name: str, registry: Registry, folder: Path | None) -> Patch:
+    """The patch of a preset's name, or in a file of `folder`, read once as long as it does not change."""
+    path = patch_path(name, folder)
+    return _read(path, path.stat().st_mtime_ns, _Registry(registry))
 
 
 class _Registry:
