@@ -19,7 +19,8 @@ def protocol_text(**changes):
 def made_protocol(kind, parameters=None, stimuli=None, **stage):
     """A checked protocol of one stage of trials of this method."""
     fields = {"id": "main", "kind": "trials", "method": {"kind": kind, "parameters": parameters or {}}, **stage}
-    return Protocol.loads(protocol_text(stages=[fields], stimuli=stimuli or {"TD": TD, "X": {}}), REGISTRY)
+    made = protocol_text(stages=[fields], stimuli=stimuli or {"TD": TD, "X": {}}, present_s=0.3)
+    return Protocol.loads(made, REGISTRY)
 
 
 def preset_protocol(name):

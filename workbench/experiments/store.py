@@ -21,11 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot import __version__
+from underfoot.documents import parse, placed
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.protocol import FORMAT, Protocol
+from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
 from underfoot.experiments.study import Entry, Study
 from underfoot.files import replaced
-from underfoot.patch.node import Registry
 
 APPLICATION_ID = 0x55464558  # "UFEX"
 VERSION = 1
@@ -148,9 +149,13 @@ class SessionFile:
         """The patches of the protocol as they were when the session was begun, by their names there."""
         return dict(self._base.execute("select name, body from patch order by name"))
 
-    def protocol(self, registry: Registry, folder: Path | None = None) -> Protocol:
-        """The protocol that the session was begun with; `BadFile` where it cannot be read any more."""
-        return Protocol.loads(self.about["protocol"], registry, f"{self.path}, protocol", folder)
+    def stored_protocol(self) -> Protocol:
+        """The protocol that the session was begun with, for the analysis: its patches are not looked for."""
+        raw = parse(self.about["protocol"], f"{self.path}, protocol", FORMAT, PROTOCOL_VERSION)
+        try:
+            return msgspec.convert(raw, Protocol)
+        except msgspec.ValidationError as error:
+            raise BadFile(f"{self.path}, protocol: {placed(error, raw)}") from None
 
     def entries(self) -> list[Entry]:
         """What was answered so far, in order."""

@@ -24,6 +24,7 @@ class TargetSelection(ListedMethod):
     force_n = Number(35.0, 1.0, 1000.0, doc="A press has at least this force, with its centroid inside.", unit="N")
     visible_s = Number(2.0, 0.1, 60.0, doc="How long a button can be pressed.", unit="s")
     pause_s = Number(3.0, 0.0, 60.0, doc="From its end to the next one.", unit="s")
+    origin_m = Numbers((0.0, 0.0), -100.0, 100.0, doc="Between the feet, in the floor's frame.", least=2, most=2)
     preferred_foot = Choice("right", options=("right", "left"), doc="Bearings count away from it.")
 
     def listed(self) -> Sequence[Trial]:
