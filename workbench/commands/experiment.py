@@ -2,12 +2,12 @@
 
 import json
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from underfoot.commands.experiment_options import ExperimentOptions
 from underfoot.commands.files import FILE, require_room
 from underfoot.commands.options import grouped
 from underfoot.commands.protocols import opened_protocol
@@ -16,29 +16,6 @@ from underfoot.errors import BadValue
 if TYPE_CHECKING:
     from underfoot.experiments.protocol import Protocol
     from underfoot.experiments.simulation import Found
-
-
-@dataclass(frozen=True)
-class ExperimentOptions:
-    """What the command line says; None is what was not given."""
-
-    protocol: str
-    participant: str | None
-    session: Path | None
-    target: str
-    floor: Path | None
-    profiles: Path | None
-    sound: str | None
-    plate: str | None
-    simulate: int | None
-    truth: tuple[str, ...]
-    seed: int
-    bootstrap: int
-    processes: int | None
-    cluster: str | None
-    report: Path | None
-    levels: bool
-    as_json: bool
 
 
 @click.command()

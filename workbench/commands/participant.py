@@ -11,7 +11,7 @@ from underfoot.commands.typed_lines import TypedLines
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
-    from underfoot.commands.experiment import ExperimentOptions
+    from underfoot.commands.experiment_options import ExperimentOptions
     from underfoot.engine.target import Target
     from underfoot.experiments.protocol import Protocol
     from underfoot.experiments.store import SessionFile
