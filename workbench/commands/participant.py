@@ -128,7 +128,7 @@ class _Terminal:
         elif word == "repeat":
             runner.repeat_last(rest)
         elif runner.page.kind == "learn" and line:
-            names = list(runner.protocol.stimuli)
+            names = runner.learned
             runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
         elif line == "" and runner.may_play:
             runner.start()

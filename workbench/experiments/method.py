@@ -98,6 +98,11 @@ class Method(ABC):
         """Raise `BadValue` for parameters that are good alone and cannot be together."""
 
     @classmethod
+    def names_stimuli(cls, parameter: str) -> bool:
+        """Whether a parameter is a list of stimuli."""
+        return isinstance(cls.parameters[parameter], StimulusNames)
+
+    @classmethod
     def strongest(cls, given: Mapping[str, Any]) -> dict[str, float]:
         """How far above its level, in dB, each stimulus can be presented, of those that are."""
         found: dict[str, float] = {}

@@ -23,6 +23,7 @@ from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
 from underfoot.errors import BadValue, require
 from underfoot.experiments.method import Method
+from underfoot.experiments.methods import METHODS
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile, Stretch
@@ -123,6 +124,11 @@ class Runner:
         return self._interval + 1
 
     @property
+    def plays(self) -> int:
+        """How often the trial was presented so far."""
+        return self._presented.plays
+
+    @property
     def seconds_left(self) -> float:
         """Of a pause, or of what is waited for; 0 where nothing is counted."""
         counted = self.phase in (Phase.PAUSE, Phase.WAITING) or self.page.kind == "learn"
@@ -135,6 +141,18 @@ class Runner:
             return self.page.start == "key"
         again = self.phase is Phase.ANSWERING and self.page.start == "key" and len(self._intervals) == 1
         return again and self._presented.plays < self.page.plays
+
+    @property
+    def learned(self) -> tuple[str, ...]:
+        """The stimuli that can be tried in learning, by their number from 1: those of the next trials."""
+        stages = self.protocol.order()
+        here = next((k for k, stage in enumerate(stages) if stage.id == self.page.stage), 0)
+        for stage in stages[here:]:
+            if stage.method is not None:
+                given = METHODS[stage.method.kind].checked(stage.method.parameters, self.protocol.stimuli)
+                named = next((v for name, v in given.items() if METHODS[stage.method.kind].names_stimuli(name)), ())
+                return tuple(named) or tuple(self.protocol.stimuli)
+        return tuple(self.protocol.stimuli)
 
     @property
     def target(self) -> FloorTarget | None:
