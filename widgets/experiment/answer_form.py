@@ -114,7 +114,7 @@ class AnswerForm(QWidget):
             return self._choices(one, list(one.options))
         if isinstance(one, Count) and one.high - one.low < MOST_BUTTONS:
             return self._choices(one, list(range(one.low, one.high + 1)))
-        if isinstance(one, Number):
+        if isinstance(one, Number) and len(self._asks) == 1:
             return self._slider(one)
         field = QLineEdit()
         field.setFont(theme.font(BIG_PX))

@@ -69,7 +69,7 @@ class Desk(QWidget):
         """Show a new session; with `presses` the mouse steps on the simulated floor."""
         self.title.setText(title)
         self.map.set_floor(floor)
-        self.map.setEnabled(presses)
+        self.map.can_press = presses
         self._began_at, self._began_share, self._form_key = time.monotonic(), -1.0, ""
 
     def show_runner(self, runner: Runner) -> None:
@@ -94,6 +94,7 @@ class Desk(QWidget):
         self._show_form(runner)
         self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
         self.map.set_contacts(runner.watch.contacts, runner.watch.now_s)
+        self.map.update()
 
     def _show_form(self, runner: Runner) -> None:
         page, phase = runner.page, runner.phase

@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
 from underfoot.patch import library
 from underfoot.patch.node import Registry
@@ -31,6 +32,15 @@ def load_study(path: Path, registry: Registry) -> StudyFile:
 def preset_studies(registry: Registry) -> list[StudyFile]:
     """The studies among the presets."""
     return [load_study(path, registry) for path in library.protocols().values()]
+
+
+def origin_of(protocol: Protocol) -> tuple[float, float]:
+    """Where a participant stands to select targets, in the floor's frame; (0, 0) where there are none."""
+    for stage in protocol.stages:
+        if stage.method is not None and stage.method.kind == TargetSelection.kind:
+            x_m, y_m = TargetSelection.checked(stage.method.parameters, protocol.stimuli)["origin_m"]
+            return float(x_m), float(y_m)
+    return 0.0, 0.0
 
 
 def session_path(root: Path, study: StudyFile, participant: str) -> Path:

@@ -23,7 +23,15 @@ from underfoot.widgets.experiment.choice import StudyList, StudyOverview
 from underfoot.widgets.experiment.desk import Desk
 from underfoot.widgets.experiment.findings import analysed_sessions, simulated_study
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
-from underfoot.widgets.experiment.studies import StudyFile, is_id, load_study, preset_studies, session_path, sessions_of
+from underfoot.widgets.experiment.studies import (
+    StudyFile,
+    is_id,
+    load_study,
+    origin_of,
+    preset_studies,
+    session_path,
+    sessions_of,
+)
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
@@ -199,6 +207,7 @@ class ExperimentWorkspace(Workspace):
             made.go_wanted.connect(self._go)
             made.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
             made.closed.connect(self._window_closed)
+            made.set_origin(origin_of(self._study.protocol))
             self.window_of_participant = made
         screens = QGuiApplication.screens()
         if len(screens) > 1:
