@@ -49,7 +49,7 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     def position(self, stiffness_n_mm: float) -> float:
         """Where the servo must be for a stiffness; `BadValue` outside what was calibrated.
 
-        >>> PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)).position(80.0)
+        >>> round(PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)).position(80.0), 6)
         0.5
         """
         low, high = self.stiffness_n_mm[0], self.stiffness_n_mm[-1]

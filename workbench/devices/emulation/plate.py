@@ -32,6 +32,11 @@ class EmulatedPlate:
         self._thread.start()
 
     @property
+    def is_moving(self) -> bool:
+        """Whether it is on its way."""
+        return self._is_moving
+
+    @property
     def position(self) -> float:
         """Where the servo is now, 0 to 1."""
         if not self._is_moving or self._takes <= 0.0:
