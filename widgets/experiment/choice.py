@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
+    QCheckBox,
     QHBoxLayout,
     QLineEdit,
     QListWidget,
@@ -18,6 +19,7 @@ from underfoot.drawing import Drawing
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import method_of
+from underfoot.studies.masking import is_heard
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.studies import StudyFile, is_id
 from underfoot.widgets.plots.drawing_column import DrawingColumn
@@ -78,6 +80,8 @@ class StudyOverview(QWidget):
             QPushButton("Analyse"),
         )
         self.begin.setProperty("role", "primary")
+        self.masking = QCheckBox("Masking sound on the default device")
+        self.masking.setToolTip("The noise and the metronome of the protocol, for headphones")
         self.state = theme.label("", "muted")
         self.drawings = DrawingColumn()
         self.table = QPlainTextEdit()
@@ -99,6 +103,7 @@ class StudyOverview(QWidget):
         self.title.setText(study.protocol.title or study.name)
         self.about.setText(study.protocol.about)
         self.facts.setText(facts_of(study.protocol))
+        self.masking.setVisible(is_heard(study.protocol.sounds))
         self.analyse.setText(f"Analyse {sessions} {'session' if sessions == 1 else 'sessions'}")
         self.analyse.setEnabled(sessions > 0)
 
@@ -125,7 +130,7 @@ class StudyOverview(QWidget):
 
     def _lay_out(self) -> None:
         who = QHBoxLayout()
-        for part in (self.participant, self.begin, self.simulate, self.analyse):
+        for part in (self.participant, self.begin, self.masking, self.simulate, self.analyse):
             who.addWidget(part)
         who.addStretch(1)
         found = QSplitter(Qt.Orientation.Vertical)

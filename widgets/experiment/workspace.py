@@ -16,6 +16,7 @@ from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder
 from underfoot.patch.node import Registry
+from underfoot.studies.masking import Masking, is_heard
 from underfoot.studies.runner import Phase, Runner
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background
@@ -179,7 +180,8 @@ class ExperimentWorkspace(Workspace):
                 file.close()
                 return
             try:
-                self.runner = Runner(session, file, study.protocol, study.folder)
+                masking = self._masking(study)
+                self.runner = Runner(session, file, study.protocol, study.folder, masking=masking)
             except UnderfootError:
                 file.close()
                 controller.take_back()
@@ -227,11 +229,16 @@ class ExperimentWorkspace(Workspace):
             return
         if self._controller.session is not None:
             runner.session.send(Walk(self._walked))
-        runner.file.close()
+        runner.close_file()
         self._controller.take_back()
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         self._show()
+
+    def _masking(self, study: StudyFile) -> Masking | None:
+        """The sounds of a study on the default device; None where there are none, or they are not wanted."""
+        wanted = self.overview.masking.isChecked() and is_heard(study.protocol.sounds)
+        return Masking(study.protocol.sounds) if wanted else None
 
     def _created(self, path: Path, study: StudyFile, participant: str) -> SessionFile:
         target = self._controller.target if self._controller is not None else None

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files.")
 @click.option("--sound", help='Sound device; "default" for the system\'s. None: nothing is heard or felt.')
 @click.option("--plate", help="Serial port of a variable stiffness plate, and its calibration: PORT:FILE.json.")
+@click.option("--masking", help='Sound device of the masking noise and metronome; "default" for the system\'s.')
 @click.option("--simulate", type=int, help="Run it on so many simulated participants instead.")
 @click.option("--truth", multiple=True, metavar="NAME=VALUE", help="What is true of simulated participants.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of simulated participants.")

@@ -16,6 +16,7 @@ class ExperimentOptions:
     profiles: Path | None
     sound: str | None
     plate: str | None
+    masking: str | None
     simulate: int | None
     truth: tuple[str, ...]
     seed: int

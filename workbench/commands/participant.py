@@ -27,6 +27,7 @@ def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
     from underfoot.engine.session import Session
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
+    from underfoot.studies.masking import Masking, is_heard
     from underfoot.studies.runner import Runner
 
     if options.session is None:
@@ -41,7 +42,11 @@ def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
         session = Session(target, Patch(title="study"), REGISTRY, folder)
         opened.callback(session.close)
         session.start()
-        runner = Runner(session, file, protocol, folder, plate)
+        masking = None
+        if options.masking is not None and is_heard(protocol.sounds):
+            masking = Masking(protocol.sounds, "" if options.masking == "default" else options.masking)
+            opened.callback(masking.close)
+        runner = Runner(session, file, protocol, folder, plate, masking)
         _Terminal(runner, opened.enter_context(TypedLines())).run()
 
 

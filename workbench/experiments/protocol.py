@@ -70,8 +70,8 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class Sounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is heard throughout: `noise` that masks, "none", "pink" or "white", at `noise_db` of full scale on sound
-    card `channel` (from 0, beyond those of the tiles), and a metronome at `metronome_hz`, 0 for none."""
+    """What is heard throughout, on a sound card of its own: `noise` that masks, at `noise_db` (RMS, of full scale), and
+    a metronome, at `metronome_hz` with clicks of `metronome_db`, 0 for none; on `channel` of the card, from 0."""
 
     noise: Literal["none", "pink", "white"] = "none"
     noise_db: Decibels = -30.0

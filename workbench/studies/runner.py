@@ -31,6 +31,7 @@ from underfoot.experiments.study import Page, Study, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
 from underfoot.studies.floor_watch import FloorWatch
+from underfoot.studies.masking import Masking
 from underfoot.studies.presenter import AUDIBLE, IDLE, Presenter
 from underfoot.studies.target import FloorTarget, require_on_floor
 
@@ -84,12 +85,13 @@ class Runner:
         protocol: Protocol,
         folder: Path | None = None,
         plate: Plate | None = None,
+        masking: Masking | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """`folder` is where the protocol's patches lie. The study goes on where the file stands."""
         require_on_floor(protocol, session.target.floor)
         self.session, self.file, self.protocol, self.plate = session, file, protocol, plate
-        self._folder, self._clock = folder, clock
+        self._folder, self._clock, self._masking = folder, clock, masking
         self.study: Study = file.study(protocol)
         target = session.target
         self.presenter = Presenter(session)
@@ -254,6 +256,12 @@ class Runner:
         self.session.edit(patch)
         self.session.send(Level(level_db))
         (self.session.play if playing else self.session.stop)()
+        self.close_file()
+
+    def close_file(self) -> None:
+        """Let go of the file and of the masking sound, and leave the session as it is."""
+        if self._masking is not None:
+            self._masking.close()
         self.file.close()
 
     # --- phases ---
@@ -268,6 +276,8 @@ class Runner:
             return
         self.presenter.want(IDLE)
         self.presenter.begin()
+        if self._masking is not None:
+            self._masking.start()
         self._open_page()
 
     def _open_page(self) -> None:

@@ -1,7 +1,9 @@
 """Simulated studies on many processes, or on a Dask cluster: the same people whoever computes them."""
 
+import socket
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
+from urllib.parse import urlsplit
 
 from underfoot.engine.worker_pool import in_parallel
 from underfoot.errors import BadValue, DeviceError, UnderfootError
@@ -52,6 +54,7 @@ def simulated_on_cluster(jobs: Sequence[Job], address: str, seen: Callable[[int]
         from distributed import Client, as_completed
     except ModuleNotFoundError:
         raise BadValue('--cluster needs the package distributed: pip install "underfoot[cluster]"') from None
+    _require_reachable(address)
     try:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -60,7 +63,7 @@ def simulated_on_cluster(jobs: Sequence[Job], address: str, seen: Callable[[int]
         futures = client.map(simulate, jobs, pure=False, retries=MOST_TRIES)
         places = {future.key: place for place, future in enumerate(futures)}
         done: dict[int, list[Found]] = {}
-        for future in as_completed(futures):
+        for future in as_completed(futures, loop=client.loop):
             try:
                 done[places[future.key]] = future.result()
             except UnderfootError:
@@ -70,3 +73,15 @@ def simulated_on_cluster(jobs: Sequence[Job], address: str, seen: Callable[[int]
             if seen is not None:
                 seen(len(done))
     return [one for place in range(len(jobs)) for one in done[place]]
+
+
+def _require_reachable(address: str) -> None:
+    """Say at once where nobody listens: the library would try for long, and leave a thread behind."""
+    parts = urlsplit(address)
+    try:
+        host, port = parts.hostname, parts.port
+        if not (parts.scheme and host and port):
+            raise ValueError("allowed: tcp://HOST:PORT")
+        socket.create_connection((host, port), CONNECT_S).close()
+    except (OSError, ValueError) as error:
+        raise DeviceError(f"the cluster {address} cannot be reached: {' '.join(str(error).split())}") from None
