@@ -89,13 +89,13 @@ class Person:
 
 
 @contextmanager
-def taking_part(protocol, path, until, answers=first_answers, folder=None, plate=None):
+def taking_part(protocol, path, until, answers=first_answers, folder=None, equipment=None):
     """A runner of a new or old session file on the simulator, and a person on one tile."""
     file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1", folder)
     session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY, folder)
     try:
         session.start()
-        runner = Runner(session, file, protocol, folder, plate)
+        runner = Runner(session, file, protocol, folder, equipment)
         yield Person(runner, until, answers)
         runner.close()
     finally:

@@ -1,5 +1,9 @@
 """Studies on the real engine and the simulated floor, by keys and by steps; what was felt is kept with the answer."""
 
+import os
+import tty
+
+import msgspec
 import numpy as np
 import pytest
 from made_studies import TD, made_protocol, protocol_text
@@ -10,7 +14,10 @@ from underfoot.devices.plate import Plate, PlateCalibration
 from underfoot.errors import BadValue
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
+from underfoot.studies.equipment import Equipment
+from underfoot.studies.markers import LslMarkers, SerialTrigger
 from underfoot.studies.runner import Phase
 
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
@@ -142,7 +149,7 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(un
     stimuli = {"soft": {"stiffness_n_mm": 52.0}, "hard": {"stiffness_n_mm": 146.0}}
     protocol = made_protocol("rating", {"blocks": 1}, stimuli, start="step")
     try:
-        with taking_part(protocol, tmp_path / "a.session", until, plate=plate) as person:
+        with taking_part(protocol, tmp_path / "a.session", until, equipment=Equipment(plate)) as person:
             runner = person.runner
             person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
             person.press(600.0)
@@ -158,7 +165,6 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(un
         assert [move[1] for move in emulated.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
         assert {move[2] for move in emulated.moves} == {0.2}
     finally:
-        plate.close()
         emulated.close()
 
 
@@ -184,3 +190,42 @@ def test_learning_and_level_play_what_is_asked_for(until, tmp_path):
         person.whole()
         (entry,) = [entry for entry in runner.file.entries() if entry.trial is not None]
     assert entry.facts["commanded_m_s2"] < 2.0
+
+
+def test_who_leaves_the_floor_in_a_presentation_stops_it(until, tmp_path):
+    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT})
+    with taking_part(msgspec.structs.replace(protocol, present_s=20.0), tmp_path / "a.session", until) as person:
+        person.until_phase(Phase.READY)
+        person.press(600.0)
+        person.until(lambda: person.runner.watch.is_on, "somebody stands there")
+        person.runner.start()
+        person.until(lambda: person.runner.session.health.peak > 0.01, "it is felt")
+        person.press(0.0)
+        person.until_phase(Phase.STOPPED)
+        assert person.runner.hint == "Stopped: the participant left the floor."
+
+
+def test_those_who_want_marks_get_them(until, tmp_path):
+    """A byte for each on a real pseudo-terminal, and LSL streams where that is installed."""
+    pylsl = pytest.importorskip("pylsl")
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    os.set_blocking(master, False)
+    trigger, lsl = SerialTrigger(os.ttyname(slave)), LslMarkers(default_floor(1, 1), 1000.0)
+    (found,) = pylsl.resolve_byprop("source_id", "underfoot-markers", timeout=20.0)
+    inlet = pylsl.StreamInlet(found)
+    inlet.open_stream(timeout=20.0)
+    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")
+    with taking_part(protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger, lsl])) as person:
+        person.whole()
+        (entry,) = person.runner.file.entries()
+        samples = []
+        until(lambda: samples.append(inlet.pull_sample(timeout=0.1)) or samples[-1][0] == ["answer main"], "all marks")
+    assert list(os.read(master, 100)) == [1, 2, 3, 4]
+    words = {words[0]: at for words, at in samples if words}
+    assert list(words) == ["begin main.1", "onset main.1", "end main.1", "answer main"]
+    after_step_s = words["onset main.1"] - words["begin main.1"]
+    assert after_step_s == pytest.approx(entry.facts["onset_after_step_s"], abs=0.05)
+    inlet.close_stream()
+    for end in (master, slave):
+        os.close(end)

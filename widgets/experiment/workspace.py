@@ -16,6 +16,7 @@ from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder
 from underfoot.patch.node import Registry
+from underfoot.studies.equipment import Equipment
 from underfoot.studies.masking import Masking, is_heard
 from underfoot.studies.runner import Phase, Runner
 from underfoot.widgets.dialogs.shortcuts import Keys
@@ -180,8 +181,8 @@ class ExperimentWorkspace(Workspace):
                 file.close()
                 return
             try:
-                masking = self._masking(study)
-                self.runner = Runner(session, file, study.protocol, study.folder, masking=masking)
+                equipment = Equipment(masking=self._masking(study))
+                self.runner = Runner(session, file, study.protocol, study.folder, equipment)
             except UnderfootError:
                 file.close()
                 controller.take_back()

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 @click.option("--sound", help='Sound device; "default" for the system\'s. None: nothing is heard or felt.')
 @click.option("--plate", help="Serial port of a variable stiffness plate, and its calibration: PORT:FILE.json.")
 @click.option("--masking", help='Sound device of the masking noise and metronome; "default" for the system\'s.')
+@click.option("--trigger", help="Serial port that gets a byte for each begin, onset, end, answer and stop.")
+@click.option("--lsl", is_flag=True, help="Send markers and forces as streams of the Lab Streaming Layer.")
 @click.option("--simulate", type=int, help="Run it on so many simulated participants instead.")
 @click.option("--truth", multiple=True, metavar="NAME=VALUE", help="What is true of simulated participants.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of simulated participants.")

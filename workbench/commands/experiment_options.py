@@ -17,6 +17,8 @@ class ExperimentOptions:
     sound: str | None
     plate: str | None
     masking: str | None
+    trigger: str | None
+    lsl: bool
     simulate: int | None
     truth: tuple[str, ...]
     seed: int

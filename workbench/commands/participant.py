@@ -12,9 +12,11 @@ from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
+    from underfoot.engine.session import Session
     from underfoot.engine.target import Target
     from underfoot.experiments.protocol import Protocol
     from underfoot.experiments.store import SessionFile
+    from underfoot.studies.equipment import Equipment
     from underfoot.studies.runner import Runner
 
 _POLL_S = 1.0 / 60.0
@@ -23,11 +25,9 @@ _HELP = "Type stop to stop, repeat WHY to take the last answer back, note WORDS 
 
 def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:
     """Run or go on with a study; ends with it, at "stop", at Ctrl-C, or where standard input ends."""
-    from underfoot.devices.plate import plate_of
     from underfoot.engine.session import Session
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
-    from underfoot.studies.masking import Masking, is_heard
     from underfoot.studies.runner import Runner
 
     if options.session is None:
@@ -36,18 +36,38 @@ def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
     with ExitStack() as opened:
         file = _session_file(options, protocol, folder)
         opened.callback(file.close)
-        plate = plate_of(options.plate) if options.plate else None
-        if plate is not None:
-            opened.callback(plate.close)
         session = Session(target, Patch(title="study"), REGISTRY, folder)
         opened.callback(session.close)
+        equipment = _equipment(options, protocol, session)
+        opened.callback(equipment.close)
         session.start()
+        runner = Runner(session, file, protocol, folder, equipment)
+        _Terminal(runner, opened.enter_context(TypedLines())).run()
+
+
+def _equipment(options: "ExperimentOptions", protocol: "Protocol", session: "Session") -> "Equipment":
+    """What was asked for beside the floor; what was opened is closed again where the rest cannot be."""
+    from underfoot.devices.plate import plate_of
+    from underfoot.studies.equipment import Equipment
+    from underfoot.studies.markers import LslMarkers, SerialTrigger
+    from underfoot.studies.masking import Masking, is_heard
+
+    with ExitStack() as unless_all:
+        plate = plate_of(options.plate) if options.plate else None
+        if plate is not None:
+            unless_all.callback(plate.close)
         masking = None
         if options.masking is not None and is_heard(protocol.sounds):
             masking = Masking(protocol.sounds, "" if options.masking == "default" else options.masking)
-            opened.callback(masking.close)
-        runner = Runner(session, file, protocol, folder, plate, masking)
-        _Terminal(runner, opened.enter_context(TypedLines())).run()
+            unless_all.callback(masking.close)
+        markers: list[LslMarkers | SerialTrigger] = []
+        if options.trigger:
+            markers.append(SerialTrigger(options.trigger))
+            unless_all.callback(markers[0].close)
+        if options.lsl:
+            markers.append(LslMarkers(session.target.floor, session.force_rate_hz))
+        unless_all.pop_all()
+        return Equipment(plate, masking, markers)
 
 
 def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> "SessionFile":

@@ -40,11 +40,11 @@ class FloorWatch:
         self.now_s = 0.0
         """The time of the latest sample, in seconds of the session."""
 
-    def read(self) -> None:
-        """Take what came in since the last call."""
+    def read(self) -> NDArray[np.float64]:
+        """Take what came in since the last call: the force of each tile, less the tare, [sample, tile]."""
         frames, forces = self._forces.read()
         if not len(frames):
-            return
+            return np.zeros((0, len(self.floor.tiles)))
         times = frames / self._rate_hz
         if self._kept and times[0] < self.now_s:  # an engine that was started again
             self._tracker = ContactTracker(self.floor, self.force_hz)
@@ -58,6 +58,7 @@ class FloorWatch:
             self._is_on(float(time_s))
         if not self._tracker.ongoing() and self.now_s - self._last_on > LEFT_S:
             self._leave()
+        return np.asarray((forces - self._tracker.baseline_n).sum(axis=2))
 
     @property
     def is_on(self) -> bool:

@@ -8,7 +8,6 @@ the next one begins: the answer, times, and the stretch of force and vibration t
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -16,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from underfoot.devices.plate import Plate
 from underfoot.engine.commands import Level
 from underfoot.engine.reports import Notice, ProcessDied, Report
 from underfoot.engine.session import Session
@@ -26,17 +24,17 @@ from underfoot.experiments.method import Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Page, Study, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
+from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
-from underfoot.studies.masking import Masking
-from underfoot.studies.presenter import AUDIBLE, IDLE, Presenter
+from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP
+from underfoot.studies.measuring import Presented
+from underfoot.studies.presenter import IDLE, Presenter
 from underfoot.studies.target import FloorTarget, require_on_floor
 
-BEFORE_S = 0.2
-"""Force and vibration are kept from so long before a presentation on."""
 CROSSINGS = 2
 SETTLED_S = 0.3
 """Before a presentation nothing has played for so long, so that what is kept of it has nothing of the one before."""
@@ -61,20 +59,6 @@ class Phase(StrEnum):
     END = "end"
 
 
-@dataclass
-class Presented:
-    """What is known of the presentations of a trial so far."""
-
-    started_at: str = ""
-    plays: int = 0
-    first_s: float = math.nan
-    """Session seconds at which the present one began: a key was pressed, or the first force of a step came."""
-    ended: float = math.nan
-    """When the last one ended, on the runner's clock."""
-    facts: dict[str, Any] | None = None
-    stretches: list[Stretch] | None = None
-
-
 class Runner:
     """A study at work: a session that runs, the file that keeps it, and the study. `close` gives the session back."""
 
@@ -84,14 +68,14 @@ class Runner:
         file: SessionFile,
         protocol: Protocol,
         folder: Path | None = None,
-        plate: Plate | None = None,
-        masking: Masking | None = None,
+        equipment: Equipment | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """`folder` is where the protocol's patches lie. The study goes on where the file stands."""
         require_on_floor(protocol, session.target.floor)
-        self.session, self.file, self.protocol, self.plate = session, file, protocol, plate
-        self._folder, self._clock, self._masking = folder, clock, masking
+        self.session, self.file, self.protocol = session, file, protocol
+        self._folder, self._clock = folder, clock
+        self._equipment = equipment or Equipment()
         self.study: Study = file.study(protocol)
         target = session.target
         self.presenter = Presenter(session)
@@ -109,6 +93,7 @@ class Runner:
         self._armed_s = math.inf
         self._presented = Presented()
         self._playing_until = math.inf
+        self._stood = False
         self._floor_target: FloorTarget | None = None
         self._resumed = Phase.PAGE
         session.stop()  # nothing is felt while patches are compiled
@@ -168,7 +153,7 @@ class Runner:
         several = list(reports)
         self.presenter.take(several)
         self.presenter.read()
-        self.watch.read()
+        self._equipment.forces(self.watch.read())
         for report in several:
             if isinstance(report, ProcessDied) and report.process == "engine":
                 self._lost(f"the engine was lost: {report.reason}")
@@ -208,7 +193,7 @@ class Runner:
         """Answer the page, and keep the answer; `BadValue` where it cannot be, or comes too early."""
         allowed = self.phase in (Phase.PAGE, Phase.ANSWERING)
         require(allowed, "phase", str(self.phase), "a page to answer, or the end of a presentation")
-        facts = dict(self._presented.facts or {})
+        facts = dict(self._presented.facts)
         if self.phase is Phase.ANSWERING:
             facts |= {"response_s": round(self._clock() - self._presented.ended, 4), "plays": self._presented.plays}
         self._keep(values, facts)
@@ -216,7 +201,7 @@ class Runner:
     def spoil(self, reason: str) -> None:
         """Leave the trial that is shown unanswered, for a reason, and present it again."""
         entry = self.study.spoil(reason, self._presented.facts)
-        self.file.add(entry, self._presented.stretches or ())
+        self.file.add(entry, self._presented.stretches)
         self._open_page()
 
     def repeat_last(self, reason: str) -> None:
@@ -234,6 +219,7 @@ class Runner:
         if self.phase in (Phase.STOPPED, Phase.END):
             return
         self.session.panic()
+        self._mark(STOP)
         self.note(f"stopped: {reason}")
         self._resumed = Phase.PREPARING if self.phase is Phase.PREPARING else Phase.PAGE
         self.phase, self.hint = Phase.STOPPED, f"Stopped: {reason}."
@@ -259,9 +245,8 @@ class Runner:
         self.close_file()
 
     def close_file(self) -> None:
-        """Let go of the file and of the masking sound, and leave the session as it is."""
-        if self._masking is not None:
-            self._masking.close()
+        """Let go of the file and of all equipment, and leave the session as it is."""
+        self._equipment.close()
         self.file.close()
 
     # --- phases ---
@@ -276,8 +261,8 @@ class Runner:
             return
         self.presenter.want(IDLE)
         self.presenter.begin()
-        if self._masking is not None:
-            self._masking.start()
+        if self._equipment.masking is not None:
+            self._equipment.masking.start()
         self._open_page()
 
     def _open_page(self) -> None:
@@ -303,14 +288,15 @@ class Runner:
     def _wait(self, seconds: float) -> None:
         """Wait before an interval, and let the plate go to its stiffness meanwhile."""
         self.phase, self._due = Phase.WAITING, self._clock() + seconds
-        if self._intervals and self.plate is not None:
+        if self._intervals and self._equipment.plate is not None:
             stimulus = self._intervals[self._interval].stimulus
             stiffness = self.protocol.stimuli[stimulus].stiffness_n_mm if stimulus != NOTHING else 0.0
             if stiffness > 0.0:
-                self.plate.want(stiffness)
+                self._equipment.plate.want(stiffness)
 
     def _waiting(self) -> None:
-        if self.plate is not None and not self.plate.poll(is_loaded=self.watch.is_on):
+        plate = self._equipment.plate
+        if plate is not None and not plate.poll(is_loaded=self.watch.is_on):
             self.hint = "The plate moves. Please step off." if self.watch.is_on else "The plate moves."
             return
         by_foot = self.page.start != "key" or not self._intervals
@@ -344,19 +330,22 @@ class Runner:
 
     def _begin_by_key(self) -> None:
         self._begin(self.session.health.frame / self.session.target.rate)
+        self._stood = self.watch.is_on
         self.presenter.want(self._patch(self._intervals[self._interval]))
         self._playing_until = math.inf
 
     def _begin(self, first_s: float) -> None:
         self.phase, self.hint = Phase.PRESENTING, ""
         if self._interval == 0:
-            self._presented.plays += 1
-            self._presented.facts, self._presented.stretches = {}, []
+            self._presented.begin_anew()
         self._presented.first_s = first_s
+        self._mark(BEGIN, self.session.health.frame / self.session.target.rate - first_s)
 
     def _presenting(self) -> None:
         if self._floor_target is not None:
             self._watch_target(self._floor_target)
+        elif self.page.start == "key" and self._stood and not self.watch.is_on:
+            self.stop("the participant left the floor")
         elif self.page.start == "key":
             self._timed(self.protocol.present_s, self._end_interval)
         else:
@@ -423,7 +412,7 @@ class Runner:
         if answers is None:
             return
         self._measure()
-        self._keep(answers, dict(self._presented.facts or {}), pause_s=target.pause_s)
+        self._keep(answers, dict(self._presented.facts), pause_s=target.pause_s)
 
     def _method(self) -> Method:
         return method_of(self.protocol, self.protocol.stage(self.page.stage), self.study.participant)
@@ -434,50 +423,24 @@ class Runner:
         """Take an answer, keep it with its stretches, and open the next page; disk before screen."""
         known = {"started_at": self._presented.started_at, **facts}
         entry = self.study.answer(values, known)
-        self.file.add(entry, self._presented.stretches or ())
+        self.file.add(entry, self._presented.stretches)
+        self._equipment.mark(ANSWER, entry.stage)
         self._open_page()
         if pause_s and self.phase is Phase.WAITING:
             self._due = self._clock() + pause_s
 
     def _measure(self) -> None:
-        """Note when vibration began, how strong it and the force were, and keep both."""
-        rate = self.session.target.rate
-        first_s = self._presented.first_s
-        end_s = max(self.watch.now_s, first_s)
-        begin_s = max(first_s - BEFORE_S, 0.0)
-        first, played = self.presenter.played(round(begin_s * rate), round(end_s * rate) + rate)
-        force_s, forces = self.watch.forces_between(begin_s, end_s)
-        facts = self._presented.facts if self._presented.facts is not None else {}
-        onset = self.presenter.onset_frame(round(first_s * rate), round(end_s * rate) + rate)
-        if onset is not None and "onset_s" not in facts:
-            facts["onset_s"] = round(onset / rate, 6)
-            if self.page.start != "key":
-                facts["onset_after_step_s"] = round(onset / rate - first_s, 6)
-        largest = np.abs(played[max(round(first_s * rate) - first, 0) :]).max(axis=0, initial=0.0)
-        sounding = np.flatnonzero(largest > AUDIBLE * self.presenter.full_scale)
-        peak = float(largest[sounding].max(initial=0.0))
-        most = float(np.nan_to_num(forces.sum(axis=2)).max(initial=0.0)) if forces.size else 0.0
-        facts["commanded_m_s2"] = max(float(f"{peak:.5g}"), facts.get("commanded_m_s2", 0.0))
-        facts["most_force_n"] = max(round(most, 1), facts.get("most_force_n", 0.0))
-        facts["shown_s"] = round(end_s - first_s, 4)
-        facts["latency_s"] = round(self.session.health.latency_s, 6)
-        self._presented.facts = facts
-        tiles = [tile.id for tile in self.session.target.floor.tiles]
-        corners = tuple(f"{tile}.{k}" for tile in tiles for k in (1, 2, 3, 4))
-        kept = self._presented.stretches if self._presented.stretches is not None else []
-        kept.append(
-            Stretch(
-                "force",
-                self._interval,
-                force_s,
-                self.watch.force_hz,
-                corners,
-                forces.reshape(len(forces), len(corners)),
-            )
-        )
-        names = tuple(tiles[k] for k in sounding)
-        kept.append(Stretch("vibration", self._interval, first / rate, float(rate), names, played[:, sounding]))
-        self._presented.stretches = kept
+        """Take down what this interval was, and tell those who want marks."""
+        self._presented.measure(self.presenter, self.watch, self._interval, self.page.start != "key")
+        now_s = self.session.health.frame / self.session.target.rate
+        if math.isfinite(self._presented.onset_s):
+            self._mark(ONSET, now_s - self._presented.onset_s)
+        self._mark(END)
+
+    def _mark(self, what: str, ago_s: float = 0.0) -> None:
+        page = self.page
+        number = f".{page.trial.number}" if page.trial is not None else ""
+        self._equipment.mark(what, f"{page.stage}{number}", ago_s)
 
     def _lost(self, why: str) -> None:
         """A presentation that was on when the engine died does not count."""
