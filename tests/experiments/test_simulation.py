@@ -10,7 +10,7 @@ from underfoot.errors import BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import check_truth
-from underfoot.experiments.simulation import Job, jobs_of, simulate, simulated_rows, summaries
+from underfoot.experiments.simulation import Conditions, jobs_of, simulate, simulated_rows, summaries
 from underfoot.patch import library
 
 pytest.importorskip("statsmodels")
@@ -18,10 +18,10 @@ NAMES = [name for name in library.protocols() if name != "detection-bayesian"]
 PEOPLE = {"stiffness-vibration": 12, "compliance-rating": 12, "intensity-equalisation": 6}
 
 
-def found_of(name, people, each=20, **job):
+def found_of(name, people, each=20, **conditions):
     folder = library.protocols()[name].parent
-    settings = Job(b"", "", 0, 0, **job)
-    return [one for part in jobs_of(preset_protocol(name), folder, people, settings, each) for one in simulate(part)]
+    how = Conditions(**conditions)
+    return [one for part in jobs_of(preset_protocol(name), folder, people, how, each) for one in simulate(part)]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -85,3 +85,16 @@ def test_the_ratings_of_people_who_feel_amplitude_show_it_and_nothing_else():
     (against,) = [table for table in found.tables if table.title == "Each against X"]
     assert len(against.rows) == 18
     assert np.mean([row[2] > 0.0 for row in against.rows]) == 1.0
+
+
+def test_an_estimate_that_goes_with_age_is_found_by_rank():
+    """Seven people whose threshold rises with their age, and nobody's mass matters."""
+    protocol = preset_protocol("detection-threshold")
+    rows = []
+    for k in range(7):
+        mine, _ = simulated_rows(protocol, k, 1, {"threshold_m_s2": 0.2 * 1.5**k})
+        rows += [{**row, "participant.age": 20 + 5 * k} for row in mine]
+    (found,) = analysed(rows, protocol, Settings())
+    (table,) = [table for table in found.tables if table.title == "Who takes part"]
+    (age,) = [row for row in table.rows if row[0] == "threshold TD, age"]
+    assert age[2] == pytest.approx(1.0)

@@ -12,7 +12,7 @@ import pytest
 from made_studies import first_answers, made_protocol, preset_protocol, walked
 
 from underfoot.errors import BadFile
-from underfoot.experiments.store import SessionFile, Stretch, is_session
+from underfoot.experiments.store import SessionFile, Stretch
 from underfoot.experiments.study import Study
 from underfoot.patch import library
 
@@ -121,7 +121,6 @@ def test_what_is_no_session_is_said_in_one_line(tmp_path):
         with pytest.raises(BadFile) as raised:
             SessionFile.open(tmp_path / name)
         assert "\n" not in str(raised.value)
-        assert not is_session(tmp_path / name)
 
 
 def test_a_session_of_a_newer_version_is_refused(tmp_path):

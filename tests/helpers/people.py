@@ -89,15 +89,24 @@ class Person:
 
 
 @contextmanager
-def taking_part(protocol, path, until, answers=first_answers, folder=None, equipment=None):
-    """A runner of a new or old session file on the simulator, and a person on one tile."""
-    file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1", folder)
-    session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY, folder)
+def open_session(until):
+    """A session on one simulated tile on which nobody walks, with all its processes, for several tests to share."""
+    session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
     try:
         session.start()
-        runner = Runner(session, file, protocol, folder, equipment)
-        yield Person(runner, until, answers)
-        runner.close()
+        until(lambda: session.poll() is not None and {"standby", "compiler"} <= set(session.pids), "all is started")
+        yield session
     finally:
-        file.close()
         session.close()
+
+
+@contextmanager
+def taking_part(session, protocol, path, until, equipment=None):
+    """A runner of a new or old session file, and a person on the tile."""
+    file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1")
+    session.send(PressTile("t1", 0.0, 0.0, 0.0))
+    runner = Runner(session, file, protocol, None, equipment)
+    try:
+        yield Person(runner, until)
+    finally:
+        runner.close()

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from made_studies import TD, made_protocol, protocol_text
-from people import taking_part
+from people import open_session, taking_part
 
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import Plate, PlateCalibration
@@ -20,6 +20,13 @@ from underfoot.studies.equipment import Equipment
 from underfoot.studies.markers import LslMarkers, SerialTrigger
 from underfoot.studies.runner import Phase
 
+
+@pytest.fixture(scope="module")
+def session(until):
+    with open_session(until) as opened:
+        yield opened
+
+
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
 
 
@@ -29,10 +36,10 @@ def rated(start, **stage):
 
 
 @pytest.mark.parametrize("start", ["key", "step", "crossings"])
-def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, until, tmp_path):
+def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, tmp_path):
     path = tmp_path / "p1.session"
     protocol = rated(start, block_pause_s=0.1)
-    with taking_part(protocol, path, until) as person:
+    with taking_part(session, protocol, path, until) as person:
         person.until_phase(Phase.READY)
         if start == "key":
             person.press(600.0)  # who stands on the tile feels what a key begins
@@ -58,23 +65,23 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, until, tmp_path)
     file.close()
 
 
-def test_two_intervals_follow_one_another(until, tmp_path):
+def test_two_intervals_follow_one_another(session, until, tmp_path):
     parameters = {"standard": "WC", "comparisons": ["TD"], "blocks": 1}
     stimuli = {"TD": TD, "WC": CONSTANT}
     protocol = made_protocol("constant-stimuli", parameters, stimuli, start="step", interval_pause_s=0.2)
-    with taking_part(protocol, tmp_path / "a.session", until) as person:
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         person.whole()
         file = person.runner.file
         kinds = [(stretch.part, stretch.kind) for stretch in file.stretches(1)]
     assert kinds == [(0, "force"), (0, "vibration"), (1, "force"), (1, "vibration")]
 
 
-def test_a_study_that_was_left_goes_on_at_the_next_trial(until, tmp_path):
+def test_a_study_that_was_left_goes_on_at_the_next_trial(session, until, tmp_path):
     path = tmp_path / "a.session"
-    with taking_part(rated("step"), path, until) as person:
+    with taking_part(session, rated("step"), path, until) as person:
         person.one_page()
         next_page = person.runner.page.key
-    with taking_part(rated("step"), path, until) as person:
+    with taking_part(session, rated("step"), path, until) as person:
         person.until_phase(Phase.READY)
         assert person.runner.page.key == next_page
         person.whole()
@@ -83,8 +90,8 @@ def test_a_study_that_was_left_goes_on_at_the_next_trial(until, tmp_path):
     file.close()
 
 
-def test_a_spoiled_trial_is_kept_and_presented_again(until, tmp_path):
-    with taking_part(rated("step"), tmp_path / "a.session", until) as person:
+def test_a_spoiled_trial_is_kept_and_presented_again(session, until, tmp_path):
+    with taking_part(session, rated("step"), tmp_path / "a.session", until) as person:
         person.until_phase(Phase.READY)
         trial = person.runner.page.trial
         person.present()
@@ -100,8 +107,8 @@ def test_a_spoiled_trial_is_kept_and_presented_again(until, tmp_path):
     ]
 
 
-def test_stop_silences_at_once_and_the_trial_begins_anew(until, tmp_path):
-    with taking_part(rated("key"), tmp_path / "a.session", until) as person:
+def test_stop_silences_at_once_and_the_trial_begins_anew(session, until, tmp_path):
+    with taking_part(session, rated("key"), tmp_path / "a.session", until) as person:
         runner = person.runner
         person.until_phase(Phase.READY)
         person.press(600.0)
@@ -118,8 +125,8 @@ def test_stop_silences_at_once_and_the_trial_begins_anew(until, tmp_path):
         assert [note.text for note in runner.file.notes()] == ["stopped: by the participant", "went on"]
 
 
-def test_an_answer_cannot_come_before_its_presentation(until, tmp_path):
-    with taking_part(rated("step"), tmp_path / "a.session", until) as person:
+def test_an_answer_cannot_come_before_its_presentation(session, until, tmp_path):
+    with taking_part(session, rated("step"), tmp_path / "a.session", until) as person:
         person.until_phase(Phase.READY)
         with pytest.raises(BadValue, match="phase is 'ready'"):
             person.runner.answer({"rating": 1.0})
@@ -127,11 +134,11 @@ def test_an_answer_cannot_come_before_its_presentation(until, tmp_path):
             person.runner.start()
 
 
-def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(until, tmp_path):
+def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(session, until, tmp_path):
     parameters = {"widths_m": [0.1], "distances_m": [0.05], "bearings_deg": [0.0], "repeats": 2, "sessions": 1,
                   "origin_m": [0.1525, 0.1525]}  # fmt: skip
     protocol = made_protocol("target-selection", {**parameters, "visible_s": 0.6, "pause_s": 0.1})
-    with taking_part(protocol, tmp_path / "a.session", until) as person:
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         runner = person.runner
         target = person.until(lambda: runner.target, "a button appears")
         person.press(80.0, target.x_m - 0.1525, target.y_m - 0.1525)
@@ -143,13 +150,13 @@ def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(until, tmp_path):
     assert 0.0 < first["time_s"] < 0.6
 
 
-def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(until, tmp_path):
+def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(session, until, tmp_path):
     emulated = EmulatedPlate()
     plate = Plate(emulated.name, PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)), move_s=0.2)
     stimuli = {"soft": {"stiffness_n_mm": 52.0}, "hard": {"stiffness_n_mm": 146.0}}
     protocol = made_protocol("rating", {"blocks": 1}, stimuli, start="step")
     try:
-        with taking_part(protocol, tmp_path / "a.session", until, equipment=Equipment(plate)) as person:
+        with taking_part(session, protocol, tmp_path / "a.session", until, equipment=Equipment(plate)) as person:
             runner = person.runner
             person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
             person.press(600.0)
@@ -168,14 +175,14 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(un
         emulated.close()
 
 
-def test_learning_and_level_play_what_is_asked_for(until, tmp_path):
+def test_learning_and_level_play_what_is_asked_for(session, until, tmp_path):
     stages = [
         {"id": "level", "kind": "level", "stimulus": "WC"},
         {"id": "learn", "kind": "learn", "seconds": 30.0},
         {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
     ]
     protocol = Protocol.loads(protocol_text(stages=stages, stimuli={"WC": CONSTANT}, present_s=0.3), REGISTRY)
-    with taking_part(protocol, tmp_path / "a.session", until) as person:
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         runner = person.runner
         person.until_phase(Phase.PAGE)
         person.press(600.0)
@@ -192,9 +199,10 @@ def test_learning_and_level_play_what_is_asked_for(until, tmp_path):
     assert entry.facts["commanded_m_s2"] < 2.0
 
 
-def test_who_leaves_the_floor_in_a_presentation_stops_it(until, tmp_path):
-    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT})
-    with taking_part(msgspec.structs.replace(protocol, present_s=20.0), tmp_path / "a.session", until) as person:
+def test_who_leaves_the_floor_in_a_presentation_stops_it(session, until, tmp_path):
+    made = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT})
+    protocol = msgspec.structs.replace(made, present_s=20.0)
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         person.until_phase(Phase.READY)
         person.press(600.0)
         person.until(lambda: person.runner.watch.is_on, "somebody stands there")
@@ -205,7 +213,7 @@ def test_who_leaves_the_floor_in_a_presentation_stops_it(until, tmp_path):
         assert person.runner.hint == "Stopped: the participant left the floor."
 
 
-def test_those_who_want_marks_get_them(until, tmp_path):
+def test_those_who_want_marks_get_them(session, until, tmp_path):
     """A byte for each on a real pseudo-terminal, and LSL streams where that is installed."""
     pylsl = pytest.importorskip("pylsl")
     master, slave = os.openpty()
@@ -216,7 +224,7 @@ def test_those_who_want_marks_get_them(until, tmp_path):
     inlet = pylsl.StreamInlet(found)
     inlet.open_stream(timeout=20.0)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")
-    with taking_part(protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger, lsl])) as person:
+    with taking_part(session, protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger, lsl])) as person:
         person.whole()
         (entry,) = person.runner.file.entries()
         samples = []

@@ -14,7 +14,6 @@ class Background(QObject):
 
     found = Signal(list)
     failed = Signal(str)
-    progressed = Signal(str)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -95,11 +95,11 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
 
 def _found(options: ExperimentOptions, protocol: "Protocol", folder: Path, people: int) -> "list[Found]":
     from underfoot.engine.worker_pool import cores
-    from underfoot.experiments.simulation import Job, jobs_of
+    from underfoot.experiments.simulation import Conditions, jobs_of
     from underfoot.studies.simulated import simulated_here, simulated_on_cluster
 
-    settings = Job(b"", "", 0, 0, options.seed, options.bootstrap, _truth(options.truth))
-    jobs = jobs_of(protocol, folder, people, settings)
+    conditions = Conditions(options.seed, options.bootstrap, _truth(options.truth))
+    jobs = jobs_of(protocol, folder, people, conditions)
 
     def seen(done: int) -> None:
         if sys.stderr.isatty():

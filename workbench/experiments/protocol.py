@@ -26,8 +26,6 @@ Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=86400.0)]
 Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Decibels = Annotated[float, msgspec.Meta(ge=-120.0, le=0.0)]
 
-KINDS = ("consent", "questions", "read", "learn", "level", "trials", "pause")
-STARTS = ("key", "step", "crossings")
 END = "end"
 """What `Stage.next` says where the study ends behind a stage."""
 

@@ -30,41 +30,45 @@ Found = tuple[int, str, float, float, float, float, float]
 
 
 @dataclass(frozen=True)
-class Job:
-    """People `first` to before `end` of a simulated study; plain data, for any process.
+class Conditions:
+    """How people are simulated: the seed, draws for intervals of curves (0: by covariance), what is true of them."""
 
-    `bootstrap` 0: intervals of curves by covariance.
-    """
-
-    protocol: bytes
-    folder: str
-    first: int
-    end: int
     seed: int = 1
     bootstrap: int = 0
     truth: tuple[tuple[str, float], ...] = ()
 
 
-def jobs_of(protocol: Protocol, folder: Path, people: int, job: Job | None = None, each: int = 20) -> list[Job]:
-    """The people of a study in jobs of `each`; seed, bootstrap and truth are those of `job`."""
+@dataclass(frozen=True)
+class Job:
+    """People `first` to before `end` of a simulated study; plain data, for any process."""
+
+    protocol: bytes
+    folder: str
+    first: int
+    end: int
+    conditions: Conditions = Conditions()
+
+
+def jobs_of(
+    protocol: Protocol, folder: Path, people: int, conditions: Conditions | None = None, each: int = 20
+) -> list[Job]:
+    """The people of a study, whose patches lie in `folder`, in jobs of `each`."""
     require(1 <= people <= MOST_PEOPLE, "people", people, f"1 to {MOST_PEOPLE}")
-    seed, bootstrap, truth = (job.seed, job.bootstrap, job.truth) if job is not None else (1, 0, ())
+    how = conditions or Conditions()
+    seed_of(how.seed)
     text = protocol.dumps()
-    return [
-        Job(text, str(folder), first, min(first + each, people), seed_of(seed), bootstrap, truth)
-        for first in range(0, people, each)
-    ]
+    return [Job(text, str(folder), first, min(first + each, people), how) for first in range(0, people, each)]
 
 
 def simulate(job: Job) -> list[Found]:
     """What the people of a job estimate. A function of a module with plain data: it runs in any process."""
     protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
-    found: list[Found] = []
+    how, found = job.conditions, list[Found]()
     for person in range(job.first, job.end):
-        rows, participant = simulated_rows(protocol, person, job.seed, dict(job.truth))
+        rows, participant = simulated_rows(protocol, person, how.seed, dict(how.truth))
         truths = {name: v for observer in participant.observers.values() for name, v in observer.truths().items()}
         for share in SHARES:
-            for name, value, low, high in _estimates(protocol, rows, share, job.bootstrap):
+            for name, value, low, high in _estimates(protocol, rows, share, how.bootstrap):
                 found.append((person, name, share, value, low, high, truths.get(name, math.nan)))
     return found
 

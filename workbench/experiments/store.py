@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from underfoot import __version__
 from underfoot.documents import parse, placed
-from underfoot.errors import BadFile, UnderfootError
+from underfoot.errors import BadFile
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
 from underfoot.experiments.study import Entry, Study
@@ -217,11 +217,6 @@ class SessionFile:
             (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
             self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", (_now(), last, text))
 
-    def say(self, key: str, value: str) -> None:
-        """Keep something about the session, in the place of what was said before."""
-        with self._transaction():
-            self._base.execute("insert or replace into about values (?, ?)", (key, value))
-
     def close(self) -> None:
         """Fold the log into the file, and let go of it."""
         with suppress(sqlite3.Error):  # somebody else reads it: the log stays beside it
@@ -251,15 +246,6 @@ class _Transaction:
             raise BadFile(f"{self._path} cannot be written: {failed}") from None
         if isinstance(error, sqlite3.Error):
             raise BadFile(f"{self._path} cannot be written: {error}") from None
-
-
-def is_session(path: Path) -> bool:
-    """Whether a file is a session of a study."""
-    try:
-        SessionFile.open(path).close()
-    except UnderfootError:
-        return False
-    return True
 
 
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:

@@ -4,12 +4,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.study import Entry
+from underfoot.experiments.study import PARTICIPANT, Entry
 from underfoot.experiments.trials import NOTHING, Presentation
 
 Row = Mapping[str, Any]
 """One trial: values by the names of columns. What a trial does not have is not in its row."""
 
+OF_PERSON = "participant."
+"""What the columns begin with in which a participant's own answers are."""
 FIRST_COLUMNS = ("participant", "stage", "method", "practice", "trial", "block", "attempt", "spoiled")
 
 
@@ -17,12 +19,16 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
     """The rows of one participant, spoiled trials and practice among them.
 
     `stimulus`, `gain_db` and `level_m_s2` are those of the interval that is judged; with two intervals also `other`.
-    Facts, factors of the stimulus, answers and times have columns of their own names.
+    Facts, factors of the stimulus, answers and times have columns of their own names; what participants said of
+    themselves begins with "participant.".
     """
     stages = {stage.id: stage for stage in protocol.stages}
     found = []
     gain_db = 0.0
+    person: dict[str, Any] = {}
     for entry in entries:
+        if entry.stage == PARTICIPANT:
+            person = {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
         if entry.kind == "level":
             gain_db = float(entry.answers["gain_db"])
         if entry.trial is None:
@@ -50,7 +56,7 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
                 row |= {name: value for name, value in stimulus.factors.items() if name not in row}
         if other is not None:
             row["other"] = other.stimulus
-        found.append({**row, **dict(trial.facts), **dict(entry.answers), **dict(entry.facts)})
+        found.append({**row, **dict(trial.facts), **dict(entry.answers), **dict(entry.facts), **person})
     return found
 
 
@@ -112,5 +118,5 @@ def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
     >>> factors_of([{"stimulus": "a", "set": "WS"}, {"stimulus": "b", "set": "IT"}])
     ('set',)
     """
-    names = [name for name in columns_of(rows) if name not in NOT_FACTORS]
+    names = [name for name in columns_of(rows) if name not in NOT_FACTORS and not name.startswith(OF_PERSON)]
     return tuple(name for name in names if len({row[name] for row in rows if name in row}) > 1)

@@ -1,16 +1,22 @@
 """Which analysis is for which method, and all of them for a table of trials."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from underfoot.errors import BadMeasurement, require
 from underfoot.experiments.analysis import bayesian, constant, identification, labels, ratings, staircase, targets
+from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.table import Row, counted, grouped
+from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, grouped
+
+LEAST_PEOPLE = 5
+"""With fewer people nothing is correlated."""
+MOST_ESTIMATES = 6
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,33 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
             require(name in have, "columns", name, f"a table of {method} has the columns {', '.join(analysis.needs)}")
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{METHODS[method].name}: {stage}"
+        _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
     return found
+
+
+def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:
+    """Add rank correlations of each estimate with the numbers that participants gave of themselves."""
+    people = grouped(rows, "participant")
+    names = [name for name in columns_of(rows) if name.startswith(OF_PERSON)]
+    kept: dict[str, list[float]] = {}
+    for name in names:
+        values = [part[0].get(name) for part in people.values()]
+        if len(set(values)) > 2:
+            numbers = [float(value) for value in values if isinstance(value, int | float)]
+            kept |= {name: numbers} if len(numbers) == len(values) else {}
+    if not kept or len(people) < LEAST_PEOPLE:
+        return
+    several = [{one.name: one.value for one in analysis.estimates(part, settings)} for part in people.values()]
+    shared = [name for name in several[0] if all(math.isfinite(one.get(name, math.nan)) for one in several)]
+    found = []
+    for estimate in shared[:MOST_ESTIMATES]:
+        for name, values in kept.items():
+            ranked = [one[estimate] for one in several]
+            if len(set(ranked)) > 2:
+                found.append(spearman(f"{estimate}, {name.removeprefix(OF_PERSON)}", ranked, values))
+    if found:
+        note = "Spearman's rank correlation over people; p is not corrected for their number."
+        findings.add_tests("Who takes part", lambda: found, note)

@@ -78,11 +78,6 @@ class Bayesian(Method):
         done: int = self._number - 1 if self._trial is not None else self._number
         return float(done / self.given["trials"])
 
-    @property
-    def estimates(self) -> dict[str, float]:
-        """Means over what is believed: `mean` (dB), `sd` (dB), `lower_asymptote`, `lapse_rate`."""
-        return {name: float(value) for name, value in self._quest.param_estimate.items()}
-
     def answer(self, answers: Answers) -> None:
         trial = self._trial
         if trial is None:
