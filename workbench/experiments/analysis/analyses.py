@@ -80,10 +80,10 @@ def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, sett
     names = [name for name in columns_of(rows) if name.startswith(OF_PERSON)]
     kept: dict[str, list[float]] = {}
     for name in names:
-        values = [part[0].get(name) for part in people.values()]
-        if len(set(values)) > 2:
-            numbers = [float(value) for value in values if isinstance(value, int | float)]
-            kept |= {name: numbers} if len(numbers) == len(values) else {}
+        given = [part[0].get(name) for part in people.values()]
+        if len(set(given)) > 2:
+            numbers = [float(value) for value in given if isinstance(value, int | float)]
+            kept |= {name: numbers} if len(numbers) == len(given) else {}
     if not kept or len(people) < LEAST_PEOPLE:
         return
     several = [{one.name: one.value for one in analysis.estimates(part, settings)} for part in people.values()]
