@@ -16,6 +16,7 @@ from underfoot.experiments.analysis.psychometric import fit
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, factors_of, grouped
 
+_LABELS = {"stiffness_n_mm": "stiffness, N/mm", "level_m_s2": "level, m/s^2"}
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
 
 
@@ -39,6 +40,15 @@ def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
         raise BadMeasurement("the stimuli have no factor that is a number; a curve needs one")
     axis = max(numbers, key=lambda name: len(values[name]))
     return axis, next((name for name in values if name != axis), "")
+
+
+def axis_label(factor: str) -> str:
+    """What an axis of this factor says.
+
+    >>> axis_label("stiffness_n_mm"), axis_label("loudness")
+    ('stiffness, N/mm', 'loudness')
+    """
+    return _LABELS.get(factor, factor.replace("_", " "))
 
 
 def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list[int]]:
@@ -145,7 +155,7 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
     parts = sorted(grouped(rows, condition).items()) if condition else [(("",), list(rows))]
     for colour, ((value,), part) in zip(_COLOURS, parts, strict=False):
         x, yes, of = counts(part, axis)
-        name = f"{condition} {value}" if condition else "judged more"
+        name = f"{value} {axis_label(condition).partition(', ')[2] or condition}" if condition else "judged more"
         drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))
         fine = np.linspace(min(x), max(x), 100)
         try:
@@ -156,4 +166,4 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
             label = f"thesis, {value}"
             drawn.append(series(label, thesis.STIFFNESS_N_MM, thesis.JUDGED_STIFFER[value], "dashed", colour))
     half = (ReferenceLine("y", 0.5, dashed=True),)
-    return Drawing("Judged more", axis.replace("_", " "), "share", tuple(drawn), y_range=(0.0, 1.0), lines=half)
+    return Drawing("Judged more", axis_label(axis), "share", tuple(drawn), y_range=(0.0, 1.0), lines=half)

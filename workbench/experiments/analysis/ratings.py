@@ -71,6 +71,7 @@ def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
         errors.append(float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0)
     x = np.arange(1, len(parts) + 1)
     names = ", ".join(f"{k} {value}" for k, (value, _) in zip(x, parts, strict=True))
-    top, low = np.array(means) + errors, np.array(means) - errors
-    lines = (series("mean", x, means, "dots"), series("1 SE", x, top, "dashed"), series("", x, low, "dashed"))
+    across = np.repeat(x, 3).astype(np.float64)
+    bars = np.column_stack([np.array(means) - errors, np.array(means) + errors, np.full(len(x), np.nan)]).ravel()
+    lines = (series("mean", x, means, "dots"), series("1 SE", across, bars, colour="force"))
     return Drawing(f"Rating by {factor}", names, "rating", lines, x_range=(0.5, len(parts) + 0.5))

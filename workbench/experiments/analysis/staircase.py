@@ -1,6 +1,7 @@
 """Staircases: where they turned, and the thresholds or equal levels of it (thesis figure 6.9, table 6.1)."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,24 +16,38 @@ from underfoot.experiments.table import Row, grouped
 _COLOURS = ("force", "vibration", "contact", "events")
 
 
-def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, str], tuple[list[float], list[float]]]:
-    """Levels and reversals in dB of one person's staircases, by stimulus, block, and from where.
+@dataclass
+class Run:
+    """The last run of one staircase: its levels in dB, and at which of them it turned."""
 
-    Of each it is the last run, which no false alarm began anew.
-    """
+    levels_db: list[float]
+    turned_at: list[int]
+
+    @property
+    def turns_db(self) -> list[float]:
+        """The levels at which it turned."""
+        return [self.levels_db[at] for at in self.turned_at]
+
+
+def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, str], Run]:
+    """One person's staircases, by stimulus, block, and from where; of each the run that no false alarm began anew."""
     given = {name: parameter.default for name, parameter in Staircases.parameters.items()} | dict(settings.given)
-    runs: dict[tuple[str, int, str], dict[int, Staircase]] = {}
-    levels: dict[tuple[str, int, str], dict[int, list[float]]] = {}
+    states: dict[tuple[str, int, str], tuple[int, Staircase, Run]] = {}
     for row in rows:
         if row.get("staircase") in (None, ""):
             continue
         key = (str(row["comparison"]), int(row["block"]), str(row["staircase"]))
-        run = int(row.get("run") or 0)
-        one = runs.setdefault(key, {}).setdefault(run, Staircase(float(row["level_db"])))
-        levels.setdefault(key, {}).setdefault(run, []).append(float(row["level_db"]))
-        one.level_db = float(row["level_db"])
+        number, level = int(row.get("run") or 0), float(row["level_db"])
+        if key not in states or states[key][0] != number:
+            states[key] = (number, Staircase(level), Run([], []))
+        _, one, run = states[key]
+        run.levels_db.append(level)
+        one.level_db = level
+        turns = len(one.reversals_db)
         move(one, is_yes(row, row), given)
-    return {key: (levels[key][max(of)], of[max(of)].reversals_db) for key, of in runs.items()}
+        if len(one.reversals_db) > turns:
+            run.turned_at.append(len(run.levels_db) - 1)
+    return {key: run for key, (_, _, run) in states.items()}
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
@@ -40,10 +55,10 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     wanted = int(settings.given.get("reversals", 12))
     last = int(settings.given.get("last", 8))
     values: dict[str, list[float]] = {}
-    for (stimulus, _, _), (_, turns) in staircases(rows, settings).items():
+    for (stimulus, _, _), run in staircases(rows, settings).items():
         values.setdefault(stimulus, [])
-        if len(turns) >= min(wanted, last):
-            values[stimulus].append(float(np.mean(turns[-last:])))
+        if len(run.turned_at) >= min(wanted, last):
+            values[stimulus].append(float(np.mean(run.turns_db[-last:])))
     return [mean_interval(f"threshold {name}", of, "dB") for name, of in values.items()]
 
 
@@ -93,11 +108,10 @@ def _false_alarms(rows: Sequence[Row]) -> tuple[int, int]:
 
 def _drawn(person: str, rows: Sequence[Row], settings: Settings) -> Drawing:
     lines: list[Series] = []
-    for k, ((stimulus, block, which), (levels, turns)) in enumerate(staircases(rows, settings).items()):
+    for k, ((stimulus, block, which), run) in enumerate(staircases(rows, settings).items()):
         colour = _COLOURS[k % len(_COLOURS)]
-        x = np.arange(1, len(levels) + 1)
-        lines.append(series(f"{stimulus} {block} {which}" if k < 6 else "", x, levels, "line", colour))
-        turned = [i for i, level in enumerate(levels) if level in turns]
-        lines.append(series("", x[turned], np.array(levels)[turned], "dots", colour))
+        x = np.arange(1, len(run.levels_db) + 1)
+        lines.append(series(f"{stimulus} {block} {which}" if k < 6 else "", x, run.levels_db, "line", colour))
+        lines.append(series("", x[run.turned_at], run.turns_db, "dots", colour))
     marks = tuple(ReferenceLine("y", one.value, dashed=True, name=one.name) for one in estimates(rows, settings)[:3])
     return Drawing(f"Staircases of {person}", "trial of the staircase", "level, dB", tuple(lines), lines=marks)
