@@ -136,6 +136,20 @@ def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     assert entry.facts["most_force_n"] > 300.0
 
 
+def test_what_the_answers_say_is_drawn_while_the_study_runs(bench):
+    parameters = {"identified": ["A", "B"], "sessions": 1, "repeats": 3}
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "absolute-identification", "parameters": parameters}}
+    bench.choose(stages=[stage], stimuli={"A": CONSTANT, "B": {**CONSTANT, "level_m_s2": 1.0}})
+    for _ in range(5):
+        bench.until(Phase.READY)
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_1)
+    bench.wait(lambda: bench.workspace.desk.drawings.plots)
+    assert [plot.drawing.title for plot in bench.workspace.desk.drawings.plots] == ["Learning", "All: confusions"]
+    bench.workspace.background.join()
+
+
 def test_stop_note_and_present_again_by_the_experimenter(bench):
     bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
     desk = bench.workspace.desk

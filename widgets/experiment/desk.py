@@ -12,6 +12,7 @@ from underfoot.studies.runner import Phase, Runner
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
 from underfoot.widgets.floor_map import FloorMap
+from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 _LEAST_SHARE = 0.02
 """From so much on what is left is told from what is done."""
@@ -59,7 +60,7 @@ class Desk(QWidget):
             QPushButton("Present again"),
             QPushButton("Repeat the last"),
         )
-        self.map = FloorMap()
+        self.map, self.drawings = FloorMap(), DrawingColumn()
         self._began_at, self._began_share = 0.0, 0.0
         self._form_key = ""
         self._lay_out()
@@ -69,6 +70,7 @@ class Desk(QWidget):
         """Show a new session; with `presses` the mouse steps on the simulated floor."""
         self.title.setText(title)
         self.map.set_floor(floor)
+        self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
         self.map.can_press = presses
         self._began_at, self._began_share, self._form_key = time.monotonic(), -1.0, ""
 
@@ -113,7 +115,10 @@ class Desk(QWidget):
         column.addWidget(self._row(self.next, self.pause, self.window_button, self.leave))
         column.addWidget(self._row(self.words, self.note, self.spoil, self.repeat))
         column.addWidget(self.form)
-        column.addWidget(self.map, 1)
+        below = QHBoxLayout()
+        below.addWidget(self.map, 1)
+        below.addWidget(self.drawings, 1)
+        column.addLayout(below, 1)
 
     def _row(self, *parts: QWidget) -> QWidget:
         line = QWidget()

@@ -4,12 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from underfoot.engine.worker_pool import cores
+from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.power import power_of
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import jobs_of, summaries
 from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import Entry
 from underfoot.experiments.table import Row, rows_of
 from underfoot.studies.simulated import simulated_here
 from underfoot.widgets.experiment.studies import StudyFile
@@ -19,6 +22,14 @@ def simulated_study(study: StudyFile, people: int) -> list[Findings]:
     """Bias and spread of every estimate over so many simulated people."""
     jobs = jobs_of(study.protocol, study.folder, people)
     return [power_of(summaries(simulated_here(jobs, cores())), people)]
+
+
+def answers_so_far(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> list[Findings]:
+    """What one participant's answers say up to now; nothing where they say nothing yet."""
+    try:
+        return analysed(rows_of(protocol, participant, entries), protocol, Settings(bootstrap=0))
+    except BadMeasurement:
+        return []
 
 
 def analysed_sessions(study: StudyFile, paths: Sequence[Path]) -> list[Findings]:

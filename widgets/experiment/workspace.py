@@ -23,7 +23,7 @@ from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
 from underfoot.widgets.experiment.desk import Desk
-from underfoot.widgets.experiment.findings import analysed_sessions, simulated_study
+from underfoot.widgets.experiment.findings import analysed_sessions, answers_so_far, simulated_study
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
 from underfoot.widgets.experiment.studies import (
     StudyFile,
@@ -38,6 +38,8 @@ from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 PEOPLE = 100
+LEAST_ANSWERED = 4
+"""From so many trials on what they say is drawn while a study runs."""
 SHORTCUTS = (
     ("Begin a presentation, or continue", "Space or Return"),
     ("Choose an answer", "1, 2, …"),
@@ -57,7 +59,7 @@ class ExperimentWorkspace(Workspace):
         self.studies: list[StudyFile] = preset_studies(registry)
         self._study = self.studies[0]
         self._controller: SessionController | None = None
-        self._walked = False
+        self._walked, self._drawn = False, 0
         self.runner: Runner | None = None
         self.window_of_participant: ParticipantWindow | None = None
         self.background = Background(self)
@@ -157,6 +159,9 @@ class ExperimentWorkspace(Workspace):
 
     def _show_findings(self, findings: Sequence[Findings]) -> None:
         drawings = [drawing for found in findings for drawing in found.drawings]
+        if self.runner is not None:
+            self.desk.drawings.show_drawings(drawings, "")
+            return
         self.overview.show_busy("")
         self.overview.show_findings(drawings, text_of(findings))
         self.loaded.emit()
@@ -190,7 +195,7 @@ class ExperimentWorkspace(Workspace):
         except UnderfootError as error:
             self.overview.state.setText(str(error))
             return
-        self._walked = session.target.walker
+        self._walked, self._drawn = session.target.walker, 0
         session.send(Walk(False))
         presses = session.target.kind == "simulator"
         self.desk.begin(session.target.floor, f"{study.protocol.title}  ·  {participant}", presses)
@@ -255,8 +260,18 @@ class ExperimentWorkspace(Workspace):
             return
         self._do(lambda runner: runner.poll(()))
         self.desk.show_runner(self.runner)
+        self._draw_answers(self.runner)
         if self.window_of_participant is not None:
             self.window_of_participant.show_runner(self.runner)
+
+    def _draw_answers(self, runner: Runner) -> None:
+        """Analyse what was answered so far, in a thread, whenever something was."""
+        study, entries = runner.study, list(runner.study.entries)
+        answered = sum(entry.trial is not None and not entry.spoiled for entry in entries)
+        if answered < LEAST_ANSWERED or answered == self._drawn or self.background.is_busy:
+            return
+        self._drawn = answered
+        self.background.compute(lambda: answers_so_far(study.protocol, study.participant, entries))
 
     def _do(self, what: Callable[[Runner], object]) -> None:
         """Do something with the runner; what hinders it is said."""
