@@ -4,7 +4,6 @@ import multiprocessing
 import os
 import threading
 from collections import Counter
-from multiprocessing import shared_memory
 from pathlib import Path
 
 import pytest
@@ -12,16 +11,7 @@ import pytest
 pytest_plugins = ("polling", "null_sink", "command_line")
 
 _BLOCKS = Path("/dev/shm")
-_OURS = f"uf{os.getpid()}x"
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _named_shared_memory():
-    """Blocks of this process bear its number, so that those of others are not taken for ours."""
-    number = iter(range(1 << 30))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(shared_memory, "_make_filename", lambda: f"/{_OURS}{next(number)}")
-        yield
+_OURS = f"underfoot_{os.getpid()}_"
 
 
 def _alive():
@@ -31,7 +21,7 @@ def _alive():
 
 
 @pytest.fixture(autouse=True)
-def _nothing_left_behind(_named_shared_memory):
+def _nothing_left_behind():
     """A process, thread or block of shared memory that a test leaves behind fails it."""
     before = _alive()
     yield

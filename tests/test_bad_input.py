@@ -4,7 +4,9 @@ import json
 
 import pytest
 
+from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
 from underfoot.patch import library
 from underfoot.patch.program import Program
 
@@ -229,3 +231,21 @@ def test_a_value_that_is_not_finite_names_its_node_and_writes_nothing(refused, f
     assert "node sine made a value that is not finite, on tile t2 at frame 4711" in refused(
         "render", SINE, "--seconds", "0.1", "-o", "out.wav"
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("[" * 100_000, "nested"),
+        (
+            '{"format": "underfoot-profile", "version": 1, "tile": ' + "[" * 200 + "]" * 200 + "}",
+            "nested deeper than 64",
+        ),
+        ('{"format": "underfoot-profile", "version": 1, "tile": "\\ud800"}', "half of a surrogate pair"),
+        ('{"format": "underfoot-profile", "version": 1, "\\udc00": 1, "tile": "t1"}', "half of a surrogate pair"),
+    ],
+)
+def test_documents_that_no_json_reader_would_survive_are_refused_in_one_line(text, why):
+    with pytest.raises(BadFile, match=why) as refused:
+        Profile.loads(text, "t1.json")
+    str(refused.value).encode()

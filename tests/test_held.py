@@ -34,7 +34,7 @@ HELD = Path(__file__).with_name("held.json")
 DATA = Path(__file__).resolve().parents[1] / "../shared/data"
 WALKS = ("adult/walk1", "adult/walk2", "adult/walk3", "three-steps/walk", "two-plates/walk", "floor14/floor")
 SECONDS, BLOCKS = 2.0, (1024, 64, 7)
-WIZARDS = ("fsr", "centroid", "response")
+WIZARDS = ("fsr", "centroid", "response", "latency")
 DATES = ("date", "measured", "when", "at", "created")
 
 

@@ -43,6 +43,8 @@ _TRAIL_STEP_S = 0.02
 _FADES = 12
 """Steps in which a trail fades."""
 
+_BOTTOM_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
+
 _SHADES = 32
 """Shades of a loaded tile."""
 
@@ -87,6 +89,7 @@ class FloorMap(QWidget):
         self._load_n = np.zeros(count)
         self._untared = np.zeros(count, bool)
         self._peak = np.zeros(count)
+        self._astray = np.zeros(count, bool)
         self._contacts: Sequence[OngoingContact] = ()
         self._trails: dict[int, deque[tuple[float, float, float]]] = {}
         self._now_s = 0.0
@@ -118,6 +121,10 @@ class FloorMap(QWidget):
     def set_vibration(self, peak: ArrayLike) -> None:
         """Largest sample of each tile's vibration lately, of full scale."""
         self._peak = np.asarray(peak)
+
+    def set_astray(self, astray: ArrayLike) -> None:
+        """Which tiles do not do what they are told."""
+        self._astray = np.asarray(astray)
 
     def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
         """The contacts at `now_s`."""
@@ -260,7 +267,9 @@ class FloorMap(QWidget):
         """Colour and figures of tiles that are loaded, vibrate or are untared."""
         assert self._floor is not None
         painter.setFont(theme.font(theme.SMALL_PX))
-        for row in map(int, np.flatnonzero((self._load_n > _LOADED_N) | self._untared | (self._peak > _VIBRATES))):
+        for row in map(
+            int, np.flatnonzero((self._load_n > _LOADED_N) | self._untared | self._astray | (self._peak > _VIBRATES))
+        ):
             polygon, load_n, peak = self._polygons[row], float(self._load_n[row]), float(self._peak[row])
             area = polygon.boundingRect().adjusted(6, 4, -6, -4)
             if load_n > _LOADED_N:
@@ -277,6 +286,9 @@ class FloorMap(QWidget):
             if self._untared[row] and area.width() >= 48.0:
                 painter.setPen(QColor(theme.ALARM))
                 painter.drawText(area.adjusted(0, line + 14, 0, 0), Qt.AlignmentFlag.AlignRight, "untared")
+            if self._astray[row] and area.width() >= 48.0:
+                painter.setPen(QColor(theme.ALARM))
+                painter.drawText(area.adjusted(0, 0, 0, -6), _BOTTOM_LEFT, "off its command")
             if peak > _VIBRATES:
                 share = max(0.0, 1.0 + math.log10(min(peak, 1.0)) / 3.0)
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
@@ -336,12 +348,21 @@ class FloorMap(QWidget):
                     begin = end
 
     def _paint_contacts(self, painter: QPainter) -> None:
+        """The contacts, and who stands there."""
+        painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QPen(QColor(theme.CONTACT), 1.5))
         for contact in self._contacts:
             radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_N, 1.5))
             inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
             painter.setBrush(inside if contact.id else Qt.BrushStyle.NoBrush)
-            painter.drawEllipse(self._transform.map(QPointF(contact.x_m, contact.y_m)), radius, radius)
+            place = self._transform.map(QPointF(contact.x_m, contact.y_m))
+            painter.drawEllipse(place, radius, radius)
+            if contact.person:
+                text = f"person {contact.person}"
+                width = painter.fontMetrics().horizontalAdvance(text)
+                right = place.x() + radius + 3.0
+                at = right if right + width <= self.width() else place.x() - radius - 3.0 - width
+                painter.drawText(QPointF(at, place.y() + 4.0), text)
 
 
 def _polygon(corners_m: NDArray[np.float64], transform: QTransform) -> QPolygonF:

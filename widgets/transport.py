@@ -152,7 +152,12 @@ class TransportBar(QWidget):
         self.latency.setToolTip(
             f"{own:.2f} ms from the arrival of a force sample to the first output that it can change, "
             f"of which {1e3 * health.hold_s:.2f} ms because some samples come late; "
-            f"plus {stream:.2f} ms of the sound device's output buffer"
+            f"plus {stream:.2f} ms of the sound device's output: "
+            + (
+                f"measured, half of a round trip of {1e3 * health.round_trip_s:.2f} ms"
+                if health.round_trip_s
+                else "estimated, as the device says of itself; Calibrate, Latency measures it"
+            )
         )
 
     # --- layout ---

@@ -171,7 +171,7 @@ class MainWindow(QMainWindow):
         dialog = AudioDialog(
             lambda: [(card.name, card.channels, card.rate_hz) for card in devices()], target.floor, self
         )
-        dialog.set_values(target.sound, target.rate, target.block)
+        dialog.set_values(target.sound, target.rate, target.block, self.settings.accelerometers)
         dialog.applied.connect(self.target_selection.set_sound)
         dialog.pulse_wanted.connect(lambda tile: self.controller.send(Pulse(tile)))
         dialog.open()

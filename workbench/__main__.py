@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     "--target",
     default="simulator",
     show_default=True,
-    help=f"simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV.",
+    help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or a force CSV.",
 )
 @click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
@@ -93,6 +93,7 @@ def _target(name: str, floor: Path | None) -> "Target | None":
     from underfoot.engine.target import Target, force_rate_hz, require_source, simulation_of
     from underfoot.floor.forces import floor_beside
     from underfoot.floor.layout import Floor, default_floor
+    from underfoot.records.recording import is_recording
 
     hardware = split_target(name)
     if hardware is not None:
@@ -107,8 +108,13 @@ def _target(name: str, floor: Path | None) -> "Target | None":
         return target if floor or simulation else None
     if not os.path.isfile(name):
         raise BadFile(
-            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, {target_forms()}, or a force CSV that "
-            "is there"
+            f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, "
+            f"{target_forms()}, or a force CSV that is there"
+        )
+    if is_recording(Path(name)):
+        raise BadFile(
+            f"--target is {name}, a recording: it is played again by `underfoot render {name}` and read by "
+            f"`underfoot monitor {name}`; allowed: a target, or a force CSV"
         )
     target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there

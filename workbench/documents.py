@@ -11,6 +11,8 @@ from underfoot.errors import BadFile, BadValue
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
+LARGEST, DEEPEST = 64 << 20, 64
+
 Document = TypeVar("Document", bound=msgspec.Struct)
 
 
@@ -30,7 +32,13 @@ def read_document(text: bytes | str, source: str, format: str, version: int, kin
 
 
 def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str, Any]:
-    """The JSON object in `text`, once it is of this format and version."""
+    """The JSON object in `text`, once it is of this format and version.
+
+    `BadFile` also for what no document of ours is: larger than `LARGEST` bytes, nested deeper than `DEEPEST`, or with
+    half of a pair of surrogates in a text.
+    """
+    if len(text) > LARGEST:
+        raise BadFile(f"{source} has {len(text)} bytes; allowed: at most {LARGEST}")
     try:
         raw = json.loads(text.removeprefix(codecs.BOM_UTF8) if isinstance(text, bytes) else text)
     except UnicodeDecodeError:
@@ -39,6 +47,7 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
         raise BadFile(f"{source} is not JSON: it is nested too deep") from None
     except ValueError as error:
         raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
+    _require_plain(raw, source)
     if not isinstance(raw, dict) or raw.get("format") != format:
         given = raw.get("format") if isinstance(raw, dict) else raw
         raise BadFile(f"{source}: $.format is {_short(given)}; allowed: {format!r}")
@@ -47,6 +56,27 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
         newer = " (a newer Underfoot may have written it)" if isinstance(found, int) and found > version else ""
         raise BadFile(f"{source}: $.version is {_short(found)}; allowed: {version}{newer}")
     return raw
+
+
+def _require_plain(raw: Any, source: str) -> None:
+    """Refuse what is nested too deep, and text that cannot be written again."""
+    level, depth = [raw], 0
+    while level:
+        if depth > DEEPEST:
+            raise BadFile(f"{source} is nested deeper than {DEEPEST} lists and objects")
+        inside: list[Any] = []
+        for value in level:
+            if isinstance(value, dict):
+                inside += value
+                inside += value.values()
+            elif isinstance(value, list):
+                inside += value
+            elif isinstance(value, str) and not value.isascii():
+                try:
+                    value.encode()
+                except UnicodeEncodeError:
+                    raise BadFile(f"{source} has half of a surrogate pair in {_short(value)}") from None
+        level, depth = inside, depth + 1
 
 
 def write_document(format: str, version: int, document: msgspec.Struct) -> bytes:
@@ -78,7 +108,8 @@ def placed(error: msgspec.ValidationError, raw: Any) -> str:
 
 
 def _short(value: object) -> str:
-    text = repr(value) if isinstance(value, str) else json.dumps(value)
+    text = ascii(value) if isinstance(value, str) and not value.isprintable() else ""
+    text = text or (repr(value) if isinstance(value, str) else json.dumps(value))
     return text if len(text) <= 60 else text[:57] + "..."
 
 

@@ -18,9 +18,10 @@ from underfoot.engine.session import Session
 from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.contacts import ContactRows, ContactTracker
-from underfoot.floor.footsteps import Step, StepCounter
+from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.walks import StepCounter
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording, is_recording
@@ -176,7 +177,7 @@ def open_stream(
     profiles: Path | None = None,
     sensor_hz: float | None = None,
 ) -> FileStream | SessionStream:
-    """The stream of a simulator ("simulator" or "simulator:PARAMETERS.json"), hardware, a force CSV, or a recording."""
+    """The stream of a simulator ("simulator", with ":" and what it is), hardware, a force CSV, or a recording."""
     hardware = split_target(source)
     if sensor_hz is not None and hardware is None:
         raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
@@ -196,7 +197,8 @@ def open_stream(
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
         return FileStream(*_recorded(path), seconds)
     if not os.path.isfile(path):
-        allowed = f"simulator, simulator:PARAMETERS.json, {target_forms()}, a force CSV, or a recording"
+        simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
+        allowed = f"{simulators}, {target_forms()}, a force CSV, or a recording"
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
     beside = floor_beside(path)
     if floor is None and not beside.is_file():
@@ -215,6 +217,8 @@ def _recorded(path: Path) -> tuple[ForceSeries, Floor]:
         floor = Floor.loads(recording.about["floor"], str(path))
         rows, rate = recording.forces(), float(recording.about["rate"])
         force_rate = float(recording.about["force_rate"])
+    if len(rows) == 0:
+        raise BadFile(f"{path} holds no force samples: it was ended before the first")
     return ForceSeries(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
 
 
@@ -224,7 +228,12 @@ def step_line(step: Step) -> str:
         f"{step.step:4d}  {step.start_s:9.3f} s  {step.tile:>6}  {step.side:7}  {step.contact_ms:6.0f} ms  "
         f"{step.peak1_n:6.0f} {step.valley_n:6.0f} {step.peak2_n:6.0f} N  {step.impulse_ns:6.1f} N s  "
         f"{step.loading_kn_s:6.1f} kN/s{' (spike)' if step.spike else ''}"
+        f"  person {step.person}{_length(step)}"
     )
+
+
+def _length(step: Step) -> str:
+    return f"  {step.step_length_mm:4.0f} mm" if math.isfinite(step.step_length_mm) else ""
 
 
 def step_figures(step: Step) -> dict[str, Any]:

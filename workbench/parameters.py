@@ -49,7 +49,9 @@ class Parameter:
 class Number(Parameter):
     """A real number from `low` to `high`, in `unit`. It moves in a ramp; `wire` says whether a wire may drive it.
 
-    `wire` is "" (no), "span" (read once a span) or "audio" (one value a frame).
+    `wire` is "" (no), "span" (read once a span) or "audio" (one value a frame). `scale` is how a control spaces it:
+    "linear", "log", or "gain": a factor that a hand sets in decibels, from silence at its low end, and that stops at 0
+    dB. Files and wires have the factor.
 
     >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
     Traceback (most recent call last):
@@ -76,13 +78,28 @@ class Number(Parameter):
         """Where `value` stands on the control, 0 to 1."""
         if self.scale == "log":
             return math.log(value / self.low) / math.log(self.high / self.low)
+        if self.scale == "gain":
+            return max(_db(value) - LEAST_DB, 0.0) / (_db(self.high) - LEAST_DB)
         return (value - self.low) / (self.high - self.low)
 
     def value(self, position: float) -> float:
         """The value at a control's `position`, 0 to 1; the inverse of `position`."""
         if self.scale == "log":
             return min(max(self.low * (self.high / self.low) ** position, self.low), self.high)
+        if self.scale == "gain":
+            db = LEAST_DB + position * (_db(self.high) - LEAST_DB)
+            if position <= 0.0 or abs(db) < STOP_DB:
+                return 0.0 if position <= 0.0 else 1.0
+            return float(min(10.0 ** (db / 20.0), self.high))
         return self.low + (self.high - self.low) * position
+
+
+LEAST_DB, STOP_DB = -60.0, 1.0
+"""A gain's control begins at silence and this level; it stops at 0 dB for so many on both sides."""
+
+
+def _db(factor: float) -> float:
+    return 20.0 * math.log10(factor) if factor > 0.0 else -math.inf
 
 
 @dataclass(frozen=True)

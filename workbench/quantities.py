@@ -96,6 +96,30 @@ def parse_quantity(text: str, unit: str = "") -> float:
     return value * factors[tail] if factors[tail] >= 1.0 else value / round(1.0 / factors[tail])
 
 
+def gain(factor: float, digits: int = 3) -> str:
+    """A factor in decibels.
+
+    >>> gain(1.0), gain(0.5), gain(0.0)
+    ('0 dB', '−6.02 dB', '−∞ dB')
+    """
+    return f"{number(20.0 * math.log10(factor) + 0.0, digits) if factor > 0.0 else '−∞'} dB"
+
+
+def parse_gain(text: str) -> float:
+    """The factor that a person typed: decibels, with or without the unit, or a factor with a times sign or an x.
+
+    >>> round(parse_gain("-6 dB"), 3), parse_gain("0"), parse_gain("x2.5"), parse_gain("−∞")
+    (0.501, 1.0, 2.5, 0.0)
+    """
+    compact = re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-").lower()
+    if compact.removesuffix("db") in ("-∞", "-inf", "off"):
+        return 0.0
+    factor = re.fullmatch(r"[x×](.+)|(.+)[x×]", compact)
+    if factor:
+        return parse_quantity(factor[1] or factor[2])
+    return float(10.0 ** (parse_quantity(compact, "db" if compact.endswith("db") else "") / 20.0))
+
+
 def _prefix(value: float, unit: str) -> tuple[str, float, str]:
     """The prefix, what it stands for, and the unit behind it."""
     if unit == "kg" and 0 < abs(value) < 1:

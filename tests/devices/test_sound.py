@@ -11,6 +11,7 @@ from live import live
 from made_patches import hum, rough_step
 
 from underfoot.clock import FADE
+from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.sound import Exchange, Stream, max_channels
 from underfoot.engine.commands import Level, Panic
 from underfoot.engine.reports import Notice, Started
@@ -222,3 +223,35 @@ from underfoot.devices import sound
 assert sound.devices() == []
 """
     subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_accelerometers_are_heard_on_the_clock_that_plays(null_sink, until, tmp_path):
+    """The sink's monitor is the input: what comes back is what was played, always as many frames later."""
+    path = tmp_path / "session.uf"
+    told = (Accelerometer("t2", 1, 20.0), Accelerometer("t4", 3, 20.0))
+    how = {"sound": "", "latency_s": BUFFER_S, "accelerometers": told}
+    with live(rough_step(), until, path, **how) as playing:
+        assert playing.started().where == "sound card"
+        playing.session.send(Level(0.0))
+        playing.play(144_000)
+        xruns = playing.session.health.xruns
+        playing.session.stop_recording()
+    with Recording(path) as recording:
+        played = recording.vibration()[1]
+        asked = recording.tiles("commanded")[1]
+        first, measured = recording.tiles("measured")
+    assert not measured[:, [0, 2]].any()
+    assert asked.any(axis=0).all()
+    np.savez("/tmp/uf/acc.npz", played=played, asked=asked, measured=measured, first=first)
+    delays = []
+    for begin in range(24_000, 120_000, 4_800):
+        part = measured[begin - first : begin - first + 4_800, 1] / 20.0
+        if np.abs(part).max() > 0.01:
+            around = played[begin - 9_600 : begin + 14_400, 1]
+            found = np.correlate(around, part.astype(np.float32), "valid")
+            at = int(np.argmax(found))
+            if np.allclose(around[at : at + 4_800], part, rtol=1e-6, atol=1e-9):
+                delays.append(at - 9_600)
+    assert len(delays) >= 5
+    assert len(set(delays)) <= 1 + xruns  # no drift; where the card lost something, it begins anew
+    assert abs(delays[0]) < 0.2 * 48_000

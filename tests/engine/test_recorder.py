@@ -2,6 +2,7 @@ import multiprocessing
 import os
 import signal
 import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -28,10 +29,12 @@ ABOUT = {
 
 
 class Rings:
-    """The two rings that a recorder reads, and what was written to them."""
+    """The rings that a recorder reads, and what was written to them."""
 
     def __init__(self):
         self.force, self.vibration = Ring.create(10, 4_096, "float64"), Ring.create(2, 65_536)
+        self.commanded, self.measured = Ring.create(2, 65_536), Ring.create(2, 65_536)
+        self.recorded = {name: getattr(self, name) for name in ("force", "vibration", "commanded", "measured")}
 
     def write(self, count):
         """The next frames and samples; every number says where it stands."""
@@ -41,8 +44,8 @@ class Rings:
         self.force.write(samples, len(samples))
 
     def close(self):
-        self.force.close()
-        self.vibration.close()
+        for ring in self.recorded.values():
+            ring.close()
 
 
 @pytest.fixture
@@ -57,7 +60,7 @@ def record(rings, tmp_path):
     """Starts a recorder of the rings; one that a failed test leaves running is killed."""
 
     def start(name="a.uf"):
-        return Recorder(tmp_path / name, ABOUT, rings.force, rings.vibration)
+        return Recorder(tmp_path / name, ABOUT, rings.recorded)
 
     yield start
     for process in multiprocessing.active_children():
@@ -230,7 +233,7 @@ def test_what_was_recorded_later_cannot_be_replayed(rings, record):
 def test_a_patch_that_cannot_be_played_is_told_with_the_name_of_its_recording(tmp_path):
     path = tmp_path / "a.uf"
     writer = Writer(path, ABOUT)
-    writer.vibration(0, expected(0, 480))
+    writer.put("vibration", 0, expected(0, 480))
     writer.command(96, *to_text(Swap(hum().dumps().replace(b'"tone"', b'"bagpipe"'))))
     writer.close()
     with pytest.raises(BadFile, match=r"a\.uf: .*bagpipe"):
@@ -259,7 +262,7 @@ def test_commands_are_what_they_were(command):
 def test_cut_takes_away_whole_blocks_and_parts_of_them(tmp_path):
     writer = Writer(tmp_path / "a.uf", ABOUT)
     for first in (0, 100, 200):
-        writer.vibration(first, expected(first, first + 100))
+        writer.put("vibration", first, expected(first, first + 100))
     assert writer.end("vibration") == 300
     assert writer.end("force") is None
     writer.cut(130)
@@ -279,3 +282,32 @@ def test_other_files_are_refused_in_one_line(tmp_path, text):
         Recording(path)
     with pytest.raises(BadFile, match="no such file"):
         Recording(tmp_path / "c.uf")
+
+
+def test_what_tiles_were_asked_and_did_is_kept_and_a_tile_that_is_still_takes_no_room(rings, record):
+    asked = np.zeros((4_800, 2), np.float32)
+    asked[:, 1] = np.arange(4_800)
+    recorder = record()
+    rings.write(4_800)
+    rings.commanded.write(asked, 4_800)
+    rings.measured.write(2.0 * asked, 4_800)
+    recorder.end(4_800)
+    assert recorder.has_ended(10.0)
+    with Recording(recorder.path) as recording:
+        np.testing.assert_array_equal(recording.tiles("commanded")[1], asked)
+        np.testing.assert_array_equal(recording.tiles("measured")[1], 2.0 * asked)
+    with closing(sqlite3.connect(recorder.path)) as base:
+        sizes = base.execute("select sum(length(data)) from measured").fetchone()
+    assert sizes == (4_800 * 4,)
+
+
+def test_a_recording_of_before_accelerometers_has_none(tmp_path):
+    path = tmp_path / "old.uf"
+    writer = Writer(path, ABOUT)
+    writer.put("vibration", 0, expected(0, 480))
+    writer.close()
+    with closing(sqlite3.connect(path)) as base:
+        base.executescript("drop table commanded; drop table measured; pragma user_version = 1;")
+    with Recording(path) as recording:
+        assert len(recording.tiles("measured")[1]) == 0
+        assert len(recording.vibration()[1]) == 480

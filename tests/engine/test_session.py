@@ -59,12 +59,17 @@ def test_a_live_session_replayed_gives_the_same_bytes(until, tmp_path):
     with Recording(path) as recording:
         first, played = recording.vibration()
         commands = {kind for _, kind, _ in recording.commands()}
-        assert recording.gaps() == []
+        tiles = {"commanded": recording.tiles("commanded")[1], "accelerometer": recording.tiles("measured")[1]}
+        assert recording.gaps() == recording.gaps("measured") == []
     assert first == 0
     assert {"Set", "Swap", "Strike", "Press", "Level", "Panic", "Play", "Tare", "Walk", "Pulse"} <= commands
     assert played.any(axis=0).all()
+    assert tiles["accelerometer"].any(axis=0).all()
     for block in (7, 64, 1024):
-        assert replay(path, REGISTRY, block).samples.tobytes() == played.tobytes(), block
+        again = replay(path, REGISTRY, block, ("accelerometer",))
+        assert again.samples.tobytes() == played.tobytes(), block
+        for name, samples in tiles.items():
+            assert again.tiles[name].tobytes() == samples.tobytes(), (name, block)
 
 
 def test_a_force_file_played_live_and_recorded_gives_the_same_bytes(until, tmp_path):

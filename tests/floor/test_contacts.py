@@ -235,20 +235,28 @@ def test_a_foot_on_the_corner_of_four_tiles_is_one_contact():
 @pytest.mark.parametrize(
     ("first_x", "second_x", "late_s", "feet"),
     [
-        (0.25, 0.44, 0.35, 1),
-        (0.25, 0.46, 0.35, 2),  # more than 0.20 m away
-        (0.26, 0.455, 0.35, 2),  # more than 0.15 m from the shared edge
-        (0.25, 0.44, 0.45, 2),  # more than 0.4 s later
+        (0.25, 0.50, 0.15, 1),  # heel and ball
+        (0.15, 0.50, 0.15, 2),  # further apart than a foot is long
+        (0.25, 0.36, 0.45, 1),  # the toes come down where the foot presses
+        (0.20, 0.44, 0.45, 2),  # a step later, and not at the toes
     ],
 )
 def test_one_foot_or_two_is_told_by_place_and_time(first_x, second_x, late_s, feet):
     floor = touching_floor(1, 2)
     time_s = times(3.0, 1000.0)
-    pressed = [Foot(0.8 + late, (x, 0.15), (x, 0.15)) for x, late in ((first_x, 0.0), (second_x, late_s))]
-    force_n = corner_forces(floor, pressed, time_s)
-    rows, contacts, _ = follow(floor, time_s, read(force_n, 1000.0), 1000.0)
+    first = Foot(0.8, (first_x, 0.15), (first_x, 0.15))
+    second = Foot(0.8 + late_s, (second_x, 0.15), (second_x, 0.15), duration_s=0.75 - late_s)
+    rows, contacts, _ = follow(floor, time_s, read(corner_forces(floor, [first, second], time_s), 1000.0), 1000.0)
     assert len(contacts) == feet
     assert set(rows["contact"]) == set(range(1, feet + 1))
+
+
+def test_what_outlasts_a_foot_by_far_is_no_toes():
+    floor = touching_floor(1, 2)
+    time_s = times(3.0, 1000.0)
+    feet = [Foot(0.8, (0.25, 0.15), (0.25, 0.15)), Foot(1.3, (0.34, 0.15), (0.34, 0.15))]
+    _, contacts, _ = follow(floor, time_s, read(corner_forces(floor, feet, time_s), 1000.0), 1000.0)
+    assert [contact.tiles for contact in contacts] == [(0,), (1,)]
 
 
 @pytest.mark.parametrize(("apart_m", "feet"), [(0.029, 1), (0.031, 2)])
@@ -265,20 +273,21 @@ def test_tiles_further_than_30_mm_apart_do_not_share_a_foot(apart_m, feet):
 
 def test_rows_wait_until_it_is_decided_whose_foot_it_is_and_ongoing_contacts_do_not():
     floor = touching_floor(1, 2)
-    time_s = times(1.5, 1000.0)
+    time_s = times(2.5, 1000.0)
     toward = 1 + np.sign(np.array(floor.tiles[0].sensors_m)[:, 0]) * np.array([[0.1 / 0.13], [-0.1 / 0.13]])
-    pressed = np.zeros((1500, 2, 4))
+    pressed = np.zeros((2500, 2, 4))
     pressed[1000:, 0] = 400.0 / 4.0 * toward[0]
-    pressed[1100:, 1] = 30.0 / 4.0 * toward[1]
+    pressed[1100:, 1] = 60.0 / 4.0 * toward[1]
     tracker = ContactTracker(floor, 1000.0)
     given = tracker.feed(time_s[:1300], pressed[:1300]).rows
-    assert given.time_s[-1] == pytest.approx(1.099)
+    assert not len(given)
     (both,) = tracker.ongoing()
-    assert (both.id, both.tiles, both.force_n) == (1, (0, 1), pytest.approx(430.0))
-    assert both.x_m == pytest.approx((400.0 * 0.25 + 30.0 * 0.35) / 430.0)
-    pressed[1300:, 1] = 60.0 / 4.0 * toward[1]
-    given = tracker.feed(time_s[1300:1301], pressed[1300:1301]).rows
-    np.testing.assert_allclose(given.time_s[[0, -1]], [1.1, 1.3])
+    assert (both.id, both.tiles, both.force_n) == (1, (0, 1), pytest.approx(460.0))
+    assert both.start_s == pytest.approx(0.999)
+    assert both.x_m == pytest.approx((400.0 * 0.25 + 60.0 * 0.35) / 460.0)
+    given = tracker.feed(time_s[1300:2300], pressed[1300:2300]).rows
+    assert given.time_s[0] == 1.0
+    assert 2.3 - given.time_s[-1] < 0.8
     assert set(given.contact) == {1}
 
 

@@ -9,7 +9,8 @@ from measured import walk as measured_walk
 
 from underfoot.errors import BadValue
 from underfoot.floor.contacts import Contact, ContactTracker
-from underfoot.floor.footsteps import StepCounter, is_step, measure
+from underfoot.floor.footsteps import is_step, measure
+from underfoot.floor.walks import StepCounter
 
 FLOOR = touching_floor(6, 12)
 

@@ -181,6 +181,8 @@ def test_declared_in_full(type):
     assert node.doc
     assert node.label
     assert node.family
+    asks = "error" in node.parameters
+    assert node.accuracy.startswith("asked" if asks else ("exact", "within"))
     for name, parameter in node.parameters.items():
         assert parameter.check(parameter.default) == parameter.default
         assert name != "id"

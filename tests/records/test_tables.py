@@ -27,7 +27,11 @@ def test_steps_are_written_under_the_columns_of_the_design(tmp_path):
         write([])
         write([Step(2, "t4", "unknown", 0.75, 12.0, 1.0, 2.0, 3.0, 4.0, math.nan, 5.0, 6.0)])
     header, first, second = path.read_bytes().decode().split("\n")[:-1]
-    assert header == "step,tile,side,start_s,contact_ms,peak1_n,valley_n,peak2_n,impulse_ns,loading_kn_s,path_mm,net_mm"
+    known, _, added = header.partition(",person,")
+    assert known == "step,tile,side,start_s,contact_ms,peak1_n,valley_n,peak2_n,impulse_ns,loading_kn_s,path_mm,net_mm"
+    assert added == (
+        "cadence_per_min,step_length_mm,step_width_mm,swing_ms,double_support_ms,heading_deg,heading_error_deg"
+    )
     cells = dict(zip(header.split(","), first.split(","), strict=True))
     assert (cells["step"], cells["tile"], cells["side"]) == ("1", "t1", "left")
     assert [float(cells[name]) for name in ("start_s", "contact_ms", "valley_n", "loading_kn_s")] == [

@@ -1,6 +1,7 @@
 """The transport bar: what it shows, and what it says when hands are laid on it."""
 
 import itertools
+from dataclasses import replace
 
 import pytest
 from on_screen import choose, show
@@ -10,7 +11,7 @@ from PySide6.QtWidgets import QMenu
 from underfoot.engine.reports import Health
 from underfoot.widgets.transport import TransportBar
 
-WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0006, 0.0107, 96_000, 0.25, 1)
+WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0006, 0.0107, 0.0, 96_000, 0.25, 1)
 
 
 @pytest.fixture
@@ -94,7 +95,7 @@ def test_health_has_a_unit_with_every_number(bar):
 
 
 def test_an_engine_that_is_off_has_no_figures(bar):
-    bar.set_health(Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0, 0.0, 0), 4)
+    bar.set_health(Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0), 4)
     assert bar.engine.text() == "off"
     assert bar.latency.text() == "–"
 
@@ -156,3 +157,10 @@ def test_nothing_overlaps_at_the_smallest_width(bar, qtbot):
     places = sorted((w.x(), w.x() + w.width()) for w in bar.children() if hasattr(w, "isVisible") and w.isVisible())
     assert all(left[1] <= right[0] for left, right in itertools.pairwise(places))
     assert places[-1][1] <= 1280
+
+
+def test_the_latency_says_whether_it_was_measured(bar):
+    bar.set_health(WELL, 4)
+    assert "estimated, as the device says of itself" in bar.latency.toolTip()
+    bar.set_health(replace(WELL, stream_latency_s=0.0107, round_trip_s=0.0214), 4)
+    assert "measured, half of a round trip of 21.40 ms" in bar.latency.toolTip()

@@ -230,7 +230,7 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
     qtbot.mouseClick(window.transport.audio, Qt.MouseButton.LeftButton)
     dialog = dialog_of(window, AudioDialog)
     qtbot.waitUntil(lambda: dialog.devices is not None, timeout=LONG_MS)
-    assert dialog.values() == (None, 48_000, 128)
+    assert dialog.values() == (None, 48_000, 128, "")
     qtbot.mouseClick(next(b for b in dialog.findChildren(QPushButton) if b.text() == "t3"), Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: heard.any(), timeout=LONG_MS)
     assert heard.tiles() == ["t3"]

@@ -86,9 +86,9 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     """The tile as the simulated floor of `target` has it; an ideal floor's is of the usual kind."""
     from underfoot.floor.simulated_tile import SimulatedTile
-    from underfoot.floor.tile_parameters import TileParameters
+    from underfoot.floor.tile_parameters import simulation
 
-    return SimulatedTile(tile, TileParameters.load(target.simulation) if target.simulation else None)
+    return SimulatedTile(tile, simulation(target.simulation)[0])
 
 
 _RIGS = {PRESSING: _pressing_rig, SHAKING: _shaking_rig}

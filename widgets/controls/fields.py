@@ -7,7 +7,7 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from underfoot.parameters import Count, Number, Numbers, Parameter
-from underfoot.quantities import number, pretty_text, pretty_unit, quantity
+from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
 
 
@@ -191,6 +191,8 @@ def help_text(parameter: Parameter) -> str:
     if isinstance(parameter, Number | Count):
         unit = parameter.unit
         allowed = f"{quantity(parameter.low, unit)} to {quantity(parameter.high, unit)}"
+        if isinstance(parameter, Number) and parameter.scale == "gain":
+            allowed = f"{gain(parameter.low)} to {gain(parameter.high)}; a factor is typed as x2"
     elif isinstance(parameter, Numbers):
         allowed = f"{parameter.least} to {parameter.most} numbers, {number(parameter.low)} to {number(parameter.high)}"
         allowed += f" {pretty_unit(parameter.unit)}" if parameter.unit else ""

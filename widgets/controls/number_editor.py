@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number
-from underfoot.quantities import parse_quantity, quantity
+from underfoot.quantities import gain, parse_gain, parse_quantity, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
 from underfoot.widgets.controls.slider import Slider
@@ -29,6 +29,7 @@ class NumberEditor(ParameterEditor):
         super().__init__(parameter, parent)
         self._is_whole = isinstance(parameter, Count)
         self._unit = parameter.unit
+        self._is_gain = isinstance(parameter, Number) and parameter.scale == "gain"
         self.field = Field(self)
         self.field.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.field.setAccessibleName(f"{parameter.label}, typed")
@@ -65,8 +66,7 @@ class NumberEditor(ParameterEditor):
     def _show(self, digits: int = 4) -> None:
         if digits == EXACT or not self.field.hasFocus():
             with QSignalBlocker(self.field):
-                whole = max(digits, 9) if self._is_whole else digits
-                self.field.setText(quantity(self._value, self._unit, whole))
+                self.field.setText(self._in_words(max(digits, 9) if self._is_whole else digits))
             self.field.complain("")
             self.field.setToolTip(help_text(self.parameter))
         self.slider.set_place(self._place(self._value))
@@ -77,11 +77,14 @@ class NumberEditor(ParameterEditor):
     def _slid(self, place: float) -> None:
         self._give(self._rounded(place))
         with QSignalBlocker(self.field):
-            self.field.setText(quantity(self._value, self._unit, 4))
+            self.field.setText(self._in_words(4))
+
+    def _in_words(self, digits: int) -> str:
+        return gain(self._value, digits) if self._is_gain else quantity(self._value, self._unit, digits)
 
     def _typed(self, text: str) -> None:
         try:
-            value = parse_quantity(text, self._unit)
+            value = parse_gain(text) if self._is_gain else parse_quantity(text, self._unit)
             self.began.emit()
             self._give(round(value, 12) if self._is_whole else value)
         except BadValue as error:
@@ -105,6 +108,9 @@ class NumberEditor(ParameterEditor):
             value = parameter.value(place)
             if place in (0.0, 1.0) or value == 0.0:
                 return value
+            if parameter.scale == "gain":
+                tenths = round(200.0 * math.log10(value)) / 10.0  # a hand aims at tenths of a decibel
+                return min(10.0 ** (tenths / 20.0), parameter.high)
             step = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
             if parameter.scale == "linear":
                 step = max(step, 10.0 ** math.floor(math.log10((parameter.high - parameter.low) / 1000)))

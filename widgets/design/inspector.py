@@ -119,6 +119,8 @@ class Inspector(QScrollArea):
         title.setStyleSheet(f"color: {theme.mixed(accent(type), theme.TEXT, 0.6)};")
         column.addWidget(title)
         column.addWidget(_wrapped(pretty_text(type.doc), "small"))
+        if type.accuracy:
+            column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
         column.addSpacing(8)
         for name, parameter in type.parameters.items():
             editor: ParameterEditor

@@ -2,15 +2,26 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QSizePolicy,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.drawing import HeatMap
-from underfoot.engine.reports import Preview
+from underfoot.engine.reports import MEASURED, Laws, Preview
 from underfoot.floor.layout import Tile
+from underfoot.models.sole import band_levels, felt
 from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets import theme
@@ -23,6 +34,8 @@ from underfoot.widgets.plots.plot import Plot
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176
 """The column of the tile and the spectrum."""
+LAWS = 3
+"""How many laws of a node are drawn."""
 LATE_MS = 400
 """A preview that takes longer says that it is being made."""
 
@@ -34,6 +47,8 @@ class PreviewPanel(QWidget):
 
     struck = Signal(str, float)
     pressed = Signal(str, float, float, float)
+    laws_wanted = Signal()
+    """The person wants to see the laws of the node, which come with the next preview."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -42,6 +57,7 @@ class PreviewPanel(QWidget):
         self._ports: dict[str, Port] = {}
         self._preview: Preview | None = None
         self._values = np.zeros(0)
+        self._felt = ""
         self._kept: tuple[Array, float] | None = None
         self.node = ""
         self.title = theme.label("", "title")
@@ -61,6 +77,11 @@ class PreviewPanel(QWidget):
         }
         self.compare = self._toggle("Compare", "Keep what is shown now, and hold what comes against it")
         self.compare.setChecked(False)
+        self.laws = self._toggle(
+            "Laws", "The distributions that the node draws from, instead of what it does in a step"
+        )
+        self.laws.setChecked(False)
+        self.laws.hide()
         self.tiles = QComboBox(self)
         self.tiles.setAccessibleName("Tile")
         self.tiles.hide()
@@ -77,6 +98,7 @@ class PreviewPanel(QWidget):
         self.compare.toggled.connect(self._keep)
         for button in self.shows.values():
             button.toggled.connect(self._arrange)
+        self.laws.toggled.connect(self._choose_page)
         self.tiles.currentTextChanged.connect(self.pad.set_tile)
         self.pad.struck.connect(self.struck)
         self.pad.pressed.connect(self.pressed)
@@ -103,7 +125,7 @@ class PreviewPanel(QWidget):
         head.addWidget(self.title)
         head.addSpacing(8)
         head.addWidget(self.note, 1)
-        for widget in (self.output, *self.shows.values(), self.compare, self.log, self.range, self.tiles):
+        for widget in (self.output, self.laws, *self.shows.values(), self.compare, self.log, self.range, self.tiles):
             head.addWidget(widget)
         self._plots = QGridLayout()
         self._plots.setContentsMargins(8, 0, 8, 8)
@@ -116,11 +138,21 @@ class PreviewPanel(QWidget):
         self._plots.setRowStretch(0, 2)
         self._plots.setRowStretch(1, 3)
         self._plots.setColumnMinimumWidth(1, SIDE_PX)
+        self._step_page, self._law_page = QWidget(self), QWidget(self)
+        self._step_page.setLayout(self._plots)
+        self.law_plots = [Plot(f"Law {k + 1}") for k in range(LAWS)]
+        row = QHBoxLayout(self._law_page)
+        row.setContentsMargins(8, 0, 8, 8)
+        for plot in self.law_plots:
+            row.addWidget(plot)
+        self._pages = QStackedWidget(self)
+        self._pages.addWidget(self._step_page)
+        self._pages.addWidget(self._law_page)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
-        column.addLayout(self._plots, 1)
+        column.addWidget(self._pages, 1)
 
     # --- what it shows ---
 
@@ -143,6 +175,8 @@ class PreviewPanel(QWidget):
         self._preview = None
         self.title.setText(type.label)
         self.note.setText("")
+        self.laws.setVisible(type.laws is not None)
+        self._choose_page()
         self.output.clear()
         self.output.addItems(list(self._ports))
         self.output.setVisible(len(self._ports) > 1)
@@ -153,6 +187,29 @@ class PreviewPanel(QWidget):
         self._late.stop()
         self._preview = preview
         self._draw()
+
+    @property
+    def wants_laws(self) -> bool:
+        """Whether the laws of the node are to be seen."""
+        return self.laws.isChecked() and not self.laws.isHidden()
+
+    def show_laws(self, laws: Laws) -> None:
+        """Show what came of the laws that were asked for."""
+        for plot, drawing in zip_longest(self.law_plots, laws.drawings):
+            plot.setVisible(drawing is not None)
+            if drawing is not None:
+                plot.show_drawing(drawing)
+        if laws.error:
+            self.note.setText(laws.error)
+
+    def _choose_page(self) -> None:
+        """What the node does in a step, or its laws."""
+        wanted = self.wants_laws
+        self._pages.setCurrentWidget(self._law_page if wanted else self._step_page)
+        for widget in (*self.shows.values(), self.compare, self.log, self.range):
+            widget.setEnabled(not wanted)
+        if wanted:
+            self.laws_wanted.emit()
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
         """The tiles that can be struck and pressed."""
@@ -188,6 +245,7 @@ class PreviewPanel(QWidget):
     def _draw(self) -> None:
         port, preview = self.port, self._preview
         self._values = np.zeros(0)
+        self._felt = ""
         if port is None or preview is None or preview.error:
             self.waveform.show_drawing(preview_drawings.no_waveform())
             self._show_no_levels()
@@ -217,9 +275,12 @@ class PreviewPanel(QWidget):
         self._values = values = np.nan_to_num(np.asarray(pick(preview.signals, self.node, port.name), np.float64))
         seconds = max(force.size, values.size) / rate
         is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
+        done_by_tile = preview.signals.get(MEASURED)
+        measured = None if done_by_tile is None else np.nan_to_num(done_by_tile.astype(np.float64))
         self.waveform.show_drawing(
-            preview_drawings.waveform(values, port.unit, force, rate, seconds, is_force),
+            preview_drawings.waveform(values, port.unit, force, rate, seconds, is_force, measured),
         )
+        self._felt = "" if measured is None else f"; {felt_in_words(measured, rate)}"
         self._tell(values, port)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale = self._scale
@@ -232,9 +293,16 @@ class PreviewPanel(QWidget):
             line = spectrum_db(values, rate, scale)
             kept = spectrum_db(*self._kept, scale) if self._kept else None
             ends = (top_of(line) - range_db, top_of(line))
-            self.spectrum.show_drawing(preview_drawings.spectrum(line, kept, scale, ends))
+            drawing, more = preview_drawings.spectrum(line, kept, scale, ends), "the colours are the spectrogram's"
+            if measured is not None:
+                bands = (band_levels(values, rate), band_levels(measured, rate))
+                drawing = preview_drawings.sensation(*bands, scale, range_db)
+                more = (
+                    "filled: what is asked of the tile; green: what it does; dashed: felt from here on in a hard shoe"
+                )
+            self.spectrum.show_drawing(drawing)
             reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
-            self.spectrum.setToolTip(f"Amplitude in dB of {reference}; the colours are those of the spectrogram")
+            self.spectrum.setToolTip(f"Amplitude in dB of {reference}; {more}")
 
     def _show_no_levels(self, why: str = "") -> None:
         self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, note=why))
@@ -257,6 +325,9 @@ class PreviewPanel(QWidget):
         i = min(max(round(1e-3 * time_ms * preview.rate_hz), 0), self._values.size - 1)
         force = summed(preview.force_n)
         text = f"{time_ms:.0f} ms: {quantity(float(self._values[i]), port.unit)}"
+        measured = preview.signals.get(MEASURED)
+        if measured is not None and i < measured.size:
+            text += f", the tile {quantity(float(measured[i]), 'm/s^2')}"
         self.note.setText(text + (f", {quantity(float(force[i]), 'N')}" if i < force.size else ""))
 
     def _tell(self, values: Array, port: Port) -> None:
@@ -266,6 +337,7 @@ class PreviewPanel(QWidget):
             before = peak_and_rms(self._kept[0])[1]
             if before > 0.0 and rms > 0.0:
                 text += f" ({20.0 * math.log10(rms / before):+.1f} dB)".replace("-", "−")
+        text += self._felt
         self.note.setText(text)
         self.note.setToolTip(text)
 
@@ -274,6 +346,22 @@ class PreviewPanel(QWidget):
         shown = self._values.size > 0 and self._preview is not None
         self._kept = (self._values, self._preview.rate_hz) if on and shown and self._preview else None
         self._draw()
+
+
+def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
+    """The peak of what the tile does, and what a sole in a hard shoe feels of it.
+
+    >>> felt_in_words(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
+    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %'
+    """
+    found = felt(measured_m_s2, rate_hz)
+    db = found.level_db["shoe"]
+    peak = quantity(float(np.abs(measured_m_s2).max(initial=0.0)), "m/s^2")
+    if not math.isfinite(db):
+        return f"tile {peak}"
+    side = "over" if db >= 0.0 else "under"
+    chance = f"noticed by {100.0 * found.noticed:.0f} %"
+    return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}"
 
 
 def top_of(levels_db: NDArray[np.float32]) -> float:

@@ -37,8 +37,9 @@ class DesignWorkspace(Workspace):
     patch_edited = Signal(object)
     """The patch after every edit, undo and redo; not after `set_patch`."""
 
-    preview_wanted = Signal(str, str)
-    """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`."""
+    preview_wanted = Signal(str, str, bool)
+    """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
+    laws should be drawn for `show_laws`."""
 
     struck = Signal(str, float)
     """Tile and strength: the person clicked on the tile."""
@@ -89,6 +90,7 @@ class DesignWorkspace(Workspace):
         controller.bridge.health.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
         controller.previewed.connect(self.show_preview)
+        controller.lawful.connect(self.preview.show_laws)
         self.preview_wanted.connect(controller.request_preview)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
@@ -205,6 +207,7 @@ class DesignWorkspace(Workspace):
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
+        self.preview.laws_wanted.connect(self._tile_changed)
 
     def _set_target(self, target: Target) -> None:
         self.set_floor(target.floor.tiles)
@@ -269,7 +272,7 @@ class DesignWorkspace(Workspace):
     def _want(self, id: str) -> None:
         self._waiting = id
         self._again.start()
-        self.preview_wanted.emit(id, self.preview_tile())
+        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and self.preview.wants_laws)
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):

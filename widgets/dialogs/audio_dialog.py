@@ -11,12 +11,15 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFormLayout,
     QGridLayout,
+    QLineEdit,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
     QWidget,
 )
 
+from underfoot.devices.accelerometers import FORM, accelerometers_of
+from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
 
@@ -36,8 +39,8 @@ class AudioDialog(QDialog):
     closed.
     """
 
-    applied = Signal(object, int, int)
-    """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block."""
+    applied = Signal(object, int, int, str)
+    """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block, accelerometers."""
     pulse_wanted = Signal(str)
     """The tile whose shaker is to be heard."""
     found = Signal(list)
@@ -49,6 +52,13 @@ class AudioDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.devices: list[Device] | None = None
         self.device, self.rate, self.block = QComboBox(), QComboBox(), QComboBox()
+        self.accelerometers = QLineEdit()
+        self.accelerometers.setPlaceholderText("none")
+        self.accelerometers.setToolTip(
+            f"Accelerometers on inputs of this device, with spaces between: {FORM}. Monitor then shows what each tile "
+            "does beside what it is asked, and recordings keep it."
+        )
+        self._floor = floor
         self.note = theme.label("", "muted")
         self.note.setWordWrap(True)
         self.length = theme.label("", "small")
@@ -58,6 +68,7 @@ class AudioDialog(QDialog):
         form.setVerticalSpacing(theme.GRID)
         for name, widget in (("&Device", self.device), ("&Rate", self.rate), ("&Block", self.block), ("", self.length)):
             form.addRow(name, widget)
+        form.addRow("&Accelerometers", self.accelerometers)
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
         self.buttons.button(QDialogButtonBox.StandardButton.Apply).clicked.connect(self._apply)
         self.buttons.rejected.connect(self.reject)
@@ -84,17 +95,19 @@ class AudioDialog(QDialog):
         self._search.join()
         super().hideEvent(event)
 
-    def set_values(self, device: str | None, rate_hz: int, block: int) -> None:
+    def set_values(self, device: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
         """What is in use."""
+        self.accelerometers.setText(accelerometers)
         if _index(self.device, device) < 0:
             self.device.addItem(str(device), device)
         for box, value in ((self.device, device), (self.rate, rate_hz), (self.block, block)):
             box.setCurrentIndex(max(0, _index(box, value)))
         self._explain()
 
-    def values(self) -> tuple[str | None, int, int]:
-        """Device, rate in Hz and frames in a block, as chosen."""
-        return self.device.currentData(), self.rate.currentData(), self.block.currentData()
+    def values(self) -> tuple[str | None, int, int, str]:
+        """Device, rate in Hz, frames in a block and accelerometers, as chosen."""
+        text = " ".join(self.accelerometers.text().split())
+        return self.device.currentData(), self.rate.currentData(), self.block.currentData(), text
 
     def _fill(self) -> None:
         self.device.addItem("Default device of this computer", "")
@@ -122,7 +135,7 @@ class AudioDialog(QDialog):
         self._explain()
 
     def _explain(self) -> None:
-        device, rate_hz, block = self.values()
+        device, rate_hz, block, _ = self.values()
         lasts_ms = 1e3 * block / rate_hz
         self.length.setText(
             f"A block lasts {lasts_ms:.2f} ms. Short blocks respond sooner and cost more computing time."
@@ -141,6 +154,14 @@ class AudioDialog(QDialog):
         self.note.setVisible(bool(self.note.text()))
 
     def _apply(self) -> None:
+        try:
+            accelerometers_of(self.accelerometers.text(), self._floor)
+        except BadValue as error:
+            self.note.setText(str(error))
+            self.note.show()
+            self.accelerometers.setFocus()
+            return
+        self._explain()
         self.applied.emit(*self.values())
 
     def _tiles(self, floor: Floor) -> QWidget:

@@ -10,12 +10,16 @@ from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
+from underfoot.floor.gait_summary import gait_of
 from underfoot.widgets import theme
 from underfoot.widgets.monitor.panels import titled, tool_button
 from underfoot.widgets.monitor.step_table import StepTable, WholeRows
 
 CADENCE_STEPS = 8
 """The cadence is a mean over so many steps."""
+
+GAIT_STEPS = 100
+"""Each person's gait, under the mouse, is of so many of the latest steps."""
 
 
 class StepPanel(QWidget):
@@ -76,5 +80,8 @@ class StepPanel(QWidget):
         self.count.setText(f"{len(steps)}" if steps else "none yet")
         cadences = [step.cadence_per_min for step in steps[-CADENCE_STEPS:] if math.isfinite(step.cadence_per_min)]
         self._cadence.setText(f"{np.mean(cadences):.0f} steps a minute" if cadences else "")
+        gaits = "\n".join(one.line() for one in gait_of(steps[-GAIT_STEPS:]))
+        for label in (self.count, self._cadence):
+            label.setToolTip(gaits)
         self.exporting.setEnabled(bool(steps))
         self.clearing.setEnabled(bool(steps))

@@ -37,6 +37,14 @@ COLUMNS = (
     Column("loading_kn_s", "Loading", "kN/s", 1, "Loading rate: slope of the force from 20 to 80 % of the first peak"),
     Column("path_mm", "Path", "mm", 0, "Length of the path of the contact centroid"),
     Column("net_mm", "Net", "mm", 0, "Distance of the contact centroid from its first place to its last"),
+    Column("person", "Person", "", 0, "Who walks, as far as one step follows from another"),
+    Column("cadence_per_min", "Cadence", "/min", 0, "From the person's last step to this one"),
+    Column("step_length_mm", "Length", "mm", 0, "From the other foot to this one, along the way"),
+    Column("step_width_mm", "Width", "mm", 0, "From the other foot to this one, across the way"),
+    Column("swing_ms", "Swing", "ms", 0, "How long this foot was in the air before"),
+    Column("double_support_ms", "Both", "ms", 0, "Both feet down as this one came; below 0: neither"),
+    Column("heading_deg", "Heading", "°", 0, "Where the foot points, counter-clockwise from the floor's x axis"),
+    Column("heading_error_deg", "Heading ±", "°", 0, "Standard error of the heading"),
 )
 """The columns of the step table in files (docs/contracts.md#files)."""
 
@@ -123,7 +131,8 @@ class StepTable(QTableView):
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
         header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setStretchLastSection(True)
         header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)
         self._at_end = True

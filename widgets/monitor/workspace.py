@@ -7,17 +7,28 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShortcut
-from PySide6.QtWidgets import QComboBox, QLabel, QSplitter, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QLabel,
+    QSizePolicy,
+    QSplitter,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.engine.target import Target
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+from underfoot.floor.tile_response import ResponseWatch, response_of
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
+from underfoot.widgets.monitor.level_plot import LevelPlot, in_words
 from underfoot.widgets.monitor.panels import LevelKey, titled, tool_button
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
@@ -32,6 +43,7 @@ PRESSES_N = (50.0, 100.0, 200.0, 400.0, 800.0, 1500.0)
 SHORTCUTS = (
     ("Select the next tile, with the focus on the floor", "Arrows"),
     ("Pause or resume the display", "P"),
+    ("Levels or spectrogram of the vibration", "L"),
     ("Copy footsteps, with the focus on the table", "Ctrl+C"),
 )
 
@@ -43,6 +55,9 @@ _KEPT_TILES = 16
 
 _CATCH_UP_S = 0.5
 """Seconds of kept vibration that are analysed in a frame's time."""
+
+_LEVELS_S = 2.0
+"""What is asked and done is shown over so long."""
 
 _FALL_S = 0.15
 """In which time a tile's bar of vibration falls to a third."""
@@ -67,6 +82,7 @@ class MonitorWorkspace(Workspace):
         self.map = FloorMap()
         self.force = ForcePlot()
         self.spectrogram = SpectrogramPlot()
+        self.levels = LevelPlot()
         self.steps = StepPanel()
         self.table = self.steps.table
         self._span_s = SPANS_S[0]
@@ -96,6 +112,7 @@ class MonitorWorkspace(Workspace):
             self._set_target(controller.target)
         bridge.forces.connect(self.take_forces)
         bridge.vibrated.connect(self.take_vibration)
+        bridge.measured.connect(self.take_measured)
         bridge.stepped.connect(self.take_steps)
         bridge.ticked.connect(self.draw)
         self.commanded.connect(controller.send)
@@ -122,6 +139,9 @@ class MonitorWorkspace(Workspace):
         self.spectrum = RunningSpectrum(rate_hz, LONGEST_S)
         self._vibration = History(np.float32, int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count)
         self._vibration_end = self._spectrum_end = 0
+        self._commanded = History(np.float32, int(_LEVELS_S * rate_hz), count)
+        self._measured = History(np.float32, int(_LEVELS_S * rate_hz), count)
+        self.watch = ResponseWatch(count, rate_hz)
         self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
         self._now_frame = 0.0
         self._row = 0
@@ -176,6 +196,12 @@ class MonitorWorkspace(Workspace):
         self._peak = np.maximum(np.maximum(samples.max(axis=0), -samples.min(axis=0)), fallen)
         self._now_frame = max(self._now_frame, float(self._vibration_end))
 
+    def take_measured(self, first: int, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
+        """What all tiles were asked and did, (n, tiles) each, m/s^2, from session frame `first` on."""
+        self._commanded.append(commanded)
+        self._measured.append(measured)
+        self.watch.feed(commanded, measured)
+
     def take_steps(self, steps: list[Step]) -> None:
         """Footsteps that happened."""
         self.steps.add(steps)
@@ -199,9 +225,11 @@ class MonitorWorkspace(Workspace):
             self.map.set_contacts(self._latest.contacts, now_s)
         if self._ticks % _MAP_TICKS == 0:
             self.map.set_vibration(self._peak)
+            self.map.set_astray(self.watch.astray())
             self.map.update()
         if self._ticks % _FIGURE_TICKS == 0:
             self._show_figures()
+            self._show_levels()
         self._ticks += 1
 
     def _catch_up(self) -> None:
@@ -283,12 +311,38 @@ class MonitorWorkspace(Workspace):
         for label, value in zip(self.figures, values, strict=True):
             label.setText(f"{round(value)} N".replace("-", "−") if math.isfinite(value) else "– N")
 
+    def _show_levels(self) -> None:
+        """Levels of the chosen tile, where they can be seen."""
+        if not self.levels.isVisible():
+            return
+        commanded, measured = self._commanded.latest()[:, self._row], self._measured.latest()[:, self._row]
+        if len(measured) < 0.3 * self._rate_hz:
+            self.levels.show_response(None)
+            self._levels_said.setText("")
+            return
+        response = response_of(commanded, measured, self._rate_hz)
+        self.levels.show_response(response)
+        words = in_words(commanded, measured, self._rate_hz, response.unexplained)
+        self._levels_said.setText(words)
+        self._levels_said.setToolTip(words)
+
+    def _choose_view(self, levels: bool) -> None:
+        """Levels over frequency, or the spectrogram over time."""
+        self.vibration_views.setCurrentWidget(self.levels if levels else self.spectrogram)
+        for widget in (self._felt_key, self.level_key):
+            widget.setVisible(not levels)
+        self._levels_said.setVisible(levels)
+        self._show_levels()
+
     # --- layout ---
 
     def _build(self) -> None:
         plots = QSplitter(Qt.Orientation.Vertical)
         plots.addWidget(titled(self._force_head(), self.force))
-        plots.addWidget(titled(self._vibration_head(), self.spectrogram))
+        self.vibration_views = QStackedWidget()
+        self.vibration_views.addWidget(self.spectrogram)
+        self.vibration_views.addWidget(self.levels)
+        plots.addWidget(titled(self._vibration_head(), self.vibration_views))
         plots.setSizes([240, 272])
         across = QSplitter(Qt.Orientation.Horizontal)
         across.addWidget(titled(self._floor_head(), self.map))
@@ -351,10 +405,16 @@ class MonitorWorkspace(Workspace):
     def _vibration_head(self) -> list[QWidget | None]:
         self._vibration_tile = theme.label("", "muted")
         self.level_key = LevelKey()
-        return [
-            theme.label("Vibration", "title"),
-            self._vibration_tile,
-            None,
-            theme.label("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz", "small"),
-            self.level_key,
-        ]
+        self._felt_key = theme.label("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz", "small")
+        self._levels_said = theme.label("", "small")
+        policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        policy.setHorizontalStretch(100)
+        self._levels_said.setSizePolicy(policy)
+        self._levels_said.hide()
+        tip = "What the tile is asked, what its accelerometer measures and what is felt of it, over frequency (L)"
+        self.show_levels = tool_button("", "Levels", tip, checkable=True)
+        self.show_levels.toggled.connect(self._choose_view)
+        QShortcut("L", self, self.show_levels.click)
+        title = theme.label("Vibration", "title")
+        key: list[QWidget | None] = [self._levels_said, None, self._felt_key, self.level_key]
+        return [title, self._vibration_tile, *key, self.show_levels]

@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from underfoot.engine.reports import Compiling, Costs, Fault, Notice, Preview, ProcessDied, Started
+from underfoot.engine.reports import Compiling, Costs, Fault, Laws, Notice, Preview, ProcessDied, Started
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
@@ -28,12 +28,16 @@ class Bridge(QObject):
     """`Fault`: a node produced a value that is not finite."""
     previewed = Signal(object)
     """`Preview`, as it was asked for."""
+    lawful = Signal(object)
+    """`Laws` of the node that was previewed."""
     health = Signal(object)
     """`Health`, ten times a second."""
     forces = Signal(object)
     """`ForceUpdate`, once a tick in which there were any force samples."""
     vibrated = Signal(int, object)
     """First session frame and samples (n, tiles), of full scale."""
+    measured = Signal(int, object, object)
+    """First session frame; what was commanded, and what the tiles did, (n, tiles) each, m/s^2."""
     stepped = Signal(list)
     """Footsteps that are known since the last time."""
     reported = Signal(list)
@@ -66,7 +70,7 @@ class Bridge(QObject):
         self._session = self._tracker = None
 
     def want_vibration(self, wanted: bool) -> None:
-        """Whether `vibrated` is to be emitted."""
+        """Whether `vibrated` and `measured` are to be emitted."""
         self.wants_vibration = wanted
 
     def wait_for_kernels(self, timeout_s: float) -> bool:
@@ -109,6 +113,10 @@ class Bridge(QObject):
             first, samples = session.vibration.read()
             if len(samples):
                 self.vibrated.emit(first, samples)
+            first, done = session.measured.read()
+            _, asked = session.commanded.read()
+            if len(done) and len(asked) == len(done):
+                self.measured.emit(first, asked, done)
 
     def _emit(self, report: object) -> None:
         match report:
@@ -123,6 +131,8 @@ class Bridge(QObject):
                 self.costs.emit(report)
             case Preview():
                 self.previewed.emit(report)
+            case Laws():
+                self.lawful.emit(report)
             case Notice(text):
                 self._say_once(text)
             case ProcessDied(process, reason):

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import Preview
+from underfoot.engine.reports import Laws, Preview
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
@@ -43,6 +43,8 @@ class SessionController(QObject):
     """The `Path` that is recorded to, or None."""
     target_locked = Signal(bool)
     """Whether somebody who asked for the session's release needs the target to stay as it is."""
+    lawful = Signal(object)
+    """`Laws` of the node that was previewed last."""
     previewed = Signal(object, str)
     """The `Preview` that was asked for last, and its node."""
     _closed = Signal()
@@ -77,6 +79,7 @@ class SessionController(QObject):
         self._made.connect(self._take)
         self._failed.connect(self._fall_back)
         self.bridge.previewed.connect(self._take_preview)
+        self.bridge.lawful.connect(self._take_laws)
 
     # --- life ---
 
@@ -282,11 +285,18 @@ class SessionController(QObject):
         if self.session is not None:
             self.session.send(command)
 
-    def request_preview(self, node: str, tile: str) -> None:
-        """Ask what a node of the patch does in one step on a tile: `previewed` brings the newest that was asked for."""
+    def request_preview(self, node: str, tile: str, laws: bool = False) -> None:
+        """Ask what a node of the patch does in one step on a tile: `previewed` brings the newest that was asked for.
+
+        With `laws`, `lawful` brings the node's laws after it.
+        """
         if self.session is not None:
-            self._preview_ticket = self.session.preview(self._patch, node, tile=tile)
+            self._preview_ticket = self.session.preview(self._patch, node, tile=tile, laws=laws)
             self._preview_node = node
+
+    def _take_laws(self, laws: Laws) -> None:
+        if laws.ticket == self._preview_ticket:
+            self.lawful.emit(laws)
 
     def _take_preview(self, preview: Preview) -> None:
         if preview.ticket == self._preview_ticket:

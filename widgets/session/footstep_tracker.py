@@ -3,7 +3,7 @@
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from underfoot.engine.rings import load_reading
 from underfoot.floor import contacts
 from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
-from underfoot.floor.footsteps import Step, StepCounter
+from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+from underfoot.floor.walks import StepCounter
 
 CHUNK = 4096
 """Tiles times samples that are tracked in one go: 2 ms."""
@@ -93,7 +94,11 @@ class FootstepTracker:
         times = np.concatenate([time_s for time_s, _, _ in done])
         force_n = np.concatenate([force_n for _, force_n, _ in done]) - tracker.baseline_n
         rows = tuple(rows for _, _, rows in done if len(rows))
-        return ForceUpdate(times, force_n, tracker.loads_n, tracker.untared, tracker.ongoing(), rows), steps
+        ongoing = tuple(
+            replace(contact, person=self._counter.person_at(contact.start_s, (contact.x_m, contact.y_m)))
+            for contact in tracker.ongoing()
+        )
+        return ForceUpdate(times, force_n, tracker.loads_n, tracker.untared, ongoing, rows), steps
 
     def finish(self) -> list[Step]:
         """The footsteps that are known only when no more samples follow."""

@@ -16,8 +16,9 @@ class Settings(msgspec.Struct):
     """What the window remembers: the last target, sound device, level, and where things stood.
 
     `simulation` is the file of what simulated tiles are made of, "" for ideal ones. `sound` is "" for the default
-    device, None for no sound, else a device's name. `references` are what each calibration is measured against on
-    hardware. `projector_at` is where a tile's middle is shown on the floor, in metres right of and above the screen's.
+    device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
+    calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
+    metres right of and above the screen's.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -38,6 +39,7 @@ class Settings(msgspec.Struct):
     sound: str | None = ""
     rate: int = 48_000
     block: int = 128
+    accelerometers: str = ""
     level_db: float = LOW_LEVEL_DB
     folder: str = ""
     references: dict[str, str] = {}

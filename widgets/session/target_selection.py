@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+from underfoot.devices.accelerometers import accelerometers_of
 from underfoot.engine.target import require_source
 from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
@@ -56,10 +57,17 @@ class TargetSelection:
         require_source(target)
         self._controller.set_target(target)
 
-    def set_sound(self, sound: str | None, rate_hz: int, block: int) -> None:
-        """Play on this device (None: none, "": the default one), at this rate, in blocks of so many frames."""
+    def set_sound(self, sound: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
+        """Play on this device (None: none, "": the default one), at this rate, in blocks of so many frames.
+
+        `accelerometers` on its inputs are written as `accelerometers_of` reads them.
+        """
         self._settings.sound, self._settings.rate, self._settings.block = sound, rate_hz, block
-        self._controller.set_target(replace(self._controller.target, sound=sound, rate=rate_hz, block=block))
+        self._settings.accelerometers = accelerometers
+        target = self._controller.target
+        heard = accelerometers_of(accelerometers, target.floor)
+        changed = replace(target, sound=sound, rate=rate_hz, block=block, accelerometers=heard, round_trip_frames=0)
+        self._controller.set_target(changed)
 
     def _use(self, kind: str, source: str, floor: Floor) -> None:
         self._settings.kind, self._settings.source = kind, source

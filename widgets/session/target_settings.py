@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+from underfoot.devices.accelerometers import Accelerometer, accelerometers_of
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.target import Target
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadValue, UnderfootError
 from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.tile_parameters import simulation
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.targets import words_of
 
@@ -23,7 +24,16 @@ def make_target(settings: Settings, kind: str, source: str, floor: Floor) -> Tar
         sound=settings.sound,
         rate=settings.rate,
         block=settings.block,
+        accelerometers=_accelerometers(settings, floor),
     )
+
+
+def _accelerometers(settings: Settings, floor: Floor) -> tuple[Accelerometer, ...]:
+    """Those of the settings; none on a floor that has not all of their tiles."""
+    try:
+        return accelerometers_of(settings.accelerometers, floor)
+    except BadValue:
+        return ()
 
 
 def remembered_target(settings: Settings) -> Target:
@@ -32,8 +42,7 @@ def remembered_target(settings: Settings) -> Target:
         if settings.kind == "replay":
             return make_target(settings, "replay", settings.source, Floor.load(floor_beside(settings.source)))
         floor = Floor.load(settings.source) if settings.source else default_floor(settings.rows, settings.columns)
-        if settings.simulation:
-            TileParameters.load(settings.simulation)
+        simulation(settings.simulation)
     except UnderfootError:
         floor, settings.simulation = default_floor(), ""
     return make_target(settings, "simulator", "", floor)

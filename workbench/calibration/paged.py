@@ -178,3 +178,34 @@ class PagedProcedure:
         except BadMeasurement:
             self._open(self._at - 1)
             raise
+
+
+class SoundingProcedure(PagedProcedure):
+    """Goes through steps whose pages play sounds, and take what is recorded of them."""
+
+    def take_sound(self, key: str, played: NDArray[np.float64], heard: NDArray[np.float64]) -> None:
+        """Measure what the page of this key has recorded of its sound; `BadMeasurement` where nothing comes of it."""
+        raise AssertionError(f"{type(self).__name__} takes no sound")
+
+    def answer(self, values: Answers) -> None:
+        """Give what the page asks for, and go on."""
+        if self.page.sound is not None:
+            raise BadValue(f"{self.page.title}: this page takes a recording, not an answer")
+        super().answer(values)
+
+    def hear(self, recorded: NDArray[np.float64]) -> None:
+        """Take what was recorded of the page's sound, (frames,), of full scale; goes on."""
+        page = self.page
+        if page.sound is None:
+            raise BadValue(f"{page.title}: this page takes no recording")
+        heard = np.asarray(recorded, dtype=np.float64)
+        if heard.ndim != 1 or not np.isfinite(heard).all():
+            raise BadMeasurement(f"{page.title}: the recording is not one channel of finite samples")
+        if heard.size < page.sound.signal.size:
+            rate_hz = page.sound.rate_hz
+            raise BadMeasurement(
+                f"{page.title}: the recording lasts {heard.size / rate_hz:.2f} s, "
+                f"the sound {page.sound.signal.size / rate_hz:.2f} s"
+            )
+        self.take_sound(page.key, page.sound.signal, heard)
+        self._go_on()

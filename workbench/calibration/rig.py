@@ -26,11 +26,16 @@ class PressRequest:
 
 @dataclass(frozen=True)
 class Sound:
-    """What to play through the shaker: full scale, shape (frames,), with the load that stands on the tile."""
+    """What to play through the shaker: full scale, shape (frames,), with the load that stands on the tile.
+
+    With `block`, a sound card plays it as the engine plays: in blocks of so many frames, with as little latency as the
+    device can; otherwise as safely as it can.
+    """
 
     signal: NDArray[np.float64]
     rate_hz: int
     load: str
+    block: int = 0
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""`underfoot calibrate fsr|centroid|response`: calibrations without the window, on a target or from files.
+"""`underfoot calibrate KIND`: calibrations without the window, on a target or from files.
 
 Each subcommand is made of what a calibration declares (`calibration.declaration`), of the options of the rig that it
 needs, and of those that every calibration of a tile has.

@@ -17,6 +17,7 @@ from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
+    from underfoot.floor.footsteps import Step
     from underfoot.monitoring import FileStream, SessionStream
 
 
@@ -40,7 +41,7 @@ class MonitorOptions:
 @click.command(
     help=f"""Print footsteps as they happen.
 
-    SOURCE is "simulator" or simulator:PARAMETERS.json, {target_forms(described=True)},
+    SOURCE is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
     a force CSV, or a recording. Tile number 0 of hardware is the floor's first; the floor is 2 x 2 tiles unless --floor
     names another.
     """
@@ -87,9 +88,11 @@ def monitor(options: MonitorOptions) -> None:
 
 def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> None:
     """Print and write what the stream brings, until it ends or a signal ends it."""
+    from underfoot.floor.gait_summary import gait_of
     from underfoot.monitoring import step_figures, step_line
     from underfoot.records.tables import contact_table, step_table
 
+    every: list[Step] = []
     with ExitStack() as stack:
         stack.callback(stream.close)
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -101,7 +104,11 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
                 put_contacts(found.rows)
             if put_steps:
                 put_steps(found.steps)
+            every += found.steps
             for step in found.steps:
                 print(json.dumps(step_figures(step)) if options.as_json else step_line(step), flush=True)
             for line in found.news:
                 print(f"underfoot: {line}", file=sys.stderr, flush=True)
+    if not options.as_json:
+        for gait in gait_of(every):
+            print(f"underfoot: {gait.line()}", file=sys.stderr, flush=True)

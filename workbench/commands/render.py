@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from underfoot.devices.force_source import ForceSource
     from underfoot.engine.render import Rendered
     from underfoot.engine.requests import CompileRequest
+    from underfoot.floor.simulated_plates import Heard
+    from underfoot.floor.tile_parameters import TileParameters
 
 Summary = dict[str, Any]
 
@@ -43,12 +45,21 @@ class RenderOptions:
     force: str | None
     floor: Path | None
     profiles: Path | None
+    simulation: Path | None
+    measured: Path | None
+    under_foot: Path | None
     as_json: bool
 
     @property
     def patch(self) -> Path:
         """The patch, where there is one."""
         return self.patches[0]
+
+    @property
+    def plates(self) -> "dict[Heard, Path]":
+        """Where acceleration of simulated plates is taken, and the file that it goes to."""
+        asked: dict[Heard, Path | None] = {"accelerometer": self.measured, "foot": self.under_foot}
+        return {heard: path for heard, path in asked.items() if path is not None}
 
 
 @click.command()
@@ -63,16 +74,22 @@ class RenderOptions:
 @click.option("--force", help='Force CSV, or "none" for an empty floor; by default a walker walks.')
 @click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: how each is driven.")
+@click.option("--simulation", type=FILE, help="What simulated tiles are made of: a parameter file.")
+@click.option("--measured", type=FILE, help="WAV file of what simulated accelerometers measure, m/s^2, one a tile.")
+@click.option("--under-foot", type=FILE, help="WAV file of the simulated acceleration under the foot, m/s^2.")
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:
     """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes; several at once on all cores."""
     if len(options.patches) > 1:
+        if options.plates:
+            raise BadValue("--measured and --under-foot are for one patch at a time")
         _render_all(options)
         return
     from underfoot.records.recording import is_recording
 
-    require_room(options.output, inputs=(options.patch, options.force, options.floor))
+    inputs = (options.patch, options.force, options.floor, options.simulation)
+    require_room(options.output, *options.plates.values(), inputs=inputs)
     with compiling_told(None if is_recording(options.patch) else partial(_compile_request, options.patch)):
         summary = _render_one(options)
     print(json.dumps(summary) if options.as_json else _line(summary))
@@ -95,6 +112,8 @@ def _render_one(options: RenderOptions) -> Summary:
     rendered = _replayed(options) if is_recording(options.patch) else _rendered(options)
     if options.output is not None:
         write_wav(options.output, rendered.samples, rendered.rate_hz)
+    for heard, path in options.plates.items():
+        write_wav(path, rendered.tiles[heard], rendered.rate_hz)
     return rendered.summary()
 
 
@@ -154,9 +173,11 @@ def _replayed(options: RenderOptions) -> "Rendered":
     from underfoot.nodes import REGISTRY
 
     of_a_patch = (options.rate, options.seed, options.force, options.floor, options.seconds, options.profiles)
-    if any(given is not None for given in of_a_patch):
-        raise BadValue(f"{options.patch} is a recording; allowed with it: --output, --block and --json")
-    return replay(options.patch, REGISTRY, options.block)
+    if any(given is not None for given in (*of_a_patch, options.simulation)):
+        raise BadValue(
+            f"{options.patch} is a recording; allowed with it: --output, --measured, --under-foot, --block and --json"
+        )
+    return replay(options.patch, REGISTRY, options.block, tuple(options.plates))
 
 
 def _rendered(options: RenderOptions) -> "Rendered":
@@ -165,6 +186,7 @@ def _rendered(options: RenderOptions) -> "Rendered":
     from underfoot.engine.loop import LoopOptions
     from underfoot.engine.render import render as run
     from underfoot.floor.profile import profiles_of
+    from underfoot.floor.tile_parameters import TileParameters
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
 
@@ -173,7 +195,8 @@ def _rendered(options: RenderOptions) -> "Rendered":
     if not rate_hz.is_integer():
         raise BadValue(f"--rate is {rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
     seed = patch.seed if options.seed is None else options.seed
-    source, length_s = _force_source(options.force, options.floor, rate_hz, seed)
+    simulation = TileParameters.load(options.simulation) if options.simulation else None
+    source, length_s = _force_source(options, rate_hz, seed, simulation)
     profiles = profiles_of(options.profiles, source.floor) if options.profiles else {}
     how = LoopOptions(
         rate_hz=rate_hz,
@@ -181,20 +204,29 @@ def _rendered(options: RenderOptions) -> "Rendered":
         equalisers=equalisers_of(profiles),
         folder=options.patch.parent,
         seed=options.seed,
+        plates=tuple(options.plates),
+        simulation=simulation,
     )
     return run(patch, REGISTRY, source, length_s if options.seconds is None else options.seconds, how)
 
 
-def _force_source(force: str | None, floor: Path | None, rate_hz: float, seed: int) -> tuple["ForceSource", float]:
+def _force_source(
+    options: RenderOptions, rate_hz: float, seed: int, simulation: "TileParameters | None"
+) -> tuple["ForceSource", float]:
     """Where the force of a rendering comes from, and how many seconds there are of it."""
     from underfoot.devices.replay import Replay
     from underfoot.devices.simulated_floor import SimulatedFloor
     from underfoot.floor.forces import read_forces
     from underfoot.floor.layout import Floor, default_floor
+    from underfoot.floor.profile import profiles_of
 
+    force, floor = options.force, options.floor
     if force is None or force == "none":
         layout = Floor.load(floor) if floor else default_floor()
-        return SimulatedFloor(layout, rate_hz, seed, walking=force is None), DEFAULT_S
+        if simulation is None:
+            return SimulatedFloor(layout, rate_hz, seed, force is None), DEFAULT_S
+        profiles = profiles_of(options.profiles, layout) if options.profiles else None  # of these very tiles: seed 1
+        return SimulatedFloor(layout, rate_hz, 1, force is None, simulation, profiles), DEFAULT_S
     layout = Floor.load(floor or _floor_of(Path(force)))
     forces = read_forces(force, layout)
     return Replay(forces, layout, rate_hz), float(forces.time_s[-1] - forces.time_s[0]) + TAIL_S

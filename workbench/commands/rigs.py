@@ -93,14 +93,14 @@ RIGS: dict[str, type[PressingRig] | type[ShakingRig]] = {PRESSING: PressingRig, 
 
 
 def _simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":
-    """The tile of the target "simulator" or "simulator:PARAMETERS.json"; None for another target."""
+    """The tile of the target "simulator" or "simulator:..."; None for another target."""
     from underfoot.engine.target import simulation_of
     from underfoot.floor.simulated_tile import SimulatedTile
-    from underfoot.floor.tile_parameters import TileParameters
+    from underfoot.floor.tile_parameters import simulation
 
     path = simulation_of(target)
     if path is None:
         return None
     if seed < 0:
         raise BadValue(f"--seed is {seed}; allowed: 0 or more")
-    return SimulatedTile(tile, TileParameters.load(path) if path else None, seed)
+    return SimulatedTile(tile, simulation(path)[0], seed)

@@ -1,7 +1,7 @@
-"""The simulated floor: a walker, and a hand or mouse, on tiles that read at 1 kHz."""
+"""The simulated floor: people who walk, and a hand or mouse, on tiles that read at 1 kHz."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,11 @@ from underfoot.floor import simulated_loads
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
+from underfoot.floor.simulated_people import Person, people_footfalls, walk_round
 from underfoot.floor.simulated_sensors import SimulatedSensors
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import kernel
+from underfoot.models import gait
 
 WALK_S = 600.0
 """The walk is drawn for this long, then begins again."""
@@ -24,8 +26,9 @@ class SimulatedFloor:
     """Forces on `floor`, the same for the same seed. Without `simulation` its sensors are ideal: noise-free and tared.
 
     With `simulation` they err as real ones do, and are read by `profiles` (by tile id) or, where a tile has none, by
-    the nominal curve of their kind: `notices` say so, and `sensors` has the counts. The walker, or a recording, is then
-    the one that the parameters name. Everything a walker will do is known, so every sample arrives in time. `walk` and
+    the nominal curve of their kind: `notices` say so, and `sensors` has the counts. The walker, people or a recording
+    are then those that the parameters name; `people` walk in any case. Everything a walker will do is known, so every
+    sample arrives in time; `footfalls` and `curves` say whose foot is where (`simulated_loads.feet_down`). `walk` and
     `press` act from the next sample on.
     """
 
@@ -37,6 +40,7 @@ class SimulatedFloor:
         walking: bool = True,
         simulation: TileParameters | None = None,
         profiles: Mapping[str, Profile] | None = None,
+        people: Sequence[Person] = (),
     ) -> None:
         self.floor, self.rate_hz = floor, SENSOR_HZ
         self.stamps, _, self.forces = sample_buffers(floor)
@@ -44,10 +48,15 @@ class SimulatedFloor:
         self._period = rate / SENSOR_HZ
         self._rate = float(rate)
         self._plates = floor.plates()
-        walker = simulation.walker if simulation else None
+        people = people or (simulation.people if simulation else ())
+        walker = simulation.walker if simulation else gait.Walker()
         path = simulation.path_m if simulation else ()
-        self._steps = simulated_loads.footfall_table(floor, WALK_S, seed, walker, path)
-        self._shapes = simulated_loads.gait_curves(walker)
+        if people:
+            walks = people_footfalls(people, floor, WALK_S, seed)
+        else:
+            walks = [walk_round(floor, WALK_S, seed, walker, path)]
+        self.footfalls = simulated_loads.footfall_table(walks)
+        self.curves = simulated_loads.gait_curves([person.walker for person in people] or [walker])
         self._is_walking = walking
         self._hands = np.zeros(len(floor.tiles), simulated_loads.HAND)
         self._foot_shift_m = np.zeros(len(floor.tiles))
@@ -88,7 +97,7 @@ class SimulatedFloor:
                     _add_recorded(self.forces, self._recorded, self._sample, count)
                 else:
                     simulated_loads.walk(
-                        self.forces, self.stamps, count, self._rate, self._plates, self._steps, self._shapes,
+                        self.forces, self.stamps, count, self._rate, self._plates, self.footfalls, self.curves,
                         self._foot_shift_m,
                     )  # fmt: skip
             simulated_loads.press(self.forces, count, self._plates, self._hands)

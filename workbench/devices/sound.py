@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from underfoot.clock import FADE
 from underfoot.errors import DeviceError
 
+_SAFE_S = 0.1
+"""A latency with which a busy machine loses nothing."""
 MAX_CHANNELS = 32
 """Channels that one stream carries (PulseAudio's limit)."""
 
@@ -74,11 +76,11 @@ class Exchange:
     """
 
     def __init__(
-        self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, latency_s: float = 0.1
+        self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, block: int = 0
     ) -> None:
-        """`heard` is how many channels are recorded."""
+        """`heard` is how many channels are recorded. With `block`, blocks are of so many frames and latency is low."""
         self._sounddevice = portaudio()
-        self._devices, self._rate_hz, self._latency_s = (input or None, output or None), rate_hz, latency_s
+        self._devices, self._rate_hz, self._block = (input or None, output or None), rate_hz, block
         self._played = played
         self.recorded = np.zeros((len(played), heard), np.float32)
         """What was heard, float32 [frame, channel], from the first frame that was played on."""
@@ -87,7 +89,7 @@ class Exchange:
         self.silenced = False
         """Whether it was cut short."""
         # Silence behind the ramp: a stream that ends drops what is in the device's buffer.
-        down, rest = np.linspace(1.0, 0.0, FADE), np.zeros(round(2.0 * latency_s * rate_hz))
+        down, rest = np.linspace(1.0, 0.0, FADE), np.zeros(round(2.0 * _SAFE_S * rate_hz))
         self._ramp = np.append(down, rest).astype(np.float32)[:, None]
         self.played_frames = 0
         """How many frames of `played` went out."""
@@ -104,8 +106,9 @@ class Exchange:
                 channels=(self.recorded.shape[1], self._played.shape[1]),
                 dtype="float32",
                 device=self._devices,
-                latency=self._latency_s,
-                callback=self._block,
+                latency="low" if self._block else _SAFE_S,
+                blocksize=self._block,
+                callback=self._exchange,
                 finished_callback=self._over.set,
             )
             with stream:
@@ -120,7 +123,7 @@ class Exchange:
         """Ramp down within 10 ms of what is not yet in the device's buffer, and end; before `run`, play nothing."""
         self.silenced = True
 
-    def _block(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+    def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
         at = self.played_frames
         n = min(frames, len(self._played) - at)
         self.lost |= bool(status.input_overflow or status.output_underflow)
@@ -137,43 +140,62 @@ class Exchange:
 
 
 class Stream:
-    """An output stream: calls `fill() -> address` for each block of interleaved float32, and plays what is there.
+    """A stream that calls `fill() -> address` for each block of interleaved float32, and plays what is there.
 
-    `fill` is called in PortAudio's thread. `underruns` counts blocks that came too late. `finished` is set when the
-    stream has ended by itself.
+    With `heard`, float32 [frame, input], it also takes in: what came with a block is there when `fill` is called, which
+    happens in PortAudio's thread. `underruns` counts blocks that came too late, and inputs that were lost. `finished`
+    is set when the stream has ended by itself.
     """
 
     def __init__(
-        self, name: str, channels: int, rate: float, block: int, fill: Callable[[], int], latency_s: float | str = "low"
+        self,
+        name: str,
+        channels: int,
+        rate: float,
+        block: int,
+        fill: Callable[[], int],
+        latency_s: float | str = "low",
+        heard: NDArray[np.float32] | None = None,
     ) -> None:
         self._sounddevice = sounddevice = portaudio()
         self.underruns = 0
+        self._heard = 0 if heard is None else heard.ctypes.data
+        self._heard_bytes = 0 if heard is None else heard.nbytes
+        how: dict[str, Any] = {
+            "device": name or None,
+            "samplerate": rate,
+            "blocksize": block,
+            "dtype": "float32",
+            "latency": latency_s,
+            "finished_callback": self._finish,
+        }
         self._fill = fill
         self._bytes = 4 * channels * block
         self._move = sounddevice._ffi.memmove
         self._cast = sounddevice._ffi.cast
         self.finished = False
         try:
-            self._stream = sounddevice.RawOutputStream(
-                device=name or None,
-                channels=channels,
-                samplerate=rate,
-                blocksize=block,
-                dtype="float32",
-                latency=latency_s,
-                callback=self._callback,
-                finished_callback=self._finish,
-            )
+            if heard is None:
+                self._stream = sounddevice.RawOutputStream(channels=channels, callback=self._callback, **how)
+            else:
+                both = heard.shape[1], channels
+                self._stream = sounddevice.RawStream(channels=both, callback=self._exchange, **how)
         except (sounddevice.PortAudioError, ValueError) as error:
             text = " ".join(str(error).split())
+            also = "" if heard is None else f" and hear {heard.shape[1]}"
             raise DeviceError(
-                f"sound device {name or 'default'!r} cannot play {channels} channels at {rate:g} Hz: {text}"
+                f"sound device {name or 'default'!r} cannot play {channels} channels{also} at {rate:g} Hz: {text}"
             ) from None
 
     @property
     def latency_s(self) -> float:
-        """The stream's own latency, as it reports it."""
-        return float(self._stream.latency)
+        """The stream's own latency on the way out, as it reports it."""
+        return float(np.max(self._stream.latency) if self._heard == 0 else self._stream.latency[1])
+
+    @property
+    def round_trip_s(self) -> float:
+        """What is played comes back on an input so much later, as the stream reports it."""
+        return float(np.sum(self._stream.latency))
 
     def start(self) -> None:
         """Let it play; once only."""
@@ -197,6 +219,12 @@ class Stream:
         if address == 0:
             raise self._sounddevice.CallbackAbort
         self._move(out, self._cast("char *", address), self._bytes)
+
+    def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+        if status.input_overflow:
+            self.underruns += 1
+        self._move(self._cast("char *", self._heard), heard, self._heard_bytes)
+        self._callback(out, frames, time, status)
 
     def _finish(self) -> None:
         self.finished = True

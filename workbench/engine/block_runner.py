@@ -6,6 +6,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.engine.accelerometer_reader import AccelerometerReader
 from underfoot.engine.commands import Action, Play
 from underfoot.engine.loop import Loop
 from underfoot.engine.rings import HEADER, load_reading, publish, write_rows
@@ -20,7 +21,8 @@ class BlockRunner:
     """Runs `loop` in blocks, which the audio callback or the clock asks for, and writes what comes of it to `memory`.
 
     What is put into `inbox`, commands that are `prepared`, is taken at the next block. `load` is the mean share of the
-    time of a block that is used. After a panic, `silenced` says that nothing is let out any more.
+    time of a block that is used. After a panic, `silenced` says that nothing is let out any more. What `accelerometers`
+    heard is written while `hears`: while a stream brings it.
     """
 
     def __init__(self, loop: Loop, memory: SessionMemory) -> None:
@@ -28,6 +30,8 @@ class BlockRunner:
         self.inbox: deque[Action] = deque()
         self.load = 0.0
         self.silenced = False
+        self.accelerometers: AccelerometerReader | None = None
+        self.hears = False
         self.block_s = loop.block / loop.rate_hz
         self._panicked = False
         self._played = np.zeros((loop.block, len(loop.source.floor.tiles)), np.float32)
@@ -49,6 +53,12 @@ class BlockRunner:
         self.silenced = panic and loop.safety.closed(loop.frame)
         _gather(loop.out, loop.safety.channels, self._played, n)
         memory.vibration.write(self._played, n)
+        if loop.measures:
+            memory.commanded.write(loop.commanded, n)
+        if loop.plates:
+            memory.measured.write(loop.plates["accelerometer"].out, n)
+        elif self.accelerometers is not None and self.hears:
+            self.accelerometers.write(memory.measured, loop.frame - n, n)
         if loop.program.scope_names:
             memory.scope.write(loop.scope_frames, n)
         self._write_status((time.perf_counter() - began) / self.block_s)

@@ -1,11 +1,16 @@
 """Processes of a session: started, spoken to, ended, and not started again for ever."""
 
 import multiprocessing
+import os
+import threading
 import time
 from collections.abc import Iterable
 from importlib import import_module
 from multiprocessing import connection
 from typing import Any
+
+ORPHAN_S = 15.0
+"""How long a process may still close what it has open when the one that started it is gone."""
 
 
 class ChildProcess:
@@ -82,7 +87,20 @@ def engine_process() -> ChildProcess:
 
 
 def _run(module: str, connection: Any, *given: Any) -> None:
+    threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
     import_module(module).run(connection, *given)
+
+
+def _end_with_parent() -> None:
+    """End this process some time after the one that started it, whatever it is busy with: compiling, say.
+
+    One that listens ends by itself, and sooner, because its connection does.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        time.sleep(ORPHAN_S)
+        os._exit(1)
 
 
 def wait_for_any(children: Iterable[ChildProcess], within_s: float) -> None:

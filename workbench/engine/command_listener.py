@@ -28,6 +28,7 @@ class CommandListener:
         """Lines for the person, from any thread; they are told soon."""
         self._connection, self._runner, self._leave = connection, runner, leave
         self._loop, self._status = runner.loop, runner.memory.status
+        self._costs: dict[str, float] = {}
 
     def start(self) -> None:
         """Listen, in a thread."""
@@ -92,7 +93,10 @@ class CommandListener:
         program, load = self._loop.program, self._runner.load
         awake = program.awake()
         self._status.put(Field.AWAKE, float(max(awake.values(), default=0)))
-        self._connection.send(Costs({id: load * share for id, share in program.shares().items()}, awake))
+        costs = {id: load * share for id, share in program.shares().items()}
+        steady = {id: 0.5 * (cost + self._costs.get(id, cost)) for id, cost in costs.items()}  # of the last second
+        self._costs = costs
+        self._connection.send(Costs(steady, awake))
         fault = program.fault()
         if fault is not None:
             self._connection.send(Fault(*fault))

@@ -13,7 +13,7 @@ import numpy as np
 from underfoot.engine.kernel_loading import KernelParts
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.preview import previewed
-from underfoot.engine.reports import Compiled, Preview
+from underfoot.engine.reports import Compiled, Laws, Preview
 from underfoot.engine.requests import CompileRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
@@ -32,6 +32,8 @@ def run(connection: Connection) -> None:
                 connection.send(_compiled(request, connection.send))
             elif isinstance(request, PreviewRequest):
                 connection.send(_preview(request))
+                if request.laws and not connection.poll():
+                    connection.send(_laws(request))
     except (EOFError, OSError):
         return  # the supervisor is gone
 
@@ -51,7 +53,18 @@ def _preview(request: PreviewRequest) -> Preview:
         patch = Patch.loads(request.patch, REGISTRY)
         type = REGISTRY[patch.node(request.node).type]
         scopes = tuple(f"{request.node}.{port.name}" for port in type.outputs)
-        force_n, signals, events = previewed(patch, scopes, request.tile, request.seconds, request.rate, request.folder)
+        force_n, signals, events = previewed(
+            patch, scopes, request.tile, request.seconds, request.rate, request.folder, measures=type.is_sink
+        )
     except UnderfootError as error:
         return Preview(request.ticket, request.rate, np.zeros(0, np.float32), {}, str(error))
     return Preview(request.ticket, request.rate, force_n, signals, events=events)
+
+
+def _laws(request: PreviewRequest) -> Laws:
+    try:
+        node = Patch.loads(request.patch, REGISTRY).node(request.node)
+        type = REGISTRY[node.type]
+        return Laws(request.ticket, type.laws(type.values(node.parameters)) if type.laws else ())
+    except UnderfootError as error:
+        return Laws(request.ticket, (), str(error))

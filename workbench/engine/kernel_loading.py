@@ -87,7 +87,9 @@ def load_common_kernels() -> None:
         raise _NotInCache
 
     with suppress(_NotInCache):
-        KernelParts(Patch(), Target(default_floor(1, 1)), LoopOptions(block=128)).load(give_up)
+        KernelParts(Patch(), Target(default_floor(1, 1)), LoopOptions(block=128, plates=("accelerometer",))).load(
+            give_up
+        )
 
 
 class _NotInCache(Exception):

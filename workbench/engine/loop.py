@@ -17,6 +17,8 @@ from underfoot.engine.reports import CommandApplied
 from underfoot.engine.safety import Limits, Safety
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor.layout import Floor
+from underfoot.floor.simulated_plates import Heard, SimulatedPlates
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import kernel
 from underfoot.patch import driver
 from underfoot.patch.node import Registry
@@ -32,7 +34,9 @@ class LoopOptions:
 
     `limits` are those of each tile, by default the usual ones; `equalisers` are those of the tiles' profiles;
     `channels` has the output channel of each tile, by default the floor's; `scopes` are outputs ("node.port") that are
-    looked at; `folder` is where sound files of the patch lie; `seed` stands in for the patch's own.
+    looked at; `folder` is where sound files of the patch lie; `seed` stands in for the patch's own. `plates` says where
+    the acceleration of simulated plates is taken, if anywhere, and `simulation` what they are made of, by default the
+    usual. With `measures`, what is commanded is kept without plates, too: for accelerometers.
     """
 
     rate_hz: float = RATE_HZ
@@ -44,14 +48,18 @@ class LoopOptions:
     folder: Path | None = None
     seed: int | None = None
     frame: int = 0
+    plates: tuple[Heard, ...] = ()
+    simulation: TileParameters | None = None
+    measures: bool = False
 
 
 class Loop:
     """Runs `patch` on the force of `source`, block after block.
 
     After `run(n)`, `out` holds n frames, float32 [frame, channel], full scale at most 1, and `scope_frames` the same
-    frames of the program's first scope, float32 [frame, tile]. Commands take effect on the next span edge, wherever in
-    a block that is, and are reported in `applied` with their frame.
+    frames of the program's first scope, float32 [frame, tile]. Where there are `plates`, `commanded` holds what was
+    asked of each tile and `plates[...].out` what it does, both m/s^2, float32 [frame, tile]. Commands take effect on
+    the next span edge, wherever in a block that is, and are reported in `applied` with their frame.
     """
 
     def __init__(
@@ -75,12 +83,20 @@ class Loop:
         self.safety = Safety(limits, self.channels, self.rate_hz, self.block, max(self.channels, default=0) + 1)
         self.out = self.safety.out
         self.scope_frames = np.zeros((self.block, rows), np.float32)
+        self.measures = bool(options.plates) or options.measures
+        self.commanded = np.zeros((self.block if self.measures else 0, rows), np.float32)
+        self.plates = {
+            heard: SimulatedPlates(floor, options.simulation, self.channels, self.rate_hz, self.block, heard)
+            for heard in options.plates
+        }
         self.applied: deque[CommandApplied] = deque(maxlen=4096)
         self._waiting: deque[tuple[int, Action]] = deque()
         self._each_signal = tuple(self.intake.signals)
         driver.on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
         _copy_scope(np.zeros((1, 1, 1)), self.scope_frames, 0, 0)
         TileEqualiser("").coefficients(self.rate_hz)
+        if self.measures:
+            self.safety.commanded(np.zeros((0, 0)), np.zeros(0, np.uint8), self.commanded, 0, 0, 0)
 
     @property
     def program(self) -> Program:
@@ -129,12 +145,20 @@ class Loop:
 
     def play(self, frames: int) -> NDArray[np.float32]:
         """Run the next `frames` frames, whatever the block, and return them: float32 [frame, channel]."""
-        played = np.empty((frames, self.out.shape[1]), np.float32)
+        return self.play_all(frames)[0]
+
+    def play_all(self, frames: int) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]]]:
+        """The same, and what was `commanded` and done at each of `plates`, by name: float32 [frame, tile], m/s^2."""
+        sources = {"": self.out}
+        if self.plates:
+            sources |= {"commanded": self.commanded} | {heard: plates.out for heard, plates in self.plates.items()}
+        played = {name: np.empty((frames, source.shape[1]), np.float32) for name, source in sources.items()}
         for at in range(0, frames, self.block):
             n = min(self.block, frames - at)
             self.run(n)
-            played[at : at + n] = self.out[:n]
-        return played
+            for name, source in sources.items():
+                played[name][at : at + n] = source[:n]
+        return played.pop(""), played
 
     def _apply_due(self, now: int, stop: int) -> int:
         """Do what is due at frame `now`; returns the frame up to which nothing more is, at most `stop`."""
@@ -157,8 +181,12 @@ class Loop:
         program = self.programs.run(self._each_signal, frame, n)
         output, zero_rows = program.output, program.tables.silent
         self.pulse.apply(output, zero_rows, frame, n)
+        if self.measures:
+            self.safety.commanded(output, zero_rows, self.commanded, frame, at, n)
         self.equalisers.apply(output, zero_rows, frame, n)
         self.safety.apply(output, zero_rows, frame, at, n)
+        for plates in self.plates.values():
+            plates.apply(self.out, self.safety.sounding, self.safety.silent_since, self.intake.signals, frame, at, n)
         if program.scope_names:
             _copy_scope(program.tables.scope, self.scope_frames, at, n)
 

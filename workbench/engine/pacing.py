@@ -33,16 +33,23 @@ class Pacer:
 
     def open(self) -> str:
         """Open the sound card, if one is wanted; why there is none, otherwise."""
-        target, loop = self._target, self._runner.loop
+        target, loop, accelerometers = self._target, self._runner.loop, self._runner.accelerometers
         self._stream = None
+        self._runner.hears = False
         if target.sound is None:
             return ""
         try:
             channels, latency = loop.out.shape[1], target.latency_s or "low"
-            self._stream = Stream(target.sound, channels, target.rate, target.block, self.fill, latency)
+            heard = accelerometers.heard if accelerometers else None
+            self._stream = Stream(target.sound, channels, target.rate, target.block, self.fill, latency, heard)
         except DeviceError as error:
             return f"{error}; going on without sound"
-        self._status.put(Field.STREAM_LATENCY_S, self._stream.latency_s)
+        measured_s = target.round_trip_frames / target.rate
+        self._status.put(Field.ROUND_TRIP_S, measured_s)
+        self._status.put(Field.STREAM_LATENCY_S, 0.5 * measured_s or self._stream.latency_s)
+        if accelerometers:
+            reported = round(self._stream.round_trip_s * target.rate)
+            accelerometers.delay_frames = target.round_trip_frames or reported
         silent = [t.id for t, channel in zip(target.floor.tiles, loop.channels, strict=True) if channel < 0]
         return f"tiles without a channel: {', '.join(silent)}" if silent else ""
 
@@ -66,6 +73,7 @@ class Pacer:
         """The stream's callback: the address of the next block, or 0 to end the stream and drop what is buffered."""
         if self.leave.is_set() or self._runner.silenced:
             return 0
+        self._runner.hears = True
         self._run_block()
         return self._address
 
@@ -96,6 +104,7 @@ class Pacer:
     def _run_by_clock(self) -> None:
         """Blocks at their own pace while no stream does it; after a panic, until sound is let out again."""
         due = time.monotonic()
+        self._runner.hears = False
         while not self.leave.is_set():
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
                 self._resume(self._stream)

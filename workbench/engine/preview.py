@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.replay import Replay
-from underfoot.engine.commands import Strike
+from underfoot.engine.commands import Play, Strike
 from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.reports import MEASURED
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, Tile
 from underfoot.models import gait
@@ -21,29 +22,47 @@ _BLOCK = 480  # the strike falls between two blocks
 
 
 def previewed(
-    patch: Patch, scopes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: str = ""
+    patch: Patch,
+    scopes: tuple[str, ...],
+    tile: str,
+    seconds: float,
+    rate_hz: float,
+    folder: str = "",
+    *,
+    measures: bool = False,
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
     """The step's force in newtons (frames,), and what comes from each scope ("node.port").
 
-    By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds).
+    By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
+    `measures`, there is `MEASURED` among the signals: what a simulated tile of the usual kind does, m/s^2.
     """
-    force_n, source = _step(tile, seconds, rate_hz)
-    options = LoopOptions(rate_hz=rate_hz, block=_BLOCK, scopes=scopes, folder=Path(folder) if folder else None)
+    force_n, source = one_step(tile, seconds, rate_hz)
+    options = LoopOptions(
+        rate_hz=rate_hz,
+        block=_BLOCK,
+        scopes=scopes,
+        folder=Path(folder) if folder else None,
+        plates=("accelerometer",) if measures else (),
+    )
     loop = Loop(patch, REGISTRY, source, options)
+    loop.send(Play(True), 0)
     loop.send(Strike("", tile), round(STEP_S * rate_hz))
     frames = len(force_n)
     signals = {name: np.zeros(frames, np.float32) for name in loop.program.scope_names}
+    measured = np.zeros(frames if measures else 0, np.float32)
     events: dict[str, list[NDArray[np.float64]]] = {name: [] for name in scopes if name not in signals}
     for at in range(0, frames, _BLOCK):
         n = min(_BLOCK, frames - at)
         loop.run(n)
         for name, frames_of in signals.items():
             frames_of[at : at + n] = loop.program.scope[name][0, :n]
+        if measures:
+            measured[at : at + n] = loop.plates["accelerometer"].out[:n, 0]
         for name, found in events.items():
             found.append(loop.program.events(name))
     return (
         force_n,
-        {_port(name): frames_of for name, frames_of in signals.items()},
+        {_port(name): frames_of for name, frames_of in signals.items()} | ({MEASURED: measured} if measures else {}),
         {_port(name): np.concatenate(found) for name, found in events.items()},
     )
 
@@ -55,7 +74,7 @@ def one_tile(id: str) -> Floor:
     return Floor((Tile(id, (0.305, 0.305), (0.1525, 0.1525), sensors_m=corners),))
 
 
-def _step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
+def one_step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
     """A step straight over the middle of a tile: its force at each frame, and what brings it to a loop."""
     time_s = np.arange(round((seconds + 0.1) * _FORCE_HZ)) / _FORCE_HZ
     walker = gait.Walker(variation=0.0)

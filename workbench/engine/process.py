@@ -13,6 +13,7 @@ from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.sound import max_channels
+from underfoot.engine.accelerometer_reader import AccelerometerReader
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.command_listener import CommandListener
 from underfoot.engine.commands import Level, Play
@@ -23,8 +24,9 @@ from underfoot.engine.reports import Notice, Started
 from underfoot.engine.requests import Setup
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
-from underfoot.engine.target import source_of
+from underfoot.engine.target import is_simulated, source_of
 from underfoot.errors import UnderfootError
+from underfoot.floor.tile_parameters import simulation
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
@@ -63,6 +65,9 @@ class Engine:
             scopes=setup.scopes,
             folder=Path(setup.folder) if setup.folder else None,
             equalisers=setup.equalisers,
+            plates=("accelerometer",) if is_simulated(target) else (),
+            simulation=simulation(target.simulation)[0],
+            measures=bool(target.accelerometers),
         )
         try:
             KernelParts(patch, target, options).load(connection.send)
@@ -71,13 +76,14 @@ class Engine:
             patch = Patch()
         passed_s = 0.0 if setup.since is None else time.monotonic() - setup.since
         frame = next_span(setup.frame + round(passed_s * target.rate))
-        self.memory.vibration.skip(frame)
-        self.memory.scope.skip(frame)
+        self.memory.skip(frame)
         self.loop = Loop(patch, REGISTRY, source_of(target, frame), replace(options, frame=frame))
         self.loop.send(Level(setup.level_db))
         if setup.playing:
             self.loop.send(Play(True))
         self.runner = BlockRunner(self.loop, self.memory)
+        if target.accelerometers:
+            self.runner.accelerometers = AccelerometerReader(target.accelerometers, target.floor, target.block)
         self.pacer = Pacer(self.runner, target, self._tell)
         self.listener = CommandListener(connection, self.runner, self.pacer.leave)
         if isinstance(self.loop.source, SimulatedFloor):

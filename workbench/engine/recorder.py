@@ -44,11 +44,12 @@ class EndRecording:
 class Recorder:
     """The supervisor's end: starts the process, passes on what happens, closes it."""
 
-    def __init__(self, path: Path, about: dict[str, str], force: Ring, vibration: Ring) -> None:
+    def __init__(self, path: Path, about: dict[str, str], rings: dict[str, Ring]) -> None:
+        """`rings` by the names of the recording's tables."""
         if path.exists():
             raise BadFile(f"{path} is there already; choose another name for the recording")
         self.path = path
-        self._job = Job(str(path), about, force.where, vibration.where, force.written, vibration.written)
+        self._job = Job(str(path), about, {table: (ring.where, ring.written) for table, ring in rings.items()})
         self._process = ChildProcess("recorder", __name__, self._job, daemon=False)
 
     @property
@@ -92,14 +93,11 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Job:
-    """What the process is given: the file, what is known beforehand, the rings and where to begin in them."""
+    """What the process is given: the file, what is known beforehand, each table's ring and where to begin in it."""
 
     path: str
     about: dict[str, str]
-    force: RingName
-    vibration: RingName
-    first_sample: int
-    first_frame: int
+    rings: dict[str, tuple[RingName, int]]
     resume: bool = False
 
 
@@ -107,21 +105,22 @@ def run(connection: Connection, job: Job) -> None:
     """The process's main function: writes until the connection ends, then closes the file."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     try:
-        force_ring, vibration_ring = Ring.open(job.force), Ring.open(job.vibration)
         writer = Writer(Path(job.path), job.about, job.resume)
-        forces = Reader(force_ring, start=writer.end("force") or job.first_sample)
-        frames = Reader(vibration_ring, start=writer.end("vibration") or job.first_frame)
-        _write(connection, writer, forces, frames)
+        readers = {
+            table: Reader(Ring.open(where), start=writer.end(table) or first)
+            for table, (where, first) in job.rings.items()
+        }
+        _write(connection, writer, readers)
         writer.close()
     except (UnderfootError, OSError, sqlite3.Error) as error:
         with suppress(OSError):
             connection.send(f"{job.path} is not recorded any further: {error}")
         return
-    force_ring.close()
-    vibration_ring.close()
+    for reader in readers.values():
+        reader.ring.close()
 
 
-def _write(connection: Connection, writer: Writer, forces: Reader, frames: Reader) -> None:
+def _write(connection: Connection, writer: Writer, readers: dict[str, Reader]) -> None:
     end = None
     connected = True
     while connected:
@@ -137,10 +136,10 @@ def _write(connection: Connection, writer: Writer, forces: Reader, frames: Reade
                         end = frame
         except (EOFError, OSError):
             connected = False  # whoever opened the session is done, or gone
-        for reader, put in ((forces, writer.force), (frames, writer.vibration)):
+        for table, reader in readers.items():
             first, rows = reader.read()
             while len(rows):
-                put(first, rows)
+                writer.put(table, first, rows)
                 first, rows = reader.read()
         writer.commit()
     if end is not None:

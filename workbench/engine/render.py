@@ -10,6 +10,7 @@ from underfoot.devices.force_source import ForceSource
 from underfoot.engine.commands import Command, Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.errors import BadValue, require
+from underfoot.models import sole
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -18,11 +19,13 @@ from underfoot.patch.patch import Patch
 class Rendered:
     """What came out: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, were left out.
 
+    `tiles` is what was `commanded` and what simulated plates did, as `Loop.play_all` has it.
     `spent_s` is the time from the first block to the last, from force samples to full scale; `program_s` is what the
     patch's nodes took of it.
     """
 
     samples: NDArray[np.float32]
+    tiles: dict[str, NDArray[np.float32]]
     rate_hz: float
     spent_s: float
     program_s: float
@@ -34,21 +37,38 @@ class Rendered:
     def of(loop: Loop, frames: int) -> "Rendered":
         """What a loop plays in its first frames."""
         began = time.perf_counter()
-        samples = loop.play(frames)
+        samples, tiles = loop.play_all(frames)
         spent_s = time.perf_counter() - began
-        return Rendered(samples, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
+        return Rendered(samples, tiles, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
+
+    def _felt(self, samples: NDArray[np.float32]) -> dict[str, object]:
+        """What is felt of the tile that moves most: its share between 50 and 750 Hz, and the sole's sensation."""
+        if not samples.size:
+            return {}
+        most = samples[:, int(np.abs(samples).max(axis=0).argmax())]
+        return {
+            "windowed_peak_m_s2": sole.windowed_peak(most, self.rate_hz),
+            "share_50_to_750_hz": sole.share_in_band(most, self.rate_hz),
+            **sole.felt(most, self.rate_hz).summary(),
+        }
 
     def summary(self) -> dict[str, object]:
         """The figures that `render --json` prints."""
         seconds = len(self.samples) / self.rate_hz
         return {
-            "peak": float(np.abs(self.samples).max(initial=0.0)),
-            "rms": float(np.sqrt(np.mean(np.square(self.samples, dtype=np.float64)))) if self.samples.size else 0.0,
+            **_levels(self.samples, ""),
+            **{name: _levels(samples, "_m_s2") | self._felt(samples) for name, samples in self.tiles.items()},
             "seconds": seconds,
             "times_real_time": seconds / self.spent_s,
             "program_times_real_time": seconds / self.program_s,
             "nodes": {"run": self.run, "asleep": self.asleep, "left_out": self.left_out},
         }
+
+
+def _levels(samples: NDArray[np.float32], unit: str) -> dict[str, float]:
+    """The largest value, and the RMS over all channels."""
+    rms = float(np.sqrt(np.mean(np.square(samples, dtype=np.float64)))) if samples.size else 0.0
+    return {f"peak{unit}": float(np.abs(samples).max(initial=0.0)), f"rms{unit}": rms}
 
 
 def render(

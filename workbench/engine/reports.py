@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.drawing import Drawing
 from underfoot.engine.commands import Command
 
 
@@ -77,6 +78,10 @@ class Compiled:
     error: str = ""
 
 
+MEASURED = "measured"
+"""Under this name a preview of an output has, among its signals, what the tile does, m/s^2."""
+
+
 @dataclass(frozen=True)
 class Preview:
     """What a patch does for one step on one tile: force in newtons, and the frames of each output asked for."""
@@ -89,7 +94,16 @@ class Preview:
     events: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
-Report = Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
+@dataclass(frozen=True)
+class Laws:
+    """The laws of a node, drawn; follows the `Preview` of the same ticket. `error` says why there are none."""
+
+    ticket: int
+    drawings: tuple[Drawing, ...]
+    error: str = ""
+
+
+Report = Laws | Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
 
 
 @dataclass(frozen=True)
@@ -109,7 +123,9 @@ class Health:
     hold_s: float
     """By how much of that samples of hardware are set back because some of them are late."""
     stream_latency_s: float
-    """What the output stream adds, as it reports itself."""
+    """What the output stream adds: its part of the round trip where that was measured, else as it says of itself."""
+    round_trip_s: float
+    """The measured round trip of the card; 0 where it is not known."""
     frame: int
     """Session frames played."""
     peak: float

@@ -42,7 +42,7 @@ class CompileRequest:
 
 @dataclass(frozen=True)
 class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`."""
+    """Render what a node does in one step; answered with `Preview`, and with `Laws` where these are wanted."""
 
     ticket: int
     patch: bytes
@@ -51,3 +51,4 @@ class PreviewRequest:
     seconds: float
     rate: float
     folder: str = ""
+    laws: bool = False

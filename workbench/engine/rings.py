@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.engine.shared_blocks import new_block
 from underfoot.kernels import intrinsic, kernel
 
 HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64)], align=True)
@@ -108,8 +109,7 @@ class Ring:
     def create(width: int, capacity: int, dtype: str = "float32") -> "Ring":
         """A new ring, empty."""
         size = _HEADER_BYTES + capacity * width * np.dtype(dtype).itemsize
-        memory = SharedMemory(create=True, size=size)
-        np.ndarray((1,), HEADER, memory.buf)[:] = 0
+        memory = new_block(size)
         return Ring(memory, RingName(memory.name, dtype, width, capacity), owned=True)
 
     @staticmethod

@@ -61,11 +61,12 @@ STAGE = np.dtype(
         ("level", GAIN_RAMP),
         ("opening", GAIN_RAMP),
         ("faults", np.int64),
+        ("sounding", np.int64),
     ],
     align=True,
 )
 """What all rows share: the DC block's pole; what a frame adds to the two means and to a limited gain; level, opening,
-and how many values were not finite."""
+how many values were not finite, and how many rows of the last stretch were not silent throughout."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,8 @@ class Safety:
             row["scale"] = (1.0 / limit.acceleration_per_unit, 1.0 / limit.acceleration_per_unit, 0.0, 1.0)
         self.peaks = self._rows["peak"]
         """The largest sample of each row in the last tenth of a second, of full scale."""
+        self.silent_since = self._rows["silent_frame"]
+        """The frame since which each row is silent, -1 while it is not."""
         self._stage = np.zeros(1, STAGE)
         self._stage["dc_pole"] = math.exp(-2.0 * math.pi * DC_HZ / rate_hz)
         for name, seconds in (("burst", BURST_SECONDS), ("rms", RMS_SECONDS), ("release", RELEASE_SECONDS)):
@@ -123,6 +126,11 @@ class Safety:
         return bool(target == 0.0 and frame >= begun + length)
 
     @property
+    def sounding(self) -> int:
+        """How many rows were not silent throughout what was put out last."""
+        return int(self._stage["sounding"][0])
+
+    @property
     def faults(self) -> int:
         """How many values that were not finite have been silenced."""
         return int(self._stage["faults"][0])
@@ -135,6 +143,16 @@ class Safety:
         `zero_rows` marks rows that are zero throughout. Rows on one channel add. Allocates nothing.
         """
         _limit(acceleration, zero_rows, self.out, self._rows, self._stage, frame, at, n)
+
+    def commanded(
+        self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], out: NDArray[np.float32], frame: int,
+        at: int, n: int,
+    ) -> None:  # fmt: skip
+        """What is asked of the tiles, m/s^2: as given to `apply`, but for level and opening; [frame, row] into `out`.
+
+        Before an equaliser and without limits: what a tile that does what it is told measures. Allocates nothing.
+        """
+        _command(acceleration, zero_rows, out, self._rows, self._stage, frame, at, n)
 
 
 def _turn(ramp: NDArray[np.void], target: float, frame: int, frames: int) -> None:
@@ -180,6 +198,7 @@ def _limit(
         for j in range(out.shape[1]):
             out[i, j] = 0.0
     fall = 0.5 ** (n / 4800.0)
+    sounding = 0
     for k in range(acceleration.shape[0]):
         row = rows[k]
         row.peak *= fall
@@ -190,6 +209,28 @@ def _limit(
                 row.silent_frame = frame
             continue
         row.peak = max(row.peak, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
+        sounding += 1
+    stages[0].sounding = sounding
+
+
+@kernel
+def _command(
+    acceleration: NDArray[np.float64],
+    zero_rows: NDArray[np.uint8],
+    out: NDArray[np.float32],
+    rows: NDArray[np.void],
+    stages: NDArray[np.void],
+    frame: int,
+    at: int,
+    n: int,
+) -> None:
+    stage = stages[0]
+    for i in range(n):
+        here = float(frame + i)
+        gain = _along(stage.level, here) * _along(stage.opening, here)
+        for k in range(acceleration.shape[0]):
+            plays = zero_rows[k] == 0 and rows[k].channel >= 0 and math.isfinite(acceleration[k, i])
+            out[at + i, k] = acceleration[k, i] * gain if plays else 0.0
 
 
 @kernel

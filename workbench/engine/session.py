@@ -32,7 +32,8 @@ from underfoot.engine.requests import CompileRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
-from underfoot.floor.profile import profiles_of
+from underfoot.floor.profile import profiles_of, round_trip_frames
+from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -65,10 +66,13 @@ class Session:
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
         profiles = profiles_of(target.profiles, target.floor) if target.profiles else {}
+        if not target.round_trip_frames:
+            self.target = replace(target, round_trip_frames=round_trip_frames(profiles, target.rate, target.block))
         self._equalisers = {equaliser.tile: equaliser for equaliser in equalisers_of(profiles)}
         self.force_rate_hz = force_rate_hz(target)
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
         self.vibration, self.scope = VibrationReader(self.memory.vibration), VibrationReader(self.memory.scope)
+        self.commanded, self.measured = VibrationReader(self.memory.commanded), VibrationReader(self.memory.measured)
         self.force = ForceReader(self.memory.force)
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None
@@ -192,12 +196,15 @@ class Session:
         """Whether a panic holds."""
         return self.memory.status.panic
 
-    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "") -> int:
-        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for."""
+    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "", laws: bool = False) -> int:
+        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for.
+
+        With `laws`, the node's `Laws` follow that, if it has any.
+        """
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         self._preview_request = PreviewRequest(
-            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder
+            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws
         )
         if self._compiler is not None:
             self._compiler.send(self._preview_request)
@@ -218,6 +225,7 @@ class Session:
         Only what was recorded from before `start` on can be replayed.
         """
         self.stop_recording()
+        made_of, _ = simulation(self.target.simulation)
         about = {
             "patch": self.patch.dumps().decode(),
             "folder": str(self.folder or ""),
@@ -226,8 +234,9 @@ class Session:
             "force_rate": repr(self.force_rate_hz),
             "target": self.target.kind,
             "corrections": self._equalisers_text(),
+            "simulation": made_of.dumps().decode() if made_of else "",
         }
-        self._recorder = Recorder(Path(path), about, self.memory.force, self.memory.vibration)
+        self._recorder = Recorder(Path(path), about, self.memory.recorded)
 
     def stop_recording(self) -> None:
         """Close the recording and wait until the file is whole."""

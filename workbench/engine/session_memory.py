@@ -1,4 +1,4 @@
-"""What the processes of a session share: the engine's status, and rings of forces, vibration and the scope."""
+"""What the processes of a session share: the engine's status, and rings of forces and of what each tile is to do."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.rings import Reader, Ring, RingName
+from underfoot.engine.shared_blocks import remove_orphans
 from underfoot.engine.status import Status
 
 RING_S = 4.0
@@ -20,6 +21,8 @@ class MemoryNames:
     status: str
     force: RingName
     vibration: RingName
+    commanded: RingName
+    measured: RingName
     scope: RingName
 
 
@@ -27,46 +30,69 @@ class MemoryNames:
 class SessionMemory:
     """Status and rings: `create` in the supervisor, `open` elsewhere.
 
-    `force` has float64 rows of stamp, arrival, and the corners tile after tile; `vibration` and `scope` have float32
-    rows of a value for each tile.
+    `force` has float64 rows of stamp, arrival, and the corners tile after tile. The others have float32 rows of a value
+    for each tile: `vibration` is the drive, of full scale, `commanded` what was asked of the tile and `measured` what
+    its accelerometer says, both m/s^2. Where nothing measures, nothing is written to these two.
     """
 
     status: Status
     force: Ring
     vibration: Ring
+    commanded: Ring
+    measured: Ring
     scope: Ring
 
     @staticmethod
     def create(tiles: int, rate_hz: float, force_rate_hz: float) -> "SessionMemory":
-        """New memory for a floor of so many tiles."""
+        """New memory for a floor of so many tiles; what killed programs left is removed."""
+        remove_orphans()
         frames = round(RING_S * rate_hz)
         samples = round(RING_S * max(_LEAST_FORCE_HZ, force_rate_hz))
         return SessionMemory(
             Status.create(),
             Ring.create(2 + 4 * tiles, samples, "float64"),
-            Ring.create(tiles, frames),
-            Ring.create(tiles, frames),
+            *(Ring.create(tiles, frames) for _ in range(4)),
         )
 
     @staticmethod
     def open(names: MemoryNames) -> "SessionMemory":
         """The memory that another process created."""
-        rings = (Ring.open(name) for name in (names.force, names.vibration, names.scope))
-        return SessionMemory(Status.open(names.status), *rings)
+        rings = (names.force, names.vibration, names.commanded, names.measured, names.scope)
+        return SessionMemory(Status.open(names.status), *(Ring.open(name) for name in rings))
 
     @property
     def names(self) -> MemoryNames:
         """Where it is found."""
-        return MemoryNames(self.status.name, self.force.where, self.vibration.where, self.scope.where)
+        return MemoryNames(self.status.name, *(ring.where for ring in self._rings))
+
+    @property
+    def recorded(self) -> dict[str, Ring]:
+        """The rings that a recording keeps, by the name of its table."""
+        return {
+            "force": self.force,
+            "vibration": self.vibration,
+            "commanded": self.commanded,
+            "measured": self.measured,
+        }
+
+    def skip(self, frame: int) -> None:
+        """Go on at a session frame, where an engine begins."""
+        for ring in self._rings[1:]:
+            ring.skip(frame)
 
     def close(self) -> None:
         """Let go of it; the one who created it removes it."""
-        for part in (self.status, self.force, self.vibration, self.scope):
-            part.close()
+        self.status.close()
+        for ring in self._rings:
+            ring.close()
+
+    @property
+    def _rings(self) -> tuple[Ring, ...]:
+        return self.force, self.vibration, self.commanded, self.measured, self.scope
 
 
 class VibrationReader:
-    """What each tile plays: `read` gives the first new session frame, and float32 [frame, tile], of full scale."""
+    """A value a tile and frame: `read` gives the first new session frame, and float32 [frame, tile]."""
 
     def __init__(self, ring: Ring) -> None:
         self._reader = Reader(ring)

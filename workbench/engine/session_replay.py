@@ -13,6 +13,8 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.render import Rendered
 from underfoot.errors import BadFile
 from underfoot.floor.layout import Floor
+from underfoot.floor.simulated_plates import Heard
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
@@ -39,8 +41,8 @@ class RecordedForce:
         return count
 
 
-def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
-    """Play the recording again from its first frame to its last.
+def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Heard, ...] = ()) -> Rendered:
+    """Play the recording again from its first frame to its last; `plates` as in `LoopOptions`.
 
     `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
     """
@@ -48,7 +50,7 @@ def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
         first, played = recording.vibration()
         if first != 0 or recording.gaps():
             raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
-        loop = _loop_of(recording, registry, block)
+        loop = _loop_of(recording, registry, block, plates)
         for frame, kind, body in recording.commands():
             command = from_text(kind, body)
             if isinstance(command, Swap):
@@ -57,7 +59,7 @@ def replay(path: Path, registry: Registry, block: int = 1024) -> Rendered:
     return Rendered.of(loop, len(played))
 
 
-def _loop_of(recording: Recording, registry: Registry, block: int) -> Loop:
+def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[Heard, ...]) -> Loop:
     """The loop of the recorded session, as it was before its first frame."""
     about = recording.about
     source = RecordedForce(
@@ -70,5 +72,7 @@ def _loop_of(recording: Recording, registry: Registry, block: int) -> Loop:
         equalisers=msgspec.json.decode(about.get("corrections", "[]"), type=tuple[TileEqualiser, ...]),
         channels=None if channels is None else tuple(channels),
         folder=Path(about["folder"]) if about.get("folder") else None,
+        plates=plates,
+        simulation=TileParameters.loads(about["simulation"]) if about.get("simulation") else None,
     )
     return Loop(Patch.loads(about["patch"], registry, str(recording.path)), registry, source, options)

@@ -50,7 +50,7 @@ class SoundCard:
         signal = np.append(limited(sound.signal, sound.rate_hz), np.zeros(round(_TAIL_S * sound.rate_hz)))
         played = np.zeros((signal.size, min(self._channel + 2 - self._channel % 2, self._channels)), np.float32)
         played[:, self._channel] = signal
-        exchange = Exchange(*self._devices, played, self._heard_on + 1, sound.rate_hz)
+        exchange = Exchange(*self._devices, played, self._heard_on + 1, sound.rate_hz, sound.block)
         self._exchange = exchange
         try:
             exchange.run()

@@ -6,6 +6,7 @@ from multiprocessing.shared_memory import SharedMemory
 import numpy as np
 
 from underfoot.engine.reports import Health
+from underfoot.engine.shared_blocks import new_block
 
 
 class Field(IntEnum):
@@ -19,6 +20,7 @@ class Field(IntEnum):
     LATENCY_S = auto()
     HOLD_S = auto()
     STREAM_LATENCY_S = auto()
+    ROUND_TRIP_S = auto()
     FRAME = auto()
     PEAK = auto()
     AWAKE = auto()
@@ -40,8 +42,7 @@ class Status:
     @staticmethod
     def create() -> "Status":
         """New memory, all zero."""
-        memory = SharedMemory(create=True, size=_PANIC + 8)
-        np.ndarray((memory.size,), np.uint8, memory.buf)[:] = 0
+        memory = new_block(_PANIC + 8)
         return Status(memory, owned=True)
 
     @staticmethod

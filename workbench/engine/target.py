@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.force_source import SENSOR_HZ, ForceSource
 from underfoot.devices.replay import Replay
@@ -11,7 +12,7 @@ from underfoot.errors import DeviceError
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, profiles_of
-from underfoot.floor.tile_parameters import TileParameters
+from underfoot.floor.tile_parameters import simulation
 
 
 @dataclass(frozen=True)
@@ -21,8 +22,9 @@ class Target:
     `kind` is "simulator", "replay" (of the force CSV `source`), or a scheme of `TRANSPORTS` (of the address `source`).
     `sound` is None for no sound card, "" for the default one, else a device's name. `latency_s` is what to ask of the
     sound device, 0 for its own low latency. `profiles` is a folder with the tiles' calibration files, "" for none.
-    `simulation` is a file of a simulated floor's parameters, "" for ideal sensors; `sensor_hz` is how often tiles of
-    hardware send.
+    `simulation` is a file of a simulated floor's parameters, or who walks on it ("people=2,path=crossing"), "" for
+    ideal sensors; `sensor_hz` is how often tiles of hardware send. `accelerometers` are on inputs of the sound device;
+    what is played comes back there `round_trip_frames` later, 0 for what the device says of itself.
     """
 
     floor: Floor
@@ -36,13 +38,15 @@ class Target:
     profiles: str = ""
     simulation: str = ""
     sensor_hz: float = SENSOR_HZ
+    accelerometers: tuple[Accelerometer, ...] = ()
+    round_trip_frames: int = 0
 
 
 def simulation_of(text: str) -> str | None:
-    """The parameter file of a simulator, as commands name it, "" for ideal sensors; None for anything else.
+    """What commands say of a simulator: a parameter file or people, "" for neither; None for anything else.
 
-    >>> simulation_of("simulator"), simulation_of("simulator:tile.json"), simulation_of("walk.csv")
-    ('', 'tile.json', None)
+    >>> simulation_of("simulator"), simulation_of("simulator:people=2"), simulation_of("walk.csv")
+    ('', 'people=2', None)
     """
     kind, _, path = text.partition(":")
     return path if kind == "simulator" else None
@@ -58,10 +62,14 @@ def force_rate_hz(target: Target) -> float:
     return SENSOR_HZ
 
 
+def is_simulated(target: Target) -> bool:
+    """Whether its tiles are simulated: what they do is computed. Accelerometers, where there are any, come first."""
+    return target.kind in ("simulator", "replay") and not target.accelerometers
+
+
 def require_source(target: Target) -> None:
     """Say before a session begins that a transport cannot be opened, `DeviceError`, or a file be read, `BadFile`."""
-    if target.simulation:
-        TileParameters.load(target.simulation)
+    simulation(target.simulation)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
         transport.open()
@@ -78,9 +86,9 @@ def source_of(target: Target, frame: int = 0) -> ForceSource:
     if target.kind != "simulator":
         allowed = ", ".join(("simulator", "replay", *TRANSPORTS))
         raise DeviceError(f"there is no target of kind {target.kind!r}; allowed: {allowed}")
-    simulation = TileParameters.load(target.simulation) if target.simulation else None
+    tiles, people = simulation(target.simulation)
     simulated = SimulatedFloor(
-        target.floor, target.rate, walking=target.walker, simulation=simulation, profiles=_profiles(target)
+        target.floor, target.rate, walking=target.walker, simulation=tiles, profiles=_profiles(target), people=people
     )
     simulated.skip(frame)
     return simulated

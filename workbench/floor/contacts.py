@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
 from underfoot.floor import tracking
+from underfoot.floor.feet import FootFinder
 from underfoot.floor.layout import Floor, default_floor
 
 GAP_S = 0.040
@@ -49,7 +50,7 @@ SLAB = 256
 class ContactRows:
     """One row a contact and sample, in order of time: arrays of length n, and `on_tile` (n, tiles).
 
-    Ids in `contact` count from 1, places are in the floor's frame. `on_tile` says which tiles a contact stands on.
+    Ids in `contact` go up from 1, places are in the floor's frame. `on_tile` says which tiles a contact stands on.
     """
 
     time_s: NDArray[np.float64]
@@ -80,7 +81,9 @@ class Contact:
 
     The curve (`time_s`, `force_n`, `x_m`, `y_m`, each of length n, floor frame) is of the contact's first ten
     seconds. `lead_s` and `lead_n` are time and load of the sample before it began, NaN where there was none. It is
-    `cut` if it began or ended out of sight: at the recording's ends, at a gap, or on an untared tile.
+    `cut` if it began or ended out of sight: at the recording's ends, at a gap, or on an untared tile. `spread_m2` are
+    the second moments xx, xy and yy of its tiles' centroids about the whole one's, weighted by force, while it lay on
+    more than one; 0 where it never did.
     """
 
     id: int
@@ -94,17 +97,23 @@ class Contact:
     force_n: NDArray[np.float64]
     x_m: NDArray[np.float64]
     y_m: NDArray[np.float64]
+    spread_m2: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class OngoingContact:
-    """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own."""
+    """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own.
+
+    `person` is who stands there, as far as somebody has said so (`walks.StepCounter.person_at`), else 0.
+    """
 
     id: int
     x_m: float
     y_m: float
     force_n: float
     tiles: tuple[int, ...]
+    start_s: float = math.nan
+    person: int = 0
 
 
 @dataclass(frozen=True)
@@ -118,9 +127,9 @@ class TrackedContacts:
 class ContactTracker:
     """Follows the contacts on a floor in a stream of corner forces at about `rate_hz` (20 to 100,000).
 
-    Whatever chunks the stream comes in, the rows and contacts given out are the same. They are held back while it is
-    open whether two tiles carry one foot: until the later one has reached 50 N, for 0.4 s at most; and for the first
-    50 ms of the stream. `ongoing` and the loads are never held back otherwise.
+    Whatever chunks the stream comes in, the rows and contacts given out are the same. While somebody stands on the
+    floor they are held back for 0.6 s, and for 0.3 s more while it is open which loads are one foot's (`feet.py`); and
+    for the first 50 ms of the stream. `ongoing` and the loads are never held back otherwise.
 
     >>> from underfoot.floor.layout import default_floor
     >>> tracker = ContactTracker(default_floor(1, 1), rate_hz=1000.0)
@@ -154,25 +163,22 @@ class ContactTracker:
         self._tiles["negative_s"] = math.nan
         self.memory = tracking.TrackerMemory(
             plates=floor.plates(),
-            gaps_m=floor.gaps_m(),
             tiles=self._tiles,
             stream=stream,
             ring=np.zeros((count, taken(tracking.GUARD_S) + taken(tracking.WINDOW_S) + 1, 5)),
             window=np.zeros((count, 5, taken(tracking.WINDOW_S))),
             rows=np.zeros(SLAB * count, tracking.ROW),
-            events=np.zeros(4 * SLAB * count, tracking.EVENT),
+            events=np.zeros(2 * SLAB * count, tracking.EVENT),
         )
         """What `tracking.follow` takes beside the samples. Callers that may allocate nothing give a kernel of theirs
         `tuple(memory)`, which makes a `TrackerMemory` of it: for a named tuple Numba makes new strings at each call."""
-        self._held = self.memory.rows[:0]
-        self._pending: list[np.void] = []
-        self._foot_of = np.zeros(256, np.int64)
+        self._feet = FootFinder(floor, rate_hz, every)
         self._ongoing: dict[int, _Ongoing] = {}
         self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
         self._opening_length = max(8, math.ceil(OPENING_S * rate_hz))
         # Kernels are loaded here, not when the first foot comes down.
         self._follow_slab(np.zeros(0), np.zeros((0, count, 4)))
-        self._join(self._held)
+        self._join(self.memory.rows[:0], np.zeros(0, np.int64))
         self.tare()
 
     def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> TrackedContacts:
@@ -197,8 +203,8 @@ class ContactTracker:
         """End the stream: what was held back, and the contacts that still last, which are cut."""
         opened = [self._follow(*self._open_stream(self._opening))] if self._opening else []
         happened = tracking.end_all(self.memory)
-        self._note(self.memory.events[:happened])
-        return _joined([*opened, self._flush(int(self.memory.stream["count"][0]) + 1)], len(self._tiles))
+        self._feet.finish(self.memory.events[:happened])
+        return _joined([*opened, self._flush(everything=True)], len(self._tiles))
 
     @property
     def opening(self) -> bool:
@@ -212,12 +218,14 @@ class ContactTracker:
     def ongoing(self) -> tuple[OngoingContact, ...]:
         """The contacts at the latest sample, provisional ones as they stand."""
         on: dict[int, list[int]] = {}
-        for k in np.flatnonzero(self._tiles["on"]):
-            root = k
-            while self._tiles["foot"][root] == 0 and self._tiles["partner"][root] >= 0:
-                root = self._tiles["partner"][root]
-            on.setdefault(int(self._tiles["foot"][root]) or -1 - int(root), []).append(int(k))
-        return tuple(self._ongoing_contact(max(foot, 0), tiles) for foot, tiles in on.items())
+        foot_of: dict[int, int] = {}
+        start_s: dict[int, float] = {}
+        for load, earlier in sorted(self._feet.standing(), key=lambda found: found[0].sample):
+            foot = load.foot or (foot_of.get(earlier.token, earlier.foot) if earlier else 0) or -1 - load.tile
+            foot_of[load.token] = foot
+            on.setdefault(foot, []).append(load.tile)
+            start_s.setdefault(foot, load.start_s)
+        return tuple(self._ongoing_contact(max(foot, 0), sorted(on[foot]), start_s[foot]) for foot in on)
 
     @property
     def loads_n(self) -> NDArray[np.float64]:
@@ -269,63 +277,48 @@ class ContactTracker:
         return _joined([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
 
     def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
-        written, happened, until = tracking.follow(times, forces, self.memory)
-        if written:
-            rows = self.memory.rows[:written]
-            self._held = np.concatenate([self._held, rows]) if len(self._held) else rows.copy()
-        if happened:
-            self._note(self.memory.events[:happened])
-        return self._flush(until)
+        written, happened = tracking.follow(times, forces, self.memory)
+        self._feet.feed(self.memory.rows[:written], self.memory.events[:happened], times)
+        return self._flush()
 
-    def _note(self, events: NDArray[np.void]) -> None:
-        """Keep events until they may be given out, and note which foot each contact of a tile was decided to be."""
-        self._pending.extend(events.copy())
-        for event in events[events["kind"] == tracking.DECIDED]:
-            token = int(event["token"])
-            if token >= len(self._foot_of):
-                self._foot_of = np.concatenate([self._foot_of, np.zeros(max(token, 256), np.int64)])
-            self._foot_of[token] = event["foot"]
-
-    def _flush(self, until: int = 0) -> TrackedContacts:
-        """Give out what happened before sample `until`."""
-        if not len(self._held) and not self._pending:
+    def _flush(self, everything: bool = False) -> TrackedContacts:
+        """Give out what is decided."""
+        found, feet, events = self._feet.take(everything)
+        if not len(found) and not events:
             return TrackedContacts(_no_rows(len(self._tiles)), ())
-        ready = int(np.searchsorted(self._held["sample"], until))
-        rows = self._join(self._held[:ready])
-        self._held = self._held[ready:]
-        over: list[_Ongoing] = []
-        while self._pending and self._pending[0]["sample"] < until:
-            event = self._pending.pop(0)
-            foot = int(self._foot_of[event["token"]])
+        rows = self._join(found, feet)
+        for foot, event in events:
             if event["kind"] == tracking.BEGAN:
-                one = self._ongoing.setdefault(foot, _Ongoing(foot, event["cut"], event["time_s"], event["value"]))
+                one = self._ongoing.setdefault(foot, _Ongoing(foot, event["cut"], event["time_s"], event["load_n"]))
                 one.standing += 1
-            elif event["kind"] == tracking.ENDED:
+            else:
                 one = self._ongoing[foot]
                 one.standing -= 1
                 one.cut = bool(one.cut or event["cut"])
                 one.end_s = max(one.end_s, float(event["time_s"]))
-                tile = int(event["tile"])
-                one.impulse_ns[tile] = one.impulse_ns.get(tile, 0.0) + float(event["value"])
-                if one.standing == 0:
-                    over.append(one)
-        if len(rows):
-            for foot, one in self._ongoing.items():
-                one.take(rows, foot)
+        for foot, one in self._ongoing.items():
+            if len(rows):
+                mine = feet == foot
+                one.take(rows.select(rows.contact == foot), found[mine])
+        left = [one for one in self._ongoing.values() if one.standing == 0]
+        awaited = self._feet.awaited() if left else set()
+        over = sorted((one for one in left if one.id not in awaited), key=lambda one: one.end_s)
         for one in over:
             del self._ongoing[one.id]
         return TrackedContacts(rows, tuple(one.close() for one in over))
 
-    def _join(self, rows: NDArray[np.void]) -> ContactRows:
+    def _join(self, rows: NDArray[np.void], feet: NDArray[np.int64]) -> ContactRows:
         joined = _no_rows(len(self._tiles), len(rows))
         columns = (getattr(joined, name) for name in joined.__dataclass_fields__)
-        return joined.select(slice(tracking.join(rows, self._foot_of[rows["token"]], *columns)))
+        return joined.select(slice(tracking.join(rows, feet, *columns)))
 
-    def _ongoing_contact(self, id: int, tiles: Sequence[int]) -> OngoingContact:
+    def _ongoing_contact(self, id: int, tiles: Sequence[int], start_s: float) -> OngoingContact:
         rows = self._tiles[list(tiles)]
         force_n = float(rows["load_n"].sum())
         share = rows["load_n"] / force_n
-        return OngoingContact(id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles))
+        return OngoingContact(
+            id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles), start_s
+        )
 
 
 @dataclass
@@ -338,30 +331,48 @@ class _Ongoing:
     lead_n: float
     standing: int = 0
     end_s: float = -math.inf
-    impulse_ns: dict[int, float] = field(default_factory=dict)
     parts: list[ContactRows] = field(default_factory=list)
+    loads: list[NDArray[np.void]] = field(default_factory=list)
 
-    def take(self, rows: ContactRows, foot: int) -> None:
-        if not self.parts or rows.time_s[0] - self.parts[0].time_s[0] <= CURVE_S:
-            mine = rows.select(rows.contact == foot)
-            if len(mine):
-                self.parts.append(mine)
+    def take(self, rows: ContactRows, loads: NDArray[np.void]) -> None:
+        """Its own rows, and those of its loads."""
+        if len(rows) and (not self.parts or rows.time_s[0] - self.parts[0].time_s[0] <= CURVE_S):
+            self.parts.append(rows)
+            self.loads.append(loads)
 
     def close(self) -> Contact:
         curve = {name: np.concatenate([getattr(part, name) for part in self.parts]) for name in _CURVE}
         start_s = float(curve["time_s"][0])
         kept = curve["time_s"] <= min(self.end_s, start_s + CURVE_S)
-        tiles = tuple(sorted(self.impulse_ns, key=lambda tile: -self.impulse_ns[tile]))
+        # Sums are of everything at once: in parts they would depend on how the stream was cut.
+        loads = np.concatenate(self.loads)
+        on_tiles = np.concatenate([part.on_tile.sum(axis=1) for part in self.parts])
+        impulse = np.bincount(loads["tile"], weights=loads["force_n"])
+        loaded = np.unique(loads["tile"])
         return Contact(
             id=self.id,
             start_s=start_s,
             end_s=self.end_s,
-            tiles=tiles,
+            tiles=tuple(loaded[np.argsort(-impulse[loaded], kind="stable")].tolist()),
             cut=self.cut,
             lead_s=math.nan if self.cut else self.lead_s,
             lead_n=self.lead_n,
+            spread_m2=_spread(loads, on_tiles, curve["x_m"], curve["y_m"]),
             **{name: column[kept] for name, column in curve.items()},
         )
+
+
+def _spread(
+    loads: NDArray[np.void], on_tiles: NDArray[np.intp], x_m: NDArray[np.float64], y_m: NDArray[np.float64]
+) -> tuple[float, float, float]:
+    """The second moments of loads about their foot's centroid (n,), while it was on more than one of `on_tiles`."""
+    several = np.repeat(on_tiles, on_tiles) > 1
+    if not several.any():
+        return 0.0, 0.0, 0.0
+    x = (loads["x_m"] - np.repeat(x_m, on_tiles))[several]
+    y = (loads["y_m"] - np.repeat(y_m, on_tiles))[several]
+    xx, xy, yy = (float(np.average(product, weights=loads["force_n"][several])) for product in (x * x, x * y, y * y))
+    return xx, xy, yy
 
 
 _CURVE = ("time_s", "force_n", "x_m", "y_m")

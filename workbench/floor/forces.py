@@ -1,4 +1,8 @@
-"""Force CSV: `time_s`, then one column a sensor, `<tile>.<1 to 4>`, in newtons."""
+"""Force CSV: `time_s`, then one column a sensor, `<tile>.<1 to 4>`, in newtons.
+
+Cells are parted by commas, semicolons or tabs; between semicolons and tabs a number may have a decimal comma. Lines
+that begin with # are left alone, and so are further columns.
+"""
 
 import re
 from dataclasses import dataclass
@@ -52,8 +56,9 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     """The forces in a CSV file, at least two samples of every sensor of `floor`, in any order of columns.
 
     Raises `BadFile`, one line that names the file and the line in it: a file that cannot be read or is not text, a
-    column that is missing, given twice or of no sensor of the floor, a cell that is not a number (nor may it be inf
-    or nan), a line with a cell too many or too few, and a time that is not later than the one before.
+    column that is missing, given twice or of a tile or sensor that the floor does not have, a cell of these that is not
+    a number (nor may it be inf or nan), a line with a cell too many or too few, and a time that is not later than the
+    one before.
     """
     data = read_file(path)
     try:
@@ -62,64 +67,67 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
         text = "\0"
     if "\0" in text:
         raise BadFile(f"{path} is not a text file; a force CSV is UTF-8 text")
-    lines = text.splitlines()
-    if not any(line.strip() for line in lines):
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not lines:
         raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{floor.ids[0]}.1,...")
-    order = _columns(path, [name.strip() for name in lines[0].split(",")], floor)
-    if sum(1 for line in lines[1:] if line.strip()) < 2:
-        raise BadFile(f"{path} has {sum(1 for line in lines[1:] if line.strip())} samples; allowed: 2 or more")
+    (_, head), *rows = lines
+    part = next((one for one in (";", "\t") if one in head), ",")
+    if part != ",":
+        rows = [(number, line.replace(",", ".")) for number, line in rows]
+    names = [name.strip() for name in head.split(part)]
+    order = _columns(path, names, floor, lines[0][0])
+    if len(rows) < 2:
+        raise BadFile(f"{path} has {len(rows)} samples; allowed: 2 or more")
+    even = all(line.count(part) == head.count(part) for _, line in rows)
     try:
-        table = np.loadtxt(lines[1:], delimiter=",", comments=None, ndmin=2)
-    except ValueError as error:
-        raise _fault(path, lines) or BadFile(f"{path}: {error}") from None
-    if (
-        table.shape[1] != len(order)
-        or not (np.abs(table) <= LARGEST).all()
-        or (np.diff(table[:, order[0]]) <= 0.0).any()
-    ):
-        raise _fault(path, lines) or BadFile(f"{path} is no force CSV that can be read")
-    time_s = np.ascontiguousarray(table[:, order[0]])
-    force_n = np.ascontiguousarray(table[:, order[1:]]).reshape(len(table), len(floor.tiles), 4)
+        table = np.loadtxt([line for _, line in rows], delimiter=part, comments=None, ndmin=2, usecols=order)
+    except (ValueError, IndexError) as error:
+        raise _fault(path, names, order, part, rows) or BadFile(f"{path}: {error}") from None
+    if not even or not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0.0).any():
+        raise _fault(path, names, order, part, rows) or BadFile(f"{path} is no force CSV that can be read")
+    time_s = np.ascontiguousarray(table[:, 0])
+    force_n = np.ascontiguousarray(table[:, 1:]).reshape(len(table), len(floor.tiles), 4)
     return ForceSeries(time_s, force_n, float(1.0 / np.median(np.diff(time_s))))
 
 
-def _columns(path: str | Path, names: list[str], floor: Floor) -> list[int]:
-    """Where time and each sensor of the floor stand in the file."""
+def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> list[int]:
+    """Where time and each sensor of the floor stand in the file, whose columns are named in this line."""
     expected = ["time_s", *(f"{id}.{sensor}" for id in floor.ids for sensor in range(1, 5))]
-    known = set(expected)
     for column, name in enumerate(names, start=1):
-        if name in known:
-            continue
         id, dot, sensor = name.rpartition(".")
-        place = f"{path}: line 1, column {column} is {name[:60]!r}"
-        if dot and id in floor.ids:
+        if not dot or name in expected:
+            continue
+        place = f"{path}: line {line}, column {column} is {name[:60]!r}"
+        if id in floor.ids:
             raise BadFile(f"{place}; allowed: {id}.1 to {id}.4, a tile has four sensors")
-        if dot and re.fullmatch(r"[1-9][0-9]*", sensor):
+        if re.fullmatch(r"[1-4]", sensor):
             raise BadFile(f"{place}; allowed: tiles of the floor ({_some(floor.ids)})")
-        raise BadFile(f"{place}; allowed: time_s and <tile>.<1 to 4>")
     for name in expected:
         if name not in names:
-            raise BadFile(f"{path}: line 1 has no column {name}; allowed: time_s and four columns of every tile")
+            raise BadFile(f"{path}: line {line} has no column {name}; allowed: time_s and four columns of every tile")
         if names.count(name) > 1:
-            raise BadFile(f"{path}: line 1 has the column {name} {names.count(name)} times; allowed: once")
+            raise BadFile(f"{path}: line {line} has the column {name} {names.count(name)} times; allowed: once")
     return [names.index(name) for name in expected]
 
 
-def _fault(path: str | Path, lines: list[str]) -> BadFile | None:
+def _fault(
+    path: str | Path, names: list[str], order: list[int], part: str, rows: list[tuple[int, str]]
+) -> BadFile | None:
     """The first thing wrong in a file that could not be used, found line by line."""
-    names = [name.strip() for name in lines[0].split(",")]
-    when = names.index("time_s")
     before = -np.inf
-    for number, line in enumerate(lines[1:], start=2):
-        if not line.strip():
-            continue
-        cells = line.split(",")
+    for number, line in rows:
+        cells = line.split(part)
         if len(cells) != len(names):
-            return BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in line 1")
-        for name, cell in zip(names, cells, strict=True):
-            if not _is_number(cell):
-                return BadFile(f"{path}: line {number}, column {name} is {cell.strip()[:60]!r}; allowed: a number")
-        now = float(cells[when])
+            return BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in the first")
+        for column in sorted(order):
+            if not _is_number(cells[column]):
+                given = cells[column].strip()[:60]
+                return BadFile(f"{path}: line {number}, column {names[column]} is {given!r}; allowed: a number")
+        now = float(cells[order[0]])
         if now <= before:
             return BadFile(f"{path}: line {number}, time_s is {now!r} after {before!r}; allowed: a later time")
         before = now

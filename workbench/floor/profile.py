@@ -1,10 +1,11 @@
 """The calibration of one tile, in one file: from readings to newtons, to a centroid, and from drive to acceleration.
 
-A profile has up to three parts. `fsr` turns readings into newtons, `centroid` newtons into a place, and `response` says
-how the plate responds to its shaker. Each part keeps its date, its reference, its measured error and its verdict; a
-part that is replaced goes to `earlier` and can be restored.
+A profile has up to four parts. `fsr` turns readings into newtons, `centroid` newtons into a place, `response` says how
+the plate responds to its shaker, and `latency` how long that takes. Each part keeps its date, its reference, its
+measured error and its verdict; a part that is replaced goes to `earlier` and can be restored.
 """
 
+from collections.abc import Mapping
 from datetime import date
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from underfoot.parameters import IDENTIFIER
 
 FORMAT = "underfoot-profile"
 VERSION = 1
-PARTS = ("fsr", "centroid", "response")
+PARTS = ("fsr", "centroid", "response", "latency")
 OLD_DAYS = 90
 """A part older than this is flagged: rubber creeps, resistors wear, screws work loose."""
 NOMINAL_ACCELERATION = 20.0
@@ -111,6 +112,18 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
         require(stable, "equaliser", self.equaliser, "stable second-order sections with a0 = 1")
 
 
+class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How long what is played takes to come back on an input: the median, on a card at `rate_hz` in such blocks."""
+
+    round_trip_ms: float
+    rate_hz: int = 48000
+    block: int = 128
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_numbers("round_trip_ms", (self.round_trip_ms,), 1e5)
+
+
 class Earlier(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A part that was replaced, and the day it was."""
 
@@ -118,6 +131,7 @@ class Earlier(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     fsr: Fsr | None = None
     centroid: Centroid | None = None
     response: Response | None = None
+    latency: Latency | None = None
 
     @property
     def kind(self) -> str:
@@ -147,6 +161,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     fsr: Fsr | None = None
     centroid: Centroid | None = None
     response: Response | None = None
+    latency: Latency | None = None
     earlier: tuple[Earlier, ...] = ()
 
     def __post_init__(self) -> None:
@@ -259,7 +274,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return tuple(found)
 
     def part(self, kind: str) -> Part | None:
-        """The part "fsr", "centroid" or "response", or None where it is not there."""
+        """The part of one of `PARTS`, or None where it is not there."""
         require(kind in PARTS, "kind", kind, ", ".join(PARTS))
         found: Part | None = getattr(self, kind)
         return found
@@ -330,6 +345,18 @@ def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
     return {tile: Profile.load(path) for tile, path in paths.items() if path.exists()}
 
 
+def round_trip_frames(profiles: Mapping[str, Profile], rate_hz: int, block: int) -> int:
+    """The measured round trip of the card that the tiles of these profiles hang on; 0 where none was measured so.
+
+    >>> part = Latency(made="2024-05-01", round_trip_ms=10.0)
+    >>> round_trip_frames({"t1": Profile(tile="t1", latency=part)}, 48000, 128)
+    480
+    """
+    parts = [one.latency for one in profiles.values() if one.latency is not None]
+    found = [part.round_trip_ms for part in parts if (part.rate_hz, part.block) == (rate_hz, block)]
+    return round(1e-3 * rate_hz * float(np.median(found))) if found else 0
+
+
 def load_for_tile(path: str | Path, tile: str, serial: str = "") -> Profile:
     """The profile in a file that a part of `tile` is to go into.
 
@@ -351,7 +378,7 @@ def _four(values: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def _kind(part: Part) -> str:
-    return {Fsr: "fsr", Centroid: "centroid", Response: "response"}[type(part)]
+    return {Fsr: "fsr", Centroid: "centroid", Response: "response", Latency: "latency"}[type(part)]
 
 
 def _require_date(name: str, given: str) -> None:

@@ -6,12 +6,12 @@ point presses on the tile that it is on, which splits it over its corners biline
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 from underfoot.models import gait
 
@@ -35,11 +35,16 @@ FOOTFALL = np.dtype(
         ("cos_heading", np.float64),
         ("sin_heading", np.float64),
         ("length_m", np.float64),
+        ("breadth_m", np.float64),
         ("extremes_n", np.float64, (3,)),
+        ("person", np.int64),
+        ("number", np.int64),
+        ("left", np.bool_),
     ],
     align=True,
 )
-"""A footfall as kernels read it; its extremes are the first peak, the valley and the second peak."""
+"""A footfall as kernels read it; its extremes are the first peak, the valley and the second peak. `number` counts the
+footfalls of a `person`, from 0."""
 
 HAND = np.dtype(
     [("x_m", np.float64), ("y_m", np.float64), ("target_n", np.float64), ("force_n", np.float64)], align=True
@@ -47,47 +52,65 @@ HAND = np.dtype(
 """A hand on a tile: its place in the tile's frame, the force it goes to, and its force now."""
 
 
-def footfall_table(
-    floor: Floor,
-    seconds: float,
-    seed: int,
-    walker: gait.Walker | None = None,
-    path_m: Sequence[tuple[float, float]] = (),
-) -> NDArray[np.void]:
-    """A walk on the floor: shape (footfalls,) of `FOOTFALL`, the first at 0.2 s.
-
-    Without a path it is a rectangle halfway between the floor's middle and its edges, walked round and round, and steps
-    are short where the floor is: on 2 x 2 tiles each foot lands on the next tile.
-    """
-    walker = walker or gait.Walker()
-    if not path_m:
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        middle, half = (low + high) / 2.0, (high - low) / 4.0
-        turns = [middle + half * turn for turn in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
-        path_m = [(float(x), float(y)) for x, y in turns]
-        short = min(walker.step_length_m, float(half.sum()))
-        walker = msgspec.structs.replace(walker, step_length_m=short)
-    steps = gait.footfalls(walker, path_m, seconds, seed)
-    table = np.zeros(len(steps), FOOTFALL)
-    for row, step in zip(table, steps, strict=True):
-        for name in ("start_s", "duration_s", "heel_x_m", "heel_y_m", "length_m"):
+def footfall_table(walks: Sequence[Sequence[gait.Footfall]]) -> NDArray[np.void]:
+    """The footfalls of several people in one order of time: shape (footfalls,) of `FOOTFALL`."""
+    table = np.zeros(sum(map(len, walks)), FOOTFALL)
+    every = ((person, number, step) for person, steps in enumerate(walks) for number, step in enumerate(steps))
+    for row, (person, number, step) in zip(table, every, strict=True):
+        for name in ("start_s", "duration_s", "heel_x_m", "heel_y_m", "length_m", "breadth_m"):
             row[name] = getattr(step, name)
         row["cos_heading"], row["sin_heading"] = math.cos(step.heading_rad), math.sin(step.heading_rad)
         row["extremes_n"] = step.peak1_n, step.valley_n, step.peak2_n
-    return table
+        row["person"], row["number"], row["left"] = person, number, step.side == "left"
+    return table[np.argsort(table["start_s"], kind="stable")]
 
 
-def gait_curves(walker: gait.Walker | None = None) -> NDArray[np.float64]:
-    """A footfall's force per unit of first peak, valley and second peak, and its roll, over the phase: shape (4, 2049).
+def gait_curves(walkers: Sequence[gait.Walker] = (gait.Walker(),)) -> NDArray[np.float64]:
+    """Curves over the phase of a footfall, from 0 to 1: shape (3 + walkers, 2049).
 
-    The force is linear in its three extremes, so that these curves hold every footfall's.
+    The first three are the force per unit of first peak, valley and second peak. The force is linear in its extremes,
+    so that these hold every footfall's. The others are the rolls of the walkers' feet.
     """
-    walker = walker or gait.Walker()
     phase = np.linspace(0.0, 1.0, _PHASES + 1)
-    ones = np.eye(3)
-    return np.array(
-        [*(gait.vertical_force(phase, *one) for one in ones), gait.roll(phase, walker.roll_start, walker.roll_reach)]
+    rolls = [gait.roll(phase, walker.roll_start, walker.roll_reach) for walker in walkers]
+    return np.array([*(gait.vertical_force(phase, *one) for one in np.eye(3)), *rolls])
+
+
+@dataclass(frozen=True)
+class FeetDown:
+    """Whose foot is where, as the simulator knows: a row for each foot that bears weight and time, shape (n,) each.
+
+    `footfall` is the row in the table of footfalls, `person` counts from 0; centre of pressure in the floor's frame.
+    """
+
+    time_s: NDArray[np.float64]
+    person: NDArray[np.int64]
+    footfall: NDArray[np.int64]
+    left: NDArray[np.bool_]
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+
+
+def feet_down(footfalls: NDArray[np.void], curves: Floats, time_s: Floats, least_n: float = 0.0) -> FeetDown:
+    """The feet that bear more than `least_n` newtons at each of `time_s` (n,), ascending."""
+    found: list[tuple[NDArray[Any], ...]] = []
+    phases = np.linspace(0.0, 1.0, _PHASES + 1)
+    for row, step in enumerate(footfalls):
+        end_s = step["start_s"] + step["duration_s"]
+        at = np.arange(np.searchsorted(time_s, step["start_s"]), np.searchsorted(time_s, end_s))
+        phase = (time_s[at] - step["start_s"]) / step["duration_s"]
+        extremes = np.array([np.interp(phase, phases, curves[j]) for j in range(3)])
+        force = step["extremes_n"] @ extremes
+        along = step["length_m"] * np.interp(phase, phases, curves[3 + step["person"]])
+        kept = force > least_n
+        x, y = step["heel_x_m"] + along * step["cos_heading"], step["heel_y_m"] + along * step["sin_heading"]
+        found.append((at[kept], np.full(kept.sum(), row), x[kept], y[kept], force[kept]))
+    samples, rows, x, y, force = (np.concatenate(column) for column in zip(*found, strict=True))
+    order = np.argsort(samples, kind="stable")
+    steps = footfalls[rows[order]]
+    return FeetDown(
+        time_s[samples[order]], steps["person"], rows[order], steps["left"], x[order], y[order], force[order]
     )
 
 
@@ -104,9 +127,9 @@ def walk(
 ) -> None:
     """Add to the first `count` of `forces_n` (n, tiles, 4) the footfalls at session frames `stamps`, over and over.
 
-    `plates` (tiles,) are those of the floor, `curves` those of `gait_curves`. A foot brakes, then pushes off: the
-    place where vertical sensors see it is `foot_shift_m` (tiles,) ahead of where it is as it comes down, and as much
-    behind as it leaves.
+    `plates` (tiles,) are those of the floor, `curves` those of `gait_curves` for the people in the table. A foot
+    brakes, then pushes off: the place where vertical sensors see it is `foot_shift_m` (tiles,) ahead of where it is as
+    it comes down, and as much behind as it leaves.
     """
     length_s = footfalls[-1].start_s + footfalls[-1].duration_s
     longest_s = 0.0
@@ -147,7 +170,8 @@ def _add_footfall(
     force_n = 0.0
     for j in range(3):
         force_n += step.extremes_n[j] * (curves[j, i] + share * (curves[j, i + 1] - curves[j, i]))
-    roll = curves[3, i] + share * (curves[3, i + 1] - curves[3, i])
+    rolls = curves[3 + step.person]
+    roll = rolls[i] + share * (rolls[i + 1] - rolls[i])
     heel, ball = min(HEEL, roll), max(BALL, roll)
     on_ball = (roll - heel) / (ball - heel)
     braking = math.cos(math.pi * phase)
@@ -155,7 +179,10 @@ def _add_footfall(
     for part, load_n in ((heel, force_n * (1.0 - on_ball)), (ball, force_n * on_ball)):
         for j in range(_POINTS):
             along = (part + REACH * (2.0 * j / (_POINTS - 1) - 1.0)) * step.length_m
-            x, y = step.heel_x_m + along * step.cos_heading, step.heel_y_m + along * step.sin_heading
+            # The middle points press on one side, the outer ones on the other: the centre stays on the line.
+            across = (0.5 if j % 3 == 0 else -0.5) * step.breadth_m
+            x = step.heel_x_m + along * step.cos_heading - across * step.sin_heading
+            y = step.heel_y_m + along * step.sin_heading + across * step.cos_heading
             _add_point_force(forces_n, plates, x, y, load_n / _POINTS, foot_shift_m, shift_x, shift_y)
 
 

@@ -36,6 +36,8 @@ _THESIS_TILE = Tile(
     sensor_depth_m=0.0254,
 )
 _MILLI = 1000.0
+_SHEAR = 3.0
+"""Young's modulus over shear modulus of a material that keeps its volume."""
 
 
 @dataclass(frozen=True)
@@ -182,6 +184,23 @@ class Measured:
         reached = self.parameters.shaker.compressed_n(force_n * sine)
         return 100.0 * (1.0 - 2.0 * float(np.mean(reached * sine)) / force_n)
 
+    def distortion_percent(self, force_n: float) -> float:
+        """How far the waveform of a sine force of this amplitude is from a sine: the harmonics, of the fundamental."""
+        sine = np.sin(2.0 * math.pi * np.arange(256) / 256)
+        spectrum = np.abs(np.fft.rfft(self.parameters.shaker.compressed_n(force_n * sine)))
+        return 100.0 * float(np.linalg.norm(spectrum[2:]) / spectrum[1])
+
+    def sway_hz(self) -> float:
+        """The two sideways modes: mounts of rubber shear with a third of their Young's modulus."""
+        return self.suspension.resonance_hz() / math.sqrt(_SHEAR)
+
+    def yaw_hz(self) -> float:
+        """The turn about the upright axis: mounts shear, the mass is spread over the tile."""
+        x, y = np.array(self.tile.sensors_m).T
+        arms = float(np.mean(x**2 + y**2))
+        inertia = (self.tile.size_m[0] ** 2 + self.tile.size_m[1] ** 2) / 12.0
+        return self.sway_hz() * math.sqrt(arms / inertia)
+
     def least_force_n(self) -> float:
         """The least force that a full-scale sine gives from 50 to 750 Hz."""
         asked = np.abs(self.parameters.shaker.transfer(np.linspace(50.0, 750.0, 1401)))
@@ -253,14 +272,28 @@ _QUANTITIES: tuple[tuple[str, str, str, float | None, Callable[[Measured], float
         "77 Hz by finite elements; it depends on how the mass is spread, here evenly along the edges.",
     ),
     (
+        "sway_hz", "sway of the tile, both ways", "Hz", 28.0, lambda t: t.sway_hz(),
+        "28 Hz is the lowest of the thesis's six; which mode it is, is not said. A mount of rubber shears with a third "
+        "of its modulus; the centre of mass is taken to lie at the mounts.",
+    ),
+    (
+        "yaw_hz", "turn of the tile about the upright axis", "Hz", 51.0, lambda t: t.yaw_hz(),
+        "Four frequencies are printed for six modes: 28, 45, 51 and 77 Hz.",
+    ),
+    (
         "band_low_hz", "lower end of the band (-10 dB)", "Hz", 50.0, lambda t: t.low_hz,
         "The thesis's band is that of its equaliser; this is without one.",
     ),
     ("band_high_hz", "upper end of the band (-10 dB)", "Hz", 750.0, lambda t: t.high_hz, ""),
     ("force_n", "least force of a full-scale sine, 50 to 750 Hz", "N", 40.0, lambda t: t.least_force_n(), ""),
     (
-        "compression_percent", "compression of a sine of 30 N", "%", 5.0, lambda t: t.compression_percent(30.0),
-        "\"Slightly more than 5 %\" at 300 Hz.",
+        "distortion_percent", "distortion of a sine of 30 N", "%", 5.0, lambda t: t.distortion_percent(30.0),
+        "\"Slightly more than 5 %\" of nonlinear distortion at 300 Hz. Ours is of a soft saturation that takes 5 % "
+        "of the level; the thesis does not say how it was taken.",
+    ),
+    (
+        "compression_percent", "compression of a sine of 30 N", "%", None, lambda t: t.compression_percent(30.0),
+        "By how much its fundamental falls short.",
     ),
     (
         "leg_hz", "a body on its leg", "Hz", 150.0, lambda t: t.parameters.foot.leg_hz(),

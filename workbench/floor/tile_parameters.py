@@ -8,6 +8,7 @@ from underfoot.documents import read_document, write_document
 from underfoot.errors import require
 from underfoot.files import read_file, write_file
 from underfoot.floor.layout import Point, Tile
+from underfoot.floor.simulated_people import MOST_PEOPLE, Person, people_of
 from underfoot.models import gait
 from underfoot.models.signals.random import stream_key, uniform
 from underfoot.models.tile.assembly import Assembly, Foot
@@ -20,6 +21,21 @@ FORMAT = "underfoot-simulation"
 VERSION = 1
 LOADS = ("none", "standing", "corner")
 """What stands on the tile: nothing, a foot in its middle, or a foot three quarters of the way to its first sensor."""
+
+
+def simulation(text: str) -> tuple["TileParameters | None", tuple[Person, ...]]:
+    """What the tiles of a simulated floor are made of, None for ideal ones, and who walks on it besides.
+
+    `text` is what a target has behind "simulator:": nothing, a file, or people as `people_of` takes them. `BadFile` and
+    `BadValue` where it cannot be.
+
+    >>> tiles, people = simulation("people=2,path=crossing")
+    >>> tiles, [person.path for person in people]
+    (None, ['crossing', 'crossing'])
+    """
+    if "=" in text and not Path(text).is_file():
+        return None, people_of(text)
+    return (TileParameters.load(text) if text else None), ()
 
 
 class Split(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -66,8 +82,8 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     The suspension carries its `mass_kg` on a tile of `reference_m`; on one of another size the plate weighs by its
     area, the frame by its edges and each shaker as ever. Each of `shakers_m` has `shaker_kg` at the plate. `tolerance`
     is how far rubber, plate and shaker may be from what is said here, as a share. The `walker` follows `path_m`, in the
-    floor's frame; without one, round the floor. A `recording`, a force CSV of the same tiles, walks instead of it, over
-    and over; its path is taken from this file's.
+    floor's frame; without one, round the floor. `people` (up to 8) walk instead of it. A `recording`, a force CSV of
+    the same tiles, walks instead of all these, over and over; its path is taken from this file's.
 
     >>> TileParameters.loads(TileParameters().dumps()) == TileParameters()
     True
@@ -90,6 +106,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tolerance: float = 0.03
     walker: gait.Walker = gait.Walker()
     path_m: tuple[Point, ...] = ()
+    people: tuple[Person, ...] = ()
     recording: str = ""
 
     def __post_init__(self) -> None:
@@ -100,6 +117,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         least = self.plate.mass_kg(self.reference_m) + len(self.shakers_m) * self.shaker_kg
         mass = self.suspension.mass_kg
         require(mass > least, "suspension.mass_kg", mass, f"more than plate and shakers weigh, {least:.3g} kg")
+        require(len(self.people) <= MOST_PEOPLE, "people", len(self.people), f"at most {MOST_PEOPLE}")
         places = (*self.shakers_m, *self.path_m)
         require(
             all(abs(x) <= 1e4 for place in places for x in place), "path_m", self.path_m, "places within 10 km of 0"

@@ -1,5 +1,5 @@
-"""The kernels that follow contacts: baselines, thresholds, and which tiles carry one foot. `contacts.py` says what
-they do.
+"""The kernels that follow the load on each tile: baselines, thresholds, centroids. `contacts.py` says what they do, and
+`feet.py` which loads are one foot's.
 
 Everything here goes sample by sample, so that the result does not depend on how a stream is cut into chunks. All state
 is in a `TrackerMemory`. For baselines about 250 values a second are taken, each the mean of the samples since the one
@@ -31,11 +31,6 @@ TARE_N, SETTLED_S, SETTLED_N, SETTLED_SIGMAS, NEGATIVE_S = 100.0, 0.5, 10.0, 8.0
 """No tare exceeds `TARE_N`. A load within `SETTLED_N` or `SETTLED_SIGMAS` times the noise for `SETTLED_S` is steady;
 one below minus the on-threshold for `NEGATIVE_S` is not real."""
 
-GAP_M, EDGE_M, APART_M, ONSETS_S, DECIDED_N = 0.030, 0.15, 0.20, 0.4, 50.0
-"""One foot or two (docs/contracts.md#forces-contacts-steps): tiles at most `GAP_M` apart, centroids at most `EDGE_M`
-from the shared edge and `APART_M` from each other, onsets within `ONSETS_S`; decided once the later contact has reached
-`DECIDED_N`, or is `ONSETS_S` old."""
-
 TILE = np.dtype(
     [
         ("base_n", np.float64, (4,)),
@@ -52,11 +47,7 @@ TILE = np.dtype(
         ("on", np.bool_),
         ("off_n", np.float64),
         ("onset_s", np.float64),
-        ("onset", np.int64),
         ("token", np.int64),
-        ("foot", np.int64),
-        ("partner", np.int64),
-        ("impulse_ns", np.float64),
         ("steady_s", np.float64),
         ("low_n", np.float64),
         ("high_n", np.float64),
@@ -64,9 +55,8 @@ TILE = np.dtype(
     align=True,
 )
 """What is known of a tile. `sum_n` is of `summed` samples, those since the last that was taken for baselines. `quiet`
-counts its thinned quiet samples in a row and `need` is how many a baseline wants. In contact: `token` numbers its
-contacts, `foot` is 0 until decided, `partner` the tile it shares a foot with or -1, and from `steady_s` on its load
-stayed between `low_n` and `high_n`."""
+counts its thinned quiet samples in a row and `need` is how many a baseline wants. In contact: `token` numbers the
+loads of all tiles, and from `steady_s` on this one stayed between `low_n` and `high_n`."""
 
 STREAM = np.dtype(
     [
@@ -80,13 +70,12 @@ STREAM = np.dtype(
         ("gap_s", np.float64),
         ("time_s", np.float64),
         ("tokens", np.int64),
-        ("feet", np.int64),
     ],
     align=True,
 )
 """The stream of samples: how many there were, and the time of the last one; after `gap_s` without one there is a gap.
 Every `every`th sample is `taken` for baselines; `guard`, `first`, `renewal` and `recent` are lengths in those. `tokens`
-and `feet` are the numbers given out."""
+are the numbers given out."""
 
 ROW = np.dtype(
     [
@@ -102,28 +91,26 @@ ROW = np.dtype(
 )
 """A tile in contact at one sample; places in the floor's frame."""
 
-BEGAN, DECIDED, ENDED = 0, 1, 2
+BEGAN, ENDED = 0, 1
 EVENT = np.dtype(
     [
         ("kind", np.int64),
         ("sample", np.int64),
         ("token", np.int64),
         ("tile", np.int64),
-        ("foot", np.int64),
         ("time_s", np.float64),
-        ("value", np.float64),
+        ("load_n", np.float64),
         ("cut", np.bool_),
     ],
     align=True,
 )
-"""A tile's contact began (time and load of the sample before), was decided, or ended (its last time, its impulse)."""
+"""A tile's load began (time and load of the sample before) or ended (its last time)."""
 
 
 class TrackerMemory(NamedTuple):
     """Everything that the kernels read and write beside the samples."""
 
     plates: NDArray[np.void]  # (tiles,) of `layout.PLATE`
-    gaps_m: Floats  # (tiles, tiles): between the tiles' edges
     tiles: NDArray[np.void]  # (tiles,) of `TILE`
     stream: NDArray[np.void]  # (1,) of `STREAM`
     ring: Floats  # (tiles, length, 5): the latest values for baselines: four sensors, and one sample's sum for noise
@@ -133,11 +120,11 @@ class TrackerMemory(NamedTuple):
 
 
 @kernel
-def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int, int, int]:
+def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int, int]:
     """Follow n samples, `time_s` (n,) and `force_n` (n, tiles, 4).
 
-    Returns how many rows and events were written, and the sample (the count of those before it) up to which all is
-    decided. `memory` must have room for as many rows as n times the tiles, and four times as many events.
+    Returns how many rows and events were written. `memory` must have room for as many rows as n times the tiles, and
+    twice as many events.
     """
     written, happened = 0, 0
     plates, tiles, ring, window, rows = memory.plates, memory.tiles, memory.ring, memory.window, memory.rows
@@ -159,7 +146,6 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                 if not gap:
                     continue
             if tile.on:
-                tile.impulse_ns += 0.0 if gap else 0.5 * (before_n + tile.load_n) * (now_s - stream.time_s)
                 settled = not gap and _is_settled(tile, now_s)
                 if gap or settled or tile.load_n < tile.off_n:
                     happened = _end(memory, k, tile.steady_s if settled else stream.time_s, gap, happened)
@@ -175,17 +161,11 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                     happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
                 else:
                     _update_baseline(tile, ring[k], window[k], stream, now_s, on_n, take)
-        if _is_undecided(tiles):
-            happened = _decide(memory, now_s, happened)
         written = _write_rows(tiles, stream, now_s, rows, written)
         stream.taken += 1 if take else 0
         stream.count += 1
         stream.time_s = now_s
-    decided = stream.count
-    for k in range(len(tiles)):
-        if tiles[k].on and tiles[k].foot == 0:
-            decided = min(decided, tiles[k].onset)
-    return written, happened, decided
+    return written, happened
 
 
 @kernel
@@ -301,30 +281,21 @@ def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: f
     tile.on = True
     tile.off_n = OFF_SHARE * on_n
     tile.onset_s = tile.steady_s = now_s
-    tile.onset = stream.count
     tile.low_n = tile.high_n = tile.load_n
-    tile.impulse_ns = 0.0
     tile.token = stream.tokens
-    tile.foot, tile.partner = 0, -1
     stream.tokens += 1
     return _log(memory, k, BEGAN, stream.time_s, math.nan if cut else before_n, cut, happened)
 
 
 @kernel
 def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int) -> int:
-    """End the contact of tile k; whatever waited for it is decided as it last stood."""
-    tiles, stream = memory.tiles, memory.stream[0]
-    for other in range(len(tiles)):
-        if tiles[other].on and tiles[other].foot == 0 and tiles[other].partner == k:
-            happened = _settle(memory, other, happened)
-    if tiles[k].foot == 0:
-        happened = _settle(memory, k, happened)
-    tile = tiles[k]
+    """End the contact of tile k."""
+    tile, stream = memory.tiles[k], memory.stream[0]
     tile.on = False
     if tile.quiet == 0:
         tile.need = stream.first if tile.untared else stream.renewal
     tile.negative_s = math.nan
-    return _log(memory, k, ENDED, last_s, tile.impulse_ns, cut, happened)
+    return _log(memory, k, ENDED, last_s, math.nan, cut, happened)
 
 
 @kernel
@@ -410,87 +381,9 @@ def _renew(tile: np.record, ring: Floats, window: Floats, stream: np.record, tak
 
 
 @kernel
-def _is_undecided(tiles: NDArray[np.void]) -> bool:
-    """Whether it is still open of any contact which foot it is."""
-    for k in range(len(tiles)):  # noqa: SIM110 (numba knows no generator here)
-        if tiles[k].on and tiles[k].foot == 0:
-            return True
-    return False
-
-
-@kernel
-def _decide(memory: TrackerMemory, now_s: float, happened: int) -> int:
-    """Settle the contacts that can be settled: who shares a foot with whom."""
-    tiles = memory.tiles
-    for k in range(len(tiles)):
-        if tiles[k].on and tiles[k].foot == 0:
-            _choose_partner(memory, k)
-    for k in range(len(tiles)):
-        tile = tiles[k]
-        if tile.on and tile.foot == 0:
-            ripe = tile.load_n >= DECIDED_N or now_s - tile.onset_s >= ONSETS_S or tile.partner == -2
-            if ripe:
-                tile.partner = max(tile.partner, -1)
-                happened = _settle(memory, k, happened)
-    return happened
-
-
-@kernel
-def _choose_partner(memory: TrackerMemory, k: int) -> None:
-    """The nearest earlier contact that tile k's may share a foot with: -1 if none may now, -2 if none ever can."""
-    tiles, plates = memory.tiles, memory.plates
-    tile = tiles[k]
-    tile.partner = -2
-    nearest_m = APART_M
-    for other in range(len(tiles)):
-        earlier = tiles[other]
-        if not earlier.on or earlier.token >= tile.token or tile.onset_s - earlier.onset_s > ONSETS_S:
-            continue
-        gap_m = memory.gaps_m[k, other]
-        if gap_m > GAP_M:
-            continue
-        tile.partner = max(tile.partner, -1)
-        apart_m = math.hypot(tile.x_m - earlier.x_m, tile.y_m - earlier.y_m)
-        reach_m = max(_beyond(plates[other], tile.x_m, tile.y_m), _beyond(plates[k], earlier.x_m, earlier.y_m)) - gap_m
-        if apart_m <= nearest_m and reach_m <= EDGE_M:
-            nearest_m = apart_m
-            tile.partner = other
-
-
-@kernel
-def _beyond(plate: np.record, x_m: float, y_m: float) -> float:
-    """How far a point of the floor is from a tile."""
-    x, y = x_m - plate.centre_m[0], y_m - plate.centre_m[1]
-    along = abs(plate.axes[0, 0] * x + plate.axes[0, 1] * y) - plate.half_m[0]
-    across = abs(plate.axes[1, 0] * x + plate.axes[1, 1] * y) - plate.half_m[1]
-    return math.hypot(max(along, 0.0), max(across, 0.0))
-
-
-@kernel
-def _settle(memory: TrackerMemory, k: int, happened: int) -> int:
-    """Give tile k, and the undecided contacts that it hangs on, their foot: the first one's, or a new one."""
-    tiles, stream = memory.tiles, memory.stream[0]
-    root = k
-    while tiles[root].foot == 0 and tiles[root].partner >= 0:
-        root = tiles[root].partner
-    foot = tiles[root].foot
-    if foot == 0:
-        stream.feet += 1
-        foot = stream.feet
-    while tiles[k].foot == 0:
-        tile = tiles[k]
-        tile.foot = foot
-        happened = _log(memory, k, DECIDED, 0.0, 0.0, False, happened)
-        if tile.partner >= 0:
-            k = tile.partner
-    return happened
-
-
-@kernel
-def _log(memory: TrackerMemory, k: int, kind: int, time_s: float, value: float, cut: bool, happened: int) -> int:
+def _log(memory: TrackerMemory, k: int, kind: int, time_s: float, load_n: float, cut: bool, happened: int) -> int:
     """Write the event number `happened`, of tile k and the present sample; returns how many there are."""
     event, tile = memory.events[happened], memory.tiles[k]
     event.kind, event.sample, event.token = kind, memory.stream[0].count, tile.token
-    event.tile, event.foot = k, tile.foot
-    event.time_s, event.value, event.cut = time_s, value, cut
+    event.tile, event.time_s, event.load_n, event.cut = k, time_s, load_n, cut
     return happened + 1

@@ -63,8 +63,9 @@ class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Who walks: weight, cadence (steps a minute, both feet), feet, and how much footfalls vary.
 
     Peaks and valley are in body weights. The centre of pressure rolls from `roll_start` on by `roll_reach`, fractions
-    of the foot's length (a flat-footed step has a short reach). `variation` is the relative deviation of forces and of
-    the step time, and in units of 0.3 m of the places. Raises `BadValue` outside the ranges below.
+    of the foot's length (a flat-footed step has a short reach). `foot_breadth_m` is how broadly heel and ball press; at
+    0 the foot is a line. `variation` is the relative deviation of forces and of the step time, and in units of 0.3 m of
+    the places. Raises `BadValue` outside the ranges below.
 
     >>> round(Walker().contact_s, 3)
     0.673
@@ -82,6 +83,7 @@ class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     roll_start: float = 0.05
     roll_reach: float = 0.9
     variation: float = 0.02
+    foot_breadth_m: float = 0.0
 
     def __post_init__(self) -> None:
         for name, (low, high) in WALKER_RANGES.items():
@@ -114,6 +116,7 @@ WALKER_RANGES = {
     "roll_start": (0.0, 0.9),
     "roll_reach": (0.0, 1.0),
     "variation": (0.0, 0.2),
+    "foot_breadth_m": (0.0, 0.2),
 }
 """The allowed range of each of a walker's parameters."""
 
@@ -134,6 +137,7 @@ class Footfall:
     peak2_n: float
     roll_start: float = 0.05
     roll_reach: float = 0.9
+    breadth_m: float = 0.0
 
     def force_n(self, time_s: ArrayLike) -> NDArray[np.float64]:
         """The vertical force at each of `time_s`; 0 before and after."""
@@ -173,6 +177,38 @@ def footfalls(
     return [step for step in sorted(steps, key=lambda step: step.start_s) if start_s <= step.start_s < seconds]
 
 
+def footfall_at(walker: Walker, place: tuple[float, float, float], step: int, key: np.uint64, due_s: float) -> Footfall:
+    """A walker's footfall number `step` (even: left) that is due at `due_s`, varied by draws of `key`.
+
+    `place` is where the body is, x and y in metres, and its heading in radians; the foot comes down half a step width
+    to its side.
+    """
+    vary = [walker.variation * normal(key, 8 * step + draw) for draw in range(7)]
+    x, y, heading = place
+    turn = 1.0 if step % 2 == 0 else -1.0
+    aside = 0.5 * turn * walker.step_width_m
+    x += -aside * math.sin(heading) + 0.3 * vary[0]
+    y += aside * math.cos(heading) + 0.3 * vary[1]
+    heading += turn * math.radians(walker.toe_out_deg)
+    # The first foot comes down on time, so that a walk begins where it was asked to.
+    late = walker.step_s * vary[2] if step > 0 else 0.0
+    return Footfall(
+        side="left" if turn > 0 else "right",
+        start_s=due_s + late,
+        duration_s=walker.contact_s * (1.0 + vary[3]),
+        heel_x_m=x - 0.5 * walker.foot_length_m * math.cos(heading),
+        heel_y_m=y - 0.5 * walker.foot_length_m * math.sin(heading),
+        heading_rad=heading,
+        length_m=walker.foot_length_m,
+        peak1_n=walker.weight_n * walker.peak1 * (1.0 + vary[4]),
+        valley_n=walker.weight_n * walker.valley * (1.0 + vary[5]),
+        peak2_n=walker.weight_n * walker.peak2 * (1.0 + vary[6]),
+        roll_start=walker.roll_start,
+        roll_reach=walker.roll_reach,
+        breadth_m=walker.foot_breadth_m,
+    )
+
+
 def corner_forces(force_n: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, sensors_m: ArrayLike) -> NDArray[np.float64]:
     """What four sensors at the corners of a rectangle read of a force at (x, y): the bilinear split, shape (..., 4).
 
@@ -207,29 +243,8 @@ def _raised_cosine(u: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _footfall(walker: Walker, points: NDArray[np.float64], step: int, key: np.uint64, start_s: float) -> Footfall:
-    vary = [walker.variation * normal(key, 8 * step + draw) for draw in range(7)]
-    x, y, heading = _along(points, step * walker.step_length_m)
-    turn = 1.0 if step % 2 == 0 else -1.0
-    aside = 0.5 * turn * walker.step_width_m
-    x += -aside * math.sin(heading) + 0.3 * vary[0]
-    y += aside * math.cos(heading) + 0.3 * vary[1]
-    heading += turn * math.radians(walker.toe_out_deg)
-    # The first foot comes down on time, so that a walk begins where it was asked to.
-    late = walker.step_s * vary[2] if step > 0 else 0.0
-    return Footfall(
-        side="left" if turn > 0 else "right",
-        start_s=start_s + step * walker.step_s + late,
-        duration_s=walker.contact_s * (1.0 + vary[3]),
-        heel_x_m=x - 0.5 * walker.foot_length_m * math.cos(heading),
-        heel_y_m=y - 0.5 * walker.foot_length_m * math.sin(heading),
-        heading_rad=heading,
-        length_m=walker.foot_length_m,
-        peak1_n=walker.weight_n * walker.peak1 * (1.0 + vary[4]),
-        valley_n=walker.weight_n * walker.valley * (1.0 + vary[5]),
-        peak2_n=walker.weight_n * walker.peak2 * (1.0 + vary[6]),
-        roll_start=walker.roll_start,
-        roll_reach=walker.roll_reach,
-    )
+    place = _along(points, step * walker.step_length_m)
+    return footfall_at(walker, place, step, key, start_s + step * walker.step_s)
 
 
 def _along(points: NDArray[np.float64], distance: float) -> tuple[float, float, float]:

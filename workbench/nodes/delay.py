@@ -15,6 +15,7 @@ _FASTEST = 0.5  # frames a frame: how quickly the delay glides to a new time, as
 class Delay:
     """A signal some time later, and again and again: each echo weaker by the feedback and duller by the damping."""
 
+    accuracy = "exact at whole frames; straight between"
     signal = Input()
     time = Number(0.12, 0.001, LONGEST_S, unit="s", scale="log", doc="from a sound to its echo; it glides to a new one")
     feedback = Number(0.4, 0.0, 0.95, doc="an echo, of the one before; 0 is a single one")

@@ -11,6 +11,7 @@ STRAIN_RATES = ("signed", "absolute", "positive")
 class AttackDecay:
     """A note's envelope at each event: up in the attack, held, and down in the decay; its strength is the height."""
 
+    accuracy = "exact: the closed form, to 1e-9"
     strike = Input(kind="event", doc="begins a note; an event's own duration is used where it has one")
     attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", doc="time to rise")
     decay = Number(0.05, 0.0005, 10.0, unit="s", scale="log", doc="time to fall at the end")
@@ -33,6 +34,7 @@ class AttackDecay:
 class ContactEnvelope:
     """1 while the tile is stood on, 0 otherwise, with ramps of 5 ms."""
 
+    accuracy = "exact: the closed form, to 1e-9"
     force = Input("N")
     out = Output()
     state, coefficients = envelopes.CONTACT_STATE, envelopes.CONTACT_COEFFICIENTS
@@ -51,6 +53,7 @@ class ContactEnvelope:
 class ForceEnvelope:
     """Proportional to the force: 1 at the full force (thesis: 750 N)."""
 
+    accuracy = "exact: rounding"
     force = Input("N")
     full_force = Number(envelopes.FULL_FORCE_N, 10.0, 10_000.0, unit="N", scale="log", doc="force that gives 1")
     out = Output()
@@ -64,6 +67,7 @@ class ForceEnvelope:
 class StrainRateEnvelope:
     """How fast a compressible layer is pressed in (equation 6.1): loud while the foot loads, not while it rests."""
 
+    accuracy = "exact: SciPy's bilinear, to 1e-9; the step's response within 1e-5 of the continuous one"
     force = Input("N")
     frequency = Number(envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", doc="natural frequency of the layer")
     damping = Number(envelopes.STRAIN_DAMPING, 0.05, 10.0, scale="log", doc="damping ratio of the layer")

@@ -42,6 +42,7 @@ class Impact:
     A strike throws the hammer at velocity times the event's strength. The object rings on through further blows.
     """
 
+    accuracy = "asked: the error below, of the displacement; energy never gains more than 1e-11"
     strike = Input(kind="event", doc="a blow; its strength scales the velocity")
     velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", doc="of the hammer at strength 1")
     mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="of the hammer")
@@ -51,7 +52,7 @@ class Impact:
     error = Number(1e-3, 1e-7, 0.1, scale="log", doc="relative error asked of the displacement")
     pitch = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all frequencies")
     decay = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all decays: more is drier")
-    level = Number(1.0, 0.0, 100.0, wire="audio", doc="factor on the acceleration")
+    level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the acceleration")
     modes = Rows(
         WOODEN,
         (
@@ -99,10 +100,11 @@ class Impact:
 class ModalBank:
     """Modes that ring after each event: the sum of a exp(-b t) sin(2 pi f t), from the event's frame on."""
 
+    accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="rings all modes, by its strength")
     pitch = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all frequencies")
     decay = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all decays: more is drier")
-    level = Number(1.0, 0.0, 100.0, wire="audio", doc="factor on the output")
+    level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the output")
     modes = Rows(
         ((180.0, 90.0, 1.0), (310.0, 140.0, 0.8), (470.0, 200.0, 0.6), (690.0, 300.0, 0.4)),
         (("frequency Hz", 1.0, 20_000.0), ("decay 1/s", 0.1, 10_000.0), ("amplitude m/s^2", -100.0, 100.0)),
@@ -139,6 +141,7 @@ class DrawnBank:
     Every tile has the same modes, and another draw has others. The squares of the amplitudes sum to 1.
     """
 
+    accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="rings all modes, by its strength")
     low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="least frequency")
     high = Number(1200.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="largest frequency; none lies above half the rate")
@@ -146,7 +149,7 @@ class DrawnBank:
     rolloff = Number(0.5, -3.0, 6.0, doc="r: amplitudes fall by 6.02 r dB an octave")
     quality = Number(8.0, 0.5, 10_000.0, scale="log", doc="pi f / decay of a mode at the least frequency")
     damping = Number(1.0, 0.0, 3.0, doc="exponent of decay over frequency: 1 the same quality, 0 the same decay")
-    level = Number(1.0, 0.0, 100.0, wire="audio", doc="factor on the output")
+    level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the output")
     modes = Count(24, 1, _MOST_DRAWN, doc="how many")
     draw = Count(1, 0, 1_000_000, doc="which of the possible banks")
     out = Output("m/s^2")

@@ -15,6 +15,7 @@ class FibreBundle:
     Each failure is an event. No fibre breaks below a strain that was reached before, until the ground is renewed.
     """
 
+    accuracy = "exact in law: order statistics; strain to the step of a frame"
     force = Input("N", doc="the load")
     model = Choice("exact", options=damage.MODELS, doc="inverse: chains that stiffen")
     thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the thresholds")
@@ -36,6 +37,13 @@ class FibreBundle:
     events = Output(kind="event", doc="failures, one a frame at most")
     strain = Output(doc="x of the bundle")
     state, coefficients = bundle.STATE, damage.COEFFICIENTS
+    damage = Output(doc="share of the fibres that failed, xi (7.15); of an inverse bundle, of the restructurings")
+    energy = Output(doc="set free by the failures of a frame, of the bundle's units")
+
+    def laws(values):
+        from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
+
+        return bundle_laws(values)
 
     def design(controls, rate, coefficients):
         c = controls
@@ -43,8 +51,8 @@ class FibreBundle:
         damage.design(c, c.model, load / c.strength, rate, coefficients)
         coefficients.holds = 1.0
 
-    def run(force, key, frame, coefficients, state, strain, events):
-        bundle.run(force, key, frame, coefficients, state, strain, events)
+    def run(force, key, frame, coefficients, state, strain, damage, energy, events):
+        bundle.run(force, key, frame, coefficients, state, strain, damage, energy, events)
 
     def tail(state, coefficients):
         return bundle.tail(state, coefficients)
@@ -54,6 +62,7 @@ class FibreBundle:
 class FibreGrid:
     """Bundles in a grid under the foot, whose load follows the contact: where it rolls to, fresh ground breaks."""
 
+    accuracy = "exact in law for each cell; cells share load once a frame"
     force = Input("N", doc="the load")
     x = Input("m", doc="where it is on the tile, from Contact")
     y = Input("m", doc="where it is on the tile, from Contact")
@@ -108,6 +117,7 @@ class FibreGrid:
 class Slip:
     """A spring with a plastic unit that slips at its threshold, by energies of a truncated power law (4.1, 5.4)."""
 
+    accuracy = "exact: SciPy's solver, to 1e-9 between slips"
     force = Input("N", doc="the load")
     mass = Number(2.0, 1e-3, 1000.0, unit="kg", scale="log", doc="m")
     damping = Number(500.0, 0.1, 1e6, unit="N s/m", scale="log", doc="b")

@@ -24,6 +24,7 @@ class StickSlip:
     look-up a slip. Nothing happens while force or velocity is 0 or below.
     """
 
+    accuracy = "asked: the error below, of the laws (largest CDF difference)"
     force = Input("N", doc="presses the block onto the belt: loudness goes with it")
     velocity = Number(0.1, 0.0, 10.0, unit="m/s", wire="audio", doc="v_b of the belt: distances go with it")
     frequency = Number(120.0, 1.0, 5000.0, unit="Hz", scale="log", doc="w0 / 2 pi of block and spring: the pitch")
@@ -35,7 +36,7 @@ class StickSlip:
     )
     reference = Number(700.0, 1.0, 1e5, unit="N", scale="log", doc="force at which all comes out as strong as it is")
     loudness = Number(1.0, 0.0, 1000.0, doc="strength of a mean slip at the reference force and 0.1 m/s")
-    level = Number(0.1, 0.0, 100.0, wire="audio", doc="share of the block's acceleration that is put out")
+    level = Number(0.1, 0.0, 100.0, scale="gain", wire="audio", doc="share of the block's acceleration that is put out")
     acceleration = Output("m/s^2", doc="of the block: one cycle of a sine a slip")
     events = Output(kind="event", doc="slips as they begin, stronger the farther they go")
     state, coefficients = texture.STATE, texture.COEFFICIENTS
@@ -44,6 +45,11 @@ class StickSlip:
     @prepared
     def table(values, rate):
         return slip_table(values)
+
+    def laws(values):
+        from underfoot.models.stick_slip.slip_laws import slip_laws
+
+        return slip_laws(values)
 
     def design(frequency, rate, coefficients):
         texture.design(2.0 * math.pi * frequency, rate, coefficients)

@@ -14,6 +14,7 @@ class Tone:
     Amplitude is what no sample exceeds; at exactly 0 the node sleeps, and it wakes at the beginning of a period.
     """
 
+    accuracy = "exact: a sum of sines, to 1e-12"
     frequency = Number(50.0, 1.0, 5000.0, unit="Hz", scale="log", wire="audio", doc="of the first harmonic")
     harmonics = Numbers(
         (0.3, 0.4, 0.6, 0.9, 1.0, 0.8, 0.5, 0.3, 0.2, 0.1), -10.0, 10.0, most=64, doc="amplitude of each, 1st first"
@@ -39,6 +40,7 @@ class Tone:
 class Roughness:
     """A signal times 1 + depth sin(2 pi f t): beats that feel rough (thesis: 25 Hz)."""
 
+    accuracy = "exact: rounding"
     signal = Input()
     depth = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is smooth; at 1 it falls silent once a beat")
     frequency = Number(25.0, 0.1, 200.0, unit="Hz", scale="log", wire="audio", doc="of the beats")

@@ -38,6 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.drawing import Drawing
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
@@ -99,6 +100,10 @@ class NodeType:
     is_sink: bool
     is_struck: bool
     """Whether the engine may bring it events, as the last of its event inputs."""
+    accuracy: str = ""
+    """How exact it is, with the bound that is tested; or that it keeps an error that a parameter asks for."""
+    laws: Callable[[Values], tuple[Drawing, ...]] | None = None
+    """What draws the laws of an instance's values: distributions, curves. None where there are none to be drawn."""
 
     @cached_property
     def signal_parameters(self) -> tuple[Number, ...]:
@@ -150,8 +155,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
     what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
-    output exactly zero; `is_sink`, when its output is what a tile plays. `BadValue` for a function that names what is
-    not there.
+    output exactly zero; `is_sink`, when its output is what a tile plays; `accuracy`, how exact it is; and
+    `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
     """
 
     def declare(cls: Any) -> NodeType:
@@ -187,6 +192,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             muted_by=body.get("muted_by", ()),
             is_sink=body.get("is_sink", False),
             is_struck=any(port.kind == "event" for port in brought.values()),
+            accuracy=body.get("accuracy", ""),
+            laws=body.get("laws"),
         )
 
     return declare

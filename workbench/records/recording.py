@@ -5,8 +5,10 @@ file is in WAL mode and committed every 100 ms: killed at any moment, it opens a
 Where frames are missing between blocks there is a gap, and `gaps` lists it.
 """
 
+import json
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -18,11 +20,17 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced
 
 APPLICATION_ID = 0x55464F54  # "UFOT"
-VERSION = 1
+VERSION = 2
+NEEDED = ("floor", "rate", "force_rate", "patch")
+"""What every recording says of its session."""
+FRAMES = ("vibration", "commanded", "measured")
+"""The tables of what tiles played, were asked and did, a row a session frame."""
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
 create table force (first integer primary key, count integer not null, data blob not null);
 create table vibration (first integer primary key, count integer not null, data blob not null);
+create table commanded (first integer primary key, count integer not null, tiles text not null, data blob not null);
+create table measured (first integer primary key, count integer not null, tiles text not null, data blob not null);
 create table command (id integer primary key, frame integer not null, kind text not null, body text not null);
 """
 
@@ -46,13 +54,22 @@ class Writer:
             raise BadFile(f"{path} cannot be written: {error}") from None
         self._base.execute("begin")
 
-    def force(self, first: int, rows: NDArray[np.float64]) -> None:
-        """Force samples: number of the first, and (stamp, arrival, corners...) each."""
-        self._put("force", first, rows, "<f8")
+    def put(self, table: str, first: int, rows: NDArray) -> None:
+        """A block: the number of the first row, and the rows.
 
-    def vibration(self, first: int, frames: NDArray[np.float32]) -> None:
-        """What the tiles played: first session frame, and [frame, tile]."""
-        self._put("vibration", first, frames, "<f4")
+        Those of `force` are samples (stamp, arrival, corners...), the others frames [frame, tile]: `vibration` is what
+        the tiles played, `commanded` what was asked of them and `measured` what they did.
+        """
+        if len(rows) == 0:
+            return
+        if table in ("force", "vibration"):
+            data = np.ascontiguousarray(rows, "<f8" if table == "force" else "<f4").tobytes()
+            self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
+        else:  # most tiles of a floor are still
+            moving = np.flatnonzero(rows.any(axis=0))
+            data = np.ascontiguousarray(rows[:, moving], "<f4").tobytes()
+            said = json.dumps(moving.tolist())
+            self._base.execute(f"insert into {table} values (?, ?, ?, ?)", (first, len(rows), said, data))
 
     def command(self, frame: int, kind: str, body: str) -> None:
         """A command and the frame on which it took effect."""
@@ -63,18 +80,19 @@ class Writer:
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
     def end(self, table: str) -> int | None:
-        """The number behind the last sample of `force` or frame of `vibration`; None where there is none."""
+        """The number behind the last row of a table; None where there is none."""
         last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
         return last[0] if last else None
 
     def cut(self, end: int) -> None:
         """Take away what was played from session frame `end` on."""
-        over = self._base.execute("select first, count, data from vibration where first + count > ?", (end,)).fetchall()
-        self._base.execute("delete from vibration where first + count > ?", (end,))
-        for first, count, data in over:
-            if first < end:
+        for table in FRAMES:
+            self._base.execute(f"delete from {table} where first >= ?", (end,))
+            over = self._base.execute(f"select first, count, data from {table} where first + count > ?", (end,))
+            for first, count, data in over.fetchall():
                 kept = data[: len(data) // count * (end - first)]
-                self._base.execute("insert into vibration values (?, ?, ?)", (first, end - first, kept))
+                said = (end - first, kept, first)
+                self._base.execute(f"update {table} set count = ?, data = ? where first = ?", said)
 
     def commit(self) -> None:
         """Make safe what was put in so far."""
@@ -86,11 +104,6 @@ class Writer:
         self._base.execute("commit")
         self._base.execute("pragma journal_mode = delete")
         self._base.close()
-
-    def _put(self, table: str, first: int, rows: NDArray, dtype: str) -> None:
-        if len(rows):
-            data = np.ascontiguousarray(rows, dtype).tobytes()
-            self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
 
 
 def _create(path: Path, about: dict[str, str]) -> None:
@@ -121,19 +134,25 @@ class Recording:
         self.path = Path(path)
         if not self.path.is_file():
             raise BadFile(f"{path} cannot be read: there is no such file")
-        try:
-            self._base = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=rw", uri=True)
-            (application,) = self._base.execute("pragma application_id").fetchone()
-            (version,) = self._base.execute("pragma user_version").fetchone()
-        except sqlite3.Error as error:
-            raise BadFile(f"{path} is not a recording: {error}") from None
-        if application != APPLICATION_ID:
-            self._base.close()
-            raise BadFile(f"{path} is not a recording of Underfoot")
-        if version > VERSION:
-            self._base.close()
-            raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
-        self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
+        with ExitStack() as unless_read:
+            try:
+                self._base = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=rw", uri=True)
+                unless_read.callback(self._base.close)
+                (application,) = self._base.execute("pragma application_id").fetchone()
+                (self.version,) = self._base.execute("pragma user_version").fetchone()
+                if application != APPLICATION_ID:
+                    raise BadFile(f"{path} is not a recording of Underfoot")
+                if self.version > VERSION:
+                    newer = f"allowed: up to {VERSION}, a newer Underfoot wrote it"
+                    raise BadFile(f"{path}: version is {self.version}; {newer}")
+                self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
+            except (sqlite3.Error, UnicodeDecodeError, TypeError) as error:
+                raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
+            missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
+            if missing:
+                raise BadFile(f"{path} is not a whole recording: it does not say its {', '.join(missing)}")
+            self._floor_tiles = self._tiles_of_floor()
+            unless_read.pop_all()
 
     def __enter__(self) -> "Recording":
         return self
@@ -142,40 +161,75 @@ class Recording:
         self.close()
 
     def forces(self) -> NDArray[np.float64]:
-        """All force samples: (stamp, arrival, corners...) each, float64."""
-        return self._all("force", "<f8")[1]
+        """All force samples: (stamp, arrival, corners...) each, float64; none where none was recorded yet."""
+        return self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
 
     def vibration(self) -> tuple[int, NDArray[np.float32]]:
         """The first session frame, and what the tiles played, [frame, tile]; 0 in gaps."""
-        return self._all("vibration", "<f4")
+        return self._all("vibration", "<f4", self._floor_tiles)
+
+    def tiles(self, table: str) -> tuple[int, NDArray[np.float32]]:
+        """The same of `commanded` or `measured`, m/s^2; no frames where nothing was measured."""
+        if self.version < 2:
+            return 0, np.zeros((0, 1), np.float32)
+        with self._readable(table):
+            blocks = list(self._base.execute(f"select first, count, tiles, data from {table} order by first"))
+            first, end = (blocks[0][0], blocks[-1][0] + blocks[-1][1]) if blocks else (0, 0)
+            whole = np.zeros((end - first, self._floor_tiles), np.float32)
+            for at, count, tiles, data in blocks:
+                rows = np.frombuffer(data, "<f4").reshape(count, len(json.loads(tiles)))
+                whole[at - first : at - first + count, json.loads(tiles)] = rows
+        return first, whole
 
     def commands(self) -> list[tuple[int, str, str]]:
         """(frame, kind, body) of every command, in order."""
-        return list(self._base.execute("select frame, kind, body from command order by id"))
+        with self._readable("command"):
+            return list(self._base.execute("select frame, kind, body from command order by id"))
 
     def gaps(self, table: str = "vibration") -> list[Gap]:
-        """What is missing between the blocks of `vibration` or `force`."""
+        """What is missing between the blocks of a table."""
         found, end = [], None
-        for first, count in self._base.execute(f"select first, count from {table} order by first"):
-            if end is not None and first > end:
-                found.append(Gap(end, first - end))
-            end = first + count
+        with self._readable(table):
+            for first, count in self._base.execute(f"select first, count from {table} order by first"):
+                if end is not None and first > end:
+                    found.append(Gap(end, first - end))
+                end = first + count
         return found
 
     def close(self) -> None:
         """Let go of the file."""
         self._base.close()
 
-    def _all(self, table: str, dtype: str) -> tuple[int, NDArray]:
-        blocks = list(self._base.execute(f"select first, count, data from {table} order by first"))
-        if not blocks:
-            return 0, np.zeros((0, 1), dtype)
-        first, end = blocks[0][0], blocks[-1][0] + blocks[-1][1]
-        parts = [(at, np.frombuffer(data, dtype).reshape(count, -1)) for at, count, data in blocks]
-        whole = np.zeros((end - first, parts[0][1].shape[1]), dtype)
-        for at, rows in parts:
-            whole[at - first : at - first + len(rows)] = rows
+    def _all(self, table: str, dtype: str, width: int) -> tuple[int, NDArray]:
+        with self._readable(table):
+            blocks = list(self._base.execute(f"select first, count, data from {table} order by first"))
+            first, end = (blocks[0][0], blocks[-1][0] + blocks[-1][1]) if blocks else (0, 0)
+            whole = np.zeros((end - first, width), dtype)
+            for at, count, data in blocks:
+                whole[at - first : at - first + count] = np.frombuffer(data, dtype).reshape(count, width)
         return first, whole
+
+    def _tiles_of_floor(self) -> int:
+        try:
+            return len(json.loads(self.about["floor"])["tiles"])
+        except (ValueError, KeyError, TypeError):
+            raise BadFile(f"{self.path} is not a whole recording: its floor cannot be read") from None
+
+    @contextmanager
+    def _readable(self, table: str) -> Iterator[None]:
+        """Say in one line that a table is damaged."""
+        try:
+            yield
+        except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, MemoryError) as error:
+            raise BadFile(f"{self.path}: table {table} cannot be read: {' '.join(str(error).split())}") from None
+
+
+def _is_said(key: str, value: object) -> bool:
+    """Whether a text of the session is there, and a number where it has to be one."""
+    try:
+        return isinstance(value, str) and (not key.endswith("rate") or 0.0 < float(value) < 1e9)
+    except ValueError:
+        return False
 
 
 def is_recording(path: Path) -> bool:

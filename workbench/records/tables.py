@@ -27,6 +27,14 @@ _STEP_COLUMNS = {
     "loading_kn_s": ".4f",
     "path_mm": ".3f",
     "net_mm": ".3f",
+    "person": "d",
+    "cadence_per_min": ".3f",
+    "step_length_mm": ".3f",
+    "step_width_mm": ".3f",
+    "swing_ms": ".3f",
+    "double_support_ms": ".3f",
+    "heading_deg": ".2f",
+    "heading_error_deg": ".2f",
 }
 
 
@@ -39,10 +47,11 @@ def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
     >>> folder = tempfile.TemporaryDirectory()
     >>> with step_table(Path(folder.name) / "steps.csv") as write:
     ...     write([Step(1, "t1", "left", 0.2, 600.0, 760.0, 500.0, 740.0, 320.0, math.nan, 210.0, 200.0)])
-    >>> print((Path(folder.name) / "steps.csv").read_text())
+    >>> header, line = (Path(folder.name) / "steps.csv").read_text().splitlines()
+    >>> print(header.partition(",person")[0])
     step,tile,side,start_s,contact_ms,peak1_n,valley_n,peak2_n,impulse_ns,loading_kn_s,path_mm,net_mm
-    1,t1,left,0.200000,600.000,760.000,500.000,740.000,320.0000,,210.000,200.000
-    <BLANKLINE>
+    >>> line
+    '1,t1,left,0.200000,600.000,760.000,500.000,740.000,320.0000,,210.000,200.000,0,,,,,,,'
     >>> folder.cleanup()
     """
     with _table(path, ",".join(_STEP_COLUMNS)) as lines:

@@ -50,7 +50,9 @@ def played(coefficients, load, cuts=(), state=None, key=None, frame=0):
     strain, found = np.zeros(load.size), []
     for first, last in pairwise([0, *sorted(cuts), load.size]):
         events = event_list(room=last - first)
-        fracture.run(load[first:last], key, frame + first, coefficients, state, strain[first:last], events)
+        damage, energy = np.zeros((2, last - first))
+        here = slice(first, last)
+        fracture.run(load[here], key, frame + first, coefficients, state, strain[here], damage, energy, events)
         found.append(rows_of(events))
     return strain, np.concatenate(found), state
 
@@ -446,3 +448,18 @@ def test_a_change_of_the_fibres_under_load_leaves_a_sound_bundle():
     assert np.isfinite(strain).all()
     assert np.isfinite(events).all()
     assert stiffness_left(coefficients, 500.0, 0.0) == 0.75
+
+
+def test_damage_and_energy_come_out_frame_by_frame():
+    """The share that failed only grows, to what the failures add up to; energies are those of the trace."""
+    bundle, load = FibreBundle(2000), np.linspace(0.0, 2600.0, 24_000)
+    traced = bundle.response(load, RATE, seed=4)
+    coefficients, state = fracture.COEFFICIENTS.zeros(), fracture.STATE.zeros()
+    bundle.design(RATE, 1.0, coefficients)
+    strain, damage, energy = np.zeros((3, load.size))
+    key = stream_key(4, "fracture")
+    fracture.run(load, key, 0, coefficients, state, strain, damage, energy, event_list(room=load.size))
+    np.testing.assert_array_equal(strain, traced.strain)
+    np.testing.assert_array_equal(energy, traced.energy)
+    np.testing.assert_allclose(damage, np.cumsum(traced.failures) / 2000.0)
+    assert 0.02 < damage[-1] < 1.0

@@ -27,7 +27,7 @@ def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
 
 def test_what_is_in_use_is_what_is_shown(qtbot):
     dialog = opened(qtbot, CARDS, "Headphones", 44_100, 256)
-    assert dialog.values() == ("Headphones", 44_100, 256)
+    assert dialog.values() == ("Headphones", 44_100, 256, "")
     assert "2 channels" in dialog.device.currentText()
     assert dialog.length.text().startswith("A block lasts 5.80 ms")
 
@@ -39,7 +39,7 @@ def test_apply_gives_device_rate_and_block(qtbot):
     apply = dialog.buttons.button(QDialogButtonBox.StandardButton.Apply)
     with qtbot.waitSignal(dialog.applied) as applied:
         qtbot.mouseClick(apply, Qt.MouseButton.LeftButton)
-    assert applied.args == ["Eight out", 96_000, 128]
+    assert applied.args == ["Eight out", 96_000, 128, ""]
 
 
 def test_no_card_is_said_calmly_and_no_sound_can_be_chosen(qtbot):
@@ -98,3 +98,18 @@ def test_closing_waits_for_the_search_and_nothing_is_left_of_it(qtbot):
     assert found.is_set()
     timer.join()
     assert not any(thread.name == "look for sound devices" for thread in threading.enumerate())
+
+
+def test_accelerometers_are_given_as_they_are_written_and_refused_with_a_reason(qtbot):
+    dialog = opened(qtbot, CARDS)
+    apply = dialog.buttons.button(QDialogButtonBox.StandardButton.Apply)
+    qtbot.keyClicks(dialog.accelerometers, "t9:0:98")
+    with qtbot.assertNotEmitted(dialog.applied):
+        qtbot.mouseClick(apply, Qt.MouseButton.LeftButton)
+    assert "t9" in dialog.note.text()
+    assert "allowed: t1, t2, t3, t4" in dialog.note.text()
+    dialog.accelerometers.clear()
+    qtbot.keyClicks(dialog.accelerometers, "t1:0:98.1  t2:1:98.1")
+    with qtbot.waitSignal(dialog.applied) as applied:
+        qtbot.mouseClick(apply, Qt.MouseButton.LeftButton)
+    assert applied.args[3] == "t1:0:98.1 t2:1:98.1"

@@ -191,3 +191,43 @@ def test_no_word_is_cut_off(monitor, qtbot, size):
         if widget.isVisible() and widget.text() and "<" not in widget.text():
             wide = widget.fontMetrics().horizontalAdvance(widget.text())
             assert wide <= widget.width(), widget.text()
+
+
+def vibrate(monitor, gains, ticks=100):
+    """A tone on every tile: asked 1 m/s^2 at 200 Hz, done `gains` times as much."""
+    for tick in range(ticks):
+        tone = np.sin(2.0 * np.pi * 200.0 * (np.arange(800) + 800 * tick) / RATE)
+        asked = np.repeat(tone[:, None], 4, axis=1).astype(np.float32)
+        monitor.take_measured(800 * tick, asked, asked * np.array(gains, np.float32))
+        monitor.draw()
+
+
+def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtbot):
+    qtbot.keyClick(monitor, Qt.Key.Key_L)
+    assert monitor.levels.isVisible()
+    assert not monitor.spectrogram.isVisible()
+    vibrate(monitor, [2.0, 1.0, 1.0, 0.1])
+    drawn = {one.name: one for one in monitor.levels.drawing.series}
+    asked, done = drawn["commanded"], drawn["measured"]
+    loudest = int(np.argmax(asked.y))
+    assert asked.x[loudest] == 200.0
+    assert asked.y[loudest] == pytest.approx(0.0, abs=0.2)
+    assert done.y[loudest] - asked.y[loudest] == pytest.approx(6.0, abs=0.1)
+    said = next(label.text() for label in monitor.findChildren(QLabel) if label.text().startswith("asked"))
+    assert "asked 1 m/s², done 2 (+6.0 dB, 0 % unexplained)" in said
+    assert "noticed by 100 %; perceived stiffness: not covered" in said
+    qtbot.keyClick(monitor, Qt.Key.Key_L)
+    assert monitor.spectrogram.isVisible()
+
+
+def test_a_tile_that_does_not_do_what_it_is_told_is_marked_on_the_map(monitor):
+    before = monitor.map.grab().toImage()
+    vibrate(monitor, [1.0, 1.0, 1.0, 0.1])
+    assert monitor.watch.astray().tolist() == [False, False, False, True]
+    assert monitor.map.grab().toImage() != before
+
+
+def test_where_nothing_is_measured_levels_say_so(monitor, qtbot):
+    qtbot.keyClick(monitor, Qt.Key.Key_L)
+    monitor.draw()
+    assert monitor.levels.drawing.note == "nothing is measured here"

@@ -25,14 +25,16 @@ def texts(table, row):
 
 def test_steps_are_shown_with_their_units_and_digits(table):
     table.steps.add([STEP, SPIKE])
-    assert texts(table, 0) == ["1", "t1", "left", "0.20", "612", "760", "500", "740", "320.0", "8.6", "210", "200"]
+    figures = ["1", "t1", "left", "0.20", "612", "760", "500", "740", "320.0", "8.6", "210", "200"]
+    assert texts(table, 0) == [*figures, "2", "–", "–", "–", "–", "–", "–", "–"]
     assert texts(table, 1)[2] == "–"
     assert texts(table, 1)[9:11] == ["159.0 !", "–"]
     assert "impact" in table.steps.index(1, 9).data(Qt.ItemDataRole.ToolTipRole)
     headings = [table.steps.headerData(i, Qt.Orientation.Horizontal) for i in range(len(COLUMNS))]
     assert headings[3:] == [
         "Start, s", "Contact, ms", "Peak 1, N", "Valley, N", "Peak 2, N", "Impulse, N·s", "Loading, kN/s", "Path, mm",
-        "Net, mm",
+        "Net, mm", "Person", "Cadence, /min", "Length, mm", "Width, mm", "Swing, ms", "Both, ms", "Heading, °",
+        "Heading ±, °",
     ]  # fmt: skip
 
 

@@ -7,7 +7,7 @@ import html
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from underfoot.bench.figures import fracture, friction, grains, signals
+from underfoot.bench.figures import fracture, friction, grains, signals, tiles
 from underfoot.bench.figures.figure import Compared, Figure
 from underfoot.drawing.page import page
 from underfoot.drawing.svg import svg
@@ -17,6 +17,7 @@ __all__ = ["FIGURES", "Compared", "Figure", "run", "text", "write"]
 
 FIGURES: tuple[Callable[[bool], Figure], ...] = (
     signals.waveforms,
+    tiles.modes,
     signals.feedback,
     fracture.responses,
     fracture.strengths,
@@ -26,6 +27,7 @@ FIGURES: tuple[Callable[[bool], Figure], ...] = (
     grains.fluctuations,
     grains.under_a_foot,
     fracture.played,
+    friction.trajectories,
     friction.upcrossings,
     friction.durations,
     friction.regimes,

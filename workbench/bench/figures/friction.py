@@ -1,4 +1,4 @@
-"""Figures 8.5 to 8.10: upcrossings, slip durations, periods and distances of the stick-slip model."""
+"""Figures 8.4 to 8.10: trajectories, upcrossings, slip durations, periods and distances of the stick-slip model."""
 
 import math
 
@@ -12,6 +12,8 @@ from underfoot.models.stick_slip import distribution
 from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
 from underfoot.models.stick_slip.upcrossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
 
+_8_4 = BlockOnBelt(w0=1.0, zeta=0.01, noise=0.0005, belt_velocity=1.0, x0=0.3, v0=0.95)
+_STEP_8_4_S = 0.001
 _LEFT_8_5 = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0)
 """As captioned, as are the others; where x0 or v0 is not printed, 0.3 and 0."""
 _RIGHT_8_5 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.04, belt_velocity=1.3, x0=0.3, v0=0.0)
@@ -26,6 +28,45 @@ _STEP_S = 0.002
 """Of the thesis's simulations, over which white noise has an acceleration of variance 2 D / h."""
 _COLOUR_S = 0.3
 """Correlation time of the noise for which the decoupled law exists."""
+
+
+def trajectories(quick: bool) -> Figure:
+    """Figure 8.4: two slips in the plane of place and velocity, one that ends within a period and one of two."""
+    found: dict[int, tuple[NDArray[np.float64], NDArray[np.float64], float]] = {}
+    for seed in range(400):
+        x, v = _slip(np.random.default_rng(seed))
+        periods = len(x) * _STEP_8_4_S / (2.0 * math.pi)
+        found.setdefault(round(periods), (x, v, periods))
+        if {1, 2} <= set(found):
+            break
+    lines = [
+        series(f"{found[k][2]:.2f} periods", found[k][0], found[k][1], style, colour)
+        for k, style, colour in ((1, "line", "vibration"), (2, "dashed", "force"))
+    ]
+    lines.append(series("belt", [-1.2, 1.2], [_8_4.belt_velocity] * 2, "dashed", "muted"))
+    return Figure(
+        "8.4",
+        "Two slips from one beginning, until the block sticks again",
+        (Drawing("Until v reaches the belt's velocity", "place x", "velocity v", tuple(lines)),),
+        (
+            Compared("the first sticks after", "one period", f"{found[1][2]:.2f} periods"),
+            Compared("the second after", "two: frequency w'/2", f"{found[2][2]:.2f} periods"),
+        ),
+        f"Where they begin is not printed: here at x = {_8_4.x0}, v = {_8_4.v0}.",
+    )
+
+
+def _slip(rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Place and velocity of one slip, by Euler and Maruyama as the thesis has it."""
+    places, velocities = [_8_4.x0], [_8_4.v0]
+    kick = math.sqrt(2.0 * _8_4.noise * _STEP_8_4_S)
+    for noise in kick * rng.standard_normal(round(20.0 / _STEP_8_4_S)):
+        x, v = places[-1], velocities[-1]
+        places.append(x + v * _STEP_8_4_S)
+        velocities.append(v - (_8_4.w0**2 * x + 2.0 * _8_4.zeta * _8_4.w0 * v) * _STEP_8_4_S + noise)
+        if velocities[-1] >= _8_4.belt_velocity:
+            break
+    return np.array(places), np.array(velocities)
 
 
 def upcrossings(quick: bool) -> Figure:

@@ -10,7 +10,7 @@ def discover() -> dict[str, type[Calibration]]:
     """Every calibration that the modules of this folder declare, by its kind, each after the one that it requires.
 
     >>> list(discover())
-    ['fsr', 'centroid', 'response']
+    ['fsr', 'centroid', 'latency', 'response']
     """
     found = {}
     for module in pkgutil.iter_modules(__path__):

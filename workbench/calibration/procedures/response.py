@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, Setup
-from underfoot.calibration.paged import PagedProcedure, Step
+from underfoot.calibration.paged import SoundingProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
@@ -107,7 +107,7 @@ class ResponseCalibration(Calibration):
         return result
 
 
-class ResponseProcedure(PagedProcedure):
+class ResponseProcedure(SoundingProcedure):
     """Frequency response and equaliser of one tile, at `rate_hz`.
 
     The noise floor, sweeps with nothing on the tile, with somebody standing on it and with a foot on a corner, tones at
@@ -175,28 +175,6 @@ class ResponseProcedure(PagedProcedure):
         loads = self._loads()
         return (loads_drawn(loads, self._settings["sensitivity"]),) if loads else ()
 
-    def answer(self, values: Answers) -> None:
-        """Give what the page asks for, and go on."""
-        if self.page.sound is not None:
-            raise BadValue(f"{self.page.title}: this page takes a recording, not an answer")
-        super().answer(values)
-
-    def hear(self, recorded: Array) -> None:
-        """Take what was recorded of the page's sound, (frames,), of full scale; goes on."""
-        page = self.page
-        if page.sound is None:
-            raise BadValue(f"{page.title}: this page takes no recording")
-        heard = np.asarray(recorded, dtype=np.float64)
-        if heard.ndim != 1 or not np.isfinite(heard).all():
-            raise BadMeasurement(f"{page.title}: the recording is not one channel of finite samples")
-        if heard.size < page.sound.signal.size:
-            raise BadMeasurement(
-                f"{page.title}: the recording lasts {heard.size / self._rate_hz:.2f} s, "
-                f"the sound {page.sound.signal.size / self._rate_hz:.2f} s"
-            )
-        self._take(page.key, page.sound.signal, heard)
-        self._go_on()
-
     def back(self) -> None:
         """Return to the page before, and forget what was taken from there on."""
         super().back()
@@ -232,7 +210,7 @@ class ResponseProcedure(PagedProcedure):
         sounding = Page(load, title, "Stand still. The tile plays sweeps.", sound=sound, may_skip=True)
         return [Step(page, group=load) for page in (place, sounding)]
 
-    def _take(self, key: str, played: Array, heard: Array) -> None:
+    def take_sound(self, key: str, played: Array, heard: Array) -> None:
         """Measure what a page has recorded."""
         from underfoot.calibration.science.recording_checks import require_not_clipped, require_not_silent
         from underfoot.calibration.science.tones import distortion_over_level

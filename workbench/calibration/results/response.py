@@ -53,8 +53,8 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
     low, high = values["usable_low_hz"], values["usable_high_hz"]
     words = "measured again through the equaliser" if found.again is not None else "computed, not measured again"
     verdict = (
-        f"Flat within {values[after]:.2f} dB from {INNER_HZ[0]:g} to {INNER_HZ[1]:g} Hz ({words}; "
-        f"{values['flatness_before_db']:.1f} dB before). Usable from {low:.0f} to {high:.0f} Hz. "
+        f"With nobody on it, flat within {values[after]:.2f} dB from {INNER_HZ[0]:g} to {INNER_HZ[1]:g} Hz ({words}; "
+        f"{values['flatness_before_db']:.1f} dB before). {_stood_on(values)} Usable from {low:.0f} to {high:.0f} Hz. "
         f"A full-scale signal gives {found.level:.3g} m/s^2."
     )
     if not good:
@@ -72,6 +72,16 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
         method=METHOD,
     )
+
+
+def _stood_on(values: Mapping[str, float]) -> str:
+    """What becomes of the flatness when somebody stands on the tile, as far as it was measured."""
+    whose = {"standing_changes_db": "a person in the middle", "corner_changes_db": "a foot on a corner"}
+    known = [f"{who} changes that by up to {values[key]:.1f} dB" for key, who in whose.items() if key in values]
+    if not known:
+        return "How much a person on it changes that was not measured."
+    words = ", ".join(known)
+    return f"{words[0].upper()}{words[1:]}."
 
 
 def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], ...]:

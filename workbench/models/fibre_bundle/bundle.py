@@ -137,10 +137,10 @@ class FibreBundle:
         load = numbers("stress", stress)
         coefficients, state = COEFFICIENTS.zeros(), STATE.zeros()
         self.design(rate, 1.0, coefficients)
-        strain, failures, energy, threshold = np.zeros((4, load.size))
+        strain, failures, energy, threshold, damage = np.zeros((5, load.size))
         events = event_list(room=load.size)
         key = stream_key(seed_of(seed), "fracture")
-        run_traced(load, key, 0, coefficients, state, strain, events, Trace(failures, energy, threshold))
+        run_traced(load, key, 0, coefficients, state, strain, events, Trace(failures, energy, threshold, damage))
         return Fracture(strain, failures.astype(np.int64), energy, threshold, events.time[: len(events)] / rate)
 
     def design(self, rate: float, pressure: float, coefficients: Memory) -> None:
@@ -157,11 +157,15 @@ class FibreBundle:
 
 
 class Trace(NamedTuple):
-    """What besides strain and events is to be known of a run, frame by frame; arrays without frames are left alone."""
+    """What besides strain and events is to be known of a run, frame by frame.
+
+    `failures` and `threshold` without frames are left alone.
+    """
 
     failures: Floats
     energy: Floats
     threshold: Floats
+    damage: Floats
 
 
 _WEAR_FRAMES = 4.0
@@ -170,15 +174,25 @@ _WEAR_FRAMES = 4.0
 
 @kernel
 def run(
-    load: Floats, key: np.uint64, frame: int, coefficients: Memory, state: Memory, strain: Floats, events: Memory
+    load: Floats,
+    key: np.uint64,
+    frame: int,
+    coefficients: Memory,
+    state: Memory,
+    strain: Floats,
+    damage: Floats,
+    energy: Floats,
+    events: Memory,
 ) -> None:
     """One tile, `load.size` frames from session frame `frame` on: `load` in, `strain` out, both [frames].
+
+    So are `damage`, the share of the fibres that failed (7.15), and the `energy` set free in each frame.
 
     Failures are added to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by the frame,
     so that no split and no sleep changes them. `load` is the value at the end of its frame; the failures lie within it.
     """
     nothing = strain[:0]
-    run_traced(load, key, frame, coefficients, state, strain, events, Trace(nothing, nothing, nothing))
+    run_traced(load, key, frame, coefficients, state, strain, events, Trace(nothing, energy, nothing, damage))
 
 
 @kernel
@@ -227,19 +241,21 @@ def run_traced(
             c0, c1, c2, c3, c4, c5, c6, c7 = bundle_step(c, stiffness_left(c, s.failed, s.peak))
         moved = c0 * x + (c1 * w + (c2 * before + c3 * after))
         w = c5 * w + (c4 * x + (c6 * before + c7 * after))
+        set_free = 0.0
         if moved > breaking:
             failed, s.next_hazard = fail(c, key, (frame + i) * DRAWS, s.next_hazard, moved, s.failed)
             s.failed += failed
-            energy = energy_released(c, failed, moved)
-            append(events, frame + i + crossing(x, moved, breaking), event_strength(c, energy))
+            set_free = energy_released(c, failed, moved)
+            append(events, frame + i + crossing(x, moved, breaking), event_strength(c, set_free))
             breaking = threshold_strain(c, s.next_hazard)
             if not gradual:
                 c0, c1, c2, c3, c4, c5, c6, c7 = bundle_step(c, stiffness_left(c, s.failed, 0.0))
             if trace.failures.size:
                 trace.failures[i] = failed
-                trace.energy[i] = energy
         x, before = moved, after
         strain[i] = x
+        trace.energy[i] = set_free
+        trace.damage[i] = s.failed / c.pool
         if trace.threshold.size:
             trace.threshold[i] = breaking
     s.strain, s.speed, s.load, s.worn = x, w, before, worn

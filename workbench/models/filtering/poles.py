@@ -13,13 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
 from underfoot.kernels import Floats, modal_kernel
+from underfoot.lanes import all_four, four, put, total
 from underfoot.layouts import Layout, Memory
+from underfoot.memory import LANES
 
 STATE = Layout("poles_state", "before", re="poles", im="poles")
 """The last sample that came in, and each pole's state."""
 COEFFICIENTS = Layout(
     "poles_coefficients",
-    "direct",
+    *("direct", "peak_gain"),
     step_re="poles",
     step_im="poles",
     now_re="poles",
@@ -29,8 +31,9 @@ COEFFICIENTS = Layout(
     gain_re="poles",
     gain_im="poles",
 )
-"""The direct part; each pole's factor from one sample to the next, what the sample and the one before it add to its
-state, and what its state adds to the output."""
+"""The direct part, and a bound of what comes out for inputs within -1 to 1; each pole's factor from one sample to the
+next, what the sample and the one before it add to its state, and what its state adds to the output."""
+_NEGLIGIBLE = 1e-100
 _SERIES = 0.3
 """Below this |p h|, exp(p h) is too near 1 for differences; a series of 12 terms is exact to 1e-16 up to here."""
 
@@ -66,7 +69,9 @@ class Poles:
         """A state at rest (`STATE`) and the coefficients (`COEFFICIENTS`) for `run` at `rate_hz`."""
         step = self.poles / rate_hz
         now, before = _ramp_weights(step)
-        coefficients = COEFFICIENTS.zeros(poles=len(self.poles))
+        count = len(self.poles)
+        places = -(-count // LANES) * LANES  # what is beyond the poles stays 0
+        coefficients = COEFFICIENTS.zeros(poles=places)
         coefficients.direct = self.direct
         rows = {
             "step": np.exp(step),
@@ -74,9 +79,14 @@ class Poles:
             "before": before / rate_hz,
             "gain": self.residues * np.where(self.poles.imag > 0.0, 2.0, 1.0),
         }
+        gained = np.abs(rows["gain"]) * (np.abs(rows["now"]) + np.abs(rows["before"])) / (1.0 - np.abs(rows["step"]))
+        coefficients.peak_gain = abs(self.direct) + float(gained.sum())
         for name, row in rows.items():
-            getattr(coefficients, f"{name}_re")[:], getattr(coefficients, f"{name}_im")[:] = row.real, row.imag
-        return STATE.zeros(poles=len(self.poles)), coefficients
+            getattr(coefficients, f"{name}_re")[:count], getattr(coefficients, f"{name}_im")[:count] = (
+                row.real,
+                row.imag,
+            )
+        return STATE.zeros(poles=places), coefficients
 
 
 @modal_kernel
@@ -92,15 +102,35 @@ def run(state: Memory, coefficients: Memory, given: Floats, out: Floats) -> None
     direct, re, im, before = c.direct, state.re, state.im, state.before
     for i in range(len(given)):
         now = given[i]
-        total = 0.0
-        for k in range(len(re)):
-            x = step_re[k] * re[k] - step_im[k] * im[k] + before_re[k] * before + now_re[k] * now
-            y = step_re[k] * im[k] + step_im[k] * re[k] + before_im[k] * before + now_im[k] * now
-            re[k], im[k] = x, y
-            total += gain_re[k] * x - gain_im[k] * y
+        ahead, behind, heard = all_four(now), all_four(before), all_four(0.0)
+        for k in range(0, len(re), LANES):
+            x0, y0 = four(re, k), four(im, k)
+            x = four(step_re, k) * x0 - four(step_im, k) * y0 + (four(before_re, k) * behind + four(now_re, k) * ahead)
+            y = four(step_re, k) * y0 + four(step_im, k) * x0 + (four(before_im, k) * behind + four(now_im, k) * ahead)
+            put(re, k, x)
+            put(im, k, y)
+            heard = heard + (four(gain_re, k) * x - four(gain_im, k) * y)
         before = now
-        out[i] = direct * now + total
+        out[i] = direct * now + total(heard)
     state.before = before
+
+
+@modal_kernel
+def tail(state: Memory, coefficients: Memory) -> float:
+    """A bound of what the system still puts out when nothing but zeros comes in, and the last sample was one."""
+    bound = 0.0
+    for k in range(len(state.re)):
+        gain = abs(coefficients.gain_re[k]) + abs(coefficients.gain_im[k])
+        bound += gain * (abs(state.re[k]) + abs(state.im[k]))
+    return bound
+
+
+@modal_kernel
+def flush(state: Memory) -> None:
+    """Set poles to 0 that have all but decayed: numbers below 1e-308 would take a hundred times as long."""
+    for k in range(len(state.re)):
+        if abs(state.re[k]) + abs(state.im[k]) < _NEGLIGIBLE:
+            state.re[k] = state.im[k] = 0.0
 
 
 def of_biquads(zeros: ArrayLike, poles: ArrayLike, gain: float) -> Poles:

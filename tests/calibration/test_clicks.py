@@ -1,0 +1,109 @@
+"""Delays of clicks, held against delays that were put in; and the round trip of a real card."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.io import wavfile
+from scipy.signal import lfilter
+
+from underfoot.__main__ import cli
+from underfoot.calibration.science.clicks import click_delays, click_onsets, click_train
+from underfoot.errors import BadMeasurement
+from underfoot.floor.profile import Profile
+
+RATE = 48_000.0
+
+
+def returned(delays_s, noise=1e-4, lost=(), through=None):
+    """A train of which each click comes back after its own delay, between samples, and what was sent."""
+    train, onsets = click_train(len(delays_s), RATE, 0.5)
+    heard = np.zeros(len(train) + 9600)
+    at = np.arange(-2, 60)
+    for k, (onset, delay_s) in enumerate(zip(onsets, delays_s, strict=True)):
+        if k not in lost:
+            whole = int(np.floor(delay_s * RATE))
+            x = (at + 1 - (delay_s * RATE - whole)) / (round(0.001 * RATE) + 1)
+            pulse = np.where((x > 0) & (x < 1), 0.1 * np.sin(np.pi * x) ** 2, 0.0)
+            heard[onset + whole + at] += pulse
+    if through is not None:
+        heard = lfilter(*through, heard)
+    return train, onsets, heard + noise * np.random.default_rng(1).standard_normal(len(heard))
+
+
+def test_delays_between_samples_are_found_to_a_twentieth_of_one():
+    truth = 0.01 + 0.0004 * np.random.default_rng(2).random(200)
+    found = click_delays(*returned(truth), RATE)
+    assert found.lost == 0
+    error = found.delay_s - truth
+    assert np.abs(error - error.mean()).max() < 0.05 / RATE
+    assert abs(error.mean()) < 0.5 / RATE
+
+
+def test_a_ringing_tile_and_an_inverted_wire_change_little():
+    ringing = ([-1.0], [1.0, -1.98 * np.cos(2 * np.pi * 300 / RATE), 0.9801])
+    found = click_delays(*returned(np.full(100, 0.0213), through=ringing), RATE)
+    assert np.ptp(found.delay_s) < 0.2 / RATE
+    assert found.delay_s.mean() == pytest.approx(0.0213, abs=4e-4)
+
+
+def test_clicks_that_did_not_come_back_are_counted():
+    found = click_delays(*returned(np.full(50, 0.005), lost=(3, 20, 21)), RATE)
+    assert found.lost == 3
+    assert len(found.delay_s) == len(found.played_s) == 47
+
+
+def test_silence_and_another_signal_are_refused():
+    train, onsets, _ = returned(np.full(50, 0.005))
+    with pytest.raises(BadMeasurement, match="nothing of the clicks"):
+        click_delays(train, onsets, np.zeros(len(train)), RATE)
+    with pytest.raises(BadMeasurement, match="clicks"):
+        click_delays(train, onsets, np.random.default_rng(1).standard_normal(len(train)), RATE)
+    with pytest.raises(BadMeasurement, match="no click"):
+        click_onsets(np.zeros(100), RATE)
+
+
+def test_the_command_measures_files_and_keeps_the_round_trip_in_the_profile(tmp_path):
+    train, _, heard = returned(np.full(60, 0.0125))
+    wavfile.write(tmp_path / "played.wav", int(RATE), train.astype(np.float32))
+    wavfile.write(tmp_path / "recorded.wav", int(RATE), heard.astype(np.float32))
+    paths = ["--played", tmp_path / "played.wav", "--recorded", tmp_path / "recorded.wav"]
+    options = [*map(str, paths), "--tile", "t2", "--profile", str(tmp_path / "t2.json"), "--json"]
+    said = CliRunner().invoke(cli, ["calibrate", "latency", *options])
+    assert said.exit_code == 0, said.output
+    assert json.loads(said.stdout)["round_trip_ms"] == pytest.approx(12.5, abs=0.02)
+    part = Profile.load(tmp_path / "t2.json").latency
+    assert part.good
+    assert part.round_trip_ms == pytest.approx(12.5, abs=0.02)
+
+
+def test_the_round_trip_of_a_card_is_measured_through_it(null_sink, tmp_path):
+    """The sink's monitor is its input. In a process of its own, since PortAudio looks for devices only once."""
+    command = [
+        "calibrate",
+        "latency",
+        "--target",
+        "sound",
+        "--tile",
+        "t1",
+        "--clicks",
+        "60",
+        "--block",
+        "1024",
+        "--json",
+    ]
+    for _ in range(6):
+        script = f"from underfoot.__main__ import cli; cli({[*command, '--profile', 't1.json']!r})"
+        said = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=False, capture_output=True, text=True)
+        if said.returncode == 0:
+            break
+        assert "lost samples" in said.stderr, said.stderr
+    else:
+        pytest.skip("this machine lets no sound through whole")
+    found = json.loads(said.stdout)
+    assert found["lost"] <= 6.0  # of a machine that is busy otherwise
+    assert found["jitter_ms"] < 0.05 or found["lost"]
+    assert 1.0 < found["round_trip_ms"] < 1000.0

@@ -1,0 +1,72 @@
+"""Levels of patches on a tile that is stood on; a tile whose equaliser was learned plays flat."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from underfoot.__main__ import cli
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.commands import equalisers_of
+from underfoot.engine.levels import levels_of
+from underfoot.engine.loop import LoopOptions
+from underfoot.engine.render import render
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.tile_response import response_of
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+
+
+@pytest.fixture(scope="module")
+def profile(tmp_path_factory):
+    """Tile t1 of the simulator, as the wizard calibrates it."""
+    path = tmp_path_factory.mktemp("profiles") / "t1.json"
+    options = ["--target", "simulator", "--tile", "t1", "--seed", "1", "--no-loads", "--profile", str(path)]
+    said = CliRunner().invoke(cli, ["calibrate", "response", *options])
+    assert said.exit_code == 0, said.output
+    return Profile.load(path)
+
+
+def noise():
+    """White noise at 1 m/s^2 RMS on every tile."""
+    patch = Patch().add("noise", REGISTRY).add("tile-output", REGISTRY)
+    return patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
+
+
+def test_a_calibrated_tile_does_what_it_is_told_from_60_to_700_hz_and_another_does_not(profile):
+    found = {}
+    for name, profiles in (("calibrated", {"t1": profile}), ("not", {})):
+        floor = default_floor(1, 1)
+        options = LoopOptions(plates=("accelerometer",), equalisers=equalisers_of(profiles))
+        tiles = render(noise(), REGISTRY, SimulatedFloor(floor, walking=False), 20.0, options).tiles
+        response = response_of(tiles["commanded"][:, 0], tiles["accelerometer"][:, 0], 48_000.0)
+        inside = (response.bands_hz > 60.0) & (response.bands_hz < 700.0)
+        found[name] = float(np.abs(response.transfer_db[inside]).max())
+    assert found["calibrated"] < 1.0
+    assert found["not"] > 5.0
+
+
+def test_levels_of_a_stimulus_are_its_own_and_those_of_its_tile(profile):
+    patch = Patch.load(library.patches()["stimulus-td"], REGISTRY)
+    plain, driven = levels_of(patch), levels_of(patch, profile=profile)
+    assert plain.commanded == driven.commanded
+    assert plain.measured.peak_m_s2 / plain.commanded.peak_m_s2 > 1.1
+    assert driven.measured.peak_m_s2 / driven.commanded.peak_m_s2 == pytest.approx(1.0, abs=0.1)
+    assert plain.headroom_db > 0.0
+
+
+def test_silence_has_no_level():
+    found = levels_of(Patch().add("tile-output", REGISTRY))
+    assert found.measured.level_db is None
+    assert found.measured.share_in_band == 0.0
+
+
+def test_the_command_prints_a_line_a_patch_and_all_figures_as_json():
+    said = CliRunner().invoke(cli, ["levels", str(library.patches()["wood"])])
+    assert said.exit_code == 0, said.output
+    assert said.stdout.splitlines()[1].startswith("wood")
+    said = CliRunner().invoke(cli, ["levels", "--json", str(library.patches()["wood"])])
+    assert json.loads(said.stdout)["wood"]["measured"]["level_db"] > 10.0

@@ -1,0 +1,48 @@
+"""Shared memory that killed programs left behind."""
+
+import os
+import subprocess
+import sys
+from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
+
+import pytest
+
+from underfoot.engine.shared_blocks import new_block, remove_orphans
+
+BLOCKS = Path("/dev/shm")
+pytestmark = pytest.mark.skipif(not BLOCKS.is_dir(), reason="shared memory is no files here")
+
+
+def test_blocks_of_the_killed_are_removed_and_those_of_the_living_are_not():
+    """A process and its resource tracker are killed as a group, which leaves the block."""
+    script = (
+        "import os, signal; from underfoot.engine.shared_blocks import new_block; "
+        "print(new_block(64).name, flush=True); os.killpg(0, signal.SIGKILL)"
+    )
+    killed = subprocess.run(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, check=False, start_new_session=True
+    )
+    left = BLOCKS / killed.stdout.strip()
+    assert left.exists()
+    mine = new_block(64)
+    try:
+        remove_orphans()
+        assert not left.exists()
+        other = SharedMemory(mine.name)
+        assert bytes(other.buf[:64]) == bytes(64)
+        other.close()
+    finally:
+        mine.close()
+        mine.unlink()
+
+
+def test_files_of_others_are_left_alone(tmp_path, monkeypatch):
+    for name in ("underfoot_notes", "psm_1234", f"underfoot_{os.getpid()}_00ff"):
+        (tmp_path / name).touch()
+    (tmp_path / "underfoot_4194999_00ff").touch()  # beyond the largest number of a process
+    monkeypatch.setattr("underfoot.engine.shared_blocks._BLOCKS", tmp_path)
+    remove_orphans()
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        ["underfoot_notes", "psm_1234", f"underfoot_{os.getpid()}_00ff"]
+    )

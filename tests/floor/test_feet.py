@@ -1,0 +1,117 @@
+"""One foot or two: feet over seams and corners, turned tiles, gaps, noise, and two feet on one tile."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from made_walks import touching_floor
+
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor import simulated_loads
+from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.foot_orientation import orientation
+from underfoot.floor.layout import Floor, Tile, default_floor
+from underfoot.floor.simulated_people import drawn_people
+from underfoot.models import gait
+
+
+def contacts_of(floor, time_s, force_n, rate_hz=1000.0, chunk=1000):
+    tracker = ContactTracker(floor, rate_hz)
+    parts = [tracker.feed(time_s[i : i + chunk], force_n[i : i + chunk]) for i in range(0, len(time_s), chunk)]
+    parts.append(tracker.finish())
+    return parts
+
+
+def finished(parts):
+    return [contact for part in parts for contact in part.finished]
+
+
+def spaced(gap_m, degrees):
+    """Tiles so far apart, each turned by a quarter more than the one before, on a floor that is turned; and a way back
+    and forth over it."""
+    turn = complex(math.cos(math.radians(degrees)), math.sin(math.radians(degrees)))
+    tiles = []
+    for number, tile in enumerate(touching_floor(6, 6).tiles):
+        place = turn * complex(*tile.centre_m) * (1.0 + gap_m / 0.3)
+        turned = degrees + 90.0 * (number % 4)
+        tiles.append(Tile(tile.id, tile.size_m, (place.real, place.imag), turned, tile.sensors_m))
+    path = [turn * complex(*place) for place in ((0.45, 0.5), (1.4, 0.5), (1.4, 1.3), (0.45, 1.3), (0.45, 0.5))]
+    return Floor(tuple(tiles)), [(place.real, place.imag) for place in path]
+
+
+def walked(floor, seconds, footfalls=None, people=(), noise_n=0.5):
+    """What noisy sensors read of people, or of given footfalls."""
+    source = SimulatedFloor(floor, people=people)
+    if footfalls is not None:
+        source.footfalls = simulated_loads.footfall_table([footfalls])
+    force, stamps = [], []
+    for end in range(4800, round(seconds * 48_000), 4800):
+        count = source.pull(end)
+        force.append(source.forces[:count].copy())
+        stamps.append(source.stamps[:count] / 48_000.0)
+    time_s, force_n = np.concatenate(stamps), np.concatenate(force)
+    return time_s, force_n + np.random.default_rng(1).normal(0.0, noise_n, force_n.shape)
+
+
+@pytest.mark.parametrize(("gap_m", "degrees"), [(0.0, 30.0), (0.02, 0.0), (0.025, 17.0)])
+def test_turned_tiles_and_gaps_do_not_matter(gap_m, degrees):
+    floor, path = spaced(gap_m, degrees)
+    walker = gait.Walker(foot_breadth_m=0.08)
+    steps = gait.footfalls(walker, path, 60.0)
+    found = finished(contacts_of(floor, *walked(floor, 20.0, steps)))[:-3]
+    assert len(found) > 30
+    began = np.array([(contact.start_s, step.start_s) for contact, step in zip(found, steps, strict=False)])
+    ended = np.array([(one.end_s, step.start_s + step.duration_s) for one, step in zip(found, steps, strict=False)])
+    for times in (began, ended):
+        # A heel or toes that come down between tiles press on none.
+        late = np.abs(times[:, 0] - times[:, 1])
+        assert (late < 0.04).mean() > 0.9
+        assert late.max() < 0.2
+
+
+@pytest.mark.parametrize("chunk", [1, 37, 100_000])
+def test_chunks_change_no_bit_where_feet_share_tiles(chunk):
+    floor = default_floor(3, 3)
+    time_s, force_n = walked(floor, 6.0, people=drawn_people(2, "random"), noise_n=0.0)
+    expected, found = (contacts_of(floor, time_s, force_n, chunk=size) for size in (256, chunk))
+    for name in ("time_s", "contact", "x_m", "y_m", "force_n", "on_tile"):
+        np.testing.assert_array_equal(
+            *(np.concatenate([getattr(p.rows, name) for p in ps]) for ps in (expected, found))
+        )
+    assert len(finished(expected)) > 10
+    for one, other in zip(finished(expected), finished(found), strict=True):
+        np.testing.assert_equal(dataclasses.astuple(one), dataclasses.astuple(other))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 20.0, 45.0, -30.0])
+@pytest.mark.parametrize("at", [0.3, 0.5, 0.7])
+def test_where_a_foot_across_an_edge_points_is_known_within_its_error(degrees, at):
+    """A plain rectangle that stands over the edge, of a foot's breadth: statics, integrated point by point."""
+    floor, turn = touching_floor(1, 2), math.radians(degrees)
+    u, v = np.meshgrid((np.arange(120) + 0.5) / 120 - at, (np.arange(40) + 0.5) / 40 - 0.5)
+    x = 0.3 + 0.26 * u * math.cos(turn) - 0.09 * v * math.sin(turn)
+    y = 0.15 + 0.26 * u * math.sin(turn) + 0.09 * v * math.cos(turn)
+    corners = np.zeros((2, 4))
+    for k, tile in enumerate(floor.tiles):
+        on = (np.abs(x - tile.centre_m[0]) <= 0.15) & (np.abs(y - tile.centre_m[1]) <= 0.15)
+        for sensor, (sx, sy) in enumerate(tile.sensors_m):
+            split = 0.25 * (1 + (x[on] - tile.centre_m[0]) / sx) * (1 + (y[on] - tile.centre_m[1]) / sy)
+            corners[k, sensor] = 600.0 / x.size * split.sum()
+    time_s = np.arange(3000) / 1000.0
+    standing = ((time_s > 1.0) & (time_s < 2.0))[:, None, None]
+    force_n = standing * corners + np.random.default_rng(1).normal(0.0, 0.3, (3000, 2, 4))
+    (contact,) = finished(contacts_of(floor, time_s, force_n))
+    heading, error = orientation(contact, floor)
+    # It stands: which end is the toes nobody can say.
+    off = abs((heading - turn + math.pi / 2) % math.pi - math.pi / 2)
+    assert off < 2.0 * error
+    assert math.degrees(error) < 12.0
+
+
+def test_a_foot_that_shows_no_direction_has_none():
+    floor = touching_floor(1, 1)
+    time_s = np.arange(2000) / 1000.0
+    force_n = np.where((time_s > 0.8) & (time_s < 1.5), 100.0, 0.0)[:, None, None] * np.ones((1, 4))
+    (contact,) = finished(contacts_of(floor, time_s, force_n))
+    assert all(math.isnan(angle) for angle in orientation(contact, floor))

@@ -1,0 +1,106 @@
+"""Persons, sides and gait, from footsteps of simulated people whose truth is known."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor import simulated_loads
+from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.gait_summary import gait_of
+from underfoot.floor.layout import default_floor
+from underfoot.floor.walks import StepCounter
+from underfoot.models import gait
+
+FLOOR = default_floor(6, 24)
+MIDDLE_M = 0.93
+
+
+def steps_of(walks, seconds, walkers, feed_s=0.1):
+    """The steps that are told of these footfalls."""
+    source = SimulatedFloor(FLOOR)
+    source.footfalls = simulated_loads.footfall_table(walks)
+    source.curves = simulated_loads.gait_curves(walkers)
+    tracker, counter, steps = ContactTracker(FLOOR, 1000.0), StepCounter(FLOOR), []
+    for end in range(round(feed_s * 48_000), round(seconds * 48_000), round(feed_s * 48_000)):
+        count = source.pull(end)
+        time_s = source.stamps[:count] / 48_000.0
+        steps += counter.feed(tracker.feed(time_s, source.forces[:count]).finished, time_s[-1])
+    return steps + counter.feed(tracker.finish().finished, math.inf) + counter.finish()
+
+
+def test_gait_is_that_of_the_walker():
+    walker = gait.Walker(step_length_m=0.6, step_width_m=0.12, toe_out_deg=0.0, variation=0.0)
+    made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
+    steps = steps_of([made], 6.0, [walker])
+    stance_ms = 1e3 * walker.contact_s
+    assert len(steps) > 8
+    assert {step.person for step in steps} == {1}
+    for step, foot in zip(steps[2:], made[2:], strict=False):
+        assert step.side == foot.side
+        assert step.cadence_per_min == pytest.approx(110.0, rel=0.02)
+        assert step.step_length_mm == pytest.approx(600.0, abs=15.0)
+        assert step.step_width_mm == pytest.approx(120.0, abs=10.0)
+        assert step.double_support_ms == pytest.approx(stance_ms - 1e3 * walker.step_s, abs=15.0)
+        assert step.swing_ms == pytest.approx(2e3 * walker.step_s - stance_ms, abs=15.0)
+        assert step.heading_deg == pytest.approx(0.0, abs=2.0 * step.heading_error_deg)
+    (found,) = gait_of(steps)
+    assert found.cadence_per_min == pytest.approx(110.0, rel=0.02)
+    assert found.stance_asymmetry_percent < 2.0
+    assert found.line().startswith(f"person 1: {len(steps)} steps, 110 steps a minute, length 6")
+
+
+def test_who_limps_is_asymmetric():
+    walker = gait.Walker(step_length_m=0.6, variation=0.0)
+    made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
+    limping = [dataclasses.replace(step, duration_s=step.duration_s * (0.85 if step.side == "left" else 1.0))
+               for step in made]  # fmt: skip
+    (found,) = gait_of(steps_of([limping], 6.0, [walker]))
+    assert found.stance_asymmetry_percent == pytest.approx(200.0 * 0.15 / 1.85, abs=1.5)
+
+
+def test_who_walks_backwards_has_the_same_sides():
+    walker = gait.Walker(step_length_m=0.5, toe_out_deg=0.0, variation=0.0)
+    forwards = gait.footfalls(walker, [(0.5, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
+    # The last place first: each foot comes down behind the other one.
+    backwards = [
+        dataclasses.replace(step, heel_x_m=forwards[11 - number].heel_x_m) for number, step in enumerate(forwards[:12])
+    ]
+    steps = steps_of([backwards], 8.0, [walker])[:12]
+    assert {step.person for step in steps} == {1}
+    assert [step.side for step in steps] == [step.side for step in backwards]
+
+
+def test_two_who_pass_keep_their_ids_and_somebody_long_gone_is_somebody_new():
+    heavy, light = gait.Walker(weight_n=900.0), gait.Walker(weight_n=450.0, cadence_per_min=124.0, step_length_m=0.5)
+    along = [(0.3, MIDDLE_M - 0.35), (7.0, MIDDLE_M - 0.35)]
+    back = [(7.0, MIDDLE_M + 0.35), (0.3, MIDDLE_M + 0.35)]
+    walks = [gait.footfalls(heavy, along, 5.5), gait.footfalls(light, back, 5.0, seed=2)]
+    walks[0] += gait.footfalls(heavy, along, 13.0, start_s=10.0)
+    steps = steps_of(walks, 14.0, (heavy, light))
+    force = {}
+    for step in steps:
+        force.setdefault(step.person, []).append(step.impulse_ns / step.contact_ms * 1e3)
+    assert sorted(force) == [1, 2, 3]
+    # The mean force is the weight times step over contact time. Who stood first, ended first: the quicker one.
+    assert np.median(force[2]) == pytest.approx(np.median(force[3]), rel=0.05)
+    assert np.median(force[1]) < 0.7 * np.median(force[2])
+    assert len(force[1]) == pytest.approx(len(walks[1]), abs=1)
+
+
+def test_the_next_step_has_a_person_while_it_is_under_way():
+    walker = gait.Walker(step_length_m=0.6, variation=0.0)
+    made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
+    source = SimulatedFloor(FLOOR)
+    source.footfalls = simulated_loads.footfall_table([made])
+    tracker, counter = ContactTracker(FLOOR, 1000.0), StepCounter(FLOOR)
+    for end in range(4800, round(4.3 * 48_000), 4800):
+        count = source.pull(end)
+        time_s = source.stamps[:count] / 48_000.0
+        counter.feed(tracker.feed(time_s, source.forces[:count]).finished, time_s[-1])
+    contacts = tracker.ongoing()
+    assert contacts
+    assert {counter.person_at(one.start_s, (one.x_m, one.y_m)) for one in contacts} == {1}
+    assert counter.person_at(contacts[0].start_s, (7.0, 0.1)) == 0

@@ -1,0 +1,106 @@
+"""Recordings that were cut short or damaged: read as far as they are whole, or refused in one line."""
+
+import sqlite3
+from contextlib import closing, suppress
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from made_patches import hum
+
+from underfoot.__main__ import cli
+from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
+from underfoot.records.recording import APPLICATION_ID, Recording, Writer
+
+ABOUT = {
+    "patch": hum().dumps().decode(),
+    "floor": default_floor(1, 2).dumps().decode(),
+    "rate": "48000",
+    "force_rate": "1000.0",
+    "target": "simulator",
+}
+
+
+@pytest.fixture
+def whole(tmp_path):
+    """A recording with some of everything."""
+    path = tmp_path / "whole.uf"
+    writer = Writer(path, ABOUT)
+    for first in (0, 4800):
+        for table in ("vibration", "commanded", "measured"):
+            writer.put(table, first, np.ones((4800, 2), np.float32))
+    samples = np.zeros((200, 10))
+    samples[:, 0] = samples[:, 1] = 48.0 * np.arange(200)
+    writer.put("force", 0, samples)
+    writer.command(0, "play", '{"on": true}')
+    writer.close()
+    return path
+
+
+def read_all(path):
+    with Recording(path) as recording:
+        recording.forces(), recording.vibration(), recording.commands(), recording.gaps()
+        recording.tiles("measured"), recording.tiles("commanded")
+
+
+def test_one_that_was_killed_before_its_first_block_is_empty_and_monitor_says_so(tmp_path):
+    path = tmp_path / "new.uf"
+    Writer(path, ABOUT).close()
+    with Recording(path) as recording:
+        assert recording.forces().shape == (0, 10)
+        assert recording.vibration()[1].shape == (0, 2)
+    said = CliRunner().invoke(cli, ["monitor", str(path)])
+    assert isinstance(said.exception, BadFile)
+    assert "holds no force samples" in str(said.exception)
+
+
+def test_a_file_with_our_number_and_nothing_else_is_refused_and_let_go_of(tmp_path):
+    path = tmp_path / "empty.uf"
+    with closing(sqlite3.connect(path)) as base:
+        base.execute(f"pragma application_id = {APPLICATION_ID}")
+        base.execute("create table other (a)")
+    with pytest.raises(BadFile, match="is not a recording"):
+        Recording(path)
+    path.unlink()  # nothing holds it: where that matters, this fails
+
+
+@pytest.mark.parametrize("key", ["floor", "rate", "force_rate", "patch"])
+def test_one_that_lacks_what_it_needs_says_what(whole, key):
+    with closing(sqlite3.connect(whole)) as base:
+        base.execute("delete from about where key = ?", (key,))
+        base.commit()
+    with pytest.raises(BadFile, match=f"does not say its {key}"):
+        Recording(whole)
+
+
+def test_tables_that_are_gone_or_hold_something_else_are_named(whole):
+    with closing(sqlite3.connect(whole)) as base:
+        base.executescript(
+            "drop table measured; update vibration set data = x'00'; update about set value = '[' where key = 'x'"
+        )
+    with Recording(whole) as recording:
+        with pytest.raises(BadFile, match="table measured cannot be read"):
+            recording.tiles("measured")
+        with pytest.raises(BadFile, match="table vibration cannot be read"):
+            recording.vibration()
+        assert len(recording.forces()) == 200
+
+
+def test_damaged_files_are_read_or_refused_in_one_line(whole, tmp_path):
+    data = bytearray(whole.read_bytes())
+    rng = np.random.default_rng(1)
+    refused = 0
+    for k in range(200):
+        broken = bytearray(data)
+        for at in rng.integers(0, len(data) if k % 2 else 4096, rng.integers(1, 30)):
+            broken[at] = rng.integers(0, 256)
+        if k % 5 == 0:
+            del broken[int(rng.integers(100, len(data))) :]
+        path = tmp_path / f"{k}.uf"
+        path.write_bytes(bytes(broken))
+        with suppress(BadFile):
+            read_all(path)
+            refused -= 1
+        refused += 1
+    assert 20 < refused < 200

@@ -1,0 +1,67 @@
+"""A factor that a hand sets in decibels."""
+
+import pytest
+from on_screen import show
+from PySide6.QtCore import QPoint, Qt
+
+from underfoot.errors import BadValue
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import Number
+from underfoot.quantities import parse_gain
+from underfoot.widgets.controls.number_editor import NumberEditor
+
+
+@pytest.fixture
+def editor(qtbot):
+    made = NumberEditor(REGISTRY["gain"].parameters["gain"])
+    qtbot.addWidget(made)
+    made.resize(280, 32)
+    show(qtbot, made)
+    return made
+
+
+def typed(qtbot, editor, text):
+    editor.field.setFocus()
+    editor.field.selectAll()
+    qtbot.keyClicks(editor.field, text)
+    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+
+
+def test_a_gain_is_shown_and_typed_in_decibels_and_given_as_a_factor(qtbot, editor):
+    assert editor.field.text() == "0 dB"
+    for text, factor in (("-6.0206", 0.5), ("+20 dB", 10.0), ("x2", 2.0), ("3x", 3.0), ("-inf", 0.0)):
+        with qtbot.waitSignal(editor.value_changed) as changed:
+            typed(qtbot, editor, text)
+        assert changed.args[0] == pytest.approx(factor, rel=1e-4), text
+
+
+def test_a_small_drag_is_a_small_change_and_zero_decibels_is_a_stop(qtbot, editor):
+    """Seven pixels off the stop are some decibels, not thirty; and a hand finds 0 dB again."""
+    given = []
+    editor.value_changed.connect(given.append)
+    slider = editor.slider
+    zero = QPoint(round(5 + slider.place() * (slider.width() - 10)), slider.height() // 2)
+    qtbot.mousePress(slider, Qt.MouseButton.LeftButton, pos=zero)
+    qtbot.mouseMove(slider, zero + QPoint(7, 0))
+    assert 1.0 < given[-1] < 10.0 ** (12.0 / 20.0)
+    assert "dB" in editor.field.text()
+    qtbot.mouseMove(slider, zero)
+    qtbot.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=zero)
+    assert given[-1] == 1.0
+    qtbot.mouseClick(slider, Qt.MouseButton.LeftButton, pos=QPoint(0, 5))
+    assert given[-1] == 0.0
+    assert editor.field.text() == "−∞ dB"
+
+
+def test_a_gain_s_place_and_value_are_inverse_but_for_the_stop():
+    level = Number(1.0, 0.0, 100.0, scale="gain")
+    for factor in (2e-3, 0.25, 1.0, 2.0, 100.0):
+        assert level.value(level.position(factor)) == pytest.approx(factor)
+    assert level.value(0.0) == 0.0
+    assert level.value(level.position(1.05)) == 1.0
+    assert level.position(0.0) == level.position(1e-4) == 0.0
+
+
+def test_what_is_no_gain_is_refused():
+    with pytest.raises(BadValue, match="is not a number"):
+        parse_gain("loud")

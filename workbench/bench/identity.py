@@ -1,0 +1,237 @@
+"""How well who stands where is told: measures of multi-object tracking, and what comes of simulated people.
+
+CLEAR MOT (Bernardin and Stiefelhagen 2008): truths and hypotheses are matched frame by frame, a match is kept while it
+lies within reach, and MOTA = 1 - (misses + false positives + switches) / truths. IDF1 (Ristani and others 2016): the
+one assignment of truths to hypotheses, over the whole time, with the most frames in reach; IDF1 is twice these over all
+frames of both.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
+
+from underfoot.clock import RATE_HZ
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor import simulated_loads
+from underfoot.floor.contacts import Contact, ContactRows, ContactTracker
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
+from underfoot.floor.simulated_people import Person
+from underfoot.floor.walks import StepCounter
+
+REACH_M = 0.15
+"""A contact is a foot's where it lies within this of it: nearer than anybody's other foot, further than a tile's own
+centroid is from that of a foot that it shares."""
+
+EVERY = 10
+"""Of the samples at 1 kHz every so many are judged."""
+
+BRIEF = 10
+"""Frames, at most, for which a foot may be another's contact and count as neither split nor joined: 0.1 s, in which two
+feet on one tile have one load."""
+
+LEAST_N = 20.0
+"""A foot that bears less is not there: contacts begin above it."""
+
+
+_CHUNK = 4800
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Objects over time, shape (n,) each: a frame's number, ascending, who it is, and where, in metres."""
+
+    frame: NDArray[np.int64]
+    id: NDArray[np.int64]
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+
+    @staticmethod
+    def of(frame: ArrayLike, id: ArrayLike, x_m: ArrayLike, y_m: ArrayLike) -> "Tracks":
+        """Tracks of plain sequences."""
+        return Tracks(np.asarray(frame), np.asarray(id), np.asarray(x_m, float), np.asarray(y_m, float))
+
+
+@dataclass(frozen=True)
+class Identity:
+    """How well hypotheses follow truths. `matched[truth][hypothesis]` counts the frames of each pair."""
+
+    truths: int
+    misses: int
+    false_positives: int
+    switches: int
+    fragments: int
+    idf1: float
+    matched: dict[int, dict[int, int]]
+
+    @property
+    def mota(self) -> float:
+        """1 less the share of errors; below 0 where there are more errors than truths."""
+        return 1.0 - (self.misses + self.false_positives + self.switches) / max(self.truths, 1)
+
+
+def identity(truth: Tracks, found: Tracks, reach_m: float = REACH_M) -> Identity:
+    """Match hypotheses to truths.
+
+    >>> truth = Tracks.of([0, 1, 2, 3], [7, 7, 7, 7], [0, 0, 0, 0], [0, 0, 0, 0])
+    >>> found = Tracks.of([0, 1, 3, 3], [1, 1, 2, 3], [0, 0, 0, 5], [0, 0, 0, 0])
+    >>> measured = identity(truth, found)
+    >>> measured.misses, measured.false_positives, measured.switches, measured.fragments
+    (1, 1, 1, 1)
+    >>> measured.mota, measured.idf1
+    (0.25, 0.5)
+    """
+    together: dict[int, dict[int, int]] = {}
+    matched: dict[int, dict[int, int]] = {}
+    last: dict[int, tuple[int, int]] = {}
+    misses = false_positives = switches = fragments = 0
+    seen: dict[int, int] = {}
+    for frame in np.union1d(truth.frame, found.frame).tolist():
+        mine = np.arange(*np.searchsorted(truth.frame, [frame, frame + 1]))
+        theirs = np.arange(*np.searchsorted(found.frame, [frame, frame + 1]))
+        pairs = _pairs(truth, found, mine, theirs, (last, reach_m, together))
+        for one, other in pairs:
+            before = last.get(one)
+            switches += before is not None and before[0] != other
+            fragments += before is not None and seen[one] != before[1]
+            last[one] = other, frame
+            of_one = matched.setdefault(one, {})
+            of_one[other] = of_one.get(other, 0) + 1
+        for one in truth.id[mine].tolist():
+            seen[one] = frame
+        misses += len(mine) - len(pairs)
+        false_positives += len(theirs) - len(pairs)
+    return Identity(
+        len(truth.id),
+        misses,
+        false_positives,
+        switches,
+        fragments,
+        2.0 * _most_together(together) / max(len(truth.id) + len(found.id), 1),
+        matched,
+    )
+
+
+def _pairs(
+    truth: Tracks,
+    found: Tracks,
+    mine: NDArray[np.intp],
+    theirs: NDArray[np.intp],
+    state: tuple[dict[int, tuple[int, int]], float, dict[int, dict[int, int]]],
+) -> list[tuple[int, int]]:
+    """The matches of one frame; who is within whose reach is counted in `together`."""
+    last, reach_m, together = state
+    if not len(mine) or not len(theirs):
+        return []
+    far = np.hypot(truth.x_m[mine][:, None] - found.x_m[theirs], truth.y_m[mine][:, None] - found.y_m[theirs])
+    cost = np.where(far <= reach_m, far, 1e6)
+    for i, j in zip(*np.nonzero(far <= reach_m), strict=True):
+        one, other = int(truth.id[mine[i]]), int(found.id[theirs[j]])
+        of_one = together.setdefault(one, {})
+        of_one[other] = of_one.get(other, 0) + 1
+        if last.get(one, (-1, -1))[0] == other:
+            cost[i, j] -= 100.0
+    chosen = zip(*linear_sum_assignment(cost), strict=True)
+    return [(int(truth.id[mine[i]]), int(found.id[theirs[j]])) for i, j in chosen if far[i, j] <= reach_m]
+
+
+def _most_together(together: dict[int, dict[int, int]]) -> int:
+    """The most frames that one assignment of truths to hypotheses has together."""
+    others = sorted({other for of_one in together.values() for other in of_one})
+    if not others:
+        return 0
+    table = np.zeros((len(together), len(others)))
+    for row, of_one in enumerate(together.values()):
+        for other, frames in of_one.items():
+            table[row, others.index(other)] = frames
+    rows, columns = linear_sum_assignment(-table)
+    return int(table[rows, columns].sum())
+
+
+@dataclass(frozen=True)
+class Walked:
+    """What came of simulated people: of contacts, of steps, and of persons.
+
+    `splits` are feet with two contacts, `joins` contacts with two feet, each for more than 0.1 s. `sides_right` is of
+    the steps that have one. `person_idf1` and `person_switches` are of footsteps.
+    """
+
+    contacts: Identity
+    feet: int
+    splits: int
+    joins: int
+    steps: int
+    sided: int
+    sides_right: int
+    persons: int
+    person_idf1: float
+    person_switches: int
+
+
+def walk(floor: Floor, people: Sequence[Person], seconds: float, seed: int = 1, noise_n: float = 0.3) -> Walked:
+    """Let people walk on `floor` (nobody: the usual walker, round the floor), and judge how they are tracked.
+
+    Each sensor has a tare of 12 N and `noise_n` newtons of white noise.
+    """
+    source = SimulatedFloor(floor, seed=seed, people=people)
+    tracker, counter = ContactTracker(floor, source.rate_hz), StepCounter(floor)
+    draw = np.random.default_rng(seed)
+    rows: list[ContactRows] = []
+    steps: list[Step] = []
+    contacts: tuple[Contact, ...] = ()
+    now_s = 0.0
+    for end in range(_CHUNK, math.ceil(seconds * RATE_HZ), _CHUNK):
+        count = source.pull(end)
+        time_s = source.stamps[:count] / RATE_HZ
+        force_n = source.forces[:count] + 12.0 + draw.normal(0.0, noise_n, (count, *source.forces.shape[1:]))
+        tracked = tracker.feed(time_s, force_n)
+        now_s = float(time_s[-1])
+        rows.append(tracked.rows)
+        contacts += tracked.finished
+        steps += counter.feed(tracked.finished, now_s)
+    tracked = tracker.finish()
+    rows.append(tracked.rows)
+    steps += counter.feed(tracked.finished, now_s) + counter.finish()
+    return _judged(source, rows, steps, now_s)
+
+
+def _judged(source: SimulatedFloor, rows: Sequence[ContactRows], steps: Sequence[Step], until_s: float) -> Walked:
+    times = np.arange(0.0, until_s, EVERY / source.rate_hz)
+    down = simulated_loads.feet_down(source.footfalls, source.curves, times, LEAST_N)
+    truth = Tracks(np.round(down.time_s / times[1]).astype(int), down.footfall, down.x_m, down.y_m)
+    columns = (np.concatenate([getattr(part, name) for part in rows]) for name in ("time_s", "contact", "x_m", "y_m"))
+    time_s, contact, x_m, y_m = columns
+    sample = np.round(time_s * source.rate_hz).astype(int)
+    kept = sample % EVERY == 0
+    found = identity(truth, Tracks(sample[kept] // EVERY, contact[kept], x_m[kept], y_m[kept]))
+    feet_of: dict[int, dict[int, int]] = {}
+    for foot, of_foot in found.matched.items():
+        for id, frames in of_foot.items():
+            feet_of.setdefault(id, {})[foot] = frames
+    foot_of = {id: max(feet, key=lambda foot: feet[foot]) for id, feet in feet_of.items()}
+    stepped = [(step, foot_of[step.contact]) for step in steps if step.contact in foot_of]
+    footfalls = source.footfalls
+    sides = [(step.side == "left") == bool(footfalls[foot]["left"]) for step, foot in stepped if step.side != "unknown"]
+    persons = [(int(footfalls[foot]["person"]), step.person) for step, foot in stepped]
+    together: dict[int, dict[int, int]] = {}
+    switches, last = 0, dict[int, int]()
+    for true, told in persons:
+        switches += last.get(true, told) != told
+        last[true] = told
+        together.setdefault(true, {})[told] = together.get(true, {}).get(told, 0) + 1
+    return Walked(
+        contacts=found,
+        feet=len(found.matched),
+        splits=sum(sum(frames > BRIEF for frames in of_foot.values()) > 1 for of_foot in found.matched.values()),
+        joins=sum(sum(frames > BRIEF for frames in of_contact.values()) > 1 for of_contact in feet_of.values()),
+        steps=len(steps),
+        sided=len(sides),
+        sides_right=sum(sides),
+        persons=len({told for _, told in persons}),
+        person_idf1=2.0 * _most_together(together) / max(2 * len(persons) + len(steps) - len(stepped), 1),
+        person_switches=switches,
+    )

@@ -1,0 +1,123 @@
+"""Latency of the sound card: clicks from an output, looped to an input, or to the accelerometer on the tile."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, Setup
+from underfoot.calibration.paged import SoundingProcedure, Step
+from underfoot.calibration.procedure import Answers, Page, ask
+from underfoot.calibration.result import Result
+from underfoot.calibration.rig import Sound
+from underfoot.clock import RATE_HZ
+from underfoot.errors import BadFile, BadMeasurement
+from underfoot.options import option
+from underfoot.parameters import Count, Number
+
+if TYPE_CHECKING:
+    from underfoot.calibration.science.clicks import ClickDelays
+    from underfoot.floor.layout import Tile
+
+Array = NDArray[np.float64]
+LOUDEST = 0.9
+
+
+@dataclass(frozen=True)
+class LatencyCalibration(Calibration):
+    """Measurement of the round trip, and the options of its command."""
+
+    kind = "latency"
+    name = "Latency"
+    title = "Latency: from the program to the tile and back"
+    about = (
+        "A thousand clicks are played and recorded: the output looped to the input by a cable, or the shaker heard by "
+        "its accelerometer. With the result, what is measured stands at the moment at which it was asked for, and the "
+        "latency that is shown is a measured one."
+    )
+    summary = "Measure how long the sound card takes, there and back."
+    rig = SHAKING
+    file_options = ("played", "recorded")
+
+    played: Path | None = option("WAV of the clicks as they were played.", None)
+    recorded: Path | None = option("WAV of what came back, from the same moment on, at the same rate.", None)
+    clicks: int = option("How many clicks a target plays.", 1000)
+    block: int = option("Frames in a block of the sound device, as the engine plays.", 128)
+    level: float | None = option("How loud a target plays, of full scale: 0.01 to 0.9.", None)
+
+    def procedure(self, setup: Setup) -> "LatencyProcedure":
+        return LatencyProcedure(setup.tile, setup.rate_hz)
+
+    def answers(self, has_load_cell: bool) -> Answers:
+        level = {} if self.level is None else {"level": self.level}
+        return {"clicks": self.clicks, "block": self.block, **level}
+
+    def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
+        from underfoot.floor.layout import Floor, default_floor
+
+        layout = default_floor() if floor is None else Floor.load(floor)
+        one = layout.tiles[layout.index(tile) if tile else 0]
+        return FileMeasurement(one.id, lambda profile: self._analyse_files())
+
+    def _analyse_files(self) -> Result:
+        from underfoot.calibration.files.recordings import read_wav
+        from underfoot.calibration.results.latency import result_of
+        from underfoot.calibration.science.clicks import click_delays, click_onsets
+
+        assert self.played is not None
+        assert self.recorded is not None
+        (played, rate_hz), (heard, heard_hz) = read_wav(self.played), read_wav(self.recorded)
+        if rate_hz != heard_hz:
+            raise BadFile(f"{self.recorded} is at {heard_hz} Hz, {self.played} at {rate_hz}; allowed: one rate")
+        sent, came = (one[:, int(abs(one).max(axis=0).argmax())] for one in (played, heard))
+        return result_of(click_delays(sent, click_onsets(sent, rate_hz), came, rate_hz), rate_hz, self.block)
+
+
+class LatencyProcedure(SoundingProcedure):
+    """The round trip of a sound card at `rate_hz`.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> LatencyProcedure(default_floor().tiles[0]).page.key
+    'setup'
+    """
+
+    def __init__(self, tile: "Tile", rate_hz: int = RATE_HZ) -> None:
+        self._rate_hz = rate_hz
+        self._seed, self._block = 1, 0
+        self._onsets = np.zeros(0, np.int64)
+        self._found: ClickDelays | None = None
+        instruction = (
+            f"Tile {tile.id}: loop its output to the input with a cable, or fix the accelerometer to the plate. "
+            "Nobody stands on the tile."
+        )
+        asks = (
+            ask("clicks", Count(1000, low=20, high=5000, doc="How many clicks: some 40 a second.")),
+            ask("block", Count(128, low=16, high=4096, unit="frames", doc="A block, as set under Audio.")),
+            ask("level", Number(0.5, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
+        )
+        super().__init__(Page("setup", "Latency", instruction, asks=asks))
+
+    def plan(self, answers: Answers) -> list[Step]:
+        """One page: the clicks."""
+        from underfoot.calibration.science.clicks import click_train
+
+        train, self._onsets = click_train(answers["clicks"], self._rate_hz, answers["level"], self._seed)
+        self._block = answers["block"]
+        sound = Sound(train, self._rate_hz, "none", self._block)
+        return [Step(Page("clicks", "Clicks", "Stand clear. The output plays clicks.", sound=sound))]
+
+    def take_sound(self, key: str, played: Array, heard: Array) -> None:
+        """When each click came back."""
+        from underfoot.calibration.science.clicks import click_delays
+
+        self._found = click_delays(played, self._onsets, heard, self._rate_hz)
+
+    def conclude(self) -> Result:
+        """Figures and verdict."""
+        from underfoot.calibration.results.latency import result_of
+
+        if self._found is None:
+            raise BadMeasurement("no clicks were recorded")
+        return result_of(self._found, self._rate_hz, self._block)

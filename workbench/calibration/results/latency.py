@@ -1,0 +1,79 @@
+"""What comes of a latency measurement: figures, a verdict, its distribution, and the profile's part."""
+
+from datetime import date
+
+import numpy as np
+
+from underfoot.calibration.result import Result
+from underfoot.calibration.science.clicks import ClickDelays
+from underfoot.drawing import Drawing, Series
+from underfoot.floor.profile import Latency
+
+STEADY_MS = 0.5
+"""Jitter, as a standard deviation, that is still taken as steady."""
+METHOD = (
+    "Clicks of 1 ms are played at random intervals of 18 to 30 ms and recorded. Each is aligned with the mean of all "
+    "responses by the peak of their cross-correlation, between samples by a parabola; the delay is that of the moment "
+    "at which the mean response reaches a tenth of its peak. It is the round trip: output and input together."
+)
+
+
+def result_of(found: ClickDelays, rate_hz: int, block: int, today: date | None = None) -> Result:
+    """The result of a round trip's delays; `today` dates the profile's part."""
+    ms = 1e3 * found.delay_s
+    median, high, worst = float(np.median(ms)), float(np.quantile(ms, 0.99)), float(ms.max())
+    jitter = float(np.std(ms))
+    clicks = len(ms) + found.lost
+    quantities = (
+        ("round_trip_ms", median, "ms"),
+        ("round_trip_99_ms", high, "ms"),
+        ("round_trip_worst_ms", worst, "ms"),
+        ("jitter_ms", jitter, "ms"),
+        ("clicks", float(clicks), ""),
+        ("lost", float(found.lost), ""),
+    )
+    good = jitter <= STEADY_MS and found.lost == 0
+    verdict = (
+        f"What is played comes back after {median:.2f} ms: 99 of 100 clicks within {high:.2f}, all within {worst:.2f}."
+    )
+    if not good:
+        why = f"{found.lost} of {clicks} clicks were lost" if found.lost else f"it wavers by {jitter:.2f} ms"
+        verdict += f" It is not steady: {why}. Take longer blocks, or another device."
+    day = (today or date.today()).isoformat()
+    part = Latency(
+        made=day,
+        reference="the output, looped to the input",
+        error=round(jitter, 4),
+        error_allowed=STEADY_MS,
+        error_unit="ms",
+        good=good,
+        verdict=verdict,
+        figures={name: float(f"{value:.6g}") for name, value, _ in quantities},
+        round_trip_ms=round(median, 4),
+        rate_hz=rate_hz,
+        block=block,
+    )
+    return Result(
+        kind="latency",
+        title="Latency of the round trip",
+        quantities=quantities,
+        verdict=verdict,
+        good=good,
+        drawings=_drawings(found),
+        raw=(("delays", "played_s,delay_ms", np.stack([found.played_s, ms], axis=1)),),
+        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
+        method=METHOD,
+    )
+
+
+def _drawings(found: ClickDelays) -> tuple[Drawing, ...]:
+    """How often each delay came, and how it went over time."""
+    ms = 1e3 * found.delay_s
+    counts, edges = np.histogram(ms, bins=max(int(np.sqrt(len(ms))), 8))
+    middles = 0.5 * (edges[:-1] + edges[1:])
+    often = Series("", middles, counts.astype(np.float64), "stems", "vibration")
+    over = Series("", found.played_s, ms, "dots", "vibration")
+    return (
+        Drawing("How often each delay came", "round trip, ms", "clicks", (often,)),
+        Drawing("Delay over time", "time, s", "round trip, ms", (over,)),
+    )

@@ -1,0 +1,144 @@
+"""Measuring a delay by clicks: when each one that was played comes back."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.errors import BadMeasurement, require
+from underfoot.models.signals.random import stream_key, uniform
+
+Array = NDArray[np.float64]
+
+CLICK_S = 0.001
+"""A click is a raised cosine of this length."""
+NEAREST_S, FURTHEST_S = 0.018, 0.030
+"""Clicks follow one another by random times between these: no other alignment fits the whole train."""
+_BEFORE_S, _AFTER_S = 0.002, 0.012
+_SEARCH_S = 0.003
+_REACHED = 0.1
+"""A response begins where it reaches this share of its peak."""
+_LOST = 0.25
+"""A click is lost where this share of the mean response is not in the recording."""
+
+
+@dataclass(frozen=True)
+class ClickDelays:
+    """`delay_s` (n,) of the clicks that came back, `played_s` (n,) when they were played, and how many were `lost`."""
+
+    delay_s: Array
+    played_s: Array
+    lost: int
+
+
+def click_train(count: int, rate_hz: float, level: float, seed: int = 1) -> tuple[Array, NDArray[np.int64]]:
+    """`count` clicks of peak `level` with half a second of silence before and behind, and the frames they begin at.
+
+    >>> train, onsets = click_train(3, 48000.0, 0.5)
+    >>> float(train.max()), len(onsets), int(onsets[0])
+    (0.5, 3, 24000)
+    """
+    key = stream_key("clicks", seed)
+    steps_s = [NEAREST_S + (FURTHEST_S - NEAREST_S) * uniform(key, k) for k in range(count)]
+    onsets = np.round(rate_hz * (0.5 + np.cumsum([0.0, *steps_s[:-1]]))).astype(np.int64)
+    pulse = level * np.hanning(round(CLICK_S * rate_hz) + 2)[1:-1]
+    pulse *= level / pulse.max()
+    train = np.zeros(int(onsets[-1]) + round(0.5 * rate_hz))
+    for onset in onsets:
+        train[onset : onset + len(pulse)] = pulse
+    return train, onsets
+
+
+def click_onsets(played: ArrayLike, rate_hz: float) -> NDArray[np.int64]:
+    """Where the clicks of a recorded train begin; `BadMeasurement` where there are none.
+
+    >>> train, onsets = click_train(5, 48000.0, 0.3)
+    >>> bool((click_onsets(train, 48000.0) == onsets).all())
+    True
+    """
+    signal = np.abs(np.asarray(played, dtype=np.float64))
+    loud = np.flatnonzero(signal > 1e-3 * signal.max(initial=0.0))
+    if loud.size == 0:
+        raise BadMeasurement("there is no click in what was played")
+    return loud[np.diff(loud, prepend=-(10**9)) > 0.5 * NEAREST_S * rate_hz]
+
+
+def click_delays(played: ArrayLike, onsets: NDArray[np.int64], heard: ArrayLike, rate_hz: float) -> ClickDelays:
+    """When each click came back: where its response, as the mean of all has it, begins.
+
+    `BadMeasurement` where nothing of the train is in the recording, or less than half of the clicks came back.
+
+    >>> train, onsets = click_train(20, 48000.0, 0.5)
+    >>> found = click_delays(train, onsets, np.roll(0.1 * train, 480), 48000.0)
+    >>> found.delay_s.round(5)[:2], found.lost
+    (array([0.01, 0.01]), 0)
+    """
+    sent, came = np.asarray(played, dtype=np.float64), np.asarray(heard, dtype=np.float64)
+    require(came.ndim == 1 and bool(np.isfinite(came).all()), "heard", came.shape, "finite samples of one channel")
+    lag = _lag(sent, came)
+    before, after, search = (round(s * rate_hz) for s in (_BEFORE_S, _AFTER_S, _SEARCH_S))
+    starts = onsets + lag - before - search
+    whole = (starts >= 0) & (starts + before + after + 2 * search <= len(came))
+    windows = np.array([came[a : a + before + after + 2 * search] for a in starts[whole]])
+    if len(windows) < len(onsets) / 2:
+        raise BadMeasurement(f"of {len(onsets)} clicks {len(windows)} are in the recording; is it long enough?")
+    shift, match = np.zeros(len(windows)), np.ones(len(windows))
+    for _ in range(3):  # a mean of responses that are not aligned yet is smeared
+        mean = _mean(windows, shift, match > _LOST, search)
+        shift, match = _aligned(windows, mean, search)
+    back = match > _LOST
+    if back.sum() < len(onsets) / 2:
+        raise BadMeasurement(f"of {len(onsets)} clicks {int(back.sum())} came back; is the output looped to the input?")
+    begin = _begin(mean) - before - (_begin(sent[onsets[0] : onsets[0] + before + after]))
+    delays = (lag + begin + shift[back]) / rate_hz
+    return ClickDelays(delays, onsets[whole][back] / rate_hz, int(len(onsets) - back.sum()))
+
+
+def _mean(windows: Array, shift: Array, used: NDArray[np.bool_], search: int) -> Array:
+    """The mean of responses, each moved back by its shift, between samples straight; its rest at 0."""
+    at = np.arange(search, windows.shape[1] - search, dtype=np.float64)
+    places = np.arange(windows.shape[1])
+    moved = [np.interp(at + by, places, one) for one, by in zip(windows[used], shift[used], strict=True)]
+    mean = np.mean(moved, axis=0)
+    return np.asarray(mean - mean[: search // 4].mean())  # which lies before every response
+
+
+def _aligned(windows: Array, mean: Array, search: int) -> tuple[Array, Array]:
+    """By how many samples each response comes later than the mean, and how much of the mean is in it."""
+    offsets, energy = np.arange(-search, search + 1), float(mean @ mean)
+    found = [
+        _peak(np.lib.stride_tricks.sliding_window_view(window, len(mean)) @ mean / energy, offsets)
+        for window in windows
+    ]
+    shift, match = np.array(found).T
+    return shift, match
+
+
+def _lag(sent: Array, came: Array) -> int:
+    """By how many samples the recording is best moved; `BadMeasurement` where it holds nothing of what was sent."""
+    size = 1 << (len(sent) + len(came) - 1).bit_length()
+    cross = np.fft.irfft(np.conj(np.fft.rfft(sent, size)) * np.fft.rfft(came, size), size)[: len(came)]
+    lag = int(np.argmax(np.abs(cross)))
+    scale = math.sqrt(float(sent @ sent) * float(came @ came))
+    if scale == 0.0 or abs(cross[lag]) < 0.02 * scale:
+        raise BadMeasurement("nothing of the clicks is in the recording; is the output looped to the input?")
+    return lag
+
+
+def _peak(values: Array, offsets: NDArray[np.int64]) -> tuple[float, float]:
+    """Where values are greatest, between samples by a parabola, and how great."""
+    k = int(np.argmax(values))
+    if 0 < k < len(values) - 1:
+        low, mid, high = values[k - 1 : k + 2]
+        bend = low - 2.0 * mid + high
+        return float(offsets[k]) + (0.5 * float(low - high) / float(bend) if bend else 0.0), float(mid)
+    return float(offsets[k]), float(values[k])
+
+
+def _begin(response: Array) -> float:
+    """Where a response first reaches a tenth of its peak, straight between samples."""
+    size = np.abs(response)
+    least = _REACHED * size.max()
+    k = int(np.argmax(size >= least))
+    return float(k) if k == 0 else k - 1 + float((least - size[k - 1]) / (size[k] - size[k - 1]))

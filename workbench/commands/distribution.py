@@ -1,0 +1,71 @@
+"""`underfoot distribution`: the laws of a node of a patch, printed and drawn."""
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from underfoot.commands.compiling import compiling_told
+from underfoot.commands.files import FILE
+from underfoot.errors import BadValue
+
+if TYPE_CHECKING:
+    from underfoot.drawing import Drawing
+
+
+@click.command()
+@click.argument("patch", type=FILE)
+@click.argument("node", required=False)
+@click.option("-o", "--output", type=FILE, help="Folder for a picture of each law.")
+@click.option("--json", "as_json", is_flag=True, help="Print all points as JSON.")
+def distribution(patch: Path, node: str | None, output: Path | None, as_json: bool) -> None:
+    """The distributions that NODE of PATCH draws from: how long slips last, how large events are, and so on.
+
+    Without NODE: of every node that has laws.
+    """
+    from underfoot.drawing.svg import svg
+    from underfoot.files import make_folder, write_file
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.patch import Patch
+
+    loaded = Patch.load(patch, REGISTRY)
+    lawful = [one for one in loaded.nodes if REGISTRY[one.type].laws is not None]
+    chosen = [one for one in lawful if node is None or one.id == node]
+    if not chosen:
+        known = ", ".join(one.id for one in lawful) or "none: no node of this patch has laws"
+        raise BadValue(f"node is {node}; allowed: {known}" if node else f"{patch} has no node with laws")
+    found = {}
+    with compiling_told():
+        for one in chosen:
+            type = REGISTRY[one.type]
+            assert type.laws is not None
+            found[one.id] = type.laws(type.values(one.parameters))
+    if output is not None:
+        make_folder(output)
+        for id, drawings in found.items():
+            for k, drawing in enumerate(drawings):
+                write_file(output / f"{id}-{k + 1}.svg", svg(drawing).encode())
+    if as_json:
+        print(json.dumps({id: [_data(drawing) for drawing in drawings] for id, drawings in found.items()}))
+    else:
+        print("\n".join(line for id, drawings in found.items() for line in _lines(id, drawings)))
+
+
+def _data(drawing: "Drawing") -> dict[str, Any]:
+    series = [{"name": one.name, "x": one.x.tolist(), "y": one.y.tolist()} for one in drawing.series]
+    return {"title": drawing.title, "x": drawing.x, "y": drawing.y, "series": series}
+
+
+def _lines(id: str, drawings: "tuple[Drawing, ...]") -> list[str]:
+    """Where each law lies, in a line a series."""
+    lines = [id]
+    for drawing in drawings:
+        lines.append(f"  {drawing.title}: {drawing.y} over {drawing.x}")
+        for one in drawing.series:
+            top = int(one.y.argmax()) if len(one.y) else -1
+            if top >= 0 and math.isfinite(one.y[top]):
+                ends = f"{one.x.min():.4g} to {one.x.max():.4g}"
+                lines.append(f"    {one.name or 'found':22} from {ends}, most at {one.x[top]:.4g}: {one.y[top]:.4g}")
+    return lines

@@ -1,0 +1,62 @@
+"""`underfoot levels`: how loud patches are on a tile that is stood on, and what is felt of them."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from underfoot.commands.compiling import compiling_told
+from underfoot.commands.files import FILE
+
+if TYPE_CHECKING:
+    from underfoot.engine.levels import Level, PatchLevels
+
+
+@click.command()
+@click.argument("patches", metavar="[PATCH]...", type=FILE, nargs=-1)
+@click.option("--profile", type=FILE, help="Profile of the tile that plays; by default it is not calibrated.")
+@click.option("--simulation", type=FILE, help="What the simulated tile is made of: a parameter file.")
+@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | None, as_json: bool) -> None:
+    """What is asked of a tile, what it does and what a sole feels, in one adult step; by default of all presets."""
+    from underfoot.engine.levels import levels_of
+    from underfoot.floor.profile import Profile
+    from underfoot.floor.tile_parameters import TileParameters
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch import library
+    from underfoot.patch.patch import Patch
+
+    of_tile = Profile.load(profile) if profile else None
+    made_of = TileParameters.load(simulation) if simulation else None
+    files = {path.stem: path for path in patches} or library.patches()
+    read = {name: Patch.load(path, REGISTRY) for name, path in files.items()}
+    with compiling_told():
+        found = {name: levels_of(patch, files[name].parent, of_tile, made_of) for name, patch in read.items()}
+    if as_json:
+        print(json.dumps({name: one.data() for name, one in found.items()}))
+    else:
+        print("\n".join(_table(found)))
+
+
+def _table(found: "dict[str, PatchLevels]") -> list[str]:
+    """A line a patch."""
+    width = max(len(name) for name in found)
+    head = f"{'':{width}}  {'asked, m/s²':>15} {'done, m/s²':>15} {'under foot':>15}"
+    lines = [f"{head} {'in band':>8} {'felt':>7} {'headroom':>9}"]
+    for name, one in found.items():
+        columns = " ".join(f"{_words(level):>15}" for level in (one.commanded, one.measured, one.under_foot))
+        db = one.measured.level_db
+        felt = "silent" if db is None else f"{db:+.0f} dB"
+        share = f"{100.0 * one.measured.share_in_band:.0f} %"
+        headroom = "limited" if one.headroom_db < 0.1 else f"{one.headroom_db:.0f} dB"
+        lines.append(f"{name:{width}}  {columns} {share:>8} {felt:>7} {headroom:>9}")
+    lines.append(
+        "asked, done: peak and RMS of the loudest 0.2 s; in band: done, 50 to 750 Hz; felt: over what a sole in a"
+    )
+    lines.append("hard shoe feels; headroom: of the drive, below the limiter")
+    return lines
+
+
+def _words(level: "Level") -> str:
+    return f"{level.peak_m_s2:.2f} {level.rms_m_s2:6.2f}"

@@ -1,0 +1,98 @@
+"""How loud a patch is on a simulated tile that is stood on: what is asked, what the tile does, what is felt."""
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.clock import RATE_HZ
+from underfoot.engine.commands import Play, equalisers_of
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.preview import one_step
+from underfoot.engine.safety import Limits
+from underfoot.floor.profile import Profile
+from underfoot.floor.tile_parameters import TileParameters
+from underfoot.models import sole
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+
+SECONDS = 1.2
+"""A step lasts two thirds of a second; what rings is heard out."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A signal's level, m/s^2: the stable peak of table 6.1, the RMS of its loudest 0.2 s, and what there is in band.
+
+    `share_in_band` is of its energy within 50 to 750 Hz; `level_db` is over what a sole in a hard shoe feels, None for
+    silence.
+    """
+
+    peak_m_s2: float
+    rms_m_s2: float
+    share_in_band: float
+    level_db: float | None
+
+    @staticmethod
+    def of(samples: NDArray[np.float32], rate_hz: float) -> "Level":
+        """The level of samples (n,)."""
+        signal = samples.astype(np.float64)
+        size = round(0.2 * rate_hz)
+        squares = np.cumsum(np.append(0.0, signal**2))
+        rms = float(np.sqrt(max(float((squares[size:] - squares[:-size]).max()), 0.0) / size))
+        found = sole.felt(signal, rate_hz).summary()["level_shoe_db"]
+        return Level(sole.windowed_peak(signal, rate_hz), rms, sole.share_in_band(signal, rate_hz), found)
+
+
+@dataclass(frozen=True)
+class PatchLevels:
+    """What one adult step makes of a patch: commanded, measured by the accelerometer, and under the foot.
+
+    `headroom_db` is how far the drive stays below the limiter's peak; below 0.1 it was limited.
+    """
+
+    title: str
+    commanded: Level
+    measured: Level
+    under_foot: Level
+    headroom_db: float
+
+    def data(self) -> dict[str, object]:
+        """All figures, as a command prints them."""
+        return asdict(self)
+
+
+def levels_of(
+    patch: Patch,
+    folder: Path | None = None,
+    profile: Profile | None = None,
+    simulation: TileParameters | None = None,
+    rate_hz: float = RATE_HZ,
+) -> PatchLevels:
+    """Let an adult step on a tile of this kind once, at full level, driven by `profile`.
+
+    >>> from underfoot.patch import library
+    >>> found = levels_of(Patch.load(library.patches()["stimulus-wc"], REGISTRY))
+    >>> found.commanded.peak_m_s2 > 1.0
+    True
+    """
+    tile = profile.tile if profile else "t1"
+    force_n, source = one_step(tile, SECONDS, rate_hz)
+    options = LoopOptions(
+        rate_hz=rate_hz,
+        folder=folder,
+        equalisers=equalisers_of({tile: profile}) if profile else (),
+        plates=("accelerometer", "foot"),
+        simulation=simulation,
+    )
+    loop = Loop(patch, REGISTRY, source, options)
+    loop.send(Play(True), 0)
+    drive, tiles = loop.play_all(len(force_n))
+    peak = float(np.abs(drive).max(initial=0.0))
+    commanded, measured, under_foot = (
+        Level.of(tiles[name][:, 0], rate_hz) for name in ("commanded", "accelerometer", "foot")
+    )
+    headroom_db = 20.0 * math.log10(Limits().peak / max(peak, 1e-9))
+    return PatchLevels(patch.title, commanded, measured, under_foot, headroom_db)

@@ -1,0 +1,486 @@
+"""Which loads are one foot's: loads on touching tiles are put together, and one that two feet share is divided.
+
+Four vertical forces give a tile's load one centroid. Where a foot lies over a seam or a corner, two to four tiles have
+a load each; where two feet meet on a tile, it has one for both. What tells them apart
+(docs/models.md#one-foot-or-two):
+
+- *A foot fits into a foot's box.* All places where the centroids of its loads have been, above 50 N, lie in a rectangle
+  of 0.33 x 0.13 m, whichever way it is turned, and comes within 0.26 m of where the others press.
+- *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first is the same foot's, if it
+  fits. A later one is the foot's toes, if it begins beside where the foot presses, not behind it, and does not outlast
+  the rest of the foot; else it is another foot.
+- *A foot rolls, it does not jump.* A load has passed from one foot to the next if its centroid goes 0.1 m within
+  0.15 s, or 0.06 m to the side or back; or if it falls to a third and rises again, elsewhere on the tile or while
+  another load begins beside it. On plates on which people stand with both feet this is not asked.
+
+Each question is open for at most 0.7 s. It is looked at every 32 ms of the stream, at times that no cut of the stream
+into chunks moves.
+"""
+
+import bisect
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor import tracking
+from underfoot.floor.layout import Floor
+
+GAP_M = 0.030
+"""Tiles at most so far apart touch: a foot that lies over both presses on both."""
+
+LOADED_N = 50.0
+"""Below this a centroid is too uncertain to tell anything."""
+
+LENGTH_M, WIDTH_M, APART_M = 0.33, 0.13, 0.26
+"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad. At one time
+they are at most `APART_M` apart, three quarters of such a foot: from the heel to the middle of what the heel is not."""
+
+SWING_S, WAIT_S, SURE_S = 0.30, 0.70, 0.40
+"""A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it
+still fits into a box after `SURE_S`; every question is decided after `WAIT_S`."""
+
+TOES_M, BEHIND_M, OUTLASTS_S = 0.14, 0.03, 0.15
+"""The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
+`OUTLASTS_S` after the rest."""
+
+JUMP_M, ASIDE_M, ONWARDS, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.06, 0.5, 0.15, 0.10, 0.25
+"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `ASIDE_M` in a direction that is not
+the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a
+heel that strikes becomes a foot."""
+
+PASSED = 0.65
+"""It is the next foot's from this share of its way on: later than half, for the first foot is still on it."""
+
+RELIEVED, MOVED_M = 0.3, 0.05
+"""A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so
+much, or while a load beside it begins."""
+
+SMALL_M = 0.5
+"""On a plate of a longer diagonal people stand with both feet and shift their weight: its load stays one contact."""
+
+SETTLED_S = JUMP_S + AFTER_S + 0.04
+"""So long after a sample it is known that its load is not divided there."""
+
+BRIDGED_M_S = 0.5
+"""A foot that rolls over a gap between tiles so fast presses on neither meanwhile."""
+
+BEFORE_S = 0.10
+"""So long before that two feet may have been on the tile."""
+
+TICK = 8
+"""Looked at every so many of the samples that are kept, about 250 a second."""
+
+KEPT_S = 2.0
+"""So much of a load's track is looked at."""
+
+HELD_S = 0.60
+"""Loads are given out so late, because they may still be divided."""
+
+_DIRECTIONS = 16
+_ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
+_TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+
+
+@dataclass(eq=False)
+class Load:
+    """What presses on one tile, from when until when (`end` None while it lasts), and whose foot it is: 0 while open.
+
+    `shared` is the load that it was divided from. `tracks` are its thinned samples: time, x, y, force.
+    """
+
+    token: int
+    tile: int
+    sample: int
+    start_s: float
+    shared: "Load | None" = None
+    end: int | None = None
+    end_s: float = math.inf
+    foot: int = 0
+    is_divided: bool = False
+    is_cut: bool = False
+    tracks: list[NDArray[np.float64]] = field(default_factory=list)
+
+    def track(self) -> NDArray[np.float64]:
+        """Its last two seconds: shape (n, 4)."""
+        if len(self.tracks) > 1:
+            joined = np.concatenate(self.tracks)
+            self.tracks = [joined[np.searchsorted(joined[:, 0], joined[-1, 0] - KEPT_S) :]]
+        return self.tracks[0] if self.tracks else np.zeros((0, 4))
+
+
+class FootFinder:
+    """Puts loads together to feet. Feed it what `tracking.follow` wrote; it gives out what is decided."""
+
+    def __init__(self, floor: Floor, rate_hz: float, every: int) -> None:
+        self._touches = floor.gaps_m() <= GAP_M
+        self._is_small = [math.hypot(*tile.size_m) <= SMALL_M for tile in floor.tiles]
+        self._every = every
+        self._doubtful = math.ceil(BEFORE_S * rate_hz)
+        self._bridged = np.ceil(floor.gaps_m() / BRIDGED_M_S * rate_hz).astype(int)
+        self._longest_bridge = int(self._bridged[self._touches].max())
+        self._held_samples = math.ceil(HELD_S * rate_hz)
+        self._on: dict[int, Load] = {}
+        self._loads: list[Load] = []
+        self._renamed: dict[int, int] = {}
+        self._foot_of: dict[int, int] = {}
+        self._held = np.zeros(256, tracking.ROW)
+        self._begin, self._end = 0, 0
+        self._events: list[np.void] = []
+        self._count, self._feet, self._tokens = 0, 0, 0
+        self._now_s = -math.inf
+
+    def feed(self, rows: NDArray[np.void], events: NDArray[np.void], time_s: NDArray[np.float64]) -> None:
+        """What the next samples, at `time_s` (n,), brought."""
+        first, count = self._count, self._count + len(time_s)
+        if not len(rows) and not len(events) and not self._loads:
+            self._count = count
+            return
+        rows, events = rows.copy(), events.copy()
+        for old, new in self._renamed.items():
+            rows["token"][rows["token"] == old] = new
+        self._hold(rows)
+        tick = TICK * self._every
+        edges = [*range((first // tick + 1) * tick, count + 1, tick)]
+        thin = rows[rows["sample"] % self._every == 0]
+        at_event = at_row = 0
+        for edge in [*edges, *([count] if not edges or edges[-1] != count else [])]:
+            while at_event < len(events) and events[at_event]["sample"] < edge:
+                self._note(events[at_event])
+                at_event += 1
+            until = int(np.searchsorted(thin["sample"], edge))
+            if until > at_row:
+                self._append(thin[at_row:until])
+                at_row = until
+            self._count = edge
+            if edge > first:
+                self._now_s = float(time_s[edge - first - 1])
+            if edge % tick == 0 and self._loads:
+                self._look(edge)
+
+    def finish(self, events: NDArray[np.void]) -> None:
+        """The stream has ended, with these events: decide what is still open, as it stands."""
+        for event in events.copy():
+            self._note(event)
+        for load in [load for load in self._loads if load.foot == 0]:
+            self._decide(load, final=True)
+
+    def take(self, everything: bool = False) -> tuple[NDArray[np.void], NDArray[np.int64], list[tuple[int, np.void]]]:
+        """What is decided and was not given out yet: rows, their feet, and events with their foot, in order of time."""
+        until = self._count + 1
+        if not everything:
+            until -= self._longest_bridge
+            if self._on:
+                # A few at a time: each piece costs.
+                until = (self._count - self._held_samples) // self._doubtful * self._doubtful
+            until = min([until, *(load.sample - self._doubtful for load in self._loads if load.foot == 0)])
+        ready = int(np.searchsorted(self._rows["sample"], until))
+        if not ready and not (self._events and self._events[0]["sample"] < until):
+            return self._held[:0], np.zeros(0, np.int64), []
+        rows = self._rows[:ready].copy()
+        self._begin += ready
+        number = bisect.bisect_left(self._events, until, key=lambda event: event["sample"])
+        events = [(self._foot_of[int(event["token"])], event) for event in self._events[:number]]
+        self._events = self._events[number:]
+        tokens, which = np.unique(rows["token"], return_inverse=True)
+        feet = np.array([self._foot_of[int(token)] for token in tokens], np.int64)[which]
+        self._forget(until)
+        return rows, feet, events
+
+    def awaited(self) -> set[int]:
+        """The feet of which a load began that was not given out yet."""
+        begun = (int(event["token"]) for event in self._events if event["kind"] == tracking.BEGAN)
+        return {self._foot_of[token] for token in begun if token in self._foot_of}
+
+    def standing(self) -> Iterator[tuple[Load, "Load | None"]]:
+        """The loads of now, each with an earlier one of the foot that it may be a part of."""
+        for load in self._on.values():
+            yield load, None if load.foot else self._provisional(load)
+
+    @property
+    def _rows(self) -> NDArray[np.void]:
+        """The rows that were not given out yet, to look at and to write to."""
+        return self._held[self._begin : self._end]
+
+    def _hold(self, rows: NDArray[np.void]) -> None:
+        """Keep rows behind those that wait."""
+        if self._end + len(rows) > len(self._held):
+            waiting = self._rows
+            held = np.zeros(max(len(self._held), 2 * (len(waiting) + len(rows))), tracking.ROW)
+            held[: len(waiting)] = waiting
+            self._held, self._begin, self._end = held, 0, len(waiting)
+        self._held[self._end : self._end + len(rows)] = rows
+        self._end += len(rows)
+
+    # --- what happens ---
+
+    def _note(self, event: np.void) -> None:
+        self._events.append(event)
+        tile = int(event["tile"])
+        if event["kind"] == tracking.BEGAN:
+            load = Load(int(event["token"]), tile, int(event["sample"]), float(event["time_s"]))
+            self._loads.append(load)
+            self._on[tile] = load
+            if not self._candidates(load):
+                self._found(load)
+        else:
+            load = self._on.pop(tile)
+            event["token"] = load.token
+            load.end, load.end_s, load.is_cut = int(event["sample"]), float(event["time_s"]), bool(event["cut"])
+
+    def _append(self, thin: NDArray[np.void]) -> None:
+        for load in self._loads:
+            if load.end is None or load.end > thin["sample"][0]:
+                mine = thin[(thin["tile"] == load.tile) & (thin["sample"] >= load.sample)]
+                mine = mine if load.end is None else mine[mine["sample"] < load.end]
+                if len(mine):
+                    load.tracks.append(np.column_stack([mine[name] for name in ("time_s", "x_m", "y_m", "force_n")]))
+
+    def _found(self, load: Load) -> None:
+        self._feet += 1
+        self._join(load, self._feet)
+
+    def _join(self, load: Load, foot: int) -> None:
+        load.foot = foot
+        self._foot_of[load.token] = foot
+
+    def _forget(self, until: int) -> None:
+        """Let go of loads that nothing can be compared with any more."""
+        oldest = min([until, *(load.sample for load in self._loads if load.end is None or load.foot == 0)])
+        live = {load.foot for load in self._loads if load.foot and (load.end is None or load.end >= oldest)}
+        gone = [load for load in self._loads if load.end is not None and load.foot and load.foot not in live]
+        if gone:
+            self._loads = [load for load in self._loads if load not in gone]
+            for load in gone:
+                del self._foot_of[load.token]
+                self._renamed = {old: new for old, new in self._renamed.items() if new != load.token}
+
+    # --- decisions ---
+
+    def _look(self, now: int) -> None:
+        for load in list(self._on.values()):
+            if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - AFTER_S:
+                at_s = _jumped(load)
+                at_s = self._relieved(load) if at_s is None else at_s
+                if at_s is not None:
+                    self._divide(load, at_s)
+        for load in sorted((load for load in self._loads if load.foot == 0), key=_rank):
+            self._decide(load)
+
+    def _near(self, load: Load) -> list[Load]:
+        """The loads on touching tiles that may be of the same feet."""
+        track = load.track()
+        places = track[track[:, 0] >= self._now_s - SETTLED_S][:, 1:3]
+        return [
+            other
+            for other in self._loads
+            if self._touches[other.tile, load.tile]
+            and other.tile != load.tile
+            and len(other.track())
+            and float(np.hypot(*(places - other.track()[-1, 1:3]).T).min()) <= LENGTH_M
+        ]
+
+    def _relieved(self, load: Load) -> float | None:
+        """When one foot had left a load, and another came on: elsewhere on the tile, or with a load beside it."""
+        track = load.track()
+        force_n = track[:, 3]
+        begin = int(np.searchsorted(track[:, 0], self._now_s - HELD_S + 1.5 * BEFORE_S))
+        if begin >= len(track) or track[begin, 0] - load.start_s < ROLLED_S:
+            return None
+        least = begin + int(force_n[begin:].argmin())
+        most = float(force_n[:least].max(initial=0.0))
+        if force_n[-1] < force_n[least] + LOADED_N or force_n[least] > RELIEVED * most:
+            return None
+        least_s = float(track[least, 0])
+        was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED * most)]
+        moved = len(was) > 0 and float(np.hypot(*(track[-1, 1:3] - was[-1, 1:3]))) >= MOVED_M
+        begins = any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load))
+        return least_s if moved or begins else None
+
+    def _divide(self, load: Load, at_s: float) -> None:
+        """From `at_s` on a load is another foot's: a load of its own."""
+        self._tokens -= 1
+        mine = self._rows["token"] == load.token
+        later = mine & (self._rows["time_s"] >= at_s)
+        first = int(self._rows["sample"][later][0])
+        before = self._rows[mine & ~later][-1]
+        self._rows["token"][later] = self._tokens
+        track = load.track()
+        other = Load(self._tokens, load.tile, first, float(self._rows["time_s"][later][0]), shared=load)
+        place = int(np.searchsorted(track[:, 0], at_s))
+        load.tracks, other.tracks = [track[:place]], [track[place:]]
+        load.end, load.end_s, load.is_divided = first, float(before["time_s"]), True
+        self._on[load.tile] = other
+        self._loads.append(other)
+        for part in self._loads:
+            # What was decided meanwhile took two feet for one.
+            if part.sample >= first - self._doubtful:
+                part.foot = 0
+        self._renamed = {old: self._tokens if new == load.token else new for old, new in self._renamed.items()}
+        if load.token >= 0:
+            self._renamed[load.token] = self._tokens
+        for kind, token in ((tracking.ENDED, load.token), (tracking.BEGAN, other.token)):
+            event = np.zeros(1, tracking.EVENT)
+            event["kind"], event["sample"], event["token"], event["tile"] = kind, first, token, load.tile
+            event["time_s"], event["load_n"] = load.end_s, before["force_n"]
+            bisect.insort(self._events, event[0], key=lambda event: event["sample"])
+
+    def _decide(self, load: Load, final: bool = False) -> None:
+        """Say whose foot a load is, if that can be said by now."""
+        candidates = self._candidates(load)
+        waits = load.shared is not None and load.end is None and self._now_s < load.start_s + SWING_S
+        if not final and (waits or any(other.foot == 0 for other in candidates)):
+            return
+        verdicts = {foot: self._judge(load, foot, final) for foot in {other.foot for other in candidates if other.foot}}
+        same = {foot: cost for foot, cost in verdicts.items() if cost is not None}
+        if any(math.isnan(cost) for cost in same.values()):
+            return
+        if same:
+            self._join(load, min(same, key=lambda foot: same[foot]))
+        else:
+            self._found(load)
+
+    def _candidates(self, load: Load) -> list[Load]:
+        """The loads on touching tiles that lasted together with it, and of whose foot it may be a part.
+
+        These are earlier ones; a load that was divided from another comes behind those that began a little later.
+        """
+        return [
+            other
+            for other in self._loads
+            if _rank(other) < _rank(load)
+            and self._touches[other.tile, load.tile]
+            and self._lasted(other, load)
+            and (load.end is None or load.end > other.sample)
+            and (load.shared is None or other.foot != load.shared.foot)
+        ]
+
+    def _lasted(self, load: Load, later: Load) -> bool:
+        """Whether a load was there until a later one began, as nearly as can be said: a foot may roll over a gap."""
+        if load.end is None or load.is_cut:
+            return load.end is None
+        bridged = self._doubtful if load.is_divided else int(self._bridged[load.tile, later.tile])
+        return load.end + bridged > later.sample
+
+    def _provisional(self, load: Load) -> Load | None:
+        """An earlier load of the same foot, as far as can be said at once: what comes a swing later is another foot."""
+        for other in self._candidates(load):
+            if other.end is None:
+                cost = self._judge(load, other.foot, False) if other.foot else math.nan
+                at_once = load.start_s - other.start_s < SWING_S
+                if cost is not None and (at_once or not math.isnan(cost)):
+                    return other
+        return None
+
+    def _judge(self, load: Load, foot: int, final: bool) -> float | None:
+        """How far a load's beginning is from a foot of which it is a part, metres; None if it is none, NaN if open."""
+        parts = [other for other in self._loads if other.foot == foot and other is not load]
+        now_s = self._now_s
+        age_s = now_s - load.start_s
+        if age_s < SETTLED_S and not final:
+            return math.nan
+        # What is newer may still be divided.
+        until_s = math.inf if final else now_s - SETTLED_S
+        mine, track = _loaded(load, until_s), np.concatenate([_loaded(other, until_s) for other in parts])
+        lag_s = load.start_s - min(other.start_s for other in parts)
+        over = load.end is not None
+        rest_s = max(other.end_s for other in parts)
+        ripe = final or age_s >= WAIT_S
+        if not len(mine) or not len(track):
+            return self._light(load, parts) if ripe or over else math.nan
+        near = _distance(mine[0], track)
+        if not _fits(np.concatenate([mine, track])[:, 1:3]):
+            return None
+        if _nearest(mine, track) > APART_M:
+            return None if ripe or over else math.nan
+        if lag_s < SWING_S:
+            sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
+            return near if sure else math.nan
+        return self._toes(load, mine, track, (ripe, over, rest_s))
+
+    def _light(self, load: Load, parts: list[Load]) -> float | None:
+        """`_judge` for a load too light to tell anything but where it is."""
+        mine, track = load.track(), np.concatenate([other.track() for other in parts])
+        if not len(mine) or not len(track):
+            return LENGTH_M
+        near = _distance(mine[0], track)
+        return near if near <= LENGTH_M else None
+
+    def _toes(
+        self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]
+    ) -> float | None:
+        """`_judge` for a load that began so late that only the foot's toes can have come down."""
+        ripe, over, rest_s = state
+        near = _distance(mine[0], track)
+        if near > TOES_M or min(load.end_s, self._now_s) - rest_s > OUTLASTS_S:
+            return None
+        centre = _centre(track, float(mine[0, 0]))
+        first = track[track[:, 0] <= track[0, 0] + 0.1]
+        rolled = centre - np.average(first[:, 1:3], axis=0, weights=first[:, 3])
+        length_m = float(np.hypot(*rolled))
+        if length_m >= 2.0 * BEHIND_M and float((mine[0, 1:3] - centre) @ rolled) < -BEHIND_M * length_m:
+            return None
+        return near if over or ripe else math.nan
+
+
+def _rank(load: Load) -> tuple[float, int]:
+    return load.start_s + (0.0 if load.shared is None else SWING_S), load.token
+
+
+def _loaded(load: Load, until_s: float) -> NDArray[np.float64]:
+    """A load's track where it says something: above `LOADED_N`, and not while two feet share it."""
+    track = load.track()
+    kept = (track[:, 3] >= LOADED_N) & (track[:, 0] <= until_s)
+    if load.shared is not None:
+        kept &= track[:, 0] >= load.start_s + JUMP_S
+    if load.is_divided:
+        kept &= track[:, 0] <= load.end_s - BEFORE_S
+    return track[kept]
+
+
+def _centre(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
+    """The centre of pressure of several loads' tracks, about a time."""
+    near = track[np.abs(track[:, 0] - time_s) <= max(0.02, float(np.abs(track[:, 0] - time_s).min()))]
+    return np.asarray(np.average(near[:, 1:3], axis=0, weights=near[:, 3]))
+
+
+def _distance(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
+    return float(np.hypot(*(first[1:3] - _centre(track, float(first[0])))))
+
+
+def _nearest(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
+    """How near two loads come at one time, looked at eight times; one that is shared for a while may begin far away."""
+    return min(_distance(row, track) for row in mine[:: max(1, len(mine) // 8)])
+
+
+def _fits(places_m: NDArray[np.float64]) -> bool:
+    """Whether places (n, 2) lie in a foot's box, turned to the best of sixteen directions."""
+    along = places_m @ _TOWARDS
+    reach = along.max(axis=0) - along.min(axis=0)
+    half = _DIRECTIONS // 2
+    return bool(((reach <= LENGTH_M) & (np.roll(reach, half) <= WIDTH_M)).any())
+
+
+def _jumped(load: Load) -> float | None:
+    """When a load's centroid lately went from one foot to the next."""
+    track = load.track()
+    if track[-1, 0] - load.start_s < ROLLED_S + JUMP_S + AFTER_S:
+        return None
+    time_s = track[:, 0]
+    begin, end = np.searchsorted(time_s, time_s[-1] - AFTER_S - JUMP_S), np.searchsorted(time_s, time_s[-1] - AFTER_S)
+    towards = track[end, 1:3] - track[begin, 1:3]
+    if track[begin:, 3].min() < LOADED_N or not _is_jump(track, begin, towards):
+        return None
+    along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
+    return float(time_s[begin + int(np.argmax(along >= PASSED * along[-1]))])
+
+
+def _is_jump(track: NDArray[np.float64], begin: int, towards: NDArray[np.float64]) -> bool:
+    """Whether a centroid that goes so far from sample `begin` on goes further than a foot's."""
+    length_m = float(np.hypot(*towards))
+    rolled = track[begin, 1:3] - track[0, 1:3]
+    if length_m >= JUMP_M or length_m < ASIDE_M:
+        return length_m >= JUMP_M
+    return float(towards @ rolled) < ONWARDS * length_m * max(float(np.hypot(*rolled)), ASIDE_M)

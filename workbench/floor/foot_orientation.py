@@ -1,0 +1,84 @@
+"""Where a foot points: from how its load is spread over the tiles that it lies on, and from how it rolled.
+
+A foot that lies across an edge has a centroid on each tile; their difference is along the foot (thesis 5.4). With three
+or four tiles it is the long axis of the centroids' spread about the whole foot's. A broad foot's is turned towards the
+edge's normal: a rectangle of length L and breadth w that an edge cuts in the middle, at the angle a from its normal,
+has centroids that lie
+
+    tan(e) = (w^2 tan(a) / 6 L) / (L / 4 - w^2 tan(a)^2 / 12 L)
+
+off its axis. That, for a foot's usual breadth, is the error, with what the noise of the path leaves.
+"""
+
+import math
+
+import numpy as np
+
+from underfoot.floor.contacts import Contact
+from underfoot.floor.layout import Floor
+
+BREADTH_RATIO = 0.35
+"""A foot's breadth over its length."""
+
+UNSURE_RAD = math.radians(4.0)
+"""Deviation of what is seen across an edge, for feet that press unevenly."""
+
+OFF_AXIS_RAD = math.radians(8.0)
+"""Deviation of the way in which the centre of pressure goes from the foot's axis: feet roll over their inner side."""
+
+SHORT_M, NARROW_M = 0.03, 0.06
+"""A roll shorter than the first points nowhere; nor does a spread shorter than the second, of a foot that only touches
+the other tile."""
+
+LOADED_N = 50.0
+"""The path is looked at above this force."""
+
+
+def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
+    """The direction in which a foot points, in the floor's frame, and its standard error, both in radians.
+
+    NaN for both where it does not show: on one tile, without a roll.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> time_s = np.linspace(0.0, 0.6, 61)
+    >>> contact = Contact(1, 0.0, 0.6, (0,), False, -0.01, 0.0, time_s, 500.0 + 0 * time_s, time_s / 3, time_s / 3)
+    >>> [round(math.degrees(angle)) for angle in orientation(contact, default_floor())]
+    [45, 8]
+    """
+    loaded = np.flatnonzero(contact.force_n >= LOADED_N)
+    if not len(loaded):
+        return math.nan, math.nan
+    first, last = loaded[0], loaded[-1]
+    roll = np.array([contact.x_m[last] - contact.x_m[first], contact.y_m[last] - contact.y_m[first]])
+    rolled_m = float(np.hypot(*roll))
+    rolled_error = OFF_AXIS_RAD * max(1.0, 0.15 / max(rolled_m, 1e-9))
+    xx, xy, yy = contact.spread_m2
+    spread_m = 2.0 * math.sqrt(max(xx + yy, 0.0))
+    if spread_m < NARROW_M or len(contact.tiles) < 2:
+        return (math.atan2(roll[1], roll[0]), rolled_error) if rolled_m >= SHORT_M else (math.nan, math.nan)
+    axis = 0.5 * math.atan2(2.0 * xy, xx - yy)
+    towards = np.array([math.cos(axis), math.sin(axis)])
+    if float(towards @ roll) < 0.0:
+        axis, towards = axis + math.pi, -towards
+    normal = _normal(contact, floor)
+    return math.atan2(towards[1], towards[0]), math.hypot(UNSURE_RAD, compressed_rad(axis - normal))
+
+
+def compressed_rad(from_normal_rad: float, breadth_ratio: float = BREADTH_RATIO) -> float:
+    """How far the centroids of a rectangle's two halves lie off its axis, which is so far from the edge's normal.
+
+    >>> [round(math.degrees(compressed_rad(math.radians(angle))), 1) for angle in (0.0, 30.0, 60.0)]
+    [0.0, 2.7, 9.2]
+    """
+    # Beyond this the edge leaves the foot by its ends.
+    steep = min(abs(math.tan(from_normal_rad)), 1.0 / breadth_ratio)
+    square = breadth_ratio**2
+    return math.atan2(square * steep / 6.0, 0.25 - square * steep**2 / 12.0)
+
+
+def _normal(contact: Contact, floor: Floor) -> float:
+    """The direction of the normal of the edge between the two tiles that bore most."""
+    one, other = (floor.tiles[k] for k in contact.tiles[:2])
+    across = one.axes @ (np.array(other.centre_m) - np.array(one.centre_m))
+    axis = one.axes[int(np.argmax(np.abs(across) / np.array(one.size_m)))]
+    return math.atan2(axis[1], axis[0])

@@ -1,0 +1,111 @@
+"""Whether a tile does what it is told: acceleration that was measured against what was commanded."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.errors import require
+from underfoot.models import sole
+
+LEAST_M_S2 = 0.05
+"""RMS below which a command is too weak to judge a tile by."""
+FURTHEST_DB = 6.0
+"""How far the measured level may be from the commanded one."""
+MEAN_S = 0.5
+"""Time over which levels are taken."""
+WINDOW_S = 0.1
+_JUDGED_S = 1.0  # a tile is judged by at least so much
+
+
+@dataclass(frozen=True)
+class TileResponse:
+    """What came of a stretch of commands. Levels are m/s^2.
+
+    `bands_hz` (n,) are third octaves; `commanded` and `measured` (n,) their peak amplitudes; `transfer_db` (n,) the
+    gain from one to the other, NaN where too little was commanded. `unexplained` is the part of the measured RMS, 0 to
+    1, that no linear response explains: distortion, noise, and a load that changed.
+    """
+
+    bands_hz: NDArray[np.float64]
+    commanded: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    transfer_db: NDArray[np.float64]
+    unexplained: float
+
+
+def response_of(commanded_m_s2: ArrayLike, measured_m_s2: ArrayLike, rate_hz: float) -> TileResponse:
+    """The response of a tile to what it was commanded, both (n,): the mean over windows of 0.1 s, half overlapping.
+
+    `BadValue` unless both are equally long, and at least two windows.
+
+    >>> noise = np.random.default_rng(1).standard_normal(48000)
+    >>> found = response_of(noise, 0.5 * noise, 48000.0)
+    >>> bool(np.allclose(found.transfer_db, -6.02, atol=0.01)), round(found.unexplained, 3)
+    (True, 0.0)
+    """
+    commanded, measured = np.asarray(commanded_m_s2, dtype=np.float64), np.asarray(measured_m_s2, dtype=np.float64)
+    size = round(WINDOW_S * rate_hz)
+    require(commanded.shape == measured.shape, "measured", measured.shape, f"the shape of commanded, {commanded.shape}")
+    require(len(commanded) >= 2 * size, "commanded", len(commanded), f"at least {2 * size} samples")
+    asked, did = (_spectra(signal, size) for signal in (commanded, measured))
+    power, cross = (np.abs(asked) ** 2).sum(axis=0), (asked.conj() * did).sum(axis=0)
+    found = (np.abs(did) ** 2).sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        explained = np.where(power > 0.0, np.abs(cross) ** 2 / power, 0.0)
+    total = float(found.sum())
+    step_hz = rate_hz / size
+    bands = np.array(sole.BAND_HZ)
+    low, high = bands * 2.0 ** (-1 / 6) / step_hz, bands * 2.0 ** (1 / 6) / step_hz
+    transfer = np.full(len(bands), math.nan)
+    for k, (first, last) in enumerate(zip(np.floor(low).astype(int), np.ceil(high).astype(int), strict=True)):
+        asked_here, done_here = float(power[first : last + 1].sum()), float(found[first : last + 1].sum())
+        if asked_here > 1e-6 * float(power.sum()) and done_here > 0.0:
+            transfer[k] = 10.0 * math.log10(done_here / asked_here)
+    levels = [sole.band_levels(signal, rate_hz) for signal in (commanded, measured)]
+    unexplained = math.sqrt(max(1.0 - float(explained.sum()) / total, 0.0)) if total > 0.0 else 0.0
+    return TileResponse(bands, levels[0], levels[1], transfer, unexplained)
+
+
+class ResponseWatch:
+    """Running levels of all tiles, and which of them do not do what they are told.
+
+    >>> watch = ResponseWatch(2, 48000.0)
+    >>> tone = np.sin(2 * np.pi * 200 / 48000 * np.arange(96000))
+    >>> watch.feed(np.stack([tone, tone], axis=1), np.stack([tone, 0.1 * tone], axis=1))
+    >>> watch.astray().tolist()
+    [False, True]
+    """
+
+    def __init__(self, tiles: int, rate_hz: float) -> None:
+        self._rate_hz = rate_hz
+        self._squares = np.zeros((2, tiles))
+        self._judged_s = np.zeros(tiles)
+
+    def feed(self, commanded_m_s2: NDArray[np.floating], measured_m_s2: NDArray[np.floating]) -> None:
+        """Take frames of both, (n, tiles)."""
+        n = len(commanded_m_s2)
+        if n == 0:
+            return
+        kept = math.exp(-n / (MEAN_S * self._rate_hz))
+        now = [np.einsum("ij,ij->j", one, one) / n for one in (commanded_m_s2, measured_m_s2)]
+        self._squares = kept * self._squares + (1.0 - kept) * np.array(now)
+        loud = self._squares[0] > LEAST_M_S2**2
+        self._judged_s = np.where(loud, self._judged_s + n / self._rate_hz, 0.0)
+
+    def astray(self) -> NDArray[np.bool_]:
+        """Of each tile, whether its level has been further than `FURTHEST_DB` from the commanded one."""
+        commanded, measured = np.maximum(self._squares, 1e-12)
+        far = np.abs(10.0 * np.log10(measured / commanded)) > FURTHEST_DB
+        return far & (self._judged_s > _JUDGED_S)
+
+    def rms(self, row: int) -> tuple[float, float]:
+        """The commanded and the measured RMS of a tile, m/s^2."""
+        commanded, measured = np.sqrt(self._squares[:, row])
+        return float(commanded), float(measured)
+
+
+def _spectra(signal: NDArray[np.float64], size: int) -> NDArray[np.complex128]:
+    pieces = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2]
+    return np.fft.rfft(pieces * np.hanning(size + 1)[:-1], axis=1)

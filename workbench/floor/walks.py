@@ -1,0 +1,327 @@
+"""Who walks: footsteps of persons, each with its side and how it follows the one before.
+
+A person is known from one footstep to the next, through the swing phase, by where the next step is due and when, and by
+what two steps of one person have in common: the mean force, which is the weight borne, and the time on the ground. A
+person who has not been seen for three seconds is somebody new.
+"""
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor.contacts import Contact
+from underfoot.floor.foot_orientation import orientation
+from underfoot.floor.footsteps import LEAST_N, LONGEST_S, PATH_N, SHORTEST_S, Step, is_step, measure
+from underfoot.floor.layout import Floor
+
+SOONEST_S, GONE_S, REACH_M = 0.2, 3.0, 1.1
+"""The next step of a person begins this much later at least and, where one or more were not seen, at most; each step is
+at most so far from the one before."""
+
+STANDS_S = 0.15
+"""Two feet of a person may be down at once, never three: the last but one has left by this after the next has come."""
+
+USUAL_S = 0.55
+"""The time of a step before a person's own is known: 109 a minute."""
+
+PLACE_M, ANYWHERE_M, ANYWHERE = 0.20, 0.45, 3.0
+"""Deviation of a step from where it is due; and, for whoever turns, from the last one, at a cost of `ANYWHERE`
+besides."""
+
+TIME, FORCE, STANCE = 0.12, 0.06, 0.08
+"""Relative deviations of a person's step time, of the mean force, and of the time on the ground."""
+
+ALIKE, KNOWN = 2.5, 6
+"""Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each
+other; asked for their second to `KNOWN`th step."""
+
+DEAR, UNLIKE, STRANGER = 12.0, 17.0, 24.0
+"""A step that is late, or elsewhere, costs no more than the first, one that is borne otherwise no more than the second:
+two feet on a tile make odd steps. Beyond the third it is somebody else's."""
+
+PROGRESS_M, ROLL_M, ASIDE_M, AGREE_RAD = 0.15, 0.05, 0.01, math.radians(35.0)
+"""Sides are told from steps that go on by this, feet that roll by this and point the same way within `AGREE_RAD`, and
+offsets to the side of this, at least."""
+
+FADES = 0.85
+"""How much an older step counts for the side, beside the next."""
+
+WAIT_S, LATE_S = 0.8, 1.0
+"""A step waits so long, after its end, for the next one to tell its side; contacts are told of up to `LATE_S` late."""
+
+LEARNS, ODD = 0.25, 1.25
+"""How much a new step counts for what is usual of a person, and by which factor it may differ."""
+
+
+class StepCounter:
+    """Turns contacts, in the order in which they ended, into numbered steps of persons, with sides.
+
+    A person's steps alternate. Which is which is told by how far each lies to the side of the last, seen along the way
+    in which both feet rolled, or else from the step before last. A step is given out as soon as its side is known, or
+    1.8 s after its end; the result does not depend on how contacts are cut into calls.
+    """
+
+    def __init__(self, floor: Floor) -> None:
+        self._floor = floor
+        self._count = 0
+        self._people = 0
+        self._walks: list[_Walk] = []
+        self._waiting: deque[_Footfall] = deque()
+
+    def feed(self, contacts: Iterable[Contact], now_s: float) -> list[Step]:
+        """The steps known by now: `contacts` ended since the last call, and `now_s` is the latest sample's time."""
+        steps: list[Step] = []
+        for contact in contacts:
+            if (
+                contact.end_s - contact.start_s < SHORTEST_S
+                or len(contact.force_n) < 3
+                or contact.force_n.max() < LEAST_N
+            ):
+                continue
+            footfall = _Footfall.of(contact, self._floor)
+            self._place(footfall)
+            if is_step(contact):
+                steps += self._ready(contact.end_s)
+                self._waiting.append(footfall)
+        return steps + self._ready(now_s - LATE_S)
+
+    def finish(self) -> list[Step]:
+        """The steps that still waited for their side."""
+        return self._ready(math.inf)
+
+    def person_at(self, start_s: float, place_m: tuple[float, float]) -> int:
+        """The person whose next step a contact would be that began then and is there now; 0 for nobody known."""
+        costs = {walk.person: walk.due(start_s, np.array(place_m)) for walk in self._walks}
+        known = {person: cost for person, cost in costs.items() if cost < STRANGER}
+        return min(known, key=lambda person: known[person]) if known else 0
+
+    def _ready(self, now_s: float) -> list[Step]:
+        steps = []
+        while self._waiting and (self._waiting[0].is_sided or self._waiting[0].end_s + WAIT_S < now_s):
+            footfall = self._waiting.popleft()
+            self._count += 1
+            person = footfall.walk.person if footfall.walk else 0
+            steps.append(replace(footfall.step, step=self._count, side=footfall.side, person=person))
+        return steps
+
+    def _place(self, footfall: "_Footfall") -> None:
+        """The footfall as the next one of whoever it suits best, or as the first of somebody new."""
+        self._walks = [walk for walk in self._walks if footfall.end_s - walk.last.end_s <= GONE_S + LONGEST_S]
+        costs = [(walk.cost(footfall), place) for place, walk in enumerate(self._walks)]
+        if costs and min(costs)[0] < STRANGER:
+            walk = self._walks[min(costs)[1]]
+        else:
+            self._people += 1
+            walk = _Walk(self._people)
+            self._walks.append(walk)
+        walk.take(footfall)
+        lost = [other for other in self._walks if other is not walk and walk.is_of(other)]
+        if lost:
+            known = min(lost, key=walk.unlike)
+            self._walks.remove(known)
+            walk.continues(known)
+
+
+@dataclass(eq=False)
+class _Footfall:
+    """A footfall in a walk: when and where it was, in metres, how the foot rolled, and the mean force."""
+
+    step: Step
+    start_s: float
+    end_s: float
+    place_m: NDArray[np.float64]
+    heel_m: NDArray[np.float64]
+    roll_m: NDArray[np.float64]
+    force_n: float
+    is_whole: bool
+    walk: "_Walk | None" = None
+    number: int = 0
+
+    @classmethod
+    def of(cls, contact: Contact, floor: Floor) -> "_Footfall":
+        track = np.column_stack([contact.x_m, contact.y_m])
+        weight = contact.force_n / contact.force_n.sum()
+        loaded = np.flatnonzero(contact.force_n >= min(PATH_N, float(contact.force_n.max())))
+        heading, error = orientation(contact, floor)
+        step = replace(
+            measure(contact, floor), heading_deg=math.degrees(heading), heading_error_deg=math.degrees(error)
+        )
+        return cls(
+            step,
+            contact.start_s,
+            contact.end_s,
+            weight @ track,
+            track[loaded[0]],
+            track[loaded[-1]] - track[loaded[0]],
+            float(contact.force_n.mean()),
+            is_step(contact),
+        )
+
+    @property
+    def stance_s(self) -> float:
+        return self.end_s - self.start_s
+
+    @property
+    def is_sided(self) -> bool:
+        return self.side != "unknown"
+
+    @property
+    def side(self) -> str:
+        votes = 0.0 if self.walk is None else self.walk.votes_m * (1 if self.number % 2 == 0 else -1)
+        return "left" if votes > 0.0 else "right" if votes < 0.0 else "unknown"
+
+
+@dataclass(eq=False)
+class _Walk:
+    """Someone who walks: the last three footfalls, what is usual of them, and how far the even ones lie to the left of
+    the odd ones, summed."""
+
+    person: int
+    steps: deque[_Footfall] = field(default_factory=lambda: deque(maxlen=3))
+    votes_m: float = 0.0
+    step_s: float = USUAL_S
+    force_n: float = math.nan
+    stance_s: float = math.nan
+    seen: int = 0
+    first_s: float = math.inf
+
+    @property
+    def last(self) -> _Footfall:
+        return self.steps[-1]
+
+    def due(self, start_s: float, place_m: NDArray[np.float64]) -> float:
+        """What it costs to say that the next foot came down then and there; infinite where it cannot be."""
+        last = self.last
+        later_s = start_s - last.start_s
+        missed = self._steps_in(start_s) - 1
+        way_m = float(np.hypot(*(place_m - last.place_m)))
+        if later_s < SOONEST_S or start_s - last.end_s > GONE_S or way_m > REACH_M * (1 + missed):
+            return math.inf
+        if len(self.steps) > 1 and self.steps[-2].end_s > start_s + STANDS_S:
+            return math.inf
+        uncertain = 3.0 if self.seen < 2 else 1.0
+        late = (later_s - (1 + missed) * self.step_s) / (TIME * uncertain * self.step_s)
+        if start_s - last.end_s > -SOONEST_S and not last.is_whole:
+            late = 0.0  # whoever stood, sets off when they like
+        off_m = float(np.hypot(*(place_m - self._due_at(1 + missed))))
+        place = min((off_m / PLACE_M) ** 2, (way_m / ANYWHERE_M) ** 2 + ANYWHERE)
+        return min(late**2, DEAR) + min(place, DEAR) + 2.0 * missed
+
+    def cost(self, footfall: _Footfall) -> float:
+        """`due`, and how unlike the person's others the footfall is."""
+        total = self.due(footfall.start_s, footfall.place_m)
+        if math.isfinite(total) and footfall.is_whole and self.seen:
+            uncertain = 2.0 if self.seen < 3 else 1.0
+            force = math.log(footfall.force_n / self.force_n) / (FORCE * uncertain)
+            stance = math.log(footfall.stance_s / self.stance_s) / (STANCE * uncertain)
+            total += min(force**2 + stance**2, UNLIKE)
+        return total
+
+    def unlike(self, other: "_Walk") -> float:
+        """How far two walks' forces and times are apart, in standard deviations."""
+        apart = math.log(self.force_n / other.force_n) / FORCE, math.log(self.stance_s / other.stance_s) / STANCE
+        return math.hypot(*apart)
+
+    def is_of(self, other: "_Walk") -> bool:
+        """Whether this walk began where another was lost sight of, by somebody alike."""
+        began_s = self.first_s
+        lost = self.last.start_s - other.last.start_s > 1.6 * other.step_s
+        return bool(
+            lost
+            and 2 <= self.seen <= KNOWN
+            and other.seen >= 2
+            and other.first_s < began_s
+            and other.last.start_s < began_s + other.step_s
+            and began_s - other.last.end_s <= GONE_S
+            and self.unlike(other) <= ALIKE
+        )
+
+    def continues(self, other: "_Walk") -> None:
+        """This is the person of another walk."""
+        self.person, self.first_s = other.person, other.first_s
+        self.seen = max(self.seen, KNOWN + 1)
+
+    def take(self, footfall: _Footfall) -> None:
+        footfall.walk = self
+        self.first_s = min(self.first_s, footfall.start_s)
+        if self.steps:
+            steps = self._steps_in(footfall.start_s)
+            footfall.number = self.last.number + steps
+            if steps == 1:
+                self._follow(footfall)
+        if footfall.is_whole:
+            learns = max(LEARNS, 1.0 / (1 + self.seen))
+            if not self.seen:
+                self.force_n, self.stance_s = footfall.force_n, footfall.stance_s
+            self.force_n *= _near_one(footfall.force_n / self.force_n) ** learns
+            self.stance_s *= _near_one(footfall.stance_s / self.stance_s) ** learns
+            self.seen += 1
+        self.steps.append(footfall)
+
+    def _follow(self, footfall: _Footfall) -> None:
+        """The figures of a step that came next after the last, and its vote for the sides."""
+        last = self.last
+        later_s = footfall.start_s - last.start_s
+        if last.is_whole:
+            self.step_s += (LEARNS if self.seen > 2 else 0.5) * (min(max(later_s, 0.25), 1.5) - self.step_s)
+        along = self._way(footfall)
+        onwards = footfall.place_m - last.place_m
+        length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])
+        if abs(aside_m) >= ASIDE_M and abs(length_m) >= PROGRESS_M:
+            self.votes_m = FADES * self.votes_m + (aside_m if footfall.number % 2 == 0 else -aside_m)
+        known = along.any()
+        same = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].number == footfall.number - 2 else None
+        footfall.step = replace(
+            footfall.step,
+            cadence_per_min=60.0 / later_s,
+            step_length_mm=1e3 * abs(length_m) if known else math.nan,
+            step_width_mm=1e3 * abs(aside_m) if known else math.nan,
+            double_support_ms=1e3 * (last.end_s - footfall.start_s),
+            swing_ms=1e3 * (footfall.start_s - same.end_s) if same else math.nan,
+        )
+
+    def _way(self, footfall: _Footfall) -> NDArray[np.float64]:
+        """The direction of the walk from the last footfall to this one; 0 where it has no clear one."""
+        last = self.last
+        if min(float(np.hypot(*one.roll_m)) for one in (last, footfall)) >= ROLL_M:
+            if _angle(last.roll_m, footfall.roll_m) > AGREE_RAD:
+                return np.zeros(2)
+            # Toes that point outwards point to both sides and cancel.
+            along = last.roll_m + footfall.roll_m
+        elif len(self.steps) > 1:
+            along = footfall.place_m - self.steps[-2].place_m
+        else:
+            return np.zeros(2)
+        length_m = float(np.hypot(*along))
+        if length_m == 0.0:
+            return np.zeros(2)
+        return along / length_m
+
+    def _steps_in(self, start_s: float) -> int:
+        """How many steps a foot that comes down then is behind the last: more than one where some were not seen."""
+        if not self.last.is_whole or self.seen < 2:
+            return 1
+        return max(1, round((start_s - self.last.start_s) / self.step_s))
+
+    def _due_at(self, steps: int) -> NDArray[np.float64]:
+        """Where the foot after so many steps is due."""
+        places = [one.place_m for one in self.steps]
+        if len(places) < 2:
+            return places[-1]
+        if len(places) < 3 or steps > 1:
+            return places[-1] + steps * (places[-1] - places[0]) / (len(places) - 1)
+        return places[1] + (places[2] - places[0])
+
+
+def _near_one(ratio: float) -> float:
+    """A ratio, within what a person's steps differ by: odd ones teach little."""
+    return min(max(ratio, 1.0 / ODD), ODD)
+
+
+def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """The angle between two directions, 0 to pi."""
+    return abs(math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other)))

@@ -1,0 +1,75 @@
+"""The laws of a fibre bundle as pictures: load over strain, sizes of events, times between them (7.2.3)."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from underfoot.drawing import Drawing, Series
+from underfoot.models.fibre_bundle.bundle import FibreBundle
+
+_RATE, _RISE_S, _HOLD_S = 48_000.0, 0.8, 0.2
+_BUNDLES = 8
+_BEYOND = 1.05
+"""The load rises to so much of the critical one: then every bundle breaks."""
+
+
+def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
+    """The bundle that a node of these `values` plays."""
+    names = ("fibres", "shape", "scale", "stiffness", "mass", "damping", "creep")
+    return FibreBundle(
+        **{name: values[name] for name in (*names, "model", "thresholds", "restructurings", "stiffening")}
+    )
+
+
+def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
+    """What a node's bundle does under a load that rises in 0.8 s: newtons over strain, event sizes, and intervals.
+
+    The mean and one of eight bundles; slowly loaded, an endless one would follow N (1 - P(x)) k_F x.
+    """
+    bundle = bundle_of(values)
+    newton = values["strength"] / bundle.critical_stress
+    rise = np.minimum(np.arange(round((_RISE_S + _HOLD_S) * _RATE)) / (_RISE_S * _RATE), 1.0)
+    load = _BEYOND * bundle.critical_stress * rise
+    found = [bundle.response(load, _RATE, seed) for seed in range(_BUNDLES)]
+    top = float(np.max(np.where(load < bundle.critical_stress, found[0].strain, 0.0)))
+    strain = np.linspace(0.0, 1.5 * max(top, 1e-9), 120)
+    one = found[0].strain <= strain[-1]
+    sizes = np.concatenate([one.energy[one.failures > 0] for one in found])
+    gaps = np.concatenate([np.diff(one.event_s) for one in found])
+    return (
+        Drawing(
+            "Load over strain",
+            "strain",
+            "load, N",
+            (
+                Series("this bundle", found[0].strain[one][::40], newton * load[one][::40]),
+                Series("slowly loaded", strain, newton * _borne(bundle, strain), "dashed", "force"),
+            ),
+        ),
+        _spectrum("Energy of an event", "energy, of the bundle's units", sizes),
+        _spectrum("Time between events", "interval, ms", 1e3 * gaps),
+    )
+
+
+def _borne(bundle: FibreBundle, strain: np.ndarray) -> np.ndarray:
+    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x; the inverse model is not covered."""
+    if bundle.thresholds == "weibull":
+        left = np.exp(-((strain / bundle.scale) ** bundle.shape))
+    else:
+        left = np.clip(1.0 - strain / bundle.scale, 0.0, 1.0)
+    return np.asarray(bundle.fibres * left * bundle.stiffness * strain)
+
+
+def _spectrum(title: str, label: str, values: np.ndarray) -> Drawing:
+    """How densely positive values lie, on logarithmic axes."""
+    found = values[values > 0.0]
+    if found.size < 2 or found.min() == found.max():
+        return Drawing(title, label, "density", note="fewer than two events")
+    edges = np.geomspace(found.min(), found.max() * 1.001, 24)
+    held = np.histogram(found, edges)[0]
+    middles = np.sqrt(edges[1:] * edges[:-1])
+    dense = held / np.diff(edges) / found.size
+    some = held > 0
+    line = Series("", middles[some], dense[some], "dots")
+    return Drawing(f"{title}, {_BUNDLES} bundles", label, "density", (line,), x_log=True, y_log=True)

@@ -1,0 +1,64 @@
+"""The laws of stick-slip as pictures: how long slips last, how far they go, how long a cycle is (8.12 to 8.16)."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.drawing import Drawing, Series
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
+from underfoot.models.stick_slip.tabulated import Distribution
+from underfoot.models.stick_slip.upcrossings import Upcrossings, white_upcrossings
+
+_PERIODS, _TIMES = 12.0, 600
+_STEP = 0.002
+"""The thesis's step, 1/w0, over which its white noise is averaged."""
+_SHOWN = 0.995
+"""Pictures end where so much of what was observed lies."""
+
+
+def block_of(values: Mapping[str, Any]) -> BlockOnBelt:
+    """The block on the belt that a node of these `values` plays; velocities from 0.1 mm/s on.
+
+    >>> block_of({"frequency": 100.0, "damping": 40, "noise": 30, "start": 150, "velocity": 0.1}).zeta.__round__(1)
+    251.3
+    """
+    w0, v = 2.0 * math.pi * values["frequency"], max(values["velocity"], 1e-4)
+    share = {name: 0.01 * values[name] for name in ("damping", "noise", "start")}
+    return BlockOnBelt(w0, share["damping"] * w0, share["noise"] * w0 * v * v, v, share["start"] * v / w0, 0.0)
+
+
+def slip_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
+    """Duration, distance and period of a node's slips, exact to its asked error; the thesis's approximation beside.
+
+    That takes upcrossings of the belt's velocity for independent (8.12, 8.14), with the errors of its equations mended.
+    """
+    block = block_of(values)
+    t_end = _PERIODS * 2.0 * math.pi / block.w0
+    exact = SlipDistribution.solve(block, t_end, max(float(values["error"]), 1e-3))
+    near = white_upcrossings(block, np.linspace(t_end / _TIMES, t_end, _TIMES), _STEP / block.w0)
+    return (
+        _law("How long a slip lasts", "duration, ms", 1e3, exact.duration, near, "durations"),
+        _law("How far it goes", "distance, mm", 1e3, exact.distance, near, "distances"),
+        _law("Slip and stick", "period, ms", 1e3, exact.period, near, "periods"),
+    )
+
+
+def _law(title: str, label: str, scale: float, exact: Distribution, near: Upcrossings, name: str) -> Drawing:
+    """One density: exact, and approximated; where next to nothing is, nothing is shown."""
+    seen = exact.cdf <= exact.cdf[-1] - (1.0 - _SHOWN) * exact.cdf[-1]
+    points: NDArray[np.float64] = exact.points[seen]
+    lines = [Series("exact", scale * points, exact.density[seen] / scale)]
+    if name == "durations":
+        at, rough = near.t, near.durations()
+    else:
+        at = np.linspace(float(points[0]), float(points[-1]), 120)
+        rough = near.distances(at) if name == "distances" else near.periods(at)
+    inside = at <= points[-1]
+    lines.append(Series("upcrossings (thesis)", scale * at[inside], rough[inside] / scale, "dashed", "force"))
+    unit = label.split(", ")[1]
+    none = f"; {100.0 * exact.unobserved:.2g} % have none" if exact.unobserved > 1e-3 else ""
+    return Drawing(f"{title}{none}", label, f"density, 1/{unit}", tuple(lines))
