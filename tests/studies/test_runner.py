@@ -152,7 +152,7 @@ def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(session, until, tm
 
 def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(session, until, tmp_path):
     emulated = EmulatedPlate()
-    plate = Plate(emulated.name, PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)), move_s=0.2)
+    plate = Plate(emulated.name, PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)), move_s=1.0)
     stimuli = {"soft": {"stiffness_n_mm": 52.0}, "hard": {"stiffness_n_mm": 146.0}}
     protocol = made_protocol("rating", {"blocks": 1}, stimuli, start="step")
     try:
@@ -170,7 +170,7 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
         wanted = [plate.calibration.position(stimuli[e.trial.intervals[0].stimulus]["stiffness_n_mm"])
                   for e in person.runner.study.entries]  # fmt: skip
         assert [move[1] for move in emulated.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
-        assert {move[2] for move in emulated.moves} == {0.2}
+        assert {move[2] for move in emulated.moves} == {1.0}
     finally:
         emulated.close()
 
