@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-pytest_plugins = ("polling", "null_sink", "command_line")
+pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile")
 
 _BLOCKS = Path("/dev/shm")
 _OURS = f"underfoot_{os.getpid()}_"

@@ -1,10 +1,20 @@
-"""Material presets under one and the same step: told apart by spectrum and by events, loud by force, else asleep."""
+"""Material presets under one and the same step: told apart by spectrum and by events, loud by force, else asleep; and
+what a foot gets of them, as the accelerometer of a simulated tile measures it that a step loads.
 
-from itertools import combinations
+Two spectra, the shares of the power in thirds of an octave, are as far apart as the part that they do not share. Events
+are known by their number, the spread of their intervals and the slope of their strengths.
+"""
+
+from functools import cache
+from itertools import combinations, product
 
 import numpy as np
 import pytest
 
+from underfoot.engine.commands import Play
+from underfoot.engine.levels import SECONDS, levels_of
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.preview import one_step
 from underfoot.models.gait import Footfall
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
@@ -19,6 +29,8 @@ MATERIALS = {
     if name.startswith("material-")
 }
 SEEDS = range(4)
+GROUNDS = ("gravel", "snow", "wood", *(f"material-{name}" for name in MATERIALS))
+EARS = ("gravel", *(f"material-{name}" for name in ("leaves", "ice", "sand-dry", "gravel-fine", "twigs")))
 
 _played: dict[tuple, tuple] = {}
 
@@ -163,3 +175,68 @@ def test_a_brittle_floor_lies_still_under_a_foot_that_only_stands():
         cracks.append(len(program.events("sheet.events")))
     assert sum(cracks[: FRAMES // BLOCK]) > 0
     assert sum(cracks[2 * FRAMES // BLOCK :]) == 0
+
+
+@cache
+def measured_step(name, seed=None):
+    """What a step on one tile makes: the card's channels, and what the accelerometer measures."""
+    force_n, source = one_step("t1", SECONDS, float(RATE))
+    options = LoopOptions(plates=("accelerometer",), seed=seed)
+    loop = Loop(Patch.load(library.patches()[name], REGISTRY), REGISTRY, source, options)
+    loop.send(Play(True), 0)
+    drive, tiles = loop.play_all(len(force_n))
+    return drive.T.astype(np.float64), tiles["accelerometer"][:, 0].astype(np.float64)
+
+
+def shares(signal, edges_hz):
+    """The share of the power between each two frequencies."""
+    power = np.abs(np.fft.rfft(signal)) ** 2
+    found = np.histogram(np.fft.rfftfreq(signal.size, 1.0 / RATE), edges_hz, weights=power)[0]
+    return found / power.sum()
+
+
+@pytest.mark.parametrize("name", GROUNDS)
+def test_it_reaches_the_foot(name):
+    found = levels_of(Patch.load(library.patches()[name], REGISTRY))
+    assert found.measured.share_in_band >= 0.8
+    assert found.measured.level_db >= 10.0
+    assert found.headroom_db > 0.5
+
+
+@pytest.mark.parametrize("name", GROUNDS)
+def test_it_reaches_the_foot_on_a_calibrated_tile_too(name, profile):
+    found = levels_of(Patch.load(library.patches()[name], REGISTRY), profile=profile)
+    assert found.measured.share_in_band >= 0.8
+    assert found.measured.level_db >= 10.0
+    assert found.headroom_db > 0.5
+
+
+@pytest.mark.parametrize("name", EARS)
+def test_what_is_for_ears_lies_above_1_khz_and_goes_to_no_shaker(name):
+    felt, heard = measured_step(name)[0]
+    assert shares(heard, [1000.0, 24_000.0])[0] > 0.8
+    assert shares(felt, [1000.0, 24_000.0])[0] < 0.1
+    assert 0.1 < np.abs(heard).max() < 0.9
+
+
+def not_told_apart(distance, mean=False):
+    """Pairs of materials of which some, or on average all, seeds are no farther apart than two seeds of either."""
+    of_one = {m: max(distance(m, i, m, j) for i, j in combinations(SEEDS, 2)) for m in MATERIALS}
+    closer = []
+    for a, b in combinations(MATERIALS, 2):
+        between = [distance(a, i, b, j) for i, j in product(SEEDS, SEEDS)]
+        if (np.mean(between) if mean else min(between)) <= max(of_one[a], of_one[b]):
+            closer.append((a, b))
+    return closer
+
+
+def test_every_pair_differs_more_by_its_events_than_two_seeds_of_one_material_do():
+    found = {m: np.array([event_statistics(m, seed) for seed in SEEDS]) for m in MATERIALS}
+    scatter = np.sqrt(np.mean([one.var(axis=0) for one in found.values()], axis=0))
+    assert not not_told_apart(lambda a, i, b, j: np.linalg.norm((found[a][i] - found[b][j]) / scatter))
+
+
+def test_every_pair_differs_more_by_its_measured_spectrum_than_two_seeds_of_one_material_do():
+    thirds_hz = 40.0 * 2.0 ** (np.arange(25) / 3.0)
+    found = {(m, seed): shares(measured_step(f"material-{m}", seed)[1], thirds_hz) for m in MATERIALS for seed in SEEDS}
+    assert not not_told_apart(lambda a, i, b, j: 1.0 - np.minimum(found[a, i], found[b, j]).sum(), mean=True)

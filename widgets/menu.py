@@ -31,9 +31,10 @@ class MainMenu(QMenu):
         self._recent_menu = self.addMenu("Open recent")
         self._recent_menu.aboutToShow.connect(self._fill_recent)
         self.presets = self.addMenu("Presets")
-        for name, path in library.patches().items():
-            words = name.replace("-", " ").capitalize()
-            self.presets.addAction(words).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))
+        for family, patches in library.families().items():
+            menu = self.presets.addMenu(family) if family else self.presets
+            for words, path in patches.items():
+                menu.addAction(words).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))
         self.addActions([actions["save"], actions["save as"]])
         self.addSeparator()
         self._behind_workspaces = self.addSeparator()

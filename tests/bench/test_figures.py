@@ -33,7 +33,7 @@ def ours(figure, what):
 
 def test_all_figures_that_models_can_draw_are_there(drawn):
     assert list(drawn) == [
-        *("3.6", "4.10", "6.2", "7.5", "7.6", "7.7", "7.8", "7.12", "7.13", "7.14", "7.15"),
+        *("3.5", "3.6", "3.7", "4.10", "6.2", "7.5", "7.6", "7.7", "7.8", "7.12", "7.13", "7.14", "7.15"),
         *("8.4", "8.5", "8.6", "8.7", "8.8", "8.9", "8.10"),
     ]
     for figure in drawn.values():
@@ -48,7 +48,18 @@ def test_tactons_lie_near_250_hz(drawn):
     for what in ("centre of the notes", "centre of the impacts"):
         (row,) = (row for row in drawn["3.6"].compared if row.what.startswith(what))
         low, high = (float(number) for number in re.findall(r"\d+", row.ours))
-        assert 100.0 < low <= high < 300.0
+        assert 200.0 < low <= high < 300.0
+    assert "miss 250 Hz" in drawn["3.6"].why
+
+
+def test_rhythms_and_stimuli_are_those_of_the_presets(drawn):
+    assert ours(drawn["3.5"], "rhythms that both sets share") == 8
+    assert ours(drawn["3.7"], "knocks") == 12
+    peaks = [row for row in drawn["6.2"].compared if row.what.startswith("measured peak")]
+    assert len(peaks) == 9
+    for row in peaks:
+        thesis, found = (float(text.split()[0]) for text in (row.thesis, row.ours))
+        assert abs(20.0 * np.log10(found / thesis)) < 1.1
 
 
 def test_bundles_have_the_strengths_and_slopes_of_the_thesis(drawn):

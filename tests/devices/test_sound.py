@@ -143,6 +143,27 @@ def test_a_tile_without_a_channel_is_named(null_sink, until):
         assert playing.played(playing.end - 480, 480)[:, 0].any()
 
 
+def test_sound_for_ears_arrives_on_the_channel_behind_the_tiles(null_sink, until):
+    """Three tiles that are silent, and a channel for ears on a card of four."""
+    patch = hum(tone=SINE).add("sound-output", REGISTRY).connect("tone.out", "sound-output.sound", REGISTRY)
+    patch = patch.set("tile-output", "level", 0.0, REGISTRY)
+    how = {"sound": "", "latency_s": BUFFER_S, "walker": False, "floor": default_floor(1, 3)}
+    with null_sink.heard() as heard, live(patch, until, **how) as playing:
+        settled(playing)
+        until(lambda: np.abs(heard()[-480:, 3]).max() > 0.5, "it is heard")
+        assert not heard()[:, :3].any()
+        assert playing.started().notice == ""
+
+
+def test_sound_that_comes_with_a_later_patch_is_said_to_have_no_channel(null_sink, until):
+    with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
+        settled(playing)
+        heard = hum(tone=SINE).add("sound-output", REGISTRY).connect("tone.out", "sound-output.sound", REGISTRY)
+        playing.session.edit(heard)
+        playing.until(lambda: playing.of(Notice), "it is told")
+        assert playing.of(Notice)[0].text.startswith("this patch's Sound has no channel; choose the sound card again")
+
+
 def test_a_device_that_is_not_there_is_named_in_one_line():
     pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
     with pytest.raises(DeviceError, match="no such card") as error:

@@ -1,6 +1,7 @@
 """Levels of patches on a tile that is stood on; a tile whose equaliser was learned plays flat."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,21 +14,10 @@ from underfoot.engine.levels import levels_of
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import Profile
 from underfoot.floor.tile_response import response_of
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
-
-
-@pytest.fixture(scope="module")
-def profile(tmp_path_factory):
-    """Tile t1 of the simulator, as the wizard calibrates it."""
-    path = tmp_path_factory.mktemp("profiles") / "t1.json"
-    options = ["--target", "simulator", "--tile", "t1", "--seed", "1", "--no-loads", "--profile", str(path)]
-    said = CliRunner().invoke(cli, ["calibrate", "response", *options])
-    assert said.exit_code == 0, said.output
-    return Profile.load(path)
 
 
 def noise():
@@ -70,3 +60,14 @@ def test_the_command_prints_a_line_a_patch_and_all_figures_as_json():
     assert said.stdout.splitlines()[1].startswith("wood")
     said = CliRunner().invoke(cli, ["levels", "--json", str(library.patches()["wood"])])
     assert json.loads(said.stdout)["wood"]["measured"]["level_db"] > 10.0
+
+
+@pytest.mark.parametrize(("names", "place"), [(("material-leaves", "stimulus-td", "tacton-it1"), 0), (("gravel",), 1)])
+def test_the_document_has_every_preset_and_its_levels(names, place, profile):
+    tables = (Path(__file__).resolve().parents[2] / "docs/levels.md").read_text().split("```")[1::2]
+    rows = {line.split()[0]: line.split()[1:5] for line in tables[place].splitlines()[2:]}
+    assert list(rows) == list(library.patches())
+    for name in names:
+        found = levels_of(Patch.load(library.patches()[name], REGISTRY), profile=profile if place else None)
+        levels = (level for one in (found.commanded, found.measured) for level in (one.peak_m_s2, one.rms_m_s2))
+        assert [float(text) for text in rows[name]] == pytest.approx(list(levels), abs=0.02)

@@ -7,6 +7,7 @@ import msgspec
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
+from underfoot.models.signals.rhythm import Rhythm
 from underfoot.parameters import Count, Rows, Text
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
@@ -127,6 +128,7 @@ class Inspector(QScrollArea):
             if is_rhythm(parameter):
                 assert isinstance(parameter, Rows)
                 editor = RhythmEditor(parameter)
+                editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
             else:
                 editor = editor_for(parameter)
             if isinstance(editor, TilesEditor):
@@ -141,6 +143,12 @@ class Inspector(QScrollArea):
                 editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
+
+    def _set_rhythm(self, id: str, notes: str, rhythm: Rhythm) -> None:
+        """Give the node the bar and the repeats that go with notes which were chosen: one change with them."""
+        for name, value in (("bar", rhythm.bar_s), ("repeats", rhythm.repeats)):
+            if name in self.editors:
+                self.edited.emit(id, name, value, f"{id}.{notes} {self._gesture}")
 
     def _build_many(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))

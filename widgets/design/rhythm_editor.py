@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton, QWidget
 
-from underfoot.models.signals.rhythm import STEPS
+from underfoot.models.signals.rhythm import RHYTHMS, STEPS, Rhythm
 from underfoot.parameters import Parameter, Rows
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
@@ -244,10 +244,24 @@ class RhythmBar(QWidget):
 
 
 class RhythmEditor(ParameterEditor):
-    """The control of a rhythm's notes."""
+    """The control of a rhythm's notes, with a menu of the rhythms R1 to R8."""
+
+    rhythm_chosen = Signal(object)
+    """The `Rhythm` whose notes were taken from the menu: its bar and repeats are others' to set."""
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
+        self.rhythms = QToolButton(self)
+        self.rhythms.setText("R1 to R8")
+        self.rhythms.setProperty("role", "flat")
+        self.rhythms.setToolTip("A rhythm of the study of tactons: its notes, bar and repeats")
+        self.rhythms.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = QMenu(self.rhythms)
+        for rhythm in RHYTHMS:
+            words = f"{rhythm.name}: {len(rhythm.notes)} notes, {1e3 * rhythm.bar_s:.0f} ms, {rhythm.repeats} times"
+            menu.addAction(words).triggered.connect(lambda _=False, rhythm=rhythm: self.choose(rhythm))
+        self.rhythms.setMenu(menu)
+        self.grid.addWidget(self.rhythms, 0, 2, Qt.AlignmentFlag.AlignRight)
         self.bar = RhythmBar(self)
         self._put(self.bar)
         self.bar.setToolTip(
@@ -258,6 +272,13 @@ class RhythmEditor(ParameterEditor):
         self.bar.began.connect(self.began)
         self.bar.changed.connect(self._give)
         self.set_value(parameter.default)
+
+    def choose(self, rhythm: Rhythm) -> None:
+        """Take the notes of this rhythm, as a person's change."""
+        self.began.emit()
+        self._give([(note.step, note.length, note.amplitude) for note in rhythm.notes])
+        self._show()
+        self.rhythm_chosen.emit(rhythm)
 
     def _show(self) -> None:
         self.bar.set_notes(self._value)

@@ -251,7 +251,8 @@ class DesignWorkspace(Workspace):
     def _choose_previewed(self, ids: Sequence[str]) -> None:
         """Preview the selected node; with none selected, what the tile plays."""
         nodes = {node.id: node.type for node in self.patch().nodes}
-        sinks = [id for id, type in nodes.items() if self.registry[type].is_sink]
+        played = [id for id, type in nodes.items() if self.registry[type].is_sink]
+        sinks = sorted(played, key=lambda id: self.registry[nodes[id]].to_sound)
         wanted = ids[0] if len(ids) == 1 else self._previewed if self._previewed in nodes else (sinks or [""])[0]
         if not ids and sinks:
             wanted = sinks[0]

@@ -137,7 +137,8 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
     """
     signals, events = _outputs(patch, registry)
     program = Program(patch, registry, ROWS, rate=rate, block=max(_BLOCKS), scopes=signals + events)
-    safety = Safety([Limits()] * len(ROWS), list(range(len(ROWS))), float(rate), max(_BLOCKS), len(ROWS))
+    rows = len(ROWS)
+    safety = Safety([Limits()] * rows, list(range(rows)), float(rate), max(_BLOCKS), rows + 1, sound_channel=rows)
     safety.open(True, 0)
     for tile, strength in zip(ROWS, _STRENGTHS, strict=True):
         for strike in _STRIKES:
@@ -149,9 +150,10 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         _feed(program, slice(None), at, n)
         program.run(at, n)
         seen[:, :, at : at + n] = program.tables.scope[:, :, :n]
-        if not np.isfinite(program.output[:, :n]).all():
+        if not (np.isfinite(program.output[:, :n]).all() and np.isfinite(program.sound[:, :n]).all()):
             return "the output is not finite"
         safety.apply(program.output, program.tables.silent, at, 0, n)
+        safety.apply_sound(program.sound, program.tables.no_sound, at, 0, n)
         if not (np.abs(safety.out[:n]) <= Limits().peak).all():
             return f"{np.abs(safety.out[:n]).max()} of full scale reaches a shaker"
         fault = program.fault()

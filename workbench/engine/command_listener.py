@@ -41,6 +41,8 @@ class CommandListener:
         except UnderfootError as error:
             self._connection.send(Notice(f"the patch is not played: {error}"))
             return
+        if isinstance(action, ProgramSwap) and action.program.has_sound and self._loop.options.sound_channel == -1:
+            self.notices.append("this patch's Sound has no channel; choose the sound card again to open one")
         self._runner.inbox.append(self._affordable(action) if isinstance(action, ProgramSwap) else action)
 
     def report(self) -> None:

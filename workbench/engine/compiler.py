@@ -54,7 +54,13 @@ def _preview(request: PreviewRequest) -> Preview:
         type = REGISTRY[patch.node(request.node).type]
         scopes = tuple(f"{request.node}.{port.name}" for port in type.outputs)
         force_n, signals, events = previewed(
-            patch, scopes, request.tile, request.seconds, request.rate, request.folder, measures=type.is_sink
+            patch,
+            scopes,
+            request.tile,
+            request.seconds,
+            request.rate,
+            request.folder,
+            measures=type.is_sink and not type.to_sound,
         )
     except UnderfootError as error:
         return Preview(request.ticket, request.rate, np.zeros(0, np.float32), {}, str(error))

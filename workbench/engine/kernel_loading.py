@@ -106,7 +106,9 @@ def _output() -> None:
     rate_hz, acceleration, zero_rows = float(RATE_HZ), np.zeros((1, SPAN)), np.zeros(1, np.uint8)
     TilePulse(1, rate_hz).apply(acceleration, zero_rows, 0, SPAN)
     EqualiserBank(1, {}).apply(acceleration, zero_rows, 0, SPAN)
-    Safety([Limits()], [0], rate_hz, SPAN, 1).apply(acceleration, zero_rows, 0, 0, SPAN)
+    safety = Safety([Limits()], [0], rate_hz, SPAN, 2, sound_channel=1)
+    safety.apply(acceleration, zero_rows, 0, 0, SPAN)
+    safety.apply_sound(acceleration, zero_rows, 0, 0, SPAN)
     TileEqualiser("").coefficients(rate_hz)
 
 

@@ -33,10 +33,11 @@ class LoopOptions:
     """How a loop runs: its rate and largest block, and the session frame at which it begins.
 
     `limits` are those of each tile, by default the usual ones; `equalisers` are those of the tiles' profiles;
-    `channels` has the output channel of each tile, by default the floor's; `scopes` are outputs ("node.port") that are
-    looked at; `folder` is where sound files of the patch lie; `seed` stands in for the patch's own. `plates` says where
-    the acceleration of simulated plates is taken, if anywhere, and `simulation` what they are made of, by default the
-    usual. With `measures`, what is commanded is kept without plates, too: for accelerometers.
+    `channels` has the output channel of each tile, by default the floor's; `sound_channel` is that of what patches give
+    to ears, -1 for none, by default the one behind the tiles' where the first patch has sound; `scopes` are outputs
+    ("node.port") that are looked at; `folder` is where sound files of the patch lie; `seed` stands in for the patch's
+    own. `plates` says where the acceleration of simulated plates is taken, if anywhere, and `simulation` what they are
+    made of, by default the usual. With `measures`, what is commanded is kept without plates, too: for accelerometers.
     """
 
     rate_hz: float = RATE_HZ
@@ -44,6 +45,7 @@ class LoopOptions:
     limits: tuple[Limits, ...] = ()
     equalisers: tuple[TileEqualiser, ...] = ()
     channels: tuple[int, ...] | None = None
+    sound_channel: int | None = None
     scopes: tuple[str, ...] = ()
     folder: Path | None = None
     seed: int | None = None
@@ -80,7 +82,11 @@ class Loop:
             limits[row] = replace(limits[row], acceleration_per_unit=equaliser.acceleration_per_unit)
             coefficients[row] = equaliser.coefficients(self.rate_hz)
         self.equalisers = EqualiserBank(rows, coefficients)
-        self.safety = Safety(limits, self.channels, self.rate_hz, self.block, max(self.channels, default=0) + 1)
+        width, sound_channel = max(self.channels, default=0) + 1, options.sound_channel
+        if sound_channel is None:
+            sound_channel = width if self.program.has_sound else -1
+        width = max(width, sound_channel + 1)
+        self.safety = Safety(limits, self.channels, self.rate_hz, self.block, width, sound_channel)
         self.out = self.safety.out
         self.scope_frames = np.zeros((self.block, rows), np.float32)
         self.measures = bool(options.plates) or options.measures
@@ -185,6 +191,7 @@ class Loop:
             self.safety.commanded(output, zero_rows, self.commanded, frame, at, n)
         self.equalisers.apply(output, zero_rows, frame, n)
         self.safety.apply(output, zero_rows, frame, at, n)
+        self.safety.apply_sound(program.sound, program.tables.no_sound, frame, at, n)
         for plates in self.plates.values():
             plates.apply(self.out, self.safety.sounding, self.safety.silent_since, self.intake.signals, frame, at, n)
         if program.scope_names:

@@ -51,7 +51,10 @@ class Pacer:
             reported = round(self._stream.round_trip_s * target.rate)
             accelerometers.delay_frames = target.round_trip_frames or reported
         silent = [t.id for t, channel in zip(target.floor.tiles, loop.channels, strict=True) if channel < 0]
-        return f"tiles without a channel: {', '.join(silent)}" if silent else ""
+        notices = [f"tiles without a channel: {', '.join(silent)}"] if silent else []
+        if loop.program.has_sound and loop.safety.sound_channel < 0:
+            notices.append("no channel is left behind the tiles' for Sound")
+        return "; ".join(notices)
 
     def run(self) -> None:
         """Let the sound card play, and where it does not, run blocks by the clock, until it is time to leave."""

@@ -54,14 +54,18 @@ class Engine:
         self.memory = SessionMemory.open(setup.memory)
         target = setup.target
         patch = Patch.loads(setup.patch, REGISTRY)
-        channels = output_channels(target.floor)
+        channels, sound_channel = output_channels(target.floor), None
         if target.sound is not None:
-            most = max_channels(target.sound)
+            most, behind = max_channels(target.sound), max(channels) + 1
             channels = [channel if channel < most else -1 for channel in channels]
+            # Not opened without need: a sound server spreads a channel that its card does not have over the others.
+            has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
+            sound_channel = behind if has_sound and behind < most else -1
         options = LoopOptions(
             rate_hz=target.rate,
             block=target.block,
             channels=tuple(channels),
+            sound_channel=sound_channel,
             scopes=setup.scopes,
             folder=Path(setup.folder) if setup.folder else None,
             equalisers=setup.equalisers,

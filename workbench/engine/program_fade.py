@@ -83,8 +83,12 @@ class ProgramFader:
             _copy_signals(signals, old, n)
             old.run(frame, n)
             _crossfade(old.output, program.output, program.tables.silent, self._from_frame, frame, n)
+            if old.has_sound or program.has_sound:
+                _crossfade(old.sound, program.sound, program.tables.no_sound, self._from_frame, frame, n)
         elif self._fade:
             _ramp(program.output, program.tables.silent, self._fade == "in", self._from_frame, frame, n)
+            if program.has_sound:
+                _ramp(program.sound, program.tables.no_sound, self._fade == "in", self._from_frame, frame, n)
         return program
 
     def _exchange(self, program: Program, frame: int) -> None:

@@ -78,20 +78,23 @@ class Limits:
     rms: float = 0.35
 
 
+SOUND = Limits(acceleration_per_unit=1.0)
+"""Those of the channel for ears, which is given in parts of its full scale."""
+
+
 class Safety:
     """The last stage for `limits`, one for each row; writes float32 [frame, channel] into `out`.
 
-    `channels[row]` is the channel of a row, or -1 for a tile that has none.
+    `channels[row]` is the channel of a row, or -1 for a tile that has none; `sound_channel` is that of what is heard,
+    which no row may have, or -1.
     """
 
-    def __init__(self, limits: list[Limits], channels: list[int], rate_hz: float, block: int, width: int) -> None:
+    def __init__(
+        self, limits: list[Limits], channels: list[int], rate_hz: float, block: int, width: int, sound_channel: int = -1
+    ) -> None:
         self.out = np.zeros((block, width), np.float32)
-        self.channels = np.array(channels, np.int64)
-        self._rows = np.zeros(len(limits), ROW)
-        self._rows["channel"], self._rows["peak_gain"], self._rows["silent_frame"] = channels, 1.0, -1
-        for row, limit in zip(self._rows, limits, strict=True):
-            row["peak_limit"], row["rms_limit"] = limit.peak, limit.rms
-            row["scale"] = (1.0 / limit.acceleration_per_unit, 1.0 / limit.acceleration_per_unit, 0.0, 1.0)
+        self.channels, self.sound_channel = np.array(channels, np.int64), sound_channel
+        self._rows, self._sound = _rows(limits, channels), _rows([SOUND], [sound_channel])
         self.peaks = self._rows["peak"]
         """The largest sample of each row in the last tenth of a second, of full scale."""
         self.silent_since = self._rows["silent_frame"]
@@ -144,6 +147,14 @@ class Safety:
         """
         _limit(acceleration, zero_rows, self.out, self._rows, self._stage, frame, at, n)
 
+    def apply_sound(self, sound: NDArray[np.float64], no_sound: NDArray[np.uint8], frame: int, at: int, n: int) -> None:
+        """Turn `n` frames of sound, float64 [1, frame] of full scale, into its channel of `out`; after `apply`.
+
+        `no_sound` (1,) says that it is zero throughout. Without a channel there is nothing to do. Allocates nothing.
+        """
+        if self.sound_channel >= 0:
+            _limit_sound(sound, no_sound, self.out, self._sound, self._stage, frame, at, n)
+
     def commanded(
         self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], out: NDArray[np.float32], frame: int,
         at: int, n: int,
@@ -153,6 +164,16 @@ class Safety:
         Before an equaliser and without limits: what a tile that does what it is told measures. Allocates nothing.
         """
         _command(acceleration, zero_rows, out, self._rows, self._stage, frame, at, n)
+
+
+def _rows(limits: list[Limits], channels: list[int]) -> NDArray[np.void]:
+    """Rows with these limits, at rest."""
+    rows = np.zeros(len(limits), ROW)
+    rows["channel"], rows["peak_gain"], rows["silent_frame"] = channels, 1.0, -1
+    for row, limit in zip(rows, limits, strict=True):
+        row["peak_limit"], row["rms_limit"] = limit.peak, limit.rms
+        row["scale"] = (1.0 / limit.acceleration_per_unit, 1.0 / limit.acceleration_per_unit, 0.0, 1.0)
+    return rows
 
 
 def _turn(ramp: NDArray[np.void], target: float, frame: int, frames: int) -> None:
@@ -211,6 +232,24 @@ def _limit(
         row.peak = max(row.peak, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
         sounding += 1
     stages[0].sounding = sounding
+
+
+@kernel
+def _limit_sound(
+    sound: NDArray[np.float64],
+    no_sound: NDArray[np.uint8],
+    out: NDArray[np.float32],
+    rows: NDArray[np.void],
+    stages: NDArray[np.void],
+    frame: int,
+    at: int,
+    n: int,
+) -> None:
+    row = rows[0]
+    if no_sound[0] == 0 or row.dc_in != 0.0 or row.dc_out != 0.0:
+        _limit_row(sound[0], out, row, stages[0], frame, at, n)
+    elif row.silent_frame < 0:
+        row.silent_frame = frame
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Where a patch ends: the tile's shaker."""
+"""Where a patch ends: the tile's shaker, and a channel for ears."""
 
 from underfoot.parameters import Number, Tiles
 from underfoot.patch.node import Input, Output, node
@@ -19,3 +19,23 @@ class TileOutput:
     def run(acceleration, level, played):
         for i in range(played.size):
             played[i] = acceleration[i] * level[i]
+
+
+@node("sound-output", "Outputs", "Sound")
+class SoundOutput:
+    """What is heard, not felt: loudspeakers or headphones on a channel for all tiles, which add. No shaker gets it."""
+
+    accuracy = "exact: rounding"
+    sound = Input(doc="what is to be heard")
+    level = Number(
+        0.05, 0.0, 10.0, scale="gain", wire="audio", doc="factor to full scale: at 0.05 an input of 20 is full scale"
+    )
+    tiles = Tiles(doc="the tiles whose sound it is")
+    heard = Output(doc="of full scale")
+    muted_by = ("sound", "level")
+    is_sink = True
+    to_sound = True
+
+    def run(sound, level, heard):
+        for i in range(heard.size):
+            heard[i] = sound[i] * level[i]

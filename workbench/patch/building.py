@@ -244,9 +244,12 @@ class Builder:
             state=aligned_zeros(int(nodes["state_size"].sum()) * rows),
             coefficients=aligned_zeros(int(nodes["coefficients_size"].sum()) * rows),
             data=_aligned_copy([*self.data, np.zeros(LINE)]),
-            sinks=np.array([self.buffers.of[_first(part)] for part in self.parts if part.type.is_sink], np.int64),
+            sinks=self._sinks(to_sound=False),
+            sound_sinks=self._sinks(to_sound=True),
             output=np.zeros((rows, self.block)),
             silent=np.zeros(rows, np.uint8),
+            sound=np.zeros((1, self.block)),
+            no_sound=np.ones(1, np.uint8),
             idle=np.zeros(rows, np.uint8),
             scopes=np.array([self.buffers.of[name] for name in self.scopes], np.int64),
             scope=np.zeros((len(self.scopes), rows, self.block)),
@@ -254,6 +257,11 @@ class Builder:
             pointers=np.zeros(1 + self._most_pointers(), np.int64),
             settings=np.array([float(self.rate)]),
         )
+
+    def _sinks(self, to_sound: bool) -> NDArray[np.int64]:
+        """The buffers that tiles play, or that are heard."""
+        sinks = [part for part in self.parts if part.type.is_sink and part.type.to_sound == to_sound]
+        return np.array([self.buffers.of[_first(part)] for part in sinks], np.int64)
 
     @property
     def _stride(self) -> int:

@@ -34,6 +34,9 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     """Run `n` frames of the program whose tables are at `addresses`, the first of them session frame `frame`."""
     p = tables_at(where)
     _fill_signal_controls(p, frame, n)
+    if p.no_sound[0] == 0:
+        p.sound[:] = 0.0
+        p.no_sound[0] = 1
     first = SLEEP_INTERVAL - frame % SLEEP_INTERVAL
     intervals = 1 if n <= first else 1 + (n - first + SLEEP_INTERVAL - 1) // SLEEP_INTERVAL
     row = 0
@@ -448,7 +451,7 @@ def _tail(p: Tables, k: int, row: int) -> float:
 
 @inlined
 def _play(p: Tables, row: int, n: int) -> None:
-    """The sum of the sinks to the output, and copies of the buffers that somebody looks at."""
+    """The sum of the sinks to the output, sound to that of all rows, and copies of what somebody looks at."""
     some = 0
     for buffer in p.sinks:
         some += p.is_zero[buffer] == 0
@@ -461,6 +464,12 @@ def _play(p: Tables, row: int, n: int) -> None:
             at = np.uint64(p.buffer_at[buffer])
             for i in range(np.uint64(n)):
                 p.output[row, i] += p.buffers[at + i]
+    for buffer in p.sound_sinks:
+        if p.is_zero[buffer] == 0:
+            at = np.uint64(p.buffer_at[buffer])
+            p.no_sound[0] = 0
+            for i in range(np.uint64(n)):
+                p.sound[0, i] += p.buffers[at + i]
     for j in range(p.scopes.size):
         at = np.uint64(p.buffer_at[p.scopes[j]])
         for i in range(np.uint64(n)):

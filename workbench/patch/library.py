@@ -23,6 +23,31 @@ def patches() -> dict[str, Path]:
     return _files("patches")
 
 
+FAMILIES = {"material": "Materials", "stimulus": "Thesis stimuli", "tacton": "Tactons"}
+"""What the first word of a patch's name says it belongs to, and how that is called."""
+
+
+def families() -> dict[str, dict[str, Path]]:
+    """The patches by the name of their family, "" for those without one; each under what tells it from the others.
+
+    >>> list(families()), list(families()["Tactons"])[-2:]
+    (['', 'Materials', 'Thesis stimuli', 'Tactons'], ['WS8', 'Waveshaped'])
+    """
+    found: dict[str, dict[str, Path]] = {"": {}, **{name: {} for name in FAMILIES.values()}}
+    for name, path in patches().items():
+        first, _, rest = name.partition("-")
+        family = FAMILIES.get(first, "")
+        found[family][_words(rest if family else name)] = path
+    return found
+
+
+def _words(name: str) -> str:
+    """A name as people read it: codes such as ws1 and td in capitals."""
+    first, *others = name.split("-")
+    is_code = len(first) <= 2 or first[-1].isdigit()
+    return " ".join([first.upper() if is_code else first.capitalize(), *others])
+
+
 def floors() -> dict[str, Path]:
     """The floors' files by name, in alphabetical order.
 
@@ -51,4 +76,5 @@ def protocols() -> dict[str, Path]:
 
 
 def _files(kind: str) -> dict[str, Path]:
-    return {path.stem: path for path in sorted((presets_folder() / kind).glob("*.json"))}
+    found = (presets_folder() / kind).glob("*.json")
+    return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}

@@ -98,6 +98,8 @@ class NodeType:
     binding: Binding
     muted_by: tuple[str, ...]
     is_sink: bool
+    to_sound: bool
+    """Whether what it plays goes to the channel for ears, not to a tile."""
     is_struck: bool
     """Whether the engine may bring it events, as the last of its event inputs."""
     accuracy: str = ""
@@ -155,8 +157,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
     what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
-    output exactly zero; `is_sink`, when its output is what a tile plays; `accuracy`, how exact it is; and
-    `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
+    output exactly zero; `is_sink`, when its output is played: by the tile, or with `to_sound` for ears; `accuracy`, how
+    exact it is; and `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
     """
 
     def declare(cls: Any) -> NodeType:
@@ -191,6 +193,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             binding=Binding(cls, names, tables),
             muted_by=body.get("muted_by", ()),
             is_sink=body.get("is_sink", False),
+            to_sound=body.get("to_sound", False),
             is_struck=any(port.kind == "event" for port in brought.values()),
             accuracy=body.get("accuracy", ""),
             laws=body.get("laws"),

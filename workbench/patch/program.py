@@ -25,8 +25,9 @@ class Program:
     """What `patch` does for each of `tiles`, ready to run in blocks of up to `block` frames.
 
     Only nodes that reach a sink, or an output named in `scopes` ("node.port"), are built; the others are in `left_out`.
-    `output` is float64 [tiles, block] in m/s^2, `hosts[name]` is what the engine fills before each run, `scope[name]`
-    the frames of a scope. Building allocates, compiles and reads files; running does none of these.
+    `output` is float64 [tiles, block] in m/s^2; `sound` float64 [1, block] is what all tiles together give to ears, of
+    full scale, where the patch `has_sound`; `hosts[name]` is what the engine fills before each run, `scope[name]` the
+    frames of a scope. Building allocates, compiles and reads files; running does none of these.
     """
 
     def __init__(
@@ -72,7 +73,8 @@ class Program:
         # No frames, and an event for nobody: these load their kernels, so that the first block and strike need not.
         driver.run_block(self._where, 0, 0)
         append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
-        self.output = self.tables.output
+        self.output, self.sound = self.tables.output, self.tables.sound
+        self.has_sound = self.tables.sound_sinks.size > 0
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
 
     # --- running ---

@@ -9,9 +9,12 @@ from on_screen import show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from underfoot.models.signals.rhythm import STEPS
+from underfoot.models.signals.rhythm import RHYTHMS, STEPS
+from underfoot.nodes import REGISTRY
 from underfoot.parameters import Rows
+from underfoot.patch.patch import Patch
 from underfoot.widgets.design.rhythm_editor import RhythmBar, RhythmEditor, placed
+from underfoot.widgets.design.workspace import DesignWorkspace
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 
@@ -77,3 +80,30 @@ def test_notes_never_lie_on_one_another(wishes):
     NOTES.check(notes)
     assert all(a[0] + a[1] <= b[0] for a, b in pairwise(notes))
     assert all(step + length <= STEPS for step, length, _ in notes)
+
+
+def test_the_menu_has_r1_to_r8_and_gives_their_notes(bar):
+    editor = bar.kept_by
+    actions = editor.rhythms.menu().actions()
+    assert [action.text()[:2] for action in actions] == [f"R{k}" for k in range(1, 9)]
+    given, chosen = [], []
+    editor.value_changed.connect(given.append)
+    editor.rhythm_chosen.connect(chosen.append)
+    actions[2].trigger()
+    notes = [(note.step, note.length, note.amplitude) for note in RHYTHMS[2].notes]
+    assert chosen == [RHYTHMS[2]]
+    assert [[tuple(note) for note in value] for value in given] == [notes]
+    assert bar.notes() == notes
+
+
+def test_a_rhythm_from_the_menu_sets_bar_and_repeats_too_as_one_change(qtbot):
+    workspace = DesignWorkspace(REGISTRY)
+    qtbot.addWidget(workspace)
+    show(qtbot, workspace)
+    workspace.set_patch(Patch().add("rhythm", REGISTRY))
+    workspace.canvas.patch_scene.select(["rhythm"])
+    workspace.inspector.editors["notes"].rhythms.menu().actions()[2].trigger()
+    found = workspace.patch().node("rhythm").parameters
+    assert (found["bar"], found["repeats"]) == (RHYTHMS[2].bar_s, RHYTHMS[2].repeats)
+    assert len(found["notes"]) == len(RHYTHMS[2].notes)
+    assert workspace.document.stack.count() == 1

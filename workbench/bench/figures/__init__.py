@@ -16,7 +16,9 @@ from underfoot.files import make_folder, write_file
 __all__ = ["FIGURES", "Compared", "Figure", "run", "text", "write"]
 
 FIGURES: tuple[Callable[[bool], Figure], ...] = (
+    signals.rhythms,
     signals.waveforms,
+    signals.example,
     tiles.modes,
     signals.feedback,
     fracture.responses,
