@@ -66,6 +66,11 @@ class FloorWatch:
         return bool(self.visits) and self.visits[-1].end_s == math.inf
 
     @property
+    def is_loaded(self) -> bool:
+        """Whether there is a contact at the latest sample; `is_on` follows once it is known whose it is."""
+        return self.is_on or bool(self._tracker.ongoing())
+
+    @property
     def contacts(self) -> tuple[OngoingContact, ...]:
         """Where feet are at the latest sample."""
         return self._tracker.ongoing()

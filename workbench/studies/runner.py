@@ -296,13 +296,13 @@ class Runner:
 
     def _waiting(self) -> None:
         plate = self._equipment.plate
-        if plate is not None and not plate.poll(is_loaded=self.watch.is_on):
-            self.hint = "The plate moves. Please step off." if self.watch.is_on else "The plate moves."
+        if plate is not None and not plate.poll(is_loaded=self.watch.is_loaded):
+            self.hint = "The plate moves. Please step off." if self.watch.is_loaded else "The plate moves."
             return
         by_foot = self.page.start != "key" or not self._intervals
         if self._clock() < self._due or not self.presenter.has_played(SETTLED_S):
             self.hint = ""
-        elif by_foot and self._intervals and self.watch.is_on:
+        elif by_foot and self._intervals and self.watch.is_loaded:
             self.hint = "Please step off."
         elif not self._intervals:
             self._show_target()

@@ -22,6 +22,8 @@ from underfoot.experiments.analysis.libraries import statsmodels
 MOST_LAPSES = 0.1
 """A lapse rate is sought up to here; more is no lapse but another curve (Wichmann and Hill, 2001, go up to 0.06)."""
 
+_Z = 1.959964  # of a normal distribution, 2.5 % lie above it
+
 Array = NDArray[np.float64]
 
 
@@ -89,13 +91,13 @@ def estimates(
             again.append(fit(levels, random.binomial(totals, chance), totals, with_lapses))
     found = []
     for name in ("pse", "slope", "intercept"):
-        low, high = _percentiles([getattr(one, name) for one in again])
-        found.append(Estimate(name, getattr(curve, name), low, high))
+        value = getattr(curve, name)
+        found.append(Estimate(name, value, *_bias_corrected(value, [getattr(one, name) for one in again])))
     return found[0], found[1], found[2]
 
 
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
-    z = 1.959964
+    z = _Z
     (vii, vis), (_, vss) = curve.covariance
     found = []
     for name, value, variance in (("slope", curve.slope, vss), ("intercept", curve.intercept, vii)):
@@ -116,11 +118,16 @@ def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
     return Estimate("pse", curve.pse, low, high), found[0], found[1]
 
 
-def _percentiles(values: list[float]) -> tuple[float, float]:
-    kept = [value for value in values if math.isfinite(value)]
+def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
+    """Bias-corrected percentiles (Efron 1981): curves fitted to few trials are steeper than the truth, and drawn ones
+    once more."""
+    from scipy.special import ndtr, ndtri
+
+    kept = np.array([one for one in drawn if math.isfinite(one)])
     if len(kept) < 20:
         return math.nan, math.nan
-    low, high = np.percentile(kept, [2.5, 97.5])
+    below = float(np.clip(np.mean(kept < value), 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
+    low, high = np.percentile(kept, 100.0 * ndtr(2.0 * ndtri(below) + np.array([-_Z, _Z])))
     return float(low), float(high)
 
 
