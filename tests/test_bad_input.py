@@ -98,7 +98,7 @@ BAD_FORCES = {
     "short line": (lambda lines: [*lines[:11], "0.0105,1", *lines[12:]], "line 12 has 2 columns; allowed: 9"),
     "time runs back": (lambda lines: [*lines, lines[5]], "a later time"),
     "binary": (lambda lines: ["\0\1\2"], "is not a text file"),
-    "prose": (lambda lines: ["Dear reader,", "no numbers here"], "line 1, column 1"),
+    "prose": (lambda lines: ["Dear reader,", "no numbers here"], "line 1 has no column time_s"),
     "a sample a day": (lambda lines: [lines[0], lines[1], lines[2].replace("0.001", "86400")], "allowed:"),
 }
 

@@ -79,6 +79,8 @@ class TransportBar(QWidget):
         self.tabs[name] = button
         self._tab_group.addButton(button)
         self._tab_line.addWidget(button)
+        button.ensurePolished()
+        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window the level slider gives way
 
     def set_workspace(self, name: str) -> None:
         """Mark the workspace that is on the screen."""
@@ -186,7 +188,7 @@ class TransportBar(QWidget):
         self.target.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         self.target.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.target.setMenu(QMenu(self.target))
-        self.target.setFixedWidth(23 * theme.GRID)
+        self.target.setFixedWidth(22 * theme.GRID)
         self.target.setStyleSheet("QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }")
         self._layout.addWidget(self.target)
 

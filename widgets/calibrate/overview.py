@@ -10,13 +10,13 @@ from underfoot.floor.profile import Part
 from underfoot.parameters import Parameter
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.drawing_column import DrawingColumn
 from underfoot.widgets.calibrate.figures import FigureTable
 from underfoot.widgets.calibrate.page_view import FORM_PX
 from underfoot.widgets.calibrate.part_drawings import drawings_of
 from underfoot.widgets.calibrate.tile_picture import TilePicture
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 
 class Overview(QWidget):

@@ -23,10 +23,10 @@ from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.drawing_column import DrawingColumn
 from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, sounds
 from underfoot.widgets.calibrate.result_view import ResultView
+from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 BUSY_S = 0.4
 """After so long at one thing a page says that something is computed."""

@@ -40,6 +40,8 @@ class Bridge(QObject):
     """First session frame; what was commanded, and what the tiles did, (n, tiles) each, m/s^2."""
     stepped = Signal(list)
     """Footsteps that are known since the last time."""
+    reported = Signal(list)
+    """Everything that the session reported in a tick, as it is."""
     ticked = Signal()
     """All signals of a tick have been emitted: now they may be drawn."""
 
@@ -85,8 +87,11 @@ class Bridge(QObject):
         session, tracker = self._session, self._tracker
         if session is None or tracker is None:
             return
-        for report in session.poll():
+        reports = session.poll()
+        for report in reports:
             self._emit(report)
+        if reports:
+            self.reported.emit(reports)
         if self._session is not session:
             return
         if tracker.is_ready:

@@ -74,7 +74,7 @@ class SessionController(QObject):
         self._patch_folder: Path | None = None
         self._preview_ticket, self._preview_node = 0, ""
         self._worker: threading.Thread | None = None
-        self._is_leaving = self._is_changing = self._is_released = False
+        self._is_leaving = self._is_changing = self._is_released = self._is_lent = False
         self._closed.connect(self._open)
         self._made.connect(self._take)
         self._failed.connect(self._fall_back)
@@ -90,7 +90,7 @@ class SessionController(QObject):
     def edit(self, patch: Patch, folder: Path | None) -> None:
         """Play this patch from now on; `folder` is where it lies, from which paths of sound files are told."""
         self._patch, self._patch_folder = patch, folder
-        if self.session is not None:
+        if self.session is not None and not self._is_lent:
             self.session.folder = folder
             self.session.edit(patch)
 
@@ -122,6 +122,23 @@ class SessionController(QObject):
             self._open()
         else:
             self.set_target(self.target)
+
+    def lend(self) -> Session | None:
+        """Leave the session to a study: edits, level, play and stop wait until `take_back`. None for no session."""
+        self._is_lent = self.session is not None
+        self.target_locked.emit(self._is_lent)
+        return self.session
+
+    def take_back(self) -> None:
+        """Play the patch again at the window's level, as it was before `lend`, with what was changed since."""
+        if not self._is_lent:
+            return
+        self._is_lent = False
+        self.target_locked.emit(False)
+        if self.session is not None:
+            self.session.send(Level(self._settings.level_db))
+            self.edit(self._patch, self._patch_folder)
+            (self.session.play if self.playing else self.session.stop)()
 
     def use_profile(self, profile: Profile, kind: str, folder: Path) -> None:
         """Part `kind` of a profile was written: the engine is to use it at once."""
@@ -231,13 +248,13 @@ class SessionController(QObject):
     def play(self) -> None:
         """Let sound out, also after a panic."""
         self._set_playing(True)
-        if self.session is not None:
+        if self.session is not None and not self._is_lent:
             self.session.play()
 
     def stop(self) -> None:
         """Ramp the sound down; the session goes on."""
         self._set_playing(False)
-        if self.session is not None:
+        if self.session is not None and not self._is_lent:
             self.session.stop()
 
     def play_or_stop(self) -> None:
@@ -257,7 +274,8 @@ class SessionController(QObject):
     def set_level(self, db: float) -> None:
         """Output level in decibels of full scale; kept for the next start."""
         self._settings.level_db = db
-        self.send(Level(db))
+        if not self._is_lent:
+            self.send(Level(db))
         self.level_changed.emit(db)
 
     def send(self, command: Command) -> None:

@@ -1,4 +1,4 @@
-"""Presets on disk: patches, floors and simulated tiles to begin with."""
+"""Presets on disk: patches, floors, simulated tiles and protocols to begin with."""
 
 from pathlib import Path
 
@@ -64,6 +64,15 @@ def simulations() -> dict[str, Path]:
     True
     """
     return _files("simulations")
+
+
+def protocols() -> dict[str, Path]:
+    """The protocols of studies: the files by name, in alphabetical order.
+
+    >>> "detection-threshold" in protocols()
+    True
+    """
+    return _files("protocols")
 
 
 def _files(kind: str) -> dict[str, Path]:

@@ -157,7 +157,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
     what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
-    output exactly zero; `is_sink`, when its output is played: by a tile, or with `to_sound` for ears; `accuracy`, how
+    output exactly zero; `is_sink`, when its output is played: by the tile, or with `to_sound` for ears; `accuracy`, how
     exact it is; and `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
     """
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 from on_screen import show
 
 from underfoot.drawing import Drawing, series
-from underfoot.widgets.calibrate.drawing_column import DrawingColumn
+from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 
 def test_a_column_shows_as_many_as_there_are(qtbot):

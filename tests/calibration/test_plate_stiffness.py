@@ -1,0 +1,65 @@
+"""A plate's stiffness from footsteps whose truth is known: lines that come out, and an error of about a per cent."""
+
+import json
+
+import numpy as np
+import pytest
+
+from underfoot.calibration.science.plate_stiffness import line_of, plate_fit
+from underfoot.devices.plate import PlateCalibration
+from underfoot.errors import BadMeasurement
+from underfoot.models.gait import vertical_force
+
+TRUTH = {0.0: 40.0, 0.25: 62.0, 0.5: 90.0, 0.75: 122.0, 1.0: 160.0}
+
+
+def footstep(stiffness_n_mm, random, samples=600):
+    """Force of a step, and the displacement of a spring under it, with the spread of feet and sensors."""
+    force = vertical_force(np.linspace(0.0, 1.0, samples), *random.uniform(500.0, 900.0, 3))
+    true = stiffness_n_mm * random.normal(1.0, 0.01)
+    displacement = force / true + random.normal(0.0, 0.02, samples)
+    return force + random.normal(0.0, 3.0, samples), displacement
+
+
+def footsteps(count=12, seed=1):
+    random = np.random.default_rng(seed)
+    return {(at, str(k)): footstep(k_true, random) for at, k_true in TRUTH.items() for k in range(count)}
+
+
+def test_sixty_footsteps_give_the_stiffness_within_a_per_cent():
+    fit = plate_fit([line_of(at, *samples) for (at, _), samples in footsteps().items()])
+    found = np.array(fit.calibration.stiffness_n_mm) / list(TRUTH.values())
+    assert len(fit.lines) == 60
+    np.testing.assert_allclose(found, 1.0, atol=0.01)
+    assert fit.calibration.error == pytest.approx(0.01, abs=0.005)
+    assert fit.good
+
+
+def test_stiffness_that_falls_is_refused():
+    x = np.linspace(0.0, 5.0, 100)
+    lines = [line_of(0.0, 90.0 * x, x), line_of(0.5, 80.0 * x, x)]
+    with pytest.raises(BadMeasurement, match=r"stiffness falls from 90\.0 to 80\.0 N/mm"):
+        plate_fit(lines)
+    with pytest.raises(BadMeasurement, match="one position only"):
+        plate_fit(lines[:1])
+    with pytest.raises(BadMeasurement, match="are columns swapped"):
+        line_of(0.5, -x, x)
+    with pytest.raises(BadMeasurement, match="samples over"):
+        line_of(0.5, x[:10], x[:10])
+
+
+def test_the_command_calibrates_from_a_table(underfoot, tmp_path):
+    lines = ["position,footstep,force_n,displacement_mm"]
+    for (at, k), (force, displacement) in footsteps(3).items():
+        lines += [f"{at},{k},{f:.3f},{x:.5f}" for f, x in zip(force, displacement, strict=True)]
+    (tmp_path / "f.csv").write_text("\n".join(lines) + "\n")
+    said = underfoot(
+        "plate", "--footsteps", tmp_path / "f.csv", "-o", tmp_path / "p.json", "--report", tmp_path / "r", "--json"
+    )
+    assert said.status == 0, said.error
+    assert json.loads(said.out)["good"]
+    assert PlateCalibration.load(tmp_path / "p.json").position(90.0) == pytest.approx(0.5, abs=0.02)
+    assert (tmp_path / "r" / "plate.html").read_text().count("<svg") == 2
+    (tmp_path / "bad.csv").write_text("position,footstep,force_n,displacement_mm\n0.5,1,x,2\n")
+    assert "bad.csv, line 2: allowed: numbers" in underfoot("plate", "--footsteps", tmp_path / "bad.csv").error
+    assert "give --footsteps" in underfoot("plate").error

@@ -1,0 +1,78 @@
+"""Tests between conditions: against hand-computed sums of squares, and examples that papers print."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from underfoot.errors import BadMeasurement
+from underfoot.experiments.analysis.comparisons import (
+    fisher,
+    friedman,
+    logistic_regression,
+    one_way_anova,
+    paired_t,
+    repeated_measures_anova,
+    spearman,
+)
+
+pytest.importorskip("statsmodels")
+
+
+def test_partial_eta_squared_is_the_share_of_the_sums_of_squares():
+    """One factor within people: sums of squares by hand."""
+    random = np.random.default_rng(3)
+    scores = random.normal(loc=(0.0, 0.5, 1.0), size=(10, 3))
+    table = [{"participant": p, "level": k, "rating": scores[p, k]} for p in range(10) for k in range(3)]
+    (found,) = repeated_measures_anova(table, "rating", ["level"])
+    grand = scores.mean()
+    effect = 10 * ((scores.mean(axis=0) - grand) ** 2).sum()
+    error = ((scores - scores.mean(axis=0) - scores.mean(axis=1, keepdims=True) + grand) ** 2).sum()
+    assert found.size == pytest.approx(effect / (effect + error))
+    assert found.value == pytest.approx((effect / 2) / (error / 18))
+    assert found.df == (2, 18)
+
+
+def test_two_factors_have_the_degrees_of_freedom_that_the_errata_ask_for():
+    """Twenty people, amplitude of two levels and waveform of three: (1, 19), (2, 38) and (2, 38)."""
+    random = np.random.default_rng(4)
+    table = [
+        {"participant": p, "amplitude": a, "waveform": w, "rating": random.normal() + a}
+        for p in range(20)
+        for a in (0.5, 1.0)
+        for w in "SWT"
+        for _ in range(2)
+    ]
+    found = {test.name: test.df for test in repeated_measures_anova(table, "rating", ["amplitude", "waveform"])}
+    assert found == {"amplitude": (1, 19), "waveform": (2, 38), "amplitude x waveform": (2, 38)}
+    with pytest.raises(BadMeasurement, match="lacks a condition"):
+        repeated_measures_anova(table[:-2], "rating", ["amplitude", "waveform"])
+
+
+def test_bonferroni_multiplies_by_the_number_of_tests_and_stops_at_one():
+    values = {"a": [1.0, 2.0, 3.0, 4.0], "b": [1.5, 2.4, 3.6, 4.3], "X": [1.1, 2.0, 2.9, 4.1]}
+    found = paired_t(values, against="X")
+    assert [test.name for test in found] == ["a - X", "b - X"]
+    plain = stats.ttest_rel(values["b"], values["X"])
+    assert found[1].p == pytest.approx(2 * plain.pvalue)
+    assert found[1].df == (3.0,)
+    assert found[0].p <= 1.0
+
+
+def test_logistic_regression_finds_the_slopes_that_made_the_data():
+    random = np.random.default_rng(6)
+    w, d = random.uniform(4.5, 16.5, 20_000), random.uniform(15.0, 45.0, 20_000)
+    success = random.random(20_000) < 1.0 / (1.0 + np.exp(-(0.2 + 0.36 * w - 0.062 * d)))
+    found = {test.name: test.size for test in logistic_regression(success, {"w": w, "d": d})}
+    assert found["w"] == pytest.approx(0.36, rel=0.05)
+    assert found["d"] == pytest.approx(-0.062, rel=0.15)
+    with pytest.raises(BadMeasurement):
+        logistic_regression(w > 10.0, {"w": w})
+
+
+def test_friedman_spearman_and_one_way_of_plain_examples():
+    ranks = [[1.0, 1.0, 1.0, 1.0], [2.0, 2.0, 2.0, 2.0], [3.0, 3.0, 3.0, 3.0]]
+    assert friedman("level", ranks).value == pytest.approx(8.0)  # n (k - 1) where all agree
+    assert friedman("level", ranks).size == pytest.approx(1.0)
+    assert spearman("x", [1, 2, 3, 4], [1, 4, 9, 16]).value == pytest.approx(1.0)
+    assert one_way_anova("set", [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]).value == pytest.approx(0.0)
+    assert fisher("tea", [[4, 0], [0, 4]]).p == pytest.approx(2 / 70)

@@ -1,0 +1,49 @@
+"""Transmitted information: closed forms, and little bias where the plug-in estimate has much."""
+
+import numpy as np
+import pytest
+
+from underfoot.errors import BadValue
+from underfoot.experiments.analysis.information import information, transmitted_bits
+from underfoot.experiments.observers import uniform_bits
+
+
+def confusions(rate, stimuli=8):
+    return np.where(np.eye(stimuli) == 1.0, rate, (1.0 - rate) / (stimuli - 1))
+
+
+def drawn(chances, trials, random):
+    return np.array([random.multinomial(trials, row) for row in chances])
+
+
+def near(stimuli=8):
+    """Stimuli in a row, confused with their neighbours."""
+    chances = np.exp(-np.abs(np.subtract.outer(np.arange(stimuli), np.arange(stimuli))) / 0.75)
+    return chances / chances.sum(axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("chances", [confusions(0.61), near()])
+def test_twelve_trials_a_stimulus_are_enough_within_a_twentieth_of_a_bit(chances):
+    random = np.random.default_rng(1)
+    truth = transmitted_bits(np.round(chances * 1e9), corrected=False)
+    found = [drawn(chances, 12, random) for _ in range(300)]
+    plain = np.mean([transmitted_bits(counts, corrected=False) for counts in found])
+    assert plain - truth > 0.2
+    assert np.mean([transmitted_bits(counts) for counts in found]) == pytest.approx(truth, abs=0.05)
+
+
+def test_the_plug_in_estimate_of_very_many_trials_is_the_closed_form():
+    assert transmitted_bits(np.round(confusions(0.61) * 1e9), corrected=False) == pytest.approx(0.940, abs=1e-3)
+    assert uniform_bits(0.61, 8) == pytest.approx(0.940, abs=1e-3)
+    assert uniform_bits(1.0, 8) == 3.0
+
+
+def test_its_interval_holds_the_truth_as_often_as_it_says():
+    random = np.random.default_rng(2)
+    held = [information(drawn(confusions(0.61), 12, random)).covers(uniform_bits(0.61, 8)) for _ in range(300)]
+    assert np.mean(held) == pytest.approx(0.95, abs=0.035)
+
+
+def test_a_matrix_without_trials_is_refused():
+    with pytest.raises(BadValue, match="a matrix of counts"):
+        information(np.zeros((8, 8)))

@@ -1,0 +1,73 @@
+"""Psychometric curves against what is not them: the thesis's table, SciPy's likelihood, and curves that are known."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.stats import norm
+
+from underfoot.errors import BadMeasurement
+from underfoot.experiments.analysis import psychometric, thesis
+
+pytest.importorskip("statsmodels")
+X = np.array(thesis.STIFFNESS_N_MM)
+TWENTY = np.full(7, 20)
+
+
+@pytest.mark.parametrize(("level", "pse"), [(0.0, 100.6), (0.43, 133.9), (0.86, 161.5)])
+def test_pses_of_table_6_2_are_those_of_the_errata(level, pse):
+    found = psychometric.fit(X, thesis.JUDGED_STIFFER[level], np.ones(7))
+    assert found.pse == pytest.approx(pse, abs=0.05)
+
+
+def test_the_fit_is_where_scipys_likelihood_is_largest():
+    yes = np.array([1, 3, 7, 12, 13, 15, 19])
+
+    def loss(p):
+        chance = norm.cdf(p[0] + p[1] * X / 100.0)
+        return -(yes * np.log(chance) + (20 - yes) * np.log(1.0 - chance)).sum()
+
+    best = minimize(loss, [-2.0, 2.0], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12})
+    found = psychometric.fit(X, yes, TWENTY)
+    assert (found.intercept, found.slope) == pytest.approx((best.x[0], best.x[1] / 100.0), rel=1e-5)
+
+
+def test_lapses_are_found_where_there_are_some():
+    """The best curve of exact shares is the one that they come from."""
+    fine = np.linspace(20.0, 200.0, 30)
+    truth = psychometric.Curve(-5.0, 0.05, 0.05)
+    many = np.full(30, 10_000)
+    yes = truth.at(fine) * many
+    found = psychometric.fit(fine, yes, many, with_lapses=True)
+    assert (found.pse, found.slope, found.lapse) == pytest.approx((100.0, 0.05, 0.05), rel=1e-3)
+    assert psychometric.fit(fine, yes, many).slope < 0.04
+
+
+def test_intervals_of_bootstrap_and_of_covariance_agree_where_there_are_many_trials():
+    yes = np.array([20, 60, 140, 240, 260, 300, 380])
+    by_draws = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=400)
+    at_once = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=0)
+    for one, other in zip(by_draws, at_once, strict=True):
+        width = other.high - other.low
+        assert one.value == other.value
+        assert (one.low, one.high) == pytest.approx((other.low, other.high), abs=0.15 * width)
+
+
+def test_fiellers_interval_of_the_pse_holds_it_as_often_as_it_says():
+    random = np.random.default_rng(5)
+    truth = psychometric.Curve(-2.52, 0.025)
+    held = 0
+    for _ in range(400):
+        pse, _, _ = psychometric.estimates(X, random.binomial(TWENTY, truth.at(X)), TWENTY, bootstrap=0)
+        held += pse.covers(truth.pse)
+    assert held / 400 == pytest.approx(0.95, abs=0.035)
+
+
+def test_a_slope_that_may_be_none_leaves_the_pse_open():
+    pse, _, _ = psychometric.estimates(X, [9, 11, 10, 10, 9, 11, 10], TWENTY, bootstrap=0)
+    assert (pse.low, pse.high) == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize(("x", "yes"), [(X, np.zeros(7)), (X, TWENTY), ([90.0] * 7, TWENTY // 2)])
+def test_what_has_no_curve_is_refused(x, yes):
+    with pytest.raises(BadMeasurement, match="no curve to fit"):
+        psychometric.fit(x, yes, TWENTY)

@@ -1,0 +1,135 @@
+"""`underfoot experiment` and `underfoot analyse`, as they are typed."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from made_studies import TD, preset_protocol, protocol_text
+
+from underfoot.__main__ import cli
+from underfoot.experiments.observers import SimulatedParticipant
+from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import Study
+from underfoot.patch import library
+
+pytest.importorskip("statsmodels")
+
+
+def run(*arguments):
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+def said(*arguments):
+    """What a command refuses with, in one line."""
+    result = run(*arguments)
+    assert result.exit_code != 0
+    return str(result.exception)
+
+
+def made_session(path, name="detection-threshold", person=0):
+    """A session file that a simulated participant has answered."""
+    protocol = preset_protocol(name)
+    file = SessionFile.create(path, protocol, f"P{person + 1}", library.protocols()[name].parent)
+    participant = SimulatedParticipant(protocol, {}, np.random.default_rng(person))
+    study = Study(protocol, f"P{person + 1}")
+    while not study.is_done:
+        file.add(study.answer(participant.answer(study.page)))
+    file.close()
+    return path
+
+
+def test_a_simulated_study_is_a_table_and_a_page_with_pictures(tmp_path):
+    one = run("experiment", "detection-threshold", "--simulate", 45, "--json", "--processes", 1, "--report", tmp_path)
+    (findings,) = json.loads(one.stdout)
+    (table,) = findings["tables"]
+    (row,) = table["rows"]
+    assert row[table["columns"].index("estimate")] == "threshold TD"
+    assert abs(row[table["columns"].index("bias")]) < 0.5
+    text = (tmp_path / "power.html").read_text()
+    assert text.count("<svg") == 2
+
+
+def test_two_processes_give_the_same_table_as_one():
+    tables = [run("experiment", "target-selection", "--simulate", 50, "--processes", n).stdout for n in (1, 2)]
+    assert tables[0] == tables[1]
+    assert "rate at 4.5 cm" in tables[0]
+
+
+def test_sessions_are_analysed_exported_and_read_again(tmp_path):
+    paths = [made_session(tmp_path / f"p{k}.session", person=k) for k in range(3)]
+    done = run("analyse", *paths, "--csv", tmp_path / "t.csv", "--bids", tmp_path / "b", "--report", tmp_path / "r")
+    assert done.exit_code == 0, done.exception
+    assert "threshold TD" in done.stdout
+    assert "0.46 m/s^2" in done.stdout  # the thesis's, beside
+    assert (tmp_path / "r" / "analysis.html").read_text().count("<svg") == 3
+    again = run("analyse", tmp_path / "t.csv")
+    assert [line for line in again.stdout.splitlines() if "threshold" in line] == [
+        line for line in done.stdout.splitlines() if "threshold" in line
+    ]
+    sidecar = json.loads((tmp_path / "b/sub-P1/beh/sub-P1_task-DetectionthresholdofstimulusTD_beh.json").read_text())
+    table = (tmp_path / "b/sub-P1/beh/sub-P1_task-DetectionthresholdofstimulusTD_beh.tsv").read_text().splitlines()
+    columns = table[0].split("\t")
+    assert {"level_m_s2", "felt", "trial"} <= set(columns) <= set(sidecar)
+    assert all(len(line.split("\t")) == len(columns) for line in table)
+
+
+def test_a_study_is_run_in_a_terminal(tmp_path):
+    """Two trials begun by Enter and answered by typing; a line that cannot be is said again; then it is at its end."""
+    stages = [
+        {"id": "consent", "kind": "consent", "title": "Taking part"},
+        {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
+    ]
+    protocol = tmp_path / "a.json"
+    protocol.write_text(protocol_text(stages=stages, stimuli={"TD": TD, "X": {}}, present_s=0.1))
+    command = ["experiment", str(protocol), "--participant", "P7", "--session", str(tmp_path / "p7.session")]
+    typed = iter((("agree", "yes"), ("press Enter", ""), ("How was it", "much"), ("allowed: 0 to 100", "40"),
+                  ("press Enter", ""), ("How was it", "60")))  # fmt: skip
+    heard = []
+    with subprocess.Popen(
+        [sys.executable, "-u", "-m", "underfoot", *command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as child:
+        waits, line = next(typed)
+        for text in child.stdout:
+            heard.append(text)
+            if waits and waits in text:
+                child.stdin.write(f"{line}\n")
+                child.stdin.flush()
+                waits, line = next(typed, ("", ""))
+    assert child.returncode == 0, "".join(heard)
+    file = SessionFile.open(tmp_path / "p7.session")
+    assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {"rating": 40.0}, {"rating": 60.0}]
+    file.close()
+
+
+def test_what_cannot_be_is_one_line(tmp_path):
+    assert "there is no protocol 'nope'; allowed: a file, or" in said("experiment", "nope", "--simulate", 3)
+    assert "give one of --participant" in said("experiment", "free-labels")
+    assert "people is 0; allowed: 1 to" in said("experiment", "free-labels", "--simulate", 0)
+    assert "--truth is 'x'" in said("experiment", "free-labels", "--simulate", 2, "--truth", "x")
+    assert "--participant needs --session FILE" in said("experiment", "free-labels", "--participant", "P1")
+    assert "--target is walk.csv" in said(
+        "experiment", "free-labels", "--participant", "P1", "--session", tmp_path / "s", "--target", "walk.csv"
+    )
+    assert "cannot be read" in said("analyse", tmp_path / "none.csv")
+    (tmp_path / "a.csv").write_text("a,b\n1,2\n")
+    assert "has no column participant" in said("analyse", tmp_path / "a.csv")
+    (tmp_path / "b.csv").write_text("participant,method,trial\nP1,telepathy,1\n")
+    assert "method is 'telepathy'; allowed: absolute-identification" in said("analyse", tmp_path / "b.csv")
+    (tmp_path / "c.csv").write_text("participant,method,trial\nP1,rating,1\n")
+    assert "columns is 'stimulus'; allowed: a table of rating has the columns" in said("analyse", tmp_path / "c.csv")
+    (tmp_path / "d.csv").write_text("participant,method,trial\nP1,rating\n")
+    assert "line 2: 3 cells are needed" in said("analyse", tmp_path / "d.csv")
+
+
+def test_sessions_of_two_protocols_are_not_mixed(tmp_path):
+    one = made_session(tmp_path / "a.session")
+    other = made_session(tmp_path / "b.session", "free-labels")
+    assert "is of another protocol than" in said("analyse", one, other)
+
+
+def test_levels_are_measured_under_the_simulated_footstep():
+    found = json.loads(run("experiment", "detection-threshold", "--levels", "--json").stdout)
+    assert found["TD"]["measured_m_s2"] == pytest.approx(0.43, rel=0.01)

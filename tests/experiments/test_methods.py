@@ -1,0 +1,130 @@
+"""Methods: the trials that the thesis's designs ask for, and levels that follow answers as the rules say."""
+
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+from made_studies import TD, made_protocol, preset_protocol, trials, walked
+
+from underfoot.experiments.study import Study
+
+
+def trials_of(name, participant="P1", answers=None):
+    study = Study(preset_protocol(name), participant)
+    return trials(walked(study, answers) if answers else walked(study))
+
+
+def test_identification_has_every_stimulus_twice_a_session_in_an_order_of_ones_own():
+    first, second = trials_of("identification-impact"), trials_of("identification-impact", "P2")
+    assert len(first) == 96
+    for session in range(1, 7):
+        assert set(Counter(t.correct for t in first if t.block == session).values()) == {2}
+    assert [t.correct for t in first] != [t.correct for t in second]
+
+
+def test_constant_stimuli_have_each_pair_once_a_block_and_the_standard_first_in_half():
+    found = trials_of("stiffness-vibration")
+    assert len(found) == 420
+    assert all(len({t.facts["comparison"] for t in found if t.block == block}) == 21 for block in range(1, 21))
+    places = Counter((t.facts["comparison"], t.facts["comparison_at"]) for t in found)
+    assert set(places.values()) == {10}
+
+
+def test_one_interval_of_constant_stimuli_is_answered_with_yes_or_no():
+    study = Study(made_protocol("constant-stimuli", {"comparisons": ["TD"], "blocks": 3}), "P1")
+    assert [one.name for one in study.page.asks] == ["felt"]
+    assert len(walked(study)) == 3
+
+
+def test_ratings_are_228_with_the_plate_that_does_not_vibrate():
+    found = trials_of("compliance-rating")
+    assert len(found) == 228
+    assert set(Counter(t.intervals[0].stimulus for t in found).values()) == {12}
+
+
+def test_targets_are_240_every_button_six_times():
+    found = trials_of("target-selection")
+    buttons = Counter((t.facts["width_m"], t.facts["distance_m"], t.facts["bearing_rad"]) for t in found)
+    assert (len(found), len(buttons), set(buttons.values())) == (240, 40, {6})
+    assert Counter(t.block for t in found) == {1: 120, 2: 120}
+
+
+def ideal(threshold_db, nothing_db=-1001.0):
+    """Feels all above a threshold, and nothing below; where there is nothing it is `nothing_db` strong."""
+
+    def answers(page):
+        if page.kind == "consent":
+            return {"agreed": "yes"}
+        if page.trial is None:
+            return {one.name: one.default for one in page.asks}
+        return {"felt": "yes" if page.trial.facts.get("level_db", nothing_db) > threshold_db else "no"}
+
+    return answers
+
+
+def test_staircases_of_an_ideal_participant_turn_around_the_threshold():
+    """A step of 3 dB goes back and forth over a threshold: every reversal that counts is within a step of it."""
+    found = trials_of("detection-threshold", answers=ideal(2.0))
+    for block in (1, 2, 3):
+        for which in ("above", "below"):
+            levels = [t.facts["level_db"] for t in found if t.block == block and t.facts.get("staircase") == which]
+            assert all(abs(level - 2.0) < 3.0 for level in levels[-8:])
+            steps = [round(abs(b - a), 6) for a, b in pairwise(levels)]
+            assert steps[-8:] == [3.0] * 8
+            assert steps[0] == 10.0
+    starts = next(t.facts["level_db"] for t in found if t.facts.get("staircase") == "above")
+    assert 8.0 <= starts <= 15.0
+
+
+def test_every_tenth_trial_is_announced_and_about_13_percent_are_catch_trials():
+    shares = []
+    for k in range(30):
+        found = trials_of("detection-threshold", f"P{k}", ideal(0.0))
+        assert [t.number for t in found if t.facts.get("announced")] == [t.number for t in found if t.number % 10 == 0]
+        drawn = [t for t in found if not t.facts.get("announced")]
+        shares.append(sum(bool(t.facts.get("catch")) for t in drawn) / len(drawn))
+    assert sum(shares) / 30 == pytest.approx(0.13, abs=0.02)
+
+
+def test_a_false_alarm_begins_both_staircases_anew():
+    caught = []
+
+    def answers(page):
+        said = ideal(0.0)(page)
+        if page.trial is not None and page.trial.facts.get("catch") and not caught:
+            caught.append(page.trial.number)
+            return {"felt": "yes"}
+        return said
+
+    found = trials_of("detection-threshold", answers=answers)
+    runs = {t.facts["run"] for t in found if t.block == 1 and "run" in t.facts}
+    assert runs == {0, 1}
+    again = [t for t in found if t.block == 1 and t.facts.get("run") == 1 and "level_db" in t.facts]
+    assert abs(again[0].facts["level_db"]) >= 8.0
+
+
+def test_a_participant_who_always_says_yes_comes_to_an_end():
+    found = trials_of("detection-threshold", answers=ideal(-1000.0, 0.0))
+    assert 100 < len(found) < 2000
+
+
+def test_two_down_one_up_needs_two_of_yes():
+    parameters = {"followed": ["TD"], "down_after": 2, "reversals": 2, "last": 2}
+    study = Study(made_protocol("staircases", parameters), "P1")
+    found = trials(walked(study, lambda page: {"felt": "yes"}, most=8))
+    above = [t.facts["level_db"] for t in found if t.facts["staircase"] == "above"]
+    assert above[:2] == [above[0]] * 2
+    assert above[2] == pytest.approx(above[0] - 10.0)
+
+
+def test_bayesian_levels_come_near_the_threshold():
+    pytest.importorskip("questplus")
+    protocol = made_protocol("bayesian", {"trials": 30}, {"TD": TD})
+    found = trials(walked(Study(protocol, "P1"), ideal(4.5)))
+    assert len(found) == 30
+    assert all(abs(t.facts["level_db"] - 4.5) < 6.0 for t in found[-10:])
+
+
+def test_free_labels_have_every_stimulus_once():
+    found = trials_of("free-labels")
+    assert len({t.intervals[0].stimulus for t in found}) == len(found) == 16

@@ -1,0 +1,100 @@
+"""Simulated participants: estimates fall around the truth, and the same people come of any order and number of jobs."""
+
+import math
+
+import numpy as np
+import pytest
+from made_studies import preset_protocol
+
+from underfoot.errors import BadValue
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.observers import check_truth
+from underfoot.experiments.simulation import Conditions, jobs_of, simulate, simulated_rows, summaries
+from underfoot.patch import library
+
+pytest.importorskip("statsmodels")
+NAMES = [name for name in library.protocols() if name != "detection-bayesian"]
+PEOPLE = {"stiffness-vibration": 12, "compliance-rating": 12, "intensity-equalisation": 6}
+
+
+def found_of(name, people, each=20, **conditions):
+    folder = library.protocols()[name].parent
+    how = Conditions(**conditions)
+    return [one for part in jobs_of(preset_protocol(name), folder, people, how, each) for one in simulate(part)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_estimates_lie_around_the_truth(name):
+    """Every mean over people lies within four standard errors of the truth, or within a twentieth of it."""
+    people = PEOPLE.get(name, 24)
+    for one in summaries(found_of(name, people)):
+        if one.share < 1.0 or one.name in ("pse 0.86", "slope 0.86", "intercept 0.86"):
+            continue  # table 6.3's PSE of 151.6 lies beyond the stiffest plate: its mean over people has no bound
+        assert math.isfinite(one.truth), one.name
+        allowed = max(4.0 * one.spread_of(people), 0.05 * abs(one.truth), 0.25 if "threshold" in one.name else 0.02)
+        assert abs(one.median - one.truth) <= allowed + one.spread * 0.4, one
+
+
+def test_the_same_people_come_of_any_jobs_in_any_order():
+    one = found_of("detection-threshold", 9, each=9)
+    parts = found_of("detection-threshold", 9, each=2)
+    assert one == parts
+    assert summaries(reversed(one)) == summaries(one)
+    assert found_of("detection-threshold", 3, seed=2) != found_of("detection-threshold", 3)
+
+
+def test_a_truth_that_is_set_is_what_is_found():
+    found = found_of("detection-threshold", 16, truth=(("threshold_m_s2", 1.5),))
+    (last,) = [one for one in summaries(found) if one.share == 1.0]
+    assert last.truth == pytest.approx(20.0 * math.log10(1.5 / 0.43))
+    assert last.mean == pytest.approx(last.truth, abs=0.8)
+
+
+def test_a_truth_that_cannot_be_is_refused():
+    with pytest.raises(BadValue, match="truth is 'IQ'; allowed: first_rate"):
+        check_truth({"IQ": 100.0})
+    with pytest.raises(BadValue, match="guesses is 2"):
+        check_truth({"guesses": 2.0})
+
+
+def test_spread_falls_with_the_trials():
+    by_share = {one.share: one.spread for one in summaries(found_of("target-selection", 40)) if one.name == "rate"}
+    assert by_share[0.5] > by_share[1.0]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_study_is_analysed_with_tables_and_pictures(name):
+    protocol = preset_protocol(name)
+    rows = [row for k in range(4) for row in simulated_rows(protocol, k, 1, {})[0]]
+    (found,) = analysed(rows, protocol, Settings(bootstrap=0))
+    assert found.tables
+    assert found.drawings or name == "free-labels"
+    for table in found.tables:
+        assert all(len(row) == len(table.columns) for row in table.rows), table.title
+    assert not [remark for remark in found.remarks if "columns" in remark]
+
+
+def test_the_ratings_of_people_who_feel_amplitude_show_it_and_nothing_else():
+    protocol = preset_protocol("compliance-rating")
+    rows = [row for k in range(8) for row in simulated_rows(protocol, k, 1, {"doubling": 10.0})[0]]
+    (found,) = analysed(rows, protocol, Settings())
+    (effects,) = [table for table in found.tables if table.title.startswith("Effects of")]
+    p = {row[0]: row[4] for row in effects.rows}
+    assert p["amplitude"] < 1e-4
+    (against,) = [table for table in found.tables if table.title == "Each against X"]
+    assert len(against.rows) == 18
+    assert np.mean([row[2] > 0.0 for row in against.rows]) == 1.0
+
+
+def test_an_estimate_that_goes_with_age_is_found_by_rank():
+    """Seven people whose threshold rises with their age, and nobody's mass matters."""
+    protocol = preset_protocol("detection-threshold")
+    rows = []
+    for k in range(7):
+        mine, _ = simulated_rows(protocol, k, 1, {"threshold_m_s2": 0.2 * 1.5**k})
+        rows += [{**row, "participant.age": 20 + 5 * k} for row in mine]
+    (found,) = analysed(rows, protocol, Settings())
+    (table,) = [table for table in found.tables if table.title == "Who takes part"]
+    (age,) = [row for row in table.rows if row[0] == "threshold TD, age"]
+    assert age[2] == pytest.approx(1.0)

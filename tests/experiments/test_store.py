@@ -1,0 +1,132 @@
+"""Sessions on disk: nothing is lost or repeated, whenever the program is killed; and what is wrong is one line."""
+
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from made_studies import first_answers, made_protocol, preset_protocol, walked
+
+from underfoot.errors import BadFile
+from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.study import Study
+from underfoot.patch import library
+
+WRITER = """
+import sys, time
+sys.path.insert(0, {helpers!r})
+from made_studies import first_answers, preset_protocol
+from underfoot.experiments.store import SessionFile
+protocol = preset_protocol("identification-impact")
+file = SessionFile.open(sys.argv[1])
+study = file.study(protocol)
+while not study.is_done:
+    key = study.page.key
+    print("asked", key, flush=True)
+    file.add(study.answer(first_answers(study.page)))
+    print("kept", key, flush=True)
+"""
+
+
+def made(path, name="identification-impact", participant="P1"):
+    return SessionFile.create(path, preset_protocol(name), participant, library.protocols()[name].parent)
+
+
+def test_a_session_that_is_killed_at_random_moments_goes_on_at_the_next_page(tmp_path):
+    """Between kills it answers some pages; every page is kept once, in the order of a session that nobody killed."""
+    path = tmp_path / "p1.session"
+    made(path).close()
+    whole = [page.key for page in walked(Study(preset_protocol("identification-impact"), "P1"))]
+    chance = random.Random(3)
+    kept = []
+    code = WRITER.format(helpers=os.path.join(os.path.dirname(__file__), "..", "helpers"))
+    for _ in range(6):
+        child = subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True)
+        for _ in range(chance.randint(1, 35)):
+            line = child.stdout.readline()
+        os.kill(child.pid, signal.SIGKILL)
+        said = line + child.communicate()[0]
+        kept += [text.split()[1] for text in said.splitlines() if text.startswith("kept")]
+        file = SessionFile.open(path)
+        study = file.study(preset_protocol("identification-impact"))
+        keys = [f"{e.stage}.{e.kind}" + (f".{e.trial.number}.{e.attempt}" if e.trial else "") for e in study.entries]
+        assert keys == whole[: len(keys)]
+        assert set(kept) <= set(keys)
+        file.close()
+    assert len(keys) > 3
+
+
+def test_the_file_holds_all_that_is_needed_to_read_it_alone(tmp_path):
+    file = made(tmp_path / "a.session")
+    assert set(file.patches()) == {"stimuli/wc.json", "tacton-impact"}
+    assert file.about["participant"] == "P1"
+    assert file.about["software"].startswith("Underfoot ")
+    file.add_note("heel, not sole")
+    file.close()
+    again = SessionFile.open(tmp_path / "a.session")
+    assert [(note.entry, note.text) for note in again.notes()] == [(0, "heel, not sole")]
+    again.close()
+    assert os.listdir(tmp_path) == ["a.session"]
+
+
+def test_stretches_come_back_as_they_were(tmp_path):
+    file = made(tmp_path / "a.session")
+    study = file.study(preset_protocol("identification-impact"))
+    force = np.random.default_rng(1).uniform(0.0, 900.0, (50, 4))
+    vibration = np.random.default_rng(2).normal(size=(4800, 2))
+    number = file.add(
+        study.answer(first_answers(study.page)),
+        [
+            Stretch("force", 0, 96.0, 1000.0, ("t1.1", "t1.2", "t1.3", "t1.4"), force),
+            Stretch("vibration", 0, 480.0, 48_000.0, ("t1", "t2"), vibration),
+        ],
+    )
+    first, second = file.stretches(number)
+    assert (first.columns, first.first, first.rate_hz) == (("t1.1", "t1.2", "t1.3", "t1.4"), 96.0, 1000.0)
+    np.testing.assert_allclose(first.values, force, rtol=1e-6)
+    np.testing.assert_allclose(second.values, vibration, atol=np.abs(vibration).max() / 65000)
+    file.close()
+
+
+def test_a_trial_that_is_spoiled_afterwards_is_asked_again(tmp_path):
+    protocol = made_protocol("rating")
+    file = SessionFile.create(tmp_path / "a.session", protocol, "P1")
+    study = file.study(protocol)
+    trial = study.page.trial
+    file.add(study.answer({"rating": 20.0}))
+    before = study.without_last("telephone")
+    file.replace_last(before.entries[-1])
+    again = file.study(protocol)
+    assert (again.page.trial, again.page.attempt) == (trial, 2)
+    file.close()
+
+
+def test_another_protocol_is_refused(tmp_path):
+    file = made(tmp_path / "a.session")
+    with pytest.raises(BadFile, match="was begun with another protocol"):
+        file.study(preset_protocol("detection-threshold"))
+    file.close()
+    with pytest.raises(BadFile, match="is there already"):
+        made(tmp_path / "a.session")
+
+
+def test_what_is_no_session_is_said_in_one_line(tmp_path):
+    (tmp_path / "a").write_text("nothing")
+    sqlite3.connect(tmp_path / "b").execute("create table x (y)").connection.close()
+    for name in ("a", "b", "c"):
+        with pytest.raises(BadFile) as raised:
+            SessionFile.open(tmp_path / name)
+        assert "\n" not in str(raised.value)
+
+
+def test_a_session_of_a_newer_version_is_refused(tmp_path):
+    made(tmp_path / "a.session").close()
+    base = sqlite3.connect(tmp_path / "a.session")
+    base.execute("pragma user_version = 9")
+    base.close()
+    with pytest.raises(BadFile, match="a newer Underfoot wrote it"):
+        SessionFile.open(tmp_path / "a.session")

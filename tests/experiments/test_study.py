@@ -1,0 +1,100 @@
+"""A study goes from page to page, and stands where it stood when it is given its entries again."""
+
+import pytest
+from made_studies import first_answers, made_protocol, preset_protocol, walked
+
+from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.study import Study
+from underfoot.patch import library
+
+
+@pytest.mark.parametrize("name", library.protocols())
+def test_every_preset_runs_to_its_end_and_goes_on_from_anywhere(name):
+    if name == "detection-bayesian":
+        pytest.importorskip("questplus")
+    study = Study(preset_protocol(name), "P1")
+    pages = walked(study)
+    assert study.page.share == 1.0
+    shares = [page.share for page in pages]
+    assert shares == sorted(shares)
+    for at in (0, 1, len(pages) // 2, len(pages) - 1):
+        again = Study(study.protocol, "P1", study.entries[:at])
+        assert again.page == pages[at]
+    half = Study(study.protocol, "P1", study.entries[: len(pages) // 2])
+    assert walked(half) == pages[len(pages) // 2 :]
+
+
+def test_who_does_not_agree_does_not_take_part():
+    study = Study(preset_protocol("detection-threshold"), "P1")
+    with pytest.raises(BadValue, match="who does not agree does not take part"):
+        study.answer({"agreed": "no"})
+    assert study.page.kind == "consent"
+
+
+def test_a_spoiled_trial_is_presented_again_and_does_not_move_a_staircase():
+    study = Study(made_protocol("staircases", {"followed": ["TD"]}), "P1")
+    trial = study.page.trial
+    entry = study.spoil("door slammed")
+    assert (entry.spoiled, entry.attempt) == ("door slammed", 1)
+    assert (study.page.trial, study.page.attempt) == (trial, 2)
+    study.answer({"felt": "yes"})
+    again = Study(study.protocol, "P1", study.entries)
+    assert again.page == study.page
+
+
+def test_the_last_answer_can_be_taken_back_for_a_reason():
+    study = Study(made_protocol("staircases", {"followed": ["TD"]}), "P1")
+    trial = study.page.trial
+    study.answer({"felt": "yes"})
+    before = study.without_last("pressed the wrong key")
+    assert (before.page.trial, before.page.attempt) == (trial, 2)
+    assert before.entries[-1].spoiled == "pressed the wrong key"
+    with pytest.raises(BadValue, match="only such can be repeated"):
+        before.without_last("again")
+    with pytest.raises(BadValue, match="why the trial is repeated"):
+        study.without_last(" ")
+
+
+def test_answers_are_checked_and_a_wrong_one_leaves_all_as_it_was():
+    study = Study(made_protocol("rating"), "P1")
+    page = study.page
+    for wrong in ({"rating": 101.0}, {"felt": "yes"}, {"rating": "much"}):
+        with pytest.raises(BadValue):
+            study.answer(wrong)
+    assert study.page == page
+
+
+def test_pauses_come_behind_blocks_and_long_ones_in_their_turn():
+    study = Study(preset_protocol("compliance-rating"), "P1")
+    pauses = [(page.seconds, page.stage) for page in walked(study) if page.kind == "pause"]
+    assert pauses == [(120.0, "main")] * 5 + [(300.0, "main")] + [(120.0, "main")] * 5
+
+
+def test_feedback_names_the_right_number():
+    study = Study(preset_protocol("identification-impact"), "P1")
+    while study.page.trial is None:
+        study.answer(first_answers(study.page))
+    correct = study.page.trial.correct
+    study.answer({"number": correct % 8 + 1})
+    assert study.page.feedback == f"It was {correct}."
+    study.answer({"number": study.page.trial.correct})
+    assert study.page.feedback == "Right."
+
+
+def test_entries_of_another_participant_or_protocol_are_refused():
+    study = Study(preset_protocol("detection-threshold"), "P1")
+    walked(study, most=30)
+    with pytest.raises(BadFile, match="go on with the protocol, the participant and the version"):
+        Study(study.protocol, "P2", study.entries)
+    with pytest.raises(BadFile):
+        Study(preset_protocol("compliance-rating"), "P1", study.entries)
+
+
+def test_the_level_of_a_participant_is_never_above_the_protocols():
+    study = Study(preset_protocol("identification-impact"), "P1")
+    while study.page.kind != "level":
+        study.answer(first_answers(study.page))
+    with pytest.raises(BadValue):
+        study.answer({"gain_db": 1.0})
+    study.answer({"gain_db": -6.0})
+    assert study.gain_db == -6.0

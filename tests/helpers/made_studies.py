@@ -1,0 +1,45 @@
+"""Small protocols, and participants that answer them in a known way."""
+
+import json
+
+from underfoot.experiments.protocol import FORMAT, Protocol
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+
+TD = {"patch": "stimulus-td", "scaled_by": "gain.gain", "measured_m_s2": 6.8, "level_m_s2": 0.43}
+
+
+def protocol_text(**changes):
+    """A protocol of one stimulus and one stage of ratings, as JSON."""
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 2}}}
+    fields = {"format": FORMAT, "version": 1, "stimuli": {"TD": TD, "X": {}}, "stages": [stage], **changes}
+    return json.dumps(fields)
+
+
+def made_protocol(kind, parameters=None, stimuli=None, **stage):
+    """A checked protocol of one stage of trials of this method."""
+    fields = {"id": "main", "kind": "trials", "method": {"kind": kind, "parameters": parameters or {}}, **stage}
+    made = protocol_text(stages=[fields], stimuli=stimuli or {"TD": TD, "X": {}}, present_s=0.3)
+    return Protocol.loads(made, REGISTRY)
+
+
+def preset_protocol(name):
+    return Protocol.load(library.protocols()[name], REGISTRY)
+
+
+def first_answers(page):
+    """What answers a page with what is asked's defaults; consent is given."""
+    return {"agreed": "yes"} if page.kind == "consent" else {one.name: one.default for one in page.asks}
+
+
+def walked(study, answers=first_answers, most=10_000):
+    """The pages of a study from where it stands to its end, each answered by `answers(page)`."""
+    pages = []
+    while not study.is_done and len(pages) < most:
+        pages.append(study.page)
+        study.answer(answers(study.page))
+    return pages
+
+
+def trials(pages, stage="main"):
+    return [page.trial for page in pages if page.trial is not None and page.stage == stage]

@@ -1,0 +1,112 @@
+"""A person who takes part in a study on the simulated floor: steps when asked to, and answers when it is time."""
+
+from contextlib import contextmanager
+
+from made_studies import first_answers
+
+from underfoot.engine.commands import PressTile
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
+from underfoot.experiments.store import SessionFile
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.studies.runner import Phase, Runner
+
+STEP_S = 0.35
+"""How long a simulated foot stays on the tile, and off it."""
+
+
+class Person:
+    """Does what a runner waits for; `answers(page)` says what is answered."""
+
+    def __init__(self, runner, until, answers=first_answers):
+        self.runner, self._until, self._answers = runner, until, answers
+        self.tile = runner.session.target.floor.tiles[0].id
+        self.seen = []
+
+    def poll(self):
+        self.runner.poll(self.runner.session.poll())
+        if not self.seen or self.seen[-1] != self.runner.phase:
+            self.seen.append(self.runner.phase)
+
+    def until(self, holds, what=""):
+        def look():
+            self.poll()
+            return holds()
+
+        return self._until(look, f"{what}; {self.runner.phase}, {self.runner.page.key}, {self.runner.news}")
+
+    def press(self, force_n, x_m=0.0, y_m=0.0):
+        self.runner.session.send(PressTile(self.tile, x_m, y_m, force_n))
+
+    def wait(self, seconds):
+        """Let so much of the session's time go by."""
+        end = self.runner.watch.now_s + seconds
+        self.until(lambda: self.runner.watch.now_s >= end, "time goes by")
+
+    def step(self, seconds=STEP_S):
+        self.press(600.0)
+        self.wait(seconds)
+        self.press(0.0)
+
+    def until_phase(self, *phases):
+        return self.until(lambda: self.runner.phase in phases and self.runner.phase, f"phase {phases}")
+
+    def one_page(self):
+        """Do what the present page wants, and come to the next."""
+        runner = self.runner
+        self.until_phase(Phase.PAGE, Phase.READY, Phase.ANSWERING, Phase.END, Phase.PAUSE)
+        before = len(runner.study.entries)
+        if runner.phase is Phase.PAUSE:
+            self.until(lambda: len(runner.study.entries) > before, "the pause ends")
+            return
+        while runner.phase not in (Phase.PAGE, Phase.ANSWERING, Phase.END):
+            self.until_phase(Phase.READY, Phase.ANSWERING)
+            if runner.phase is Phase.READY:
+                self.present()
+        if runner.phase is not Phase.END:
+            runner.answer(self._answers(runner.page))
+
+    def present(self):
+        """Begin what waits, in the way that it waits for."""
+        runner, interval = self.runner, self.runner.interval
+        if runner.page.start == "key":
+            runner.start()
+        elif runner.page.start == "step":
+            self.step()
+        else:
+            self.step()
+            self.wait(0.6)
+            self.step()
+        gone = (Phase.ANSWERING, Phase.END)
+        self.until(lambda: runner.phase in gone or runner.interval != interval, "the presentation ends")
+
+    def whole(self):
+        """Go through the study to its end."""
+        while self.runner.phase is not Phase.END:
+            self.one_page()
+
+
+@contextmanager
+def open_session(until):
+    """A session on one simulated tile on which nobody walks, with all its processes, for several tests to share."""
+    session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
+    try:
+        session.start()
+        until(lambda: session.poll() is not None and {"standby", "compiler"} <= set(session.pids), "all is started")
+        yield session
+    finally:
+        session.close()
+
+
+@contextmanager
+def taking_part(session, protocol, path, until, equipment=None):
+    """A runner of a new or old session file, and a person on the tile."""
+    file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1")
+    session.send(PressTile("t1", 0.0, 0.0, 0.0))
+    runner = Runner(session, file, protocol, None, equipment)
+    try:
+        yield Person(runner, until)
+    finally:
+        runner.close()

@@ -1,0 +1,239 @@
+"""Studies on the real engine and the simulated floor, by keys and by steps; what was felt is kept with the answer."""
+
+import os
+import tty
+
+import msgspec
+import numpy as np
+import pytest
+from made_studies import TD, made_protocol, protocol_text
+from people import open_session, taking_part
+
+from underfoot.devices.emulation.plate import EmulatedPlate
+from underfoot.devices.plate import Plate, PlateCalibration
+from underfoot.errors import BadValue
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.studies.equipment import Equipment
+from underfoot.studies.markers import LslMarkers, SerialTrigger
+from underfoot.studies.runner import Phase
+
+
+@pytest.fixture(scope="module")
+def session(until):
+    with open_session(until) as opened:
+        yield opened
+
+
+CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
+
+
+def rated(start, **stage):
+    parameters = {"rated": ["TD", "WC", "X"], "blocks": 1}
+    return made_protocol("rating", parameters, {"TD": TD, "WC": CONSTANT, "X": {}}, start=start, **stage)
+
+
+@pytest.mark.parametrize("start", ["key", "step", "crossings"])
+def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, tmp_path):
+    path = tmp_path / "p1.session"
+    protocol = rated(start, block_pause_s=0.1)
+    with taking_part(session, protocol, path, until) as person:
+        person.until_phase(Phase.READY)
+        if start == "key":
+            person.press(600.0)  # who stands on the tile feels what a key begins
+        person.whole()
+    file = SessionFile.open(path)
+    entries = file.entries()
+    assert [entry.kind for entry in entries] == ["trials"] * 3
+    for number, entry in enumerate(entries, 1):
+        name = entry.trial.intervals[0].stimulus
+        force, vibration = file.stretches(number)
+        assert force.values.sum(axis=1).max() == pytest.approx(600.0, rel=0.05)
+        assert entry.facts["most_force_n"] == pytest.approx(600.0, rel=0.05)
+        assert entry.facts["response_s"] >= 0.0
+        if name == "X":
+            assert entry.facts["commanded_m_s2"] == 0.0
+            assert vibration.columns == ()
+            assert "onset_s" not in entry.facts
+        else:
+            assert entry.facts["commanded_m_s2"] == pytest.approx(np.abs(vibration.values).max(), rel=0.01)
+            assert 0.05 < entry.facts["commanded_m_s2"] < 6.0
+        if name == "WC" and start != "key":
+            assert 0.0 <= entry.facts["onset_after_step_s"] < 0.02
+    file.close()
+
+
+def test_two_intervals_follow_one_another(session, until, tmp_path):
+    parameters = {"standard": "WC", "comparisons": ["TD"], "blocks": 1}
+    stimuli = {"TD": TD, "WC": CONSTANT}
+    protocol = made_protocol("constant-stimuli", parameters, stimuli, start="step", interval_pause_s=0.2)
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
+        person.whole()
+        file = person.runner.file
+        kinds = [(stretch.part, stretch.kind) for stretch in file.stretches(1)]
+    assert kinds == [(0, "force"), (0, "vibration"), (1, "force"), (1, "vibration")]
+
+
+def test_a_study_that_was_left_goes_on_at_the_next_trial(session, until, tmp_path):
+    path = tmp_path / "a.session"
+    with taking_part(session, rated("step"), path, until) as person:
+        person.one_page()
+        next_page = person.runner.page.key
+    with taking_part(session, rated("step"), path, until) as person:
+        person.until_phase(Phase.READY)
+        assert person.runner.page.key == next_page
+        person.whole()
+    file = SessionFile.open(path)
+    assert [entry.trial.number for entry in file.entries()] == [1, 2, 3]
+    file.close()
+
+
+def test_a_spoiled_trial_is_kept_and_presented_again(session, until, tmp_path):
+    with taking_part(session, rated("step"), tmp_path / "a.session", until) as person:
+        person.until_phase(Phase.READY)
+        trial = person.runner.page.trial
+        person.present()
+        person.runner.spoil("a door slammed")
+        person.one_page()
+        person.runner.repeat_last("pressed too early")
+        person.whole()
+        kept = person.runner.file.entries()
+    assert [(entry.trial.number, entry.attempt, entry.spoiled) for entry in kept[:3]] == [
+        (trial.number, 1, "a door slammed"),
+        (trial.number, 2, "pressed too early"),
+        (trial.number, 3, ""),
+    ]
+
+
+def test_stop_silences_at_once_and_the_trial_begins_anew(session, until, tmp_path):
+    with taking_part(session, rated("key"), tmp_path / "a.session", until) as person:
+        runner = person.runner
+        person.until_phase(Phase.READY)
+        person.press(600.0)
+        runner.start()
+        runner.stop("by the participant")
+        assert runner.session.panicked
+        assert runner.phase is Phase.STOPPED
+        with pytest.raises(BadValue):
+            runner.answer({"rating": 1.0})
+        runner.go_on()
+        person.until_phase(Phase.READY)
+        assert not runner.session.panicked
+        assert runner.page.attempt == 1
+        assert [note.text for note in runner.file.notes()] == ["stopped: by the participant", "went on"]
+
+
+def test_an_answer_cannot_come_before_its_presentation(session, until, tmp_path):
+    with taking_part(session, rated("step"), tmp_path / "a.session", until) as person:
+        person.until_phase(Phase.READY)
+        with pytest.raises(BadValue, match="phase is 'ready'"):
+            person.runner.answer({"rating": 1.0})
+        with pytest.raises(BadValue):
+            person.runner.start()
+
+
+def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(session, until, tmp_path):
+    parameters = {"widths_m": [0.1], "distances_m": [0.05], "bearings_deg": [0.0], "repeats": 2, "sessions": 1,
+                  "origin_m": [0.1525, 0.1525]}  # fmt: skip
+    protocol = made_protocol("target-selection", {**parameters, "visible_s": 0.6, "pause_s": 0.1})
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
+        runner = person.runner
+        target = person.until(lambda: runner.target, "a button appears")
+        person.press(80.0, target.x_m - 0.1525, target.y_m - 0.1525)
+        person.until(lambda: len(runner.study.entries) == 1, "the press is taken")
+        person.press(0.0)
+        person.until_phase(Phase.END)
+        first, second = (entry.answers for entry in runner.file.entries())
+    assert (first["selected"], second["selected"]) == ("yes", "no")
+    assert 0.0 < first["time_s"] < 0.6
+
+
+def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(session, until, tmp_path):
+    emulated = EmulatedPlate()
+    plate = Plate(emulated.name, PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)), move_s=1.0)
+    stimuli = {"soft": {"stiffness_n_mm": 52.0}, "hard": {"stiffness_n_mm": 146.0}}
+    protocol = made_protocol("rating", {"blocks": 1}, stimuli, start="step")
+    try:
+        with taking_part(session, protocol, tmp_path / "a.session", until, equipment=Equipment(plate)) as person:
+            runner = person.runner
+            person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
+            person.press(600.0)
+            person.until(lambda: runner.hint == "The plate moves. Please step off.", "the plate waits")
+            person.wait(0.1)  # until the plate has heard it
+            held = emulated.position
+            person.wait(0.4)
+            assert (len(emulated.moves), emulated.position) == (1, held)
+            person.press(0.0)
+            person.whole()
+        wanted = [plate.calibration.position(stimuli[e.trial.intervals[0].stimulus]["stiffness_n_mm"])
+                  for e in person.runner.study.entries]  # fmt: skip
+        assert [move[1] for move in emulated.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
+        assert {move[2] for move in emulated.moves} == {1.0}
+    finally:
+        emulated.close()
+
+
+def test_learning_and_level_play_what_is_asked_for(session, until, tmp_path):
+    stages = [
+        {"id": "level", "kind": "level", "stimulus": "WC"},
+        {"id": "learn", "kind": "learn", "seconds": 30.0},
+        {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
+    ]
+    protocol = Protocol.loads(protocol_text(stages=stages, stimuli={"WC": CONSTANT}, present_s=0.3), REGISTRY)
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
+        runner = person.runner
+        person.until_phase(Phase.PAGE)
+        person.press(600.0)
+        runner.set_level(-6.0)
+        person.until(lambda: runner.session.health.peak > 0.005, "the noise is felt")
+        runner.answer({"gain_db": -6.0})
+        runner.play("WC")
+        person.until(lambda: runner.session.health.peak > 0.005, "the stimulus is felt")
+        person.until(lambda: runner.session.health.peak < 0.001, "it ends by itself")
+        runner.answer({})
+        assert runner.study.gain_db == -6.0
+        person.whole()
+        (entry,) = [entry for entry in runner.file.entries() if entry.trial is not None]
+    assert entry.facts["commanded_m_s2"] < 2.0
+
+
+def test_who_leaves_the_floor_in_a_presentation_stops_it(session, until, tmp_path):
+    made = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT})
+    protocol = msgspec.structs.replace(made, present_s=20.0)
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
+        person.until_phase(Phase.READY)
+        person.press(600.0)
+        person.until(lambda: person.runner.watch.is_on, "somebody stands there")
+        person.runner.start()
+        person.until(lambda: person.runner.session.health.peak > 0.01, "it is felt")
+        person.press(0.0)
+        person.until_phase(Phase.STOPPED)
+        assert person.runner.hint == "Stopped: the participant left the floor."
+
+
+def test_those_who_want_marks_get_them(session, until, tmp_path):
+    """A byte for each on a real pseudo-terminal, and LSL streams where that is installed."""
+    pylsl = pytest.importorskip("pylsl")
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    os.set_blocking(master, False)
+    trigger, lsl = SerialTrigger(os.ttyname(slave)), LslMarkers(default_floor(1, 1), 1000.0)
+    (found,) = pylsl.resolve_byprop("source_id", "underfoot-markers", timeout=20.0)
+    inlet = pylsl.StreamInlet(found)
+    inlet.open_stream(timeout=20.0)
+    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")
+    with taking_part(session, protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger, lsl])) as person:
+        person.whole()
+        (entry,) = person.runner.file.entries()
+        samples = []
+        until(lambda: samples.append(inlet.pull_sample(timeout=0.1)) or samples[-1][0] == ["answer main"], "all marks")
+    assert list(os.read(master, 100)) == [1, 2, 3, 4]
+    words = {words[0]: at for words, at in samples if words}
+    assert list(words) == ["begin main.1", "onset main.1", "end main.1", "answer main"]
+    after_step_s = words["onset main.1"] - words["begin main.1"]
+    assert after_step_s == pytest.approx(entry.facts["onset_after_step_s"], abs=0.05)
+    inlet.close_stream()
+    for end in (master, slave):
+        os.close(end)

@@ -1,0 +1,223 @@
+"""The Experiment workspace by real clicks and keys, on a window that plays the simulated floor."""
+
+import json
+
+import pytest
+from made_studies import TD, protocol_text
+from on_screen import place_on
+from PySide6.QtCore import QCoreApplication, Qt
+from windows import hiss, play_on_simulator
+
+from underfoot.experiments.store import SessionFile
+from underfoot.studies.runner import Phase
+
+pytest.importorskip("statsmodels")
+LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 60_000
+CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
+
+
+@pytest.fixture(scope="module")
+def window(qapp, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("window")
+    (folder / "hiss.json").write_bytes(hiss().dumps())
+    made = play_on_simulator(folder)
+    made.transport.tabs["Experiment"].click()
+    yield made
+    made.leave()
+    made.close()
+    QCoreApplication.processEvents()
+
+
+@pytest.fixture
+def bench(window, qtbot, tmp_path):
+    made = Bench(window, qtbot, tmp_path)
+    yield made
+    made.workspace.leave()
+
+
+class Bench:
+    """The workspace, and the hands of experimenter and participant."""
+
+    def __init__(self, window, qtbot, folder):
+        self.window, self.qtbot, self.folder = window, qtbot, folder
+        self.workspace = window.workspaces["Experiment"]
+        self.workspace.root = folder / "studies"
+
+    @property
+    def runner(self):
+        return self.workspace.runner
+
+    @property
+    def person(self):
+        return self.workspace.window_of_participant
+
+    def wait(self, holds):
+        self.qtbot.waitUntil(lambda: bool(holds()), timeout=SLOW_MS)
+
+    def until(self, *phases):
+        self.wait(lambda: self.runner.phase in phases)
+        self.wait(lambda: self.person is None or self.person._shown[1] == str(self.runner.phase))
+
+    def click(self, button):
+        assert button.isEnabled()
+        self.qtbot.mouseClick(button, LEFT)
+
+    def key(self, key):
+        self.qtbot.keyClick(self.person, key)
+
+    def choose(self, **protocol):
+        """Open a protocol from a file, and begin it for a participant whose id is typed."""
+        path = self.folder / "made.json"
+        path.write_text(protocol_text(present_s=0.2, **protocol))
+        self.workspace.open_protocol(path)
+        self.begin()
+
+    def begin(self, participant="P1"):
+        self.workspace.overview.participant.clear()
+        self.qtbot.keyClicks(self.workspace.overview.participant, participant)
+        self.click(self.workspace.overview.begin)
+        self.wait(lambda: self.person is not None and self.person.isVisible())
+
+    def entries(self, participant="P1"):
+        file = SessionFile.open(self.workspace.root / "made" / f"{participant}.session")
+        entries = file.entries()
+        file.close()
+        return entries
+
+
+CONSENT = {"id": "consent", "kind": "consent", "title": "Taking part", "text": "You can stop at any time."}
+AGE = {"name": "age", "text": "How old are you?", "kind": "count", "low": 18, "high": 99}
+
+
+def rated(**stage):
+    return {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}, **stage}
+
+
+def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
+    bench.choose(stages=[CONSENT, rated()], participant=[AGE], stimuli={"WC": CONSTANT, "X": {}})
+    bench.until(Phase.PAGE)
+    bench.key(Qt.Key.Key_1)  # no, or yes: the first button
+    if not bench.runner.study.entries:
+        bench.key(Qt.Key.Key_2)
+    bench.wait(lambda: bench.person.form.fields)
+    bench.qtbot.keyClicks(bench.person.form.fields["age"], "31")
+    bench.qtbot.keyClick(bench.person.form.fields["age"], Qt.Key.Key_Return)
+    for _ in range(2):
+        bench.until(Phase.READY)
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_Right)
+        bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.END)
+    answers = [entry.answers for entry in bench.entries()]
+    assert answers[:2] == [{"agreed": "yes"}, {"age": 31}]
+    assert [round(answer["rating"], 3) for answer in answers[2:]] == [52.0, 52.0]
+    bench.click(bench.workspace.desk.leave)
+    assert bench.person is None
+    assert bench.workspace.stack.currentWidget() is bench.workspace.overview
+    assert bench.workspace.overview.begin.text() == "Go on"
+
+
+def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
+    bench.choose(stages=[rated(start="step")], stimuli={"WC": CONSTANT})
+    desk = bench.workspace.desk
+    bench.until(Phase.READY)
+    tile = bench.window.controller.target.floor.tiles[0]
+    bench.qtbot.mousePress(desk.map, LEFT, pos=place_on(desk.map, tile))
+    bench.until(Phase.PRESENTING)
+    bench.wait(lambda: bench.runner.watch.now_s > bench.runner._presented.first_s + 0.3)
+    bench.qtbot.mouseRelease(desk.map, LEFT, pos=place_on(desk.map, tile))
+    bench.until(Phase.ANSWERING)
+    desk.form.sliders["rating"].setFocus()
+    bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
+    bench.until(Phase.END)
+    (entry,) = bench.entries()
+    assert entry.facts["onset_after_step_s"] >= 0.0
+    assert entry.facts["most_force_n"] > 300.0
+
+
+def test_what_the_answers_say_is_drawn_while_the_study_runs(bench):
+    parameters = {"identified": ["A", "B"], "sessions": 1, "repeats": 3}
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "absolute-identification", "parameters": parameters}}
+    bench.choose(stages=[stage], stimuli={"A": CONSTANT, "B": {**CONSTANT, "level_m_s2": 1.0}})
+    for _ in range(5):
+        bench.until(Phase.READY)
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_1)
+    bench.wait(lambda: bench.workspace.desk.drawings.plots)
+    assert [plot.drawing.title for plot in bench.workspace.desk.drawings.plots] == ["Learning", "All: confusions"]
+    bench.workspace.background.join()
+
+
+def test_stop_note_and_present_again_by_the_experimenter(bench):
+    bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
+    desk = bench.workspace.desk
+    bench.until(Phase.READY)
+    bench.key(Qt.Key.Key_Escape)
+    assert bench.runner.phase is Phase.STOPPED
+    bench.wait(lambda: desk.pause.text() == "Go on")
+    bench.click(desk.pause)
+    bench.until(Phase.READY)
+    bench.qtbot.keyClicks(desk.words, "shoes changed")
+    bench.click(desk.note)
+    bench.qtbot.keyClicks(desk.words, "fire drill")
+    bench.click(desk.spoil)
+    bench.until(Phase.READY)
+    assert bench.runner.page.attempt == 2
+    assert [note.text for note in bench.runner.file.notes()][-1] == "shoes changed"
+    assert bench.entries()[0].spoiled == "fire drill"
+
+
+def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):
+    bench.choose(stages=[CONSENT, rated()], stimuli={"WC": CONSTANT, "X": {}})
+    bench.until(Phase.PAGE)
+    yes = next(button for button in bench.person.form.buttons if button.text() == "yes")
+    bench.click(yes)
+    bench.until(Phase.READY)
+    key = bench.runner.page.key
+    bench.click(bench.workspace.desk.leave)
+    assert bench.workspace.overview.begin.text() == "Go on"
+    bench.begin()
+    bench.until(Phase.READY)
+    assert bench.runner.page.key == key
+
+
+def test_the_patch_plays_again_behind_a_study(bench):
+    patch = bench.window.controller.session.patch
+    bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
+    assert not bench.window.transport.target.isEnabled()
+    bench.until(Phase.READY)
+    assert bench.window.controller.session.patch != patch
+    bench.click(bench.workspace.desk.leave)
+    assert bench.window.controller.session.patch == patch
+    assert bench.window.transport.target.isEnabled()
+
+
+def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
+    workspace = bench.workspace
+    row = [study.name for study in workspace.studies].index("detection-threshold")
+    workspace.list.list.setCurrentRow(row)
+    bench.click(workspace.overview.simulate)
+    bench.wait(lambda: "threshold TD" in workspace.overview.table.toPlainText())
+    assert len(workspace.overview.drawings.plots) == 2
+    workspace.background.join()
+
+
+def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
+    said = []
+    bench.workspace.said.connect(said.append)
+    path = bench.folder / "bad.json"
+    path.write_text(json.dumps({"format": "underfoot-protocol", "version": 1, "stimuli": {"TD": TD}}))
+    before = len(bench.workspace.studies)
+    bench.workspace.open_protocol(path)
+    assert len(bench.workspace.studies) == before
+    assert said == [f"{path}: $.stages is []; allowed: at least one"]
+
+
+def test_an_id_that_looks_like_a_name_is_refused(bench):
+    overview = bench.workspace.overview
+    overview.participant.clear()
+    bench.qtbot.keyClicks(overview.participant, "Ann Other")
+    assert not overview.begin.isEnabled()
+    assert "names are not asked for" in overview.state.text()

@@ -1,0 +1,12 @@
+"""The Experiment workspace: the choice of a study, the experimenter's page, and the participant's own window."""
+
+from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
+
+
+def _make(context: WorkspaceContext) -> Workspace:
+    from underfoot.widgets.experiment.workspace import ExperimentWorkspace
+
+    return ExperimentWorkspace(context.registry, context.folder / "studies")
+
+
+WORKSPACE = WorkspaceDeclaration(name="Experiment", key="Ctrl+4", make=_make)

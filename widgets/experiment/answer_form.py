@@ -1,0 +1,177 @@
+"""What a page asks, as a participant answers it: big buttons, a wide slider, a line of text; keys do the same."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
+
+from underfoot.errors import BadValue
+from underfoot.experiments.questions import ask
+from underfoot.parameters import Choice, Count, Number, Parameter
+from underfoot.quantities import quantity
+from underfoot.studies.runner import Runner
+from underfoot.widgets import theme
+from underfoot.widgets.controls.slider import Slider
+
+BIG_PX, BUTTON_PX = 20, 56
+MOST_BUTTONS = 12
+"""Whole numbers of up to so many are buttons; of more, a line."""
+_STEP = 0.02
+
+
+def asks_of(runner: Runner) -> tuple[Parameter, ...]:
+    """What is answered on a runner's page: its questions, or, in learning, which stimulus is to be felt."""
+    if runner.page.kind == "learn":
+        return (ask("number", Count(1, 1, len(runner.learned), doc="Which one do you want to feel?")),)
+    return runner.page.asks
+
+
+class AnswerForm(QWidget):
+    """Shows what is asked. One question of a few choices is answered by its button; anything else by `give`."""
+
+    answered = Signal(dict)
+    changed = Signal(str, object)
+    """A slider was moved: its name, and the value."""
+    refused = Signal(str)
+    """Why what was given cannot be."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._layout = QVBoxLayout(self)
+        self._layout.setSpacing(2 * theme.GRID)
+        self._asks: tuple[Parameter, ...] = ()
+        self.buttons: list[QPushButton] = []
+        self.fields: dict[str, QLineEdit] = {}
+        self.sliders: dict[str, Slider] = {}
+        self._chosen: dict[str, Any] = {}
+
+    @property
+    def is_by_button(self) -> bool:
+        """Whether one press of a button answers all."""
+        return len(self._asks) == 1 and bool(self.buttons)
+
+    @property
+    def is_to_give(self) -> bool:
+        """Whether something is asked that no single button answers."""
+        return bool(self._asks) and not self.is_by_button
+
+    def show_asks(self, asks: Sequence[Parameter]) -> None:
+        """Ask this now, in the place of what was asked before."""
+        while self._layout.count():
+            item = self._layout.takeAt(0)
+            widget = item.widget() if item is not None else None
+            if widget is not None:
+                widget.hide()
+                widget.deleteLater()
+        self._asks = tuple(asks)
+        self.buttons, self.fields, self.sliders, self._chosen = [], {}, {}, {}
+        for one in self._asks:
+            self._layout.addWidget(self._one(one))
+
+    def give(self) -> None:
+        """Answer with what is chosen and typed."""
+        values: dict[str, Any] = dict(self._chosen)
+        for one in self._asks:
+            if one.name in self.fields:
+                text = self.fields[one.name].text().strip()
+                if text or one.kind == "text":
+                    values[one.name] = _typed(one, text)
+        try:
+            checked = {one.name: one.check(values.get(one.name, one.default)) for one in self._asks}
+        except BadValue as error:
+            self.refused.emit(str(error))
+            return
+        self.answered.emit(checked)
+
+    def key(self, key: int, text: str) -> bool:
+        """What a key does: a number chooses, arrows move the only slider. Whether it did something."""
+        if self.is_by_button and text.isdecimal() and 0 < int(text) <= len(self.buttons):
+            self.buttons[int(text) - 1].click()
+            return True
+        way = {Qt.Key.Key_Left.value: -_STEP, Qt.Key.Key_Right.value: _STEP}.get(key)
+        if way is not None and len(self.sliders) == 1:
+            slider = next(iter(self.sliders.values()))
+            slider.set_place(slider.place() + way)
+            slider.moved.emit(slider.place())
+            return True
+        return False
+
+    def _one(self, one: Parameter) -> QWidget:
+        box = QWidget()
+        column = QVBoxLayout(box)
+        column.setContentsMargins(0, 0, 0, 0)
+        words = theme.label(one.doc or one.label)
+        words.setFont(theme.font(BIG_PX))
+        words.setWordWrap(True)
+        words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        column.addWidget(words)
+        column.addWidget(self._control(one))
+        return box
+
+    def _control(self, one: Parameter) -> QWidget:
+        if isinstance(one, Choice):
+            return self._choices(one, list(one.options))
+        if isinstance(one, Count) and one.high - one.low < MOST_BUTTONS:
+            return self._choices(one, list(range(one.low, one.high + 1)))
+        if isinstance(one, Number) and len(self._asks) == 1:
+            return self._slider(one)
+        field = QLineEdit()
+        field.setFont(theme.font(BIG_PX))
+        field.setAccessibleName(one.label)
+        field.setPlaceholderText("" if one.kind == "text" else one.allowed)
+        field.returnPressed.connect(self.give)
+        self.fields[one.name] = field
+        return field
+
+    def _choices(self, one: Parameter, options: Sequence[Any]) -> QWidget:
+        line = QWidget()
+        row = QHBoxLayout(line)
+        row.setContentsMargins(0, 0, 0, 0)
+        mine: list[QPushButton] = []
+        for option in options:
+            button = QPushButton(str(option))
+            button.setFont(theme.font(BIG_PX))
+            button.setMinimumHeight(BUTTON_PX)
+            button.setCheckable(len(self._asks) > 1)
+            button.clicked.connect(lambda _=False, value=option, b=button: self._choose(one, value, mine, b))
+            mine.append(button)
+            row.addWidget(button)
+        self.buttons += mine
+        return line
+
+    def _choose(self, one: Parameter, value: Any, mine: Sequence[QPushButton], pressed: QPushButton) -> None:
+        self._chosen[one.name] = value
+        for button in mine:
+            button.setChecked(button is pressed)
+        if self.is_by_button:
+            self.give()
+
+    def _slider(self, one: Number) -> QWidget:
+        box = QWidget()
+        column = QVBoxLayout(box)
+        slider, value = Slider(), QLabel()
+        slider.setAccessibleName(one.label)
+        slider.setMinimumSize(480, 4 * theme.GRID)
+        value.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        value.setFont(theme.font(BIG_PX))
+
+        def moved(place: float) -> None:
+            found = one.value(place)
+            self._chosen[one.name] = found
+            value.setText(quantity(round(found, 2), one.unit) if one.unit else "")
+            self.changed.emit(one.name, found)
+
+        slider.set_place(one.position(one.default))
+        slider.moved.connect(moved)
+        self.sliders[one.name] = slider
+        for part in (slider, value):
+            column.addWidget(part)
+        return box
+
+
+def _typed(one: Parameter, text: str) -> Any:
+    try:
+        return int(text) if one.kind == "count" else float(text) if one.kind == "number" else text
+    except ValueError:
+        return text  # which the parameter refuses, and says why

@@ -1,0 +1,163 @@
+"""The choice of a study: what there is, what it is about, who takes part, and what was found so far."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLineEdit,
+    QListWidget,
+    QPlainTextEdit,
+    QPushButton,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.drawing import Drawing
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.study import method_of
+from underfoot.studies.masking import is_heard
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.studies import StudyFile, is_id
+from underfoot.widgets.plots.drawing_column import DrawingColumn
+
+LIST_PX = 40 * theme.GRID
+
+
+class StudyList(QWidget):
+    """The studies there are, by title; one is chosen."""
+
+    chosen = Signal(int)
+    open_wanted = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(LIST_PX)
+        self.list = QListWidget()
+        self.list.setAccessibleName("Studies")
+        self.list.setWordWrap(True)
+        self.open = QPushButton("Open a protocol…")
+        column = QVBoxLayout(self)
+        column.addWidget(theme.label("STUDIES", "heading"))
+        column.addWidget(self.list, 1)
+        column.addWidget(self.open)
+        self.list.currentRowChanged.connect(self.chosen)
+        self.open.clicked.connect(self.open_wanted)
+        self.setFocusProxy(self.list)
+
+    def show_studies(self, studies: Sequence[StudyFile], chosen: int) -> None:
+        """Show these, in their order."""
+        self.list.clear()
+        self.list.addItems([study.protocol.title or study.name for study in studies])
+        self.list.setCurrentRow(chosen)
+
+
+class StudyOverview(QWidget):
+    """What a study is, a field for the participant's id, and what can be done with it."""
+
+    begin_wanted = Signal(str)
+    simulate_wanted = Signal()
+    analyse_wanted = Signal()
+    participant_typed = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.title, self.about, self.facts = theme.label("", "title"), theme.label("", "muted"), theme.label()
+        for label in (self.about, self.facts):
+            label.setWordWrap(True)
+        self.participant = QLineEdit()
+        self.participant.setPlaceholderText("Participant's id, such as P01")
+        self.participant.setAccessibleName("Participant's id")
+        self.participant.setFixedWidth(30 * theme.GRID)
+        self.begin, self.simulate, self.analyse = (
+            QPushButton("Begin"),
+            QPushButton("Simulate 100 people"),
+            QPushButton("Analyse"),
+        )
+        self.begin.setProperty("role", "primary")
+        self.masking = QCheckBox("Masking sound on the default device")
+        self.masking.setToolTip("The noise and the metronome of the protocol, for headphones")
+        self.state = theme.label("", "muted")
+        self.drawings = DrawingColumn()
+        self.table = QPlainTextEdit()
+        self.table.setReadOnly(True)
+        self.table.setAccessibleName("Findings")
+        self.table.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        fixed = theme.font(theme.TEXT_PX)
+        self.table.setFont(fixed)
+        self.table.setStyleSheet("font-family: monospace;")
+        self._lay_out()
+        self.begin.clicked.connect(self._begin)
+        self.participant.returnPressed.connect(self._begin)
+        self.participant.textChanged.connect(self.participant_typed)
+        self.simulate.clicked.connect(self.simulate_wanted)
+        self.analyse.clicked.connect(self.analyse_wanted)
+
+    def show_study(self, study: StudyFile, sessions: int) -> None:
+        """Show a study, of which so many sessions were begun."""
+        self.title.setText(study.protocol.title or study.name)
+        self.about.setText(study.protocol.about)
+        self.facts.setText(facts_of(study.protocol))
+        self.masking.setVisible(is_heard(study.protocol.sounds))
+        self.analyse.setText(f"Analyse {sessions} {'session' if sessions == 1 else 'sessions'}")
+        self.analyse.setEnabled(sessions > 0)
+
+    def show_way(self, may_begin: bool, goes_on: bool, why_not: str) -> None:
+        """Whether a session can be begun, or gone on with; else why not."""
+        self.begin.setEnabled(may_begin)
+        self.begin.setText("Go on" if goes_on else "Begin")
+        self.state.setText(why_not)
+
+    def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
+        """Show what was found."""
+        self.drawings.show_drawings(drawings, "" if text else "Nothing was simulated or analysed yet.")
+        self.table.setPlainText(text)
+        self.table.setVisible(bool(text))
+
+    def show_busy(self, text: str) -> None:
+        """Say what is being computed; "" for nothing."""
+        self.simulate.setEnabled(not text)
+        self.state.setText(text)
+
+    def _begin(self) -> None:
+        if self.begin.isEnabled() and is_id(self.participant.text()):
+            self.begin_wanted.emit(self.participant.text())
+
+    def _lay_out(self) -> None:
+        who = QHBoxLayout()
+        for part in (self.participant, self.begin, self.masking, self.simulate, self.analyse):
+            who.addWidget(part)
+        who.addStretch(1)
+        found = QSplitter(Qt.Orientation.Vertical)
+        found.addWidget(self.drawings)
+        found.addWidget(self.table)
+        found.setSizes([400, 200])
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(theme.GRID)
+        for words in (self.title, self.about, self.facts):
+            column.addWidget(words)
+        column.addLayout(who)
+        column.addWidget(self.state)
+        column.addWidget(found, 1)
+
+
+def facts_of(protocol: Protocol) -> str:
+    """The stages of a protocol in a line each."""
+    lines = []
+    for stage in protocol.order():
+        if stage.method is None:
+            words = {"consent": "consent", "read": "instruction", "learn": "learning", "level": "level"}
+            lines.append(words.get(stage.kind, stage.kind) + (f", {stage.seconds:.0f} s" if stage.seconds else ""))
+            continue
+        method = method_of(protocol, stage, "anybody")
+        trials = getattr(method, "trials", None)
+        count = f"{len(trials)} trials" if trials is not None else "as many trials as it takes"
+        practice = ", practice" if stage.practice else ""
+        lines.append(f"{METHODS[stage.method.kind].name.lower()}: {count}{practice}, begun by {stage.start}")
+    return "  ·  ".join(lines)

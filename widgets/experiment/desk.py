@@ -1,0 +1,174 @@
+"""The experimenter's page: who takes part, how far it is, what is felt now; next, pause, repeat, notes, the end."""
+
+import time
+
+from PySide6.QtCore import Qt, Signal, SignalInstance
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
+
+from underfoot.floor.layout import Floor
+from underfoot.quantities import quantity
+from underfoot.studies.runner import Phase, Runner
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
+from underfoot.widgets.floor_map import FloorMap
+from underfoot.widgets.plots.drawing_column import DrawingColumn
+
+_LEAST_SHARE = 0.02
+"""From so much on what is left is told from what is done."""
+
+
+class Desk(QWidget):
+    """Shows a runner to the experimenter, who can do all that the participant can."""
+
+    next_wanted = Signal()
+    stop_wanted = Signal()
+    go_on_wanted = Signal()
+    spoil_wanted = Signal(str)
+    repeat_wanted = Signal(str)
+    note_given = Signal(str)
+    window_wanted = Signal()
+    leave_wanted = Signal()
+    answered = Signal(dict)
+    slid = Signal(str, object)
+    pressed = Signal(str, float, float, float)
+    """A foot made with the mouse, on a simulated floor: tile, place in its frame, newtons."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.title, self.state = theme.label("", "title"), theme.label("", "muted")
+        self.page, self.live, self.news = theme.label(), theme.label("", "force"), theme.label("", "alarm")
+        for label in (self.state, self.page, self.news):
+            label.setWordWrap(True)
+        self.progress = QProgressBar()
+        self.progress.setRange(0, 1000)
+        self.progress.setAccessibleName("How much is done")
+        self.form = AnswerForm()
+        self.next, self.pause, self.window_button, self.leave = (
+            QPushButton("Next"),
+            QPushButton("Stop"),
+            QPushButton("Participant's window"),
+            QPushButton("End for now"),
+        )
+        self.next.setProperty("role", "primary")
+        self.pause.setProperty("role", "alarm")
+        self.words = QLineEdit()
+        self.words.setPlaceholderText("A note, or why a trial is repeated")
+        self.words.setAccessibleName("Note or reason")
+        self.note, self.spoil, self.repeat = (
+            QPushButton("Keep note"),
+            QPushButton("Present again"),
+            QPushButton("Repeat the last"),
+        )
+        self.map, self.drawings = FloorMap(), DrawingColumn()
+        self._began_at, self._began_share = 0.0, 0.0
+        self._form_key = ""
+        self._lay_out()
+        self._connect()
+
+    def begin(self, floor: Floor, title: str, presses: bool) -> None:
+        """Show a new session; with `presses` the mouse steps on the simulated floor."""
+        self.title.setText(title)
+        self.map.set_floor(floor)
+        self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
+        self.map.can_press = presses
+        self._began_at, self._began_share, self._form_key = time.monotonic(), -1.0, ""
+
+    def show_runner(self, runner: Runner) -> None:
+        """Show where a runner stands."""
+        page, phase = runner.page, runner.phase
+        if self._began_share < 0.0:
+            self._began_share = page.share
+        self.progress.setValue(round(1000 * page.share))
+        self.state.setText(f"{phase.value}{_left(page.share - self._began_share, page.share, self._began_at)}")
+        number = f", trial {page.trial.number} of block {page.trial.block}" if page.trial is not None else ""
+        attempt = f", attempt {page.attempt}" if page.attempt > 1 else ""
+        hint = f"  –  {runner.hint}" if runner.hint else ""
+        seconds = f"  –  {runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
+        self.page.setText(f"{page.stage or 'end'}{number}{attempt}{seconds}{hint}")
+        peak = runner.session.health.peak * float(runner.presenter.full_scale.max())
+        force = quantity(float(runner.watch.loads_n.sum()), "N")
+        self.live.setText(f"{force} on the floor, {quantity(peak, 'm/s^2')} commanded")
+        self.news.setText(runner.news[-1] if runner.news else "")
+        self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
+        self.next.setEnabled(runner.may_play or (phase is Phase.PAGE and not page.asks))
+        self.spoil.setEnabled(page.trial is not None)
+        self._show_form(runner)
+        self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
+        self.map.set_contacts(runner.watch.contacts, runner.watch.now_s)
+        self.map.update()
+
+    def _show_form(self, runner: Runner) -> None:
+        page, phase = runner.page, runner.phase
+        asking = phase in (Phase.PAGE, Phase.ANSWERING)
+        key = f"{page.key} {asking}"
+        if key != self._form_key:
+            self._form_key = key
+            self.form.show_asks(asks_of(runner) if asking else ())
+
+    def _lay_out(self) -> None:
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(theme.GRID)
+        for part in (self.title, self.progress, self.state, self.page, self.live, self.news):
+            column.addWidget(part)
+        column.addWidget(self._row(self.next, self.pause, self.window_button, self.leave))
+        column.addWidget(self._row(self.words, self.note, self.spoil, self.repeat))
+        column.addWidget(self.form)
+        below = QHBoxLayout()
+        below.addWidget(self.map, 1)
+        below.addWidget(self.drawings, 1)
+        column.addLayout(below, 1)
+
+    def _row(self, *parts: QWidget) -> QWidget:
+        line = QWidget()
+        row = QHBoxLayout(line)
+        row.setContentsMargins(0, 0, 0, 0)
+        for part in parts:
+            row.addWidget(part)
+        if not any(isinstance(part, QLineEdit) for part in parts):
+            row.addStretch(1)
+        return line
+
+    def _connect(self) -> None:
+        self.next.clicked.connect(self.next_wanted)
+        self.pause.clicked.connect(self._pause)
+        self.window_button.clicked.connect(self.window_wanted)
+        self.leave.clicked.connect(self.leave_wanted)
+        self.note.clicked.connect(lambda: self._with_words(self.note_given))
+        self.words.returnPressed.connect(lambda: self._with_words(self.note_given))
+        self.spoil.clicked.connect(lambda: self._with_words(self.spoil_wanted))
+        self.repeat.clicked.connect(lambda: self._with_words(self.repeat_wanted))
+        self.form.answered.connect(self.answered)
+        self.form.changed.connect(self.slid)
+        self.form.refused.connect(self.news.setText)
+        self.map.pressed.connect(self.pressed)
+
+    def _pause(self) -> None:
+        (self.go_on_wanted if self.pause.text() == "Go on" else self.stop_wanted).emit()
+
+    def _with_words(self, signal: SignalInstance) -> None:
+        """Emit what was typed; without a word the field asks for one."""
+        text = self.words.text().strip()
+        if not text:
+            self.words.setFocus()
+            return
+        self.words.clear()
+        signal.emit(text)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space):
+            if self.form.is_to_give:
+                self.form.give()
+            else:
+                self.next_wanted.emit()
+        elif not self.form.key(event.key(), event.text()):
+            super().keyPressEvent(event)
+
+
+def _left(done: float, share: float, began_at: float) -> str:
+    """About how long it still takes, as long as it took so far."""
+    if done < _LEAST_SHARE:
+        return ""
+    minutes = (1.0 - share) / done * (time.monotonic() - began_at) / 60.0
+    return f"  –  about {max(round(minutes), 1)} min left"

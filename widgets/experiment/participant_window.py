@@ -1,0 +1,174 @@
+"""The participant's own window: big, calm and dark, on the second screen or the projector."""
+
+from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QPaintEvent, QScreen
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+
+from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.target import FloorTarget
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
+
+TITLE_PX, TEXT_PX, CLOCK_PX = 32, 20, 64
+WIDTH_PX = 880
+
+
+_USUAL_PX_PER_M = 96.0 / 0.0254
+
+
+class ParticipantWindow(QWidget):
+    """Shows a runner's page. Space or Return begins and continues, numbers and arrows answer, Escape stops."""
+
+    answered = Signal(dict)
+    slid = Signal(str, object)
+    go_wanted = Signal()
+    """Begin a presentation, or continue."""
+    stop_wanted = Signal()
+    closed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__(None, Qt.WindowType.Window)
+        self.setWindowTitle("Study – Underfoot")
+        self.setAccessibleName("Study, for the participant")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._shown = ("", "")
+        self._target: FloorTarget | None = None
+        self._origin_m = (0.0, 0.0)
+        self.title, self.text, self.clock, self.hint = (theme.label() for _ in range(4))
+        self.form = AnswerForm()
+        column = QVBoxLayout(self)
+        column.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        column.setSpacing(3 * theme.GRID)
+        for label, size in ((self.title, TITLE_PX), (self.text, TEXT_PX), (self.clock, CLOCK_PX), (self.hint, TEXT_PX)):
+            label.setFont(theme.font(size, bold=label is self.title))
+            label.setWordWrap(True)
+            label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+            label.setFixedWidth(WIDTH_PX)
+        for part in (self.title, self.text, self.clock, self.form, self.hint):
+            part.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+            column.addWidget(part, 0, Qt.AlignmentFlag.AlignHCenter)
+        self.form.setFixedWidth(WIDTH_PX)
+        self.form.answered.connect(self.answered)
+        self.form.changed.connect(self.slid)
+        self.form.refused.connect(self.hint.setText)
+
+    def show_on(self, screen: QScreen) -> None:
+        """Fill this screen."""
+        self.setScreen(screen)
+        self.setGeometry(screen.geometry())
+        self.showFullScreen()
+        self.activateWindow()
+
+    def show_runner(self, runner: Runner) -> None:
+        """Show where a runner stands."""
+        page, phase = runner.page, runner.phase
+        key = (f"{page.key} {runner.interval}", str(phase))
+        if key != self._shown:
+            self._shown = key
+            asking = phase in (Phase.PAGE, Phase.ANSWERING)
+            self.title.setText(_title(runner))
+            self.text.setText(_text(runner))
+            asks = asks_of(runner) if asking else ()
+            self.form.show_asks(asks)
+            self.form.setVisible(bool(asks))
+            first = next(iter(self.form.fields.values()), None)
+            (first or self).setFocus()
+            self.hint.setText(_what_now(runner, self.form.is_by_button))
+        if runner.hint:
+            self.hint.setText(runner.hint)
+        counts = phase is Phase.PAUSE or (page.kind == "learn" and phase is Phase.PAGE and page.seconds > 0.0)
+        left = round(runner.seconds_left)
+        self.clock.setText(f"{left // 60}:{left % 60:02d}" if counts else "")
+        self.clock.setVisible(counts)
+        if runner.target != self._target:
+            self._target = runner.target
+            self._show_words(self._target is None)
+        self.update()
+
+    @property
+    def px_per_m(self) -> float:
+        """Pixels a metre, from the size that the screen says it has."""
+        screen = self.screen()
+        width = screen.physicalSize().width()
+        return 1e3 * screen.geometry().width() / width if width > 0 else _USUAL_PX_PER_M
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        match event.key():
+            case Qt.Key.Key_Escape:
+                self.stop_wanted.emit()
+            case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
+                if self.form.is_to_give:
+                    self.form.give()
+                else:
+                    self.go_wanted.emit()
+            case key:
+                if not self.form.key(int(key), event.text()):
+                    super().keyPressEvent(event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        super().closeEvent(event)
+        self.closed.emit()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor("black"))
+        if self._target is None:
+            return
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.FORCE))
+        radius = 0.5 * self._target.width_m * self.px_per_m
+        painter.drawEllipse(self.place(self._target.x_m, self._target.y_m), radius, radius)
+
+    def place(self, x_m: float, y_m: float) -> QPointF:
+        """A place of the floor's frame in pixels; between the feet is in the lower middle."""
+        low = QPointF(0.5 * self.width(), 0.85 * self.height())
+        return low + QPointF(x_m - self._origin_m[0], self._origin_m[1] - y_m) * self.px_per_m
+
+    def set_origin(self, origin_m: tuple[float, float]) -> None:
+        """Where the participant stands, in the floor's frame."""
+        self._origin_m = origin_m
+
+    def _show_words(self, shown: bool) -> None:
+        for label in (self.title, self.text, self.hint):
+            label.setVisible(shown)
+
+
+def _title(runner: Runner) -> str:
+    page = runner.page
+    if runner.phase is Phase.PREPARING:
+        return "One moment"
+    if runner.phase is Phase.STOPPED:
+        return "Stopped"
+    if page.trial is None:
+        return page.title
+    if len(page.trial.intervals) > 1 and runner.phase is not Phase.ANSWERING:
+        return f"{'First' if runner.interval == 1 else 'Second'} one"
+    return "Nothing comes this time" if page.trial.facts.get("announced") else page.title
+
+
+def _text(runner: Runner) -> str:
+    page = runner.page
+    if runner.phase in (Phase.PREPARING, Phase.STOPPED, Phase.PRESENTING):
+        return ""
+    if runner.phase is Phase.READY or runner.phase is Phase.WAITING:
+        return page.feedback
+    return page.text if page.trial is None else ""
+
+
+def _what_now(runner: Runner, by_button: bool) -> str:
+    page = runner.page
+    match runner.phase:
+        case Phase.READY if page.start == "key":
+            return "Press Space to feel it."
+        case Phase.ANSWERING if runner.may_play:
+            left = page.plays - runner.plays
+            return f"Space plays it again, {left} {'time' if left == 1 else 'times'} more."
+        case Phase.PAGE if page.kind == "learn":
+            return "Press a number to feel it."
+        case Phase.PAGE if not by_button:
+            return "Press Return to go on."
+        case Phase.STOPPED:
+            return "Please speak to the experimenter."
+    return ""

@@ -1,0 +1,62 @@
+"""Which studies there are, and where a participant's session of each is kept."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from underfoot.experiments.methods.target_selection import TargetSelection
+from underfoot.experiments.protocol import Protocol
+from underfoot.patch import library
+from underfoot.patch.node import Registry
+
+
+@dataclass(frozen=True)
+class StudyFile:
+    """A protocol with the file that it is in."""
+
+    name: str
+    path: Path
+    protocol: Protocol
+
+    @property
+    def folder(self) -> Path:
+        """Where its patches lie."""
+        return self.path.parent
+
+
+def load_study(path: Path, registry: Registry) -> StudyFile:
+    """The study in a protocol file; `BadFile` for what is none."""
+    return StudyFile(path.stem, path, Protocol.load(path, registry))
+
+
+def preset_studies(registry: Registry) -> list[StudyFile]:
+    """The studies among the presets."""
+    return [load_study(path, registry) for path in library.protocols().values()]
+
+
+def origin_of(protocol: Protocol) -> tuple[float, float]:
+    """Where a participant stands to select targets, in the floor's frame; (0, 0) where there are none."""
+    for stage in protocol.stages:
+        if stage.method is not None and stage.method.kind == TargetSelection.kind:
+            x_m, y_m = TargetSelection.checked(stage.method.parameters, protocol.stimuli)["origin_m"]
+            return float(x_m), float(y_m)
+    return 0.0, 0.0
+
+
+def session_path(root: Path, study: StudyFile, participant: str) -> Path:
+    """The session file of a participant in a study."""
+    return root / study.name / f"{participant}.session"
+
+
+def sessions_of(root: Path, study: StudyFile) -> list[Path]:
+    """The session files of a study, in the order of their names."""
+    return sorted((root / study.name).glob("*.session"))
+
+
+def is_id(text: str) -> bool:
+    """Whether a text can be a participant's id.
+
+    >>> is_id("P07"), is_id("Ann Other"), is_id("")
+    (True, False, False)
+    """
+    return bool(re.fullmatch(r"[A-Za-z0-9_-]{1,40}", text))

@@ -1,0 +1,37 @@
+"""Footsteps on a variable stiffness plate, from a CSV: `position,footstep,force_n,displacement_mm`, a row a sample."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import BadFile
+from underfoot.files import read_file
+
+COLUMNS = ("position", "footstep", "force_n", "displacement_mm")
+Profiles = dict[tuple[float, str], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Force and displacement by position and footstep."""
+
+
+def read_plate_profiles(path: str | Path) -> Profiles:
+    """The footsteps in a file; `BadFile` names the line that cannot be."""
+    try:
+        lines = list(csv.DictReader(io.StringIO(read_file(path).decode("utf-8-sig"))))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise BadFile(f"{path} is not a table of footsteps: {error}") from None
+    found: dict[tuple[float, str], list[tuple[float, float]]] = {}
+    for number, line in enumerate(lines, 2):
+        try:
+            position, force, displacement = (float(line[name]) for name in (COLUMNS[0], COLUMNS[2], COLUMNS[3]))
+            footstep = line["footstep"]
+        except (KeyError, TypeError, ValueError):
+            raise BadFile(f"{path}, line {number}: allowed: numbers in the columns {', '.join(COLUMNS)}") from None
+        if not (0.0 <= position <= 1.0 and np.isfinite([force, displacement]).all()):
+            raise BadFile(f"{path}, line {number}: allowed: a position from 0 to 1, and finite numbers")
+        found.setdefault((position, footstep), []).append((force, displacement))
+    if not found:
+        raise BadFile(f"{path} has no samples; allowed: a CSV with the columns {', '.join(COLUMNS)}")
+    arrays = {key: np.array(samples) for key, samples in found.items()}
+    return {key: (samples[:, 0], samples[:, 1]) for key, samples in arrays.items()}

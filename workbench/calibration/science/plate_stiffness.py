@@ -1,0 +1,121 @@
+"""Stiffness of a variable stiffness plate from footsteps on it (thesis 6.3): a line for each, then over the position.
+
+Every footstep is one profile of force against displacement. Its stiffness is the slope of the line that fits it best,
+by least squares; the plate's at a position is the mean over that position's profiles.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from underfoot.devices.plate import PlateCalibration
+from underfoot.drawing import Drawing, series
+from underfoot.errors import BadMeasurement
+
+LEAST_SAMPLES = 50
+LEAST_TRAVEL_MM = 0.2
+"""A footstep that moves the plate less says nothing of its stiffness."""
+ALLOWED_ERROR = 0.03
+"""Mean relative error from which on a calibration should be made again; the thesis had about 1 %."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FootstepLine:
+    """The line through one profile: its stiffness, the force at no displacement, and the share of force it explains."""
+
+    position: float
+    stiffness_n_mm: float
+    force_at_zero_n: float
+    r_squared: float
+
+
+@dataclass(frozen=True)
+class PlateFit:
+    """A calibration with the lines that it is made of, and `errors`: each line's relative error against the others."""
+
+    calibration: PlateCalibration
+    lines: tuple[FootstepLine, ...]
+    errors: Array
+
+    @property
+    def good(self) -> bool:
+        """Whether the mean error is small enough."""
+        return self.calibration.error <= ALLOWED_ERROR
+
+
+def line_of(position: float, force_n: Array, displacement_mm: Array) -> FootstepLine:
+    """The line of one footstep. `BadMeasurement` where it is too short, or does not press the plate.
+
+    >>> x = np.linspace(0.0, 8.0, 100)
+    >>> line_of(0.5, 20.0 + 90.0 * x, x).stiffness_n_mm.round(6)
+    np.float64(90.0)
+    """
+    if len(force_n) < LEAST_SAMPLES or np.ptp(displacement_mm) < LEAST_TRAVEL_MM:
+        raise BadMeasurement(
+            f"a footstep at position {position:g} has {len(force_n)} samples over {np.ptp(displacement_mm):.2f} mm; "
+            f"allowed: {LEAST_SAMPLES} or more, over {LEAST_TRAVEL_MM:g} mm or more"
+        )
+    found = stats.linregress(displacement_mm, force_n)
+    if not found.slope > 0.0:
+        raise BadMeasurement(
+            f"a footstep at position {position:g} has less force the deeper it goes; are columns swapped?"
+        )
+    return FootstepLine(position, found.slope, found.intercept, found.rvalue**2)
+
+
+def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
+    """The calibration of all lines. `BadMeasurement` for one position only, or stiffness that does not rise."""
+    by_position: dict[float, list[FootstepLine]] = {}
+    for line in lines:
+        by_position.setdefault(line.position, []).append(line)
+    positions = sorted(by_position)
+    means = [float(np.mean([line.stiffness_n_mm for line in by_position[at]])) for at in positions]
+    if len(positions) < 2:
+        raise BadMeasurement("footsteps at one position only; two or more positions are needed")
+    falls = next((k for k in range(1, len(means)) if means[k] <= means[k - 1]), 0)
+    if falls:
+        raise BadMeasurement(
+            f"stiffness falls from {means[falls - 1]:.1f} to {means[falls]:.1f} N/mm between positions "
+            f"{positions[falls - 1]:g} and {positions[falls]:g}; measure these again"
+        )
+    errors = np.array([_error(line, by_position[line.position]) for line in lines])
+    kept = errors[np.isfinite(errors)]
+    error = float(kept.mean()) if kept.size else 0.0
+    calibration = PlateCalibration(
+        positions=tuple(positions),
+        stiffness_n_mm=tuple(float(f"{mean:.6g}") for mean in means),
+        error=float(f"{error:.4g}"),
+        made=date.today().isoformat(),
+    )
+    return PlateFit(calibration, tuple(lines), errors)
+
+
+def drawings_of(fit: PlateFit, profiles: Mapping[float, tuple[Array, Array]]) -> tuple[Drawing, ...]:
+    """Stiffness over position, and one profile of each position (displacement, force) with its line."""
+    at = [line.position for line in fit.lines]
+    every = series("footsteps", at, [line.stiffness_n_mm for line in fit.lines], "dots", "force")
+    mean = series("calibration", fit.calibration.positions, fit.calibration.stiffness_n_mm)
+    drawn = [Drawing("Stiffness over position", "position of the servo", "stiffness, N/mm", (every, mean))]
+    lines = []
+    for position, (displacement, force) in sorted(profiles.items()):
+        fitted = next(line for line in fit.lines if line.position == position)
+        ends = np.array([displacement.min(), displacement.max()])
+        lines.append(series(f"{position:g}", displacement, force, "dots", "force"))
+        lines.append(series("", ends, fitted.force_at_zero_n + fitted.stiffness_n_mm * ends))
+    drawn.append(Drawing("A footstep at each position", "displacement, mm", "force, N", tuple(lines)))
+    return tuple(drawn)
+
+
+def _error(line: FootstepLine, alike: Sequence[FootstepLine]) -> float:
+    """Of a line against the mean of the others at its position; NaN where it is alone."""
+    others = [one.stiffness_n_mm for one in alike if one is not line]
+    if not others:
+        return float("nan")
+    mean = float(np.mean(others))
+    return abs(line.stiffness_n_mm - mean) / mean

@@ -1,0 +1,124 @@
+"""`underfoot experiment`: a study on a person, or on simulated people before the first one comes."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from underfoot.commands.experiment_options import ExperimentOptions
+from underfoot.commands.files import FILE, require_room
+from underfoot.commands.options import grouped
+from underfoot.commands.protocols import opened_protocol
+from underfoot.errors import BadValue
+
+if TYPE_CHECKING:
+    from underfoot.experiments.protocol import Protocol
+    from underfoot.experiments.simulation import Found
+
+
+@click.command()
+@click.argument("protocol")
+@click.option("--participant", help="Run the study on a person with this id, here in the terminal.")
+@click.option("--session", type=FILE, help="Session file; one that is there is gone on with.")
+@click.option("--target", default="simulator", show_default=True, help="Where forces come from, as for `monitor`.")
+@click.option("--floor", type=FILE, help="Floor JSON of the target; the default floor without.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files.")
+@click.option("--sound", help='Sound device; "default" for the system\'s. None: nothing is heard or felt.')
+@click.option("--plate", help="Serial port of a variable stiffness plate, and its calibration: PORT:FILE.json.")
+@click.option("--masking", help='Sound device of the masking noise and metronome; "default" for the system\'s.')
+@click.option("--trigger", help="Serial port that gets a byte for each begin, onset, end, answer and stop.")
+@click.option("--lsl", is_flag=True, help="Send markers and forces as streams of the Lab Streaming Layer.")
+@click.option("--simulate", type=int, help="Run it on so many simulated participants instead.")
+@click.option("--truth", multiple=True, metavar="NAME=VALUE", help="What is true of simulated participants.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Seed of simulated participants.")
+@click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, show_default=True,
+              help="Draws for intervals of simulated curves; 0: from the regression's covariance.")  # fmt: skip
+@click.option("--processes", type=click.IntRange(1, 1024), help="Processes for simulated people; one a core.")
+@click.option("--cluster", help="An existing Dask cluster for simulated people, as tcp://host:8786.")
+@click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
+@click.option("--levels", is_flag=True, help="Measure every stimulus under a simulated footstep, and tell its peak.")
+@click.option("--json", "as_json", is_flag=True, help="Print tables as JSON.")
+@grouped(ExperimentOptions)
+def experiment(options: ExperimentOptions) -> None:
+    """Run the study PROTOCOL: a protocol file, or the name of a preset.
+
+    With --participant and --session it runs on a person; with --simulate on simulated ones, whose truth is known, so
+    that bias and spread of every estimate are known before the first person comes.
+    """
+    chosen = [options.participant is not None, options.simulate is not None, options.levels]
+    if sum(chosen) != 1:
+        raise BadValue("give one of --participant (with --session), --simulate, or --levels")
+    protocol, folder = opened_protocol(options.protocol)
+    if options.levels:
+        _tell_levels(protocol, folder, options.as_json)
+    elif options.simulate is not None:
+        _simulated(options, protocol, folder)
+    else:
+        from underfoot.commands.participant import run_on_person
+
+        run_on_person(options, protocol, folder)
+
+
+def _tell_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
+    """Print each stimulus's peak as the protocol has it, and as it is under the simulated footstep."""
+    from underfoot.nodes import REGISTRY
+    from underfoot.studies.levels import measured_peak_m_s2
+
+    found = {}
+    for name, stimulus in protocol.stimuli.items():
+        if stimulus.patch:
+            measured = measured_peak_m_s2(stimulus.at(0.0, REGISTRY, folder), REGISTRY)
+            found[name] = {"level_m_s2": stimulus.level_m_s2, "measured_m_s2": float(f"{measured:.4g}")}
+    if as_json:
+        print(json.dumps(found))
+        return
+    for name, of in found.items():
+        print(f"{name:12} wanted {of['level_m_s2']:8.3g} m/s^2   measured {of['measured_m_s2']:8.3g} m/s^2")
+
+
+def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -> None:
+    """Simulate, and print or write what came of it."""
+    from underfoot.experiments.analysis.power import power_of
+    from underfoot.experiments.analysis.report import data_of, text_of, write_page
+    from underfoot.experiments.simulation import summaries
+
+    people = options.simulate or 0
+    require_room(options.report / "power.html" if options.report and options.report.is_dir() else None)
+    found = power_of(summaries(_found(options, protocol, folder, people)), people)
+    if options.report is not None:
+        facts = [("protocol", options.protocol), ("seed", str(options.seed)), *(("truth", t) for t in options.truth)]
+        write_page(options.report / "power.html", f"{protocol.title}: before the first participant", [found], facts)
+    print(json.dumps(data_of([found])) if options.as_json else text_of([found]))
+
+
+def _found(options: ExperimentOptions, protocol: "Protocol", folder: Path, people: int) -> "list[Found]":
+    from underfoot.engine.worker_pool import cores
+    from underfoot.experiments.simulation import Conditions, jobs_of
+    from underfoot.studies.simulated import simulated_here, simulated_on_cluster
+
+    conditions = Conditions(options.seed, options.bootstrap, _truth(options.truth))
+    jobs = jobs_of(protocol, folder, people, conditions)
+
+    def seen(done: int) -> None:
+        if sys.stderr.isatty():
+            print(f"\runderfoot: {done} of {len(jobs)} parts", end="\n" if done == len(jobs) else "", file=sys.stderr)
+
+    if options.cluster is not None:
+        return simulated_on_cluster(jobs, options.cluster, seen)
+    return simulated_here(jobs, options.processes or cores(), seen)
+
+
+def _truth(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
+    from underfoot.experiments.observers import check_truth
+
+    found = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise BadValue(f"--truth is {text!r}; allowed: NAME=VALUE with a number, as threshold_m_s2=0.5") from None
+    check_truth(found)
+    return tuple(found.items())

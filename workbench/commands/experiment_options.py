@@ -1,0 +1,30 @@
+"""The options of `underfoot experiment` as one record."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class ExperimentOptions:
+    """What the command line says; None is what was not given."""
+
+    protocol: str
+    participant: str | None
+    session: Path | None
+    target: str
+    floor: Path | None
+    profiles: Path | None
+    sound: str | None
+    plate: str | None
+    masking: str | None
+    trigger: str | None
+    lsl: bool
+    simulate: int | None
+    truth: tuple[str, ...]
+    seed: int
+    bootstrap: int
+    processes: int | None
+    cluster: str | None
+    report: Path | None
+    levels: bool
+    as_json: bool

@@ -1,0 +1,231 @@
+"""A study on a person in the terminal: pages are printed, answers typed, presentations begun by Enter or by foot."""
+
+import sys
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from underfoot.commands.typed_lines import TypedLines
+from underfoot.errors import BadValue
+
+if TYPE_CHECKING:
+    from underfoot.commands.experiment_options import ExperimentOptions
+    from underfoot.engine.session import Session
+    from underfoot.engine.target import Target
+    from underfoot.experiments.protocol import Protocol
+    from underfoot.experiments.store import SessionFile
+    from underfoot.studies.equipment import Equipment
+    from underfoot.studies.runner import Runner
+
+_POLL_S = 1.0 / 60.0
+_HELP = "Type stop to stop, repeat WHY to take the last answer back, note WORDS to keep a note."
+
+
+def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:
+    """Run or go on with a study; ends with it, at "stop", at Ctrl-C, or where standard input ends."""
+    from underfoot.engine.session import Session
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.patch import Patch
+    from underfoot.studies.runner import Runner
+
+    if options.session is None:
+        raise BadValue("--participant needs --session FILE, where answers are kept")
+    target = _target(options)
+    with ExitStack() as opened:
+        file = _session_file(options, protocol, folder)
+        opened.callback(file.close)
+        session = Session(target, Patch(title="study"), REGISTRY, folder)
+        opened.callback(session.close)
+        equipment = _equipment(options, protocol, session)
+        opened.callback(equipment.close)
+        session.start()
+        runner = Runner(session, file, protocol, folder, equipment)
+        _Terminal(runner, opened.enter_context(TypedLines())).run()
+
+
+def _equipment(options: "ExperimentOptions", protocol: "Protocol", session: "Session") -> "Equipment":
+    """What was asked for beside the floor; what was opened is closed again where the rest cannot be."""
+    from underfoot.devices.plate import plate_of
+    from underfoot.studies.equipment import Equipment
+    from underfoot.studies.markers import LslMarkers, SerialTrigger
+    from underfoot.studies.masking import Masking, is_heard
+
+    with ExitStack() as unless_all:
+        plate = plate_of(options.plate) if options.plate else None
+        if plate is not None:
+            unless_all.callback(plate.close)
+        masking = None
+        if options.masking is not None and is_heard(protocol.sounds):
+            masking = Masking(protocol.sounds, "" if options.masking == "default" else options.masking)
+            unless_all.callback(masking.close)
+        markers: list[LslMarkers | SerialTrigger] = []
+        if options.trigger:
+            markers.append(SerialTrigger(options.trigger))
+            unless_all.callback(markers[0].close)
+        if options.lsl:
+            markers.append(LslMarkers(session.target.floor, session.force_rate_hz))
+        unless_all.pop_all()
+        return Equipment(plate, masking, markers)
+
+
+def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> "SessionFile":
+    from underfoot.experiments.store import SessionFile
+
+    path, person = Path(options.session or ""), options.participant or ""
+    if not path.exists():
+        about = {"target": options.target, "profiles": str(options.profiles or "")}
+        return SessionFile.create(path, protocol, person, folder, about)
+    file = SessionFile.open(path)
+    if file.participant != person:
+        kept = file.participant
+        file.close()
+        raise BadValue(f"{path} is of participant {kept}, not {person}; choose another --session")
+    return file
+
+
+def _target(options: "ExperimentOptions") -> "Target":
+    from underfoot.devices.transports import split_target
+    from underfoot.engine.target import Target, require_source, simulation_of
+    from underfoot.floor.layout import Floor, default_floor
+
+    floor = Floor.load(options.floor) if options.floor else default_floor()
+    sound = None if options.sound is None else "" if options.sound == "default" else options.sound
+    hardware, simulation = split_target(options.target), simulation_of(options.target)
+    if hardware is None and simulation is None:
+        raise BadValue(f"--target is {options.target}; allowed: simulator, or hardware as `underfoot monitor` names it")
+    kind, source = hardware or ("simulator", "")
+    target = Target(floor, kind, source, sound, walker=False, profiles=str(options.profiles or ""),
+                    simulation=simulation or "")  # fmt: skip
+    require_source(target)
+    return target
+
+
+@dataclass
+class _Shown:
+    """What was printed last, so that it is printed once."""
+
+    key: str = ""
+    hint: str = ""
+
+
+class _Terminal:
+    """Shows a runner in a terminal, and gives it what is typed."""
+
+    def __init__(self, runner: "Runner", lines: TypedLines) -> None:
+        self._runner, self._lines = runner, lines
+        self._shown = _Shown()
+        self._news = 0
+
+    def run(self) -> None:
+        from underfoot.studies.runner import Phase
+
+        _say(_HELP)
+        while self._runner.phase is not Phase.END:
+            self._runner.poll(self._runner.session.poll())
+            self._show()
+            line = self._lines.next()
+            if line is None:
+                if self._lines.ended:
+                    _say("Stopped: nothing more is typed. Start again to go on.")
+                    return
+                time.sleep(_POLL_S)
+                continue
+            if line.strip() == "stop":
+                self._runner.stop("by the participant")
+                _say("Stopped. Start again to go on; what was answered is kept.")
+                return
+            try:
+                self._take(line.strip())
+            except BadValue as error:
+                _say(str(error))
+                self._shown.key = ""
+        _say(f"{self._runner.page.title}. {self._runner.page.text}")
+
+    def _take(self, line: str) -> None:
+        from underfoot.studies.runner import Phase
+
+        runner = self._runner
+        word, _, rest = line.partition(" ")
+        if word == "note":
+            runner.note(rest)
+        elif word == "repeat":
+            runner.repeat_last(rest)
+        elif runner.page.kind == "learn" and line:
+            names = runner.learned
+            runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
+        elif line == "" and runner.may_play:
+            runner.start()
+        elif runner.phase in (Phase.PAGE, Phase.ANSWERING):
+            runner.answer(answers_of(runner.page.asks, line))
+
+    def _show(self) -> None:
+        from underfoot.studies.runner import Phase
+
+        runner, page = self._runner, self._runner.page
+        for text in runner.news[self._news :]:
+            _say(text)
+        self._news = len(runner.news)
+        key = f"{page.key} {runner.phase} {runner.interval}"
+        if key != self._shown.key:
+            self._shown.key = key
+            if runner.phase is Phase.PAGE and page.kind != "end":
+                _say(f"\n{page.title}. {page.text}".strip())
+                _ask(page.asks, page.kind)
+            elif runner.phase is Phase.PAUSE:
+                _say(f"Pause of {page.seconds:.0f} s.")
+            elif runner.phase is Phase.READY and page.start == "key":
+                _say(f"{page.feedback + ' ' if page.feedback else ''}Trial {_number(page)}: press Enter to begin.")
+            elif runner.phase is Phase.ANSWERING:
+                _ask(page.asks, page.kind)
+        if runner.hint != self._shown.hint:
+            self._shown.hint = runner.hint
+            if runner.hint:
+                _say(runner.hint)
+
+
+def answers_of(asks: Any, line: str) -> dict[str, Any]:
+    """The answers of a line: one for each question, separated by semicolons; an empty one is the default.
+
+    >>> from underfoot.experiments.questions import ask, yes_or_no
+    >>> answers_of((yes_or_no("felt", "Did you?"),), "y")
+    {'felt': 'yes'}
+    """
+    parts = [part.strip() for part in line.split(";")] if len(asks) > 1 else [line.strip()]
+    if len(parts) > max(len(asks), 1):
+        raise BadValue(f"{len(parts)} answers are given; allowed: {len(asks)}, separated by semicolons")
+    return {one.name: _value(one, part) for one, part in zip(asks, parts, strict=False) if part}
+
+
+def _value(ask: Any, text: str) -> Any:
+    if ask.kind == "choice":
+        options = ask.options
+        if text.isdecimal() and 0 < int(text) <= len(options):
+            return options[int(text) - 1]
+        begun = [option for option in options if option.startswith(text)]
+        return begun[0] if len(begun) == 1 else text
+    if ask.kind in ("number", "count"):
+        try:
+            return float(text) if ask.kind == "number" else int(text)
+        except ValueError:
+            raise ask.refuse(text) from None
+    return text
+
+
+def _ask(asks: Any, kind: str) -> None:
+    if kind == "learn":
+        _say("Type a number to feel it; it ends by itself.")
+        return
+    for one in asks:
+        _say(f"{one.doc} ({one.allowed})" if one.kind != "text" else one.doc)
+    if not asks:
+        _say("Press Enter to go on.")
+
+
+def _number(page: Any) -> str:
+    return f"{page.trial.number}{' again' if page.attempt > 1 else ''}"
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stdout, flush=True)

@@ -1,0 +1,102 @@
+"""`underfoot plate`: calibrate a variable stiffness plate, move it, or emulate one."""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from underfoot.commands.files import FILE, require_room
+from underfoot.commands.options import grouped
+from underfoot.errors import BadValue
+
+
+@dataclass(frozen=True)
+class PlateOptions:
+    """What the command line says."""
+
+    footsteps: Path | None
+    output: Path | None
+    report: Path | None
+    port: str | None
+    calibration: Path | None
+    stiffness: float | None
+    emulate: bool
+    as_json: bool
+
+
+@click.command()
+@click.option("--footsteps", type=FILE, help="CSV of footsteps: position,footstep,force_n,displacement_mm.")
+@click.option("-o", "--output", type=FILE, help="Write the calibration that they give.")
+@click.option("--report", type=FILE, help="Folder for a page with pictures and the lines of all footsteps.")
+@click.option("--port", help="Serial port of a plate to move.")
+@click.option("--calibration", type=FILE, help="Its calibration.")
+@click.option("--stiffness", type=float, help="Move it to this stiffness, N/mm; nobody may stand on it.")
+@click.option("--emulate", is_flag=True, help="Be a plate on a pseudo-terminal, whose name is printed, until Ctrl-C.")
+@click.option("--json", "as_json", is_flag=True, help="Print the calibration as JSON.")
+@grouped(PlateOptions)
+def plate(options: PlateOptions) -> None:
+    """The variable stiffness plate: calibrate it from footsteps, move it, or emulate one."""
+    if options.emulate:
+        _emulate()
+    elif options.footsteps is not None:
+        _calibrate(options, options.footsteps)
+    elif options.port and options.calibration and options.stiffness is not None:
+        _move(options.port, options.calibration, options.stiffness)
+    else:
+        raise BadValue("give --footsteps, or --port with --calibration and --stiffness, or --emulate")
+
+
+def _calibrate(options: PlateOptions, footsteps: Path) -> None:
+    from underfoot.calibration.files.plate_profiles import read_plate_profiles
+    from underfoot.calibration.science.plate_stiffness import drawings_of, line_of, plate_fit
+    from underfoot.drawing.page import page
+    from underfoot.drawing.svg import svg
+    from underfoot.files import make_folder, write_file
+
+    require_room(options.output, inputs=(footsteps,))
+    profiles = read_plate_profiles(footsteps)
+    fit = plate_fit([line_of(position, *samples) for (position, _), samples in profiles.items()])
+    if options.output is not None:
+        fit.calibration.save(options.output)
+    verdict = f"{len(fit.lines)} footsteps; a line is off the others at its position by {fit.calibration.error:.1%}."
+    advice = "" if fit.good else " That is too much: measure again."
+    if options.report is not None:
+        first = {position: samples[::-1] for (position, _), samples in reversed(profiles.items())}
+        body = [f"<p>{verdict}{advice}</p>", *(svg(drawing) for drawing in drawings_of(fit, first))]
+        write_file(make_folder(options.report) / "plate.html", page("Variable stiffness plate", body).encode())
+    pairs = list(zip(fit.calibration.positions, fit.calibration.stiffness_n_mm, strict=True))
+    if options.as_json:
+        print(json.dumps({"points": pairs, "error": fit.calibration.error, "good": fit.good}))
+        return
+    for position, stiffness in pairs:
+        print(f"position {position:.3f}: {stiffness:.1f} N/mm")
+    print(verdict + advice)
+
+
+def _move(port: str, calibration: Path, stiffness_n_mm: float) -> None:
+    from underfoot.devices.plate import Plate, PlateCalibration
+
+    moved = Plate(port, PlateCalibration.load(calibration))
+    try:
+        moved.want(stiffness_n_mm)
+        while not moved.poll(is_loaded=False):
+            time.sleep(0.02)
+    finally:
+        moved.close()
+    print(f"{port} is at {stiffness_n_mm:g} N/mm")
+
+
+def _emulate() -> None:
+    from underfoot.devices.emulation.plate import EmulatedPlate
+
+    emulated = EmulatedPlate()
+    print(emulated.name, flush=True)
+    try:
+        while True:
+            time.sleep(0.1)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        emulated.close()

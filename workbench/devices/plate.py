@@ -1,0 +1,155 @@
+"""The variable stiffness plate (thesis 6.3): a plate on foam whose stiffness a servo sets, over a serial line.
+
+Lines of text. `MOVE position seconds` lets the servo go to a position, 0 to 1, in so many seconds whatever the
+distance, so that nobody hears how far it goes; it answers `MOVING`, and `AT position` when it is there. `HOLD` stops it
+where it is, `AT position` answers. `ERR words` says what is wrong.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from underfoot.documents import read_document, write_document
+from underfoot.errors import BadValue, DeviceError, require
+from underfoot.files import read_file, write_file
+
+MOVE_S = 4.0
+"""How long every move takes (thesis 6.3.6)."""
+LATE_S = 2.0
+"""A servo that has not said that it is there so long after it should be is lost."""
+BAUD = 115_200
+FORMAT, VERSION = "underfoot-plate", 1
+
+
+class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Stiffness in N/mm at positions of the servo, both rising; between them it is straight in the logarithm.
+
+    `error` is the mean relative error of the lines that were fitted.
+    """
+
+    positions: tuple[float, ...]
+    stiffness_n_mm: tuple[float, ...]
+    error: float = 0.0
+    made: str = ""
+
+    def __post_init__(self) -> None:
+        positions, stiffness = np.array(self.positions), np.array(self.stiffness_n_mm)
+        alike = len(positions) == len(stiffness) >= 2
+        require(alike, "stiffness_n_mm", len(stiffness), f"two or more, as many as positions, {len(positions)}")
+        rising = bool((np.diff(positions) > 0.0).all() and positions[0] >= 0.0 and positions[-1] <= 1.0)
+        require(rising, "positions", list(self.positions), "rising, from 0 to 1")
+        good = bool((np.diff(stiffness) > 0.0).all() and stiffness[0] > 0.0 and np.isfinite(stiffness).all())
+        require(good, "stiffness_n_mm", list(self.stiffness_n_mm), "above 0 and rising with the position")
+
+    def position(self, stiffness_n_mm: float) -> float:
+        """Where the servo must be for a stiffness; `BadValue` outside what was calibrated.
+
+        >>> round(PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)).position(80.0), 6)
+        0.5
+        """
+        low, high = self.stiffness_n_mm[0], self.stiffness_n_mm[-1]
+        require(low <= stiffness_n_mm <= high, "stiffness", stiffness_n_mm, f"{low:g} to {high:g} N/mm")
+        return float(np.interp(np.log(stiffness_n_mm), np.log(self.stiffness_n_mm), self.positions))
+
+    @staticmethod
+    def load(path: str | Path) -> "PlateCalibration":
+        """The calibration in a file; `BadFile` for what is none."""
+        return read_document(read_file(path), str(path), FORMAT, VERSION, PlateCalibration)
+
+    def save(self, path: str | Path) -> None:
+        """Write the calibration beside `path` and move it into place."""
+        write_file(path, write_document(FORMAT, VERSION, self) + b"\n")
+
+
+class Plate:
+    """The plate at a serial port. `want` says which stiffness, `poll` drives it there and says whether it is; no wait.
+
+    It never moves under a load: a move that is asked for waits until nobody is on the plate, and one that is on is held
+    when somebody steps on, and then made anew.
+    """
+
+    def __init__(
+        self,
+        port: str,
+        calibration: PlateCalibration,
+        move_s: float = MOVE_S,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.calibration, self._move_s, self._clock = calibration, move_s, clock
+        self._line = _opened(port)
+        self._port, self._text = port, b""
+        self._position = 0.0
+        self._is_wanted = self._is_moving = False
+        self._due = 0.0
+
+    def want(self, stiffness_n_mm: float) -> None:
+        """Go to a stiffness; takes as long when the plate has it already. `BadValue` for one that it cannot have."""
+        self._position, self._is_wanted = self.calibration.position(stiffness_n_mm), True
+
+    def poll(self, is_loaded: bool) -> bool:
+        """Go on; whether the plate stands still where it was wanted. `DeviceError` where it is lost."""
+        for line in self._lines():
+            word, _, rest = line.partition(" ")
+            if word == "ERR":
+                raise DeviceError(f"the plate at {self._port} says: {rest}")
+            if word == "AT" and self._is_moving and abs(_number(rest) - self._position) < 1e-3:
+                self._is_moving = False
+        if is_loaded and self._is_moving:
+            self._write("HOLD")
+            self._is_moving, self._is_wanted = False, True
+        if self._is_wanted and not is_loaded:
+            self._write(f"MOVE {self._position:.4f} {self._move_s:.3f}")
+            self._is_wanted, self._is_moving = False, True
+            self._due = self._clock() + self._move_s + LATE_S
+        if self._is_moving and self._clock() > self._due:
+            raise DeviceError(f"the plate at {self._port} does not arrive; is it plugged in, and free to move?")
+        return not (self._is_wanted or self._is_moving)
+
+    def close(self) -> None:
+        """Stop it, and let go of the port."""
+        with suppress(DeviceError):
+            self._write("HOLD")
+        self._line.close()
+
+    def _lines(self) -> Sequence[str]:
+        try:
+            self._text += self._line.read(self._line.in_waiting or 0)
+        except (OSError, TypeError) as error:
+            raise DeviceError(f"the plate at {self._port} went away: {error}") from None
+        *lines, self._text = self._text.split(b"\n")
+        return [line.decode("ascii", "replace").strip() for line in lines]
+
+    def _write(self, text: str) -> None:
+        try:
+            self._line.write(f"{text}\n".encode())
+        except OSError as error:
+            raise DeviceError(f"the plate at {self._port} went away: {error}") from None
+
+
+def plate_of(text: str) -> Plate:
+    """The plate of `PORT:FILE`, a serial port and a calibration file; `BadValue`, `BadFile` or `DeviceError`."""
+    port, colon, path = text.rpartition(":")
+    if not colon or not port or not path:
+        raise BadValue(f"plate is {text!r}; allowed: PORT:FILE, as /dev/ttyACM0:plate.json")
+    return Plate(port, PlateCalibration.load(path))
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return -1.0
+
+
+def _opened(port: str) -> Any:
+    import serial
+
+    try:
+        return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0)
+    except (OSError, ValueError) as error:
+        raise DeviceError(f"the plate at {port} cannot be opened: {error}") from None

@@ -1,0 +1,99 @@
+"""Which analysis is for which method, and all of them for a table of trials."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from underfoot.errors import BadMeasurement, require
+from underfoot.experiments.analysis import bayesian, constant, identification, labels, ratings, staircase, targets
+from underfoot.experiments.analysis.comparisons import spearman
+from underfoot.experiments.analysis.estimate import Estimate
+from underfoot.experiments.analysis.findings import Findings
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, grouped
+
+LEAST_PEOPLE = 5
+"""With fewer people nothing is correlated."""
+MOST_ESTIMATES = 6
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What one person's rows estimate, what those of all say, and the columns that both need."""
+
+    estimates: Callable[[Sequence[Row], Settings], list[Estimate]]
+    findings: Callable[[Sequence[Row], Settings], Findings]
+    needs: tuple[str, ...]
+
+
+ANALYSES: Mapping[str, Analysis] = {
+    "absolute-identification": Analysis(identification.estimates, identification.findings, ("correct", "number")),
+    "constant-stimuli": Analysis(constant.estimates, constant.findings, ("stimulus",)),
+    "staircases": Analysis(staircase.estimates, staircase.findings, ("staircase", "comparison", "level_db")),
+    "rating": Analysis(ratings.estimates, ratings.findings, ("stimulus", "rating")),
+    "free-labels": Analysis(labels.estimates, labels.findings, ("stimulus", "label")),
+    "target-selection": Analysis(
+        targets.estimates, targets.findings, ("selected", "time_s", "width_m", "distance_m", "bearing_rad")
+    ),
+    "bayesian": Analysis(bayesian.estimates, bayesian.findings, ("level_db",)),
+}
+
+
+def settings_of(protocol: Protocol | None, stage: str, settings: Settings) -> Settings:
+    """The settings with the parameters of the method of a stage; the methods' own without a protocol."""
+    if protocol is None:
+        return settings
+    use = protocol.stage(stage).method
+    return (
+        settings
+        if use is None
+        else replace(settings, given=METHODS[use.kind].checked(use.parameters, protocol.stimuli))
+    )
+
+
+def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings) -> list[Findings]:
+    """The findings of every stage of trials that counts. `BadMeasurement` where no trial counts.
+
+    `BadValue` for a method that there is not, or a column that it needs and no row has.
+    """
+    found = []
+    for (stage, method), part in grouped(counted(rows), "stage", "method").items():
+        require(method in ANALYSES, "method", method, ", ".join(ANALYSES))
+        analysis = ANALYSES[method]
+        have = {name for row in part for name in row}
+        for name in analysis.needs:
+            require(name in have, "columns", name, f"a table of {method} has the columns {', '.join(analysis.needs)}")
+        findings = analysis.findings(part, settings_of(protocol, stage, settings))
+        findings.title = f"{METHODS[method].name}: {stage}"
+        _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
+        found.append(findings)
+    if not found:
+        raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
+    return found
+
+
+def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:
+    """Add rank correlations of each estimate with the numbers that participants gave of themselves."""
+    people = grouped(rows, "participant")
+    names = [name for name in columns_of(rows) if name.startswith(OF_PERSON)]
+    kept: dict[str, list[float]] = {}
+    for name in names:
+        given = [part[0].get(name) for part in people.values()]
+        if len(set(given)) > 2:
+            numbers = [float(value) for value in given if isinstance(value, int | float)]
+            kept |= {name: numbers} if len(numbers) == len(given) else {}
+    if not kept or len(people) < LEAST_PEOPLE:
+        return
+    several = [{one.name: one.value for one in analysis.estimates(part, settings)} for part in people.values()]
+    shared = [name for name in several[0] if all(math.isfinite(one.get(name, math.nan)) for one in several)]
+    found = []
+    for estimate in shared[:MOST_ESTIMATES]:
+        for name, values in kept.items():
+            ranked = [one[estimate] for one in several]
+            if len(set(ranked)) > 2:
+                found.append(spearman(f"{estimate}, {name.removeprefix(OF_PERSON)}", ranked, values))
+    if found:
+        note = "Spearman's rank correlation over people; p is not corrected for their number."
+        findings.add_tests("Who takes part", lambda: found, note)

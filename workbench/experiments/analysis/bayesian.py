@@ -1,0 +1,51 @@
+"""The adaptive Bayesian method: what is believed of threshold and spread after all answers."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from underfoot.drawing import Drawing, ReferenceLine, series
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval
+from underfoot.experiments.analysis.findings import Findings, estimates_table
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.methods.bayesian import Bayesian, quest_of
+from underfoot.experiments.methods.staircases import is_yes
+from underfoot.experiments.table import Row, grouped
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person: threshold and spread, in dB re the stimulus's level, with 95 % of what is believed."""
+    given = {name: parameter.default for name, parameter in Bayesian.parameters.items()} | dict(settings.given)
+    quest = quest_of(given)
+    followed = [row for row in rows if not row.get("catch")]
+    for row in followed:
+        answer = "Yes" if is_yes(row, row) else "No"
+        quest.update(stim={"intensity": float(row["level_db"])}, outcome={"response": answer})
+    name = str(followed[0].get("comparison", "")) if followed else ""
+    found = []
+    for estimate, parameter in ((f"threshold {name}".rstrip(), "mean"), ("spread", "sd")):
+        values = np.asarray(quest.param_domain[parameter], np.float64)
+        believed = np.asarray(quest.marginal_posterior[parameter], np.float64)
+        below = np.cumsum(believed)
+        low, high = (float(np.interp(share, below, values)) for share in (0.025, 0.975))
+        found.append(Estimate(estimate, float(quest.param_estimate[parameter]), low, high, "dB"))
+    return found
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """Over people: thresholds, and the levels that were chosen."""
+    found = Findings("Adaptive, Bayesian")
+    people = grouped(rows, "participant")
+    lines = [(str(person), one) for (person,), part in people.items() for one in estimates(part, settings)]
+    found.tables.append(estimates_table("Thresholds of each person", "participant", lines))
+    values = [one.value for _, one in lines if one.name.startswith("threshold")]
+    over = [("all people", mean_interval("threshold", values, "dB"))]
+    found.tables.append(estimates_table("Thresholds over people", "of", over))
+    for (person,), part in people.items():
+        levels = [float(row["level_db"]) for row in part if not row.get("catch")]
+        marks = (
+            ReferenceLine("y", next(one.value for p, one in lines if p == str(person)), dashed=True, name="threshold"),
+        )
+        line = series("level", np.arange(1, len(levels) + 1), levels)
+        found.drawings.append(Drawing(f"Levels of {person}", "trial", "level, dB", (line,), lines=marks))
+    return found

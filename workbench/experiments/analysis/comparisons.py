@@ -1,0 +1,179 @@
+"""Tests between conditions, by SciPy and statsmodels: what each takes, and the figures that a paper prints."""
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from underfoot.errors import BadMeasurement
+from underfoot.experiments.analysis.libraries import statsmodels
+
+
+@dataclass(frozen=True)
+class Test:
+    """One test: of what, its statistic by name, degrees of freedom, p, and the size of the effect by name."""
+
+    __test__ = False  # no test of pytest
+
+    name: str
+    statistic: str
+    value: float
+    df: tuple[float, ...]
+    p: float
+    effect: str = ""
+    size: float = math.nan
+
+
+def one_way_anova(name: str, groups: Sequence[ArrayLike]) -> Test:
+    """Do the means of groups of different people differ?
+
+    >>> found = one_way_anova("set", [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
+    >>> found.df, found.value, round(found.p, 3)
+    ((1, 4), 1.5, 0.288)
+    """
+    from scipy import stats
+
+    values = [np.asarray(group, np.float64) for group in groups]
+    _require_groups(name, values, 2)
+    found = stats.f_oneway(*values)
+    total = sum(map(len, values))
+    mean = np.concatenate(values).mean()
+    between = sum(len(v) * (v.mean() - mean) ** 2 for v in values)
+    within = sum(((v - v.mean()) ** 2).sum() for v in values)
+    size = float(between / (between + within)) if between + within else math.nan
+    df = (len(values) - 1, total - len(values))
+    return Test(name, "F", float(found.statistic), df, float(found.pvalue), "eta squared", size)
+
+
+def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, factors: Sequence[str]) -> list[Test]:
+    """Effects of factors within people, and of their interactions, with partial eta squared (statsmodels' AnovaRM).
+
+    `table` has rows with `participant`, the factors and `value`; several rows of one cell are averaged. Each person
+    must have every cell.
+    """
+    pandas = _pandas()
+    columns = ["participant", *factors, value]
+    frame = pandas.DataFrame([{column: row[column] for column in columns} for row in table])
+    if frame.empty or frame["participant"].nunique() < 2:
+        raise BadMeasurement("an analysis of variance within people needs two or more of them")
+    cells = frame.groupby(list(factors), observed=True).ngroups
+    kept = [len(set(zip(*(part[f] for f in factors), strict=True))) for _, part in frame.groupby("participant")]
+    if any(count != cells for count in kept):
+        raise BadMeasurement("somebody lacks a condition: the analysis of variance needs all of them from each person")
+    anova = statsmodels("stats.anova").AnovaRM
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of pandas, inside statsmodels
+        model = anova(frame, value, "participant", within=list(factors), aggregate_func="mean")
+        rows = model.fit().anova_table
+    found = []
+    for name, row in rows.iterrows():
+        f, above, below = float(row["F Value"]), float(row["Num DF"]), float(row["Den DF"])
+        size = f * above / (f * above + below)
+        found.append(Test(str(name).replace(":", " x "), "F", f, (above, below), float(row["Pr > F"]), _PARTIAL, size))
+    return found
+
+
+_PARTIAL = "partial eta squared"
+
+
+def friedman(name: str, conditions: Sequence[ArrayLike]) -> Test:
+    """Do three or more conditions differ, each measured on the same people, by ranks?"""
+    from scipy import stats
+
+    values = [np.asarray(condition, np.float64) for condition in conditions]
+    _require_groups(name, values, 3)
+    found = stats.friedmanchisquare(*values)
+    people = len(values[0])
+    size = float(found.statistic) / (people * (len(values) - 1))
+    return Test(
+        name, "chi squared", float(found.statistic), (len(values) - 1,), float(found.pvalue), "Kendall's W", size
+    )
+
+
+def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Test]:
+    """Paired t tests of conditions measured on the same people, all pairs, or each `against` one; p by Bonferroni."""
+    from scipy import stats
+
+    values = {name: np.asarray(v, np.float64) for name, v in conditions.items()}
+    pairs = [(one, against) for one in values if one != against] if against else list(combinations(values, 2))
+    found = []
+    for one, other in pairs:
+        _require_groups(f"{one} - {other}", [values[one], values[other]], 2)
+        result = stats.ttest_rel(values[one], values[other])
+        difference = values[one] - values[other]
+        spread = float(difference.std(ddof=1))
+        size = float(difference.mean()) / spread if spread else math.nan
+        df = (float(len(difference) - 1),)
+        found.append(
+            Test(f"{one} - {other}", "t", float(result.statistic), df, float(result.pvalue), "Cohen's d", size)
+        )
+    corrected = statsmodels("stats.multitest").multipletests([one.p for one in found], method="bonferroni")[1]
+    return [
+        Test(one.name, one.statistic, one.value, one.df, float(p), one.effect, one.size)
+        for one, p in zip(found, corrected, strict=True)
+    ]
+
+
+def spearman(name: str, x: ArrayLike, y: ArrayLike) -> Test:
+    """Does one thing rise with another, by ranks?"""
+    from scipy import stats
+
+    values = [np.asarray(x, np.float64), np.asarray(y, np.float64)]
+    if len(values[0]) < 3 or min(np.ptp(v) for v in values) == 0.0:
+        raise BadMeasurement(f"{name}: a correlation needs three or more people who differ")
+    found = stats.spearmanr(values[0], values[1])
+    return Test(name, "rho", float(found.statistic), (float(len(values[0]) - 2),), float(found.pvalue))
+
+
+def fisher(name: str, counts: ArrayLike) -> Test:
+    """Fisher's exact test of a table of two by two counts; the effect is the odds ratio.
+
+    >>> found = fisher("tea", [[3, 1], [1, 3]])
+    >>> round(found.p, 4), found.size
+    (0.4857, 9.0)
+    """
+    from scipy import stats
+
+    found = stats.fisher_exact(np.asarray(counts))
+    ratio = float(found.statistic)
+    return Test(name, "odds ratio", ratio, (), float(found.pvalue), "odds ratio", ratio)
+
+
+def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike]) -> list[Test]:
+    """How success depends on numbers: a coefficient a factor, with Wald's z and its p; `size` is the coefficient.
+
+    `BadMeasurement` where a factor tells success from failure without a mistake, or all are alike.
+    """
+    outcome = np.asarray(success, np.float64)
+    columns = [np.asarray(values, np.float64) for values in factors.values()]
+    if not 0.0 < outcome.sum() < len(outcome) or any(np.ptp(column) == 0.0 for column in columns):
+        raise BadMeasurement("all trials are alike; there is nothing to regress")
+    design = np.column_stack([np.ones_like(outcome), *columns])
+    logit = statsmodels("discrete.discrete_model").Logit
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # separation and failure to converge are warnings there
+        try:
+            found = logit(outcome, design).fit(disp=0)
+        except Exception as error:
+            raise BadMeasurement(f"the logistic regression does not converge: {str(error).splitlines()[0]}") from None
+    return [
+        Test(name, "z", float(z), (), float(p), "coefficient", float(b))
+        for name, z, p, b in zip(("intercept", *factors), found.tvalues, found.pvalues, found.params, strict=True)
+    ]
+
+
+def _require_groups(name: str, values: Sequence[Any], least: int) -> None:
+    if len(values) < least or any(len(v) < 2 for v in values):
+        raise BadMeasurement(f"{name}: a test needs {least} or more conditions, with two or more values in each")
+
+
+def _pandas() -> Any:
+    statsmodels("api")  # which needs it, and says so in one line where it is missing
+    import pandas
+
+    return pandas

@@ -1,0 +1,169 @@
+"""Constant stimuli: psychometric curves by condition, and how they differ (thesis figure 6.7, tables 6.2, 6.3)."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from underfoot.drawing import Drawing, ReferenceLine, Series, series
+from underfoot.errors import BadMeasurement
+from underfoot.experiments.analysis import thesis
+from underfoot.experiments.analysis.comparisons import Test, friedman, paired_t
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval
+from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
+from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
+from underfoot.experiments.analysis.psychometric import fit
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.table import Row, factors_of, grouped
+
+_LABELS = {"stiffness_n_mm": "stiffness, N/mm", "level_m_s2": "level, m/s^2"}
+_COLOURS = ("force", "vibration", "contact", "events", "muted")
+
+
+def judged_more(row: Row) -> bool:
+    """Whether the comparison of a trial was judged to have more of what its factor counts.
+
+    >>> judged_more({"interval": "first", "comparison_at": "second", "judged_more": "not chosen"})
+    True
+    """
+    if row.get("felt"):
+        return bool(row["felt"] == "yes")
+    chosen = row["interval"] == row["comparison_at"]
+    return bool(chosen != (row.get("judged_more") == "not chosen"))
+
+
+def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
+    """The factor along which curves go: the one of most different numbers; and what tells curves apart, or ""."""
+    values = {name: {row[name] for row in rows if name in row} for name in factors_of(rows)}
+    numbers = [name for name, found in values.items() if all(isinstance(v, int | float) for v in found)]
+    if not numbers:
+        raise BadMeasurement("the stimuli have no factor that is a number; a curve needs one")
+    axis = max(numbers, key=lambda name: len(values[name]))
+    return axis, next((name for name in values if name != axis), "")
+
+
+def axis_label(factor: str) -> str:
+    """What an axis of this factor says.
+
+    >>> axis_label("stiffness_n_mm"), axis_label("loudness")
+    ('stiffness, N/mm', 'loudness')
+    """
+    return _LABELS.get(factor, factor.replace("_", " "))
+
+
+def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list[int]]:
+    """Levels along the axis, how often more was judged at each, and of how many."""
+    parts = sorted(grouped(rows, axis).items())
+    yes = [sum(judged_more(row) for row in part) for _, part in parts]
+    return [float(level) for (level,), _ in parts], yes, [len(part) for _, part in parts]
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person: PSE, slope and intercept of each condition's curve; NaN for one that cannot be fitted."""
+    axis, condition = axis_and_condition(rows)
+    found = []
+    for (value,), part in sorted(grouped(rows, condition).items()) if condition else [(("",), rows)]:
+        try:
+            x, yes, of = counts(part, axis)
+            three = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses)
+        except BadMeasurement:
+            three = tuple(Estimate(name, np.nan) for name in ("pse", "slope", "intercept"))  # type: ignore[assignment]
+        found += [replace(one, name=f"{one.name} {value}".rstrip()) for one in three]
+    return found
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """Over people: shares by level, curves, and tests of PSE, slope and intercept between conditions."""
+    found = Findings("Constant stimuli")
+    try:
+        axis, condition = axis_and_condition(rows)
+    except BadMeasurement as error:
+        found.remarks.append(str(error))
+        return found
+    people = {person: estimates(part, settings) for (person,), part in grouped(rows, "participant").items()}
+    lines = [(str(person), one) for person, several in people.items() for one in several]
+    how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
+    found.tables.append(estimates_table("Curves of each person", "participant", lines, how))
+    by_name: dict[str, list[float]] = {}
+    for several in people.values():
+        for one in several:
+            by_name.setdefault(one.name, []).append(one.value)
+    found.tables.append(_medians(by_name))
+    found.tables.append(_shares(rows, axis, condition))
+    found.drawings.append(_curves_drawn(rows, axis, condition))
+    for name in ("pse", "slope", "intercept"):
+        compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
+        if len(compared) > 1:
+            found.add_tests(f"Does {condition} change the {name}?", _tests(name, compared), _THESIS[name])
+    return found
+
+
+_THESIS = {
+    "pse": "Thesis table 6.3: chi squared (2) = 34.9, p < 1e-7.",
+    "slope": "Thesis table 6.3: chi squared (2) = 17.2, p < 0.0002; the slope falls, though its text says it rose.",
+    "intercept": "Thesis table 6.3: chi squared (2) = 3.9, p > 0.14.",
+}
+
+
+def _tests(name: str, values: Mapping[str, Sequence[float]]) -> Callable[[], list[Test]]:
+    def make() -> list[Test]:
+        table = np.array(list(values.values()))
+        whole = np.isfinite(table).all(axis=0)
+        kept = dict(zip(values, table[:, whole], strict=True))
+        ranks = [friedman(name, list(kept.values()))] if len(kept) > 2 else []
+        return ranks + paired_t(kept)
+
+    return make
+
+
+def _medians(by_name: Mapping[str, Sequence[float]]) -> Table:
+    printed = {"pse": thesis.PSE_N_MM, "slope": thesis.SLOPE_MM_N, "intercept": thesis.INTERCEPT}
+    rows = []
+    for name, values in by_name.items():
+        word, _, level = name.partition(" ")
+        beside = printed[word].get(_number(level), np.nan)
+        mean = mean_interval(name, values)
+        rows.append((name, float(np.nanmedian(values)), mean.value, mean.low, mean.high, beside))
+    columns = ("of", "median", "mean", "95 % from", "to", "thesis, median")
+    return Table("Curves over people", columns, tuple(rows), "Thesis table 6.3: stiffness against vibration.")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return np.nan
+
+
+def _shares(rows: Sequence[Row], axis: str, condition: str) -> Table:
+    parts = sorted(grouped(rows, condition).items()) if condition else [(("",), list(rows))]
+    levels = sorted({float(row[axis]) for row in rows})
+    lines = []
+    for level in levels:
+        cells = []
+        for _, part in parts:
+            here = [judged_more(row) for row in part if float(row[axis]) == level]
+            cells.append(float(np.mean(here)) if here else np.nan)
+        lines.append((level, *cells))
+    names = tuple(f"{condition} {value}" if condition else "share" for (value,), _ in parts)
+    return Table("Share judged more", (axis, *names), tuple(lines), "All people together.")
+
+
+def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
+    """Shares with the curve of all people together; the thesis's shares beside where the levels are its own."""
+    drawn: list[Series] = []
+    parts = sorted(grouped(rows, condition).items()) if condition else [(("",), list(rows))]
+    for colour, ((value,), part) in zip(_COLOURS, parts, strict=False):
+        x, yes, of = counts(part, axis)
+        name = f"{value} {axis_label(condition).partition(', ')[2] or condition}" if condition else "judged more"
+        drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))
+        fine = np.linspace(min(x), max(x), 100)
+        try:
+            drawn.append(series("", fine, fit(x, yes, of).at(fine), "line", colour))
+        except BadMeasurement:
+            continue
+        if axis == "stiffness_n_mm" and value in thesis.JUDGED_STIFFER:
+            label = f"thesis, {value}"
+            drawn.append(series(label, thesis.STIFFNESS_N_MM, thesis.JUDGED_STIFFER[value], "dashed", colour))
+    half = (ReferenceLine("y", 0.5, dashed=True),)
+    return Drawing("Judged more", axis_label(axis), "share", tuple(drawn), y_range=(0.0, 1.0), lines=half)

@@ -1,0 +1,49 @@
+"""An estimate with its interval, and what many of them say beside a truth that is known."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value of `name`, in `unit`, with the ends of its 95 % interval; NaN for what there is not."""
+
+    name: str
+    value: float
+    low: float = math.nan
+    high: float = math.nan
+    unit: str = ""
+
+    def covers(self, truth: float) -> bool:
+        """Whether the interval holds a value."""
+        return self.low <= truth <= self.high
+
+
+def mean_interval(name: str, values: Sequence[float], unit: str = "") -> Estimate:
+    """The mean of values with Student's 95 % interval; without one for fewer than two.
+
+    >>> found = mean_interval("x", [1.0, 2.0, 3.0])
+    >>> found.value, round(found.low, 3)
+    (2.0, -0.484)
+    """
+    kept = [float(value) for value in values if math.isfinite(value)]
+    if not kept:
+        return Estimate(name, math.nan, unit=unit)
+    from scipy import stats
+
+    mean = sum(kept) / len(kept)
+    if len(kept) < 2:
+        return Estimate(name, mean, unit=unit)
+    half = float(stats.sem(kept) * stats.t.ppf(0.975, len(kept) - 1))
+    return Estimate(name, mean, mean - half, mean + half, unit)
+
+
+def share_interval(name: str, count: int, of: int) -> Estimate:
+    """A share with Wilson's 95 % interval (statsmodels)."""
+    from underfoot.experiments.analysis.libraries import statsmodels
+
+    if of == 0:
+        return Estimate(name, math.nan)
+    low, high = statsmodels("stats.proportion").proportion_confint(count, of, method="wilson")
+    return Estimate(name, count / of, float(low), float(high))

@@ -1,0 +1,120 @@
+"""Absolute identification: rates, learning, confusions and information (thesis figures 3.8 to 3.11)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.drawing import Drawing, HeatMap, ReferenceLine, series
+from underfoot.experiments.analysis import thesis
+from underfoot.experiments.analysis.comparisons import Test, one_way_anova
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval, share_interval
+from underfoot.experiments.analysis.findings import Cell, Findings, Table, estimates_table
+from underfoot.experiments.analysis.information import information
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.table import Row, grouped
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person: the rate of right answers, of all sessions and of each, and the information transmitted."""
+    found = [_rate("rate", rows)]
+    found += [_rate(f"rate in session {block}", part) for (block,), part in grouped(rows, "block").items()]
+    return [*found, information(confusion(rows)[1])]
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """Over people: rates by person and set, learning, confusions, and tests between sets."""
+    found = Findings("Absolute identification")
+    people = grouped(rows, "participant")
+    by_person = [(f"{person}{_set_of(part)}", _rate("rate", part)) for (person,), part in people.items()]
+    found.tables.append(estimates_table("Rates of each person", "participant", by_person, "Intervals are Wilson's."))
+    sets = grouped(rows, "set")
+    for (name,), part in sets.items():
+        rates = [_rate("", p).value for p in grouped(part, "participant").values()]
+        title = f"Set {name}" if name else "All"
+        sessions = grouped(part, "block")
+        lines = [("all sessions", mean_interval("rate", rates))]
+        for (block,), session in sessions.items():
+            values = [_rate("", p).value for p in grouped(session, "participant").values()]
+            lines.append((f"session {block}", mean_interval("rate", values)))
+        stimuli, counts = confusion(part)
+        lines.append(("all people together", information(counts)))
+        found.tables.append(estimates_table(title, "of", lines, _THESIS))
+        found.tables.append(_confusion_table(title, stimuli, counts))
+        found.drawings.append(_confusion_drawn(title, counts))
+    found.drawings.insert(0, _learning_drawn(sets))
+    if len(sets) > 1:
+        found.add_tests("Do the sets differ?", lambda: _tests(sets))
+    return found
+
+
+_THESIS = (
+    f"Thesis 3.4.2: mean {thesis.IDENTIFIED_MEAN:.0%}, standard deviation {thesis.IDENTIFIED_SD:.0%}, chance "
+    f"{thesis.CHANCE:.1%}; the best stimulus {thesis.LEAST_CONFUSED:.0%}, the worst {thesis.MOST_CONFUSED:.0%}."
+)
+
+
+def confusion(rows: Sequence[Row]) -> tuple[list[str], NDArray[np.int64]]:
+    """The stimuli by number, and counts of answers: [presented, answered], each from number 1 on."""
+    names = {int(row["correct"]): str(row.get("stimulus", row["correct"])) for row in rows}
+    most = max([*names, *(int(row["number"]) for row in rows)])
+    counts = np.zeros((most, most), np.int64)
+    for row in rows:
+        counts[int(row["correct"]) - 1, int(row["number"]) - 1] += 1
+    return [names.get(k + 1, str(k + 1)) for k in range(most)], counts
+
+
+def _rate(name: str, rows: Sequence[Row]) -> Estimate:
+    right = sum(int(row["number"]) == int(row["correct"]) for row in rows)
+    return share_interval(name, right, len(rows))
+
+
+def _set_of(rows: Sequence[Row]) -> str:
+    return f", {rows[0]['set']}" if rows and "set" in rows[0] else ""
+
+
+def _tests(sets: dict[tuple[str, ...], list[Row]]) -> list[Test]:
+    def rates(part: Sequence[Row]) -> list[float]:
+        return [_rate("", p).value for p in grouped(part, "participant").values()]
+
+    tests = [one_way_anova("all sessions", [rates(part) for part in sets.values()])]
+    blocks = sorted({row["block"] for part in sets.values() for row in part})
+    for block in blocks:
+        parts = [[row for row in part if row["block"] == block] for part in sets.values()]
+        tests.append(one_way_anova(f"session {block}", [rates(part) for part in parts]))
+    return tests
+
+
+def _confusion_table(title: str, stimuli: list[str], counts: NDArray[np.int64]) -> Table:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (name, *map(int, line)) for name, line in zip(stimuli, counts, strict=True)
+    )
+    return Table(f"{title}: answers to each stimulus", ("stimulus", *stimuli), rows)
+
+
+def _confusion_drawn(title: str, counts: NDArray[np.int64]) -> Drawing:
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    levels = np.round(255.0 * shares).astype(np.uint8)
+    edge = (0.5, len(counts) + 0.5)
+    return Drawing(
+        f"{title}: confusions", "answered", "presented", heat=HeatMap(levels, edge, edge), x_range=edge, y_range=edge
+    )
+
+
+def _learning_drawn(sets: dict[tuple[str, ...], list[Row]]) -> Drawing:
+    lines = []
+    for colour, ((name,), part) in zip(("vibration", "force", "muted"), sets.items(), strict=False):
+        blocks, means, ends = [], [], []
+        for (block,), session in grouped(part, "block").items():
+            one = mean_interval("", [_rate("", p).value for p in grouped(session, "participant").values()])
+            blocks.append(float(block))
+            means.append(one.value)
+            ends.append((one.low, one.high))
+        lines.append(series(str(name) or "rate", blocks, means, colour=colour))
+        for k, label in ((0, "95 %"), (1, "")):
+            lines.append(series(label, blocks, [end[k] for end in ends], "dashed", colour))
+    marks = (
+        ReferenceLine("y", thesis.CHANCE, dashed=True, name="chance"),
+        ReferenceLine("y", thesis.IDENTIFIED_MEAN, dashed=True, name="thesis, mean"),
+    )
+    return Drawing("Learning", "session", "right answers", tuple(lines), y_range=(0.0, 1.0), lines=marks)

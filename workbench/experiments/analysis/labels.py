@@ -1,0 +1,54 @@
+"""Free labels: the words, and how often labels of each sort were given to each set (thesis 3.4.2)."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from underfoot.experiments.analysis import thesis
+from underfoot.experiments.analysis.comparisons import fisher
+from underfoot.experiments.analysis.estimate import Estimate, share_interval
+from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.methods.free_labels import NOT_SORTED
+from underfoot.experiments.table import Row, grouped
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person, or of all: the share of the first sort among the labels of each set that were sorted."""
+    sorts = _sorts(rows, settings)
+    found = []
+    for (name,), part in sorted(grouped(rows, "set").items()):
+        done = [row["sort"] for row in part if row.get("sort") in sorts]
+        if sorts:
+            found.append(share_interval(f"{sorts[0]} {name}".rstrip(), done.count(sorts[0]), len(done)))
+    return found
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """Over people: labels of each stimulus, shares of sorts, and Fisher's test between two sets."""
+    found = Findings("Free labels")
+    words = []
+    for (name,), part in sorted(grouped(rows, "stimulus").items()):
+        given = Counter(str(row.get("label", "")).strip().lower() for row in part)
+        words.append((str(name), ", ".join(f"{word} ({n})" if n > 1 else word for word, n in given.most_common())))
+    found.tables.append(Table("Labels", ("stimulus", "labels"), tuple(words)))
+    sorts = _sorts(rows, settings)
+    if not sorts:
+        found.remarks.append("No label was sorted yet: fill in the column sort of the table of trials.")
+        return found
+    printed = ", ".join(f"{name} {share:.0%}" for name, share in thesis.IMPACT_LABELS.items())
+    note = f"Thesis 3.4.2, labels that name an impact: {printed}."
+    found.tables.append(
+        estimates_table("Sorts", "of", [("all people", one) for one in estimates(rows, settings)], note)
+    )
+    sets = sorted(grouped(rows, "set").items())
+    if len(sets) == 2 and len(sorts) == 2:
+        table = [[sum(row.get("sort") == sort for row in part) for sort in sorts] for _, part in sets]
+        found.add_tests("Do the sets differ?", lambda: [fisher("set by sort", table)])
+    return found
+
+
+def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:
+    """The sorts, in the order of the protocol, or as they come in the table."""
+    named = [part.strip() for part in str(settings.given.get("sorts", "")).split(",") if part.strip()]
+    used = dict.fromkeys(str(row.get("sort", "")) for row in rows)
+    return [sort for sort in (named or used) if sort not in ("", NOT_SORTED)]

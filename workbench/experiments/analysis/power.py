@@ -1,0 +1,63 @@
+"""What simulated participants say of a study before the first real one: a table and pictures of bias and spread."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from underfoot.drawing import Drawing, ReferenceLine, series
+from underfoot.experiments.analysis.findings import Cell, Findings, Table
+from underfoot.experiments.simulation import Summary
+
+GROUPS = (10, 20, 40)
+"""So many people, for whose mean the standard error is told."""
+_COLOURS = ("vibration", "force", "contact", "events", "muted")
+_MOST_LINES = 5
+
+
+def power_of(summaries: Sequence[Summary], people: int) -> Findings:
+    """A table of every estimate, and pictures of spread against trials and of standard error against people."""
+    found = Findings(f"{people} simulated participants")
+    whole = [one for one in summaries if one.share == 1.0]
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (one.name, one.truth, one.mean, one.bias, one.spread, *(one.spread_of(n) for n in GROUPS), one.covered)
+        for one in whole
+    )
+    columns = ("estimate", "truth", "mean", "bias", "spread", *(f"SE of {n}" for n in GROUPS), "95 % hold")
+    note = (
+        "Spread is the standard deviation from person to person, all with the same truth; SE that of the mean of so "
+        "many people; the last column how often 95 % intervals hold the truth."
+    )
+    found.tables.append(Table("Estimates beside the truth", columns, rows, note))
+    for name in dict.fromkeys(one.name.split(" ")[0] for one in whole):
+        of_kind = [one for one in whole if one.name.split(" ")[0] == name][:_MOST_LINES]
+        found.drawings.append(_against_trials([one.name for one in of_kind], summaries))
+        found.drawings.append(_against_people(of_kind))
+    missing = [one for one in whole if one.missing > 0.0]
+    found.remarks += [f"{one.name}: {one.missing:.1%} of the people have no estimate." for one in missing]
+    return found
+
+
+def _against_trials(names: Sequence[str], summaries: Sequence[Summary]) -> Drawing:
+    """Spread and bias at shares of the trials; what theory says beside: the spread falls as 1 / sqrt(trials)."""
+    lines = []
+    for colour, name in zip(_COLOURS, names, strict=False):
+        parts = sorted((one for one in summaries if one.name == name), key=lambda one: one.share)
+        shares = np.array([100.0 * one.share for one in parts])
+        lines.append(series(name, shares, [one.spread for one in parts], colour=colour))
+        theory = parts[-1].spread * np.sqrt(100.0 / shares)
+        lines.append(series("", shares, theory, "dashed", colour))
+        lines.append(series("", shares, [one.bias for one in parts], "dots", colour))
+    title = f"{names[0].split(' ')[0]}: spread (line), 1 / sqrt(trials) (dashed), bias (dots)"
+    return Drawing(title, "trials, %", "in the unit of the estimate", tuple(lines), lines=(ReferenceLine("y", 0.0),))
+
+
+def _against_people(of_kind: Sequence[Summary]) -> Drawing:
+    people = np.arange(1, 61)
+    lines = tuple(
+        series(one.name, people, one.spread / np.sqrt(people), colour=colour)
+        for colour, one in zip(_COLOURS, of_kind, strict=False)
+        if math.isfinite(one.spread)
+    )
+    title = f"{of_kind[0].name.split(' ')[0]}: standard error of the mean"
+    return Drawing(title, "people", "in the unit of the estimate", lines)

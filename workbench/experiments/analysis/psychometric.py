@@ -1,0 +1,165 @@
+"""A psychometric curve: a cumulative normal by probit regression, its point of subjective equality, and intervals.
+
+The regression is statsmodels' (a generalised linear model with the probit link); with a lapse rate the likelihood is
+maximised by SciPy, which a probit link alone cannot do. Intervals come of a parametric bootstrap, in which data are
+drawn from the fitted curve and fitted again, or, at once, of the regression's covariance: Wald's for slope and
+intercept, and for the PSE, which is a ratio, Fieller's (Some problems in interval estimation, 1954).
+"""
+
+import math
+import warnings
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.arguments import numbers
+from underfoot.errors import BadMeasurement, require
+from underfoot.experiments.analysis.estimate import Estimate
+from underfoot.experiments.analysis.libraries import statsmodels
+
+MOST_LAPSES = 0.1
+"""A lapse rate is sought up to here; more is no lapse but another curve (Wichmann and Hill, 2001, go up to 0.06)."""
+
+_Z = 1.959964  # of a normal distribution, 2.5 % lie above it
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """P(x) = lapse + (1 - 2 lapse) Phi(intercept + slope x); `pse` is where that is a half."""
+
+    intercept: float
+    slope: float
+    lapse: float = 0.0
+    covariance: tuple[tuple[float, float], tuple[float, float]] = ((math.nan, math.nan), (math.nan, math.nan))
+    """Of intercept and slope; NaN with lapses."""
+
+    @property
+    def pse(self) -> float:
+        """The point of subjective equality; NaN for a curve without slope.
+
+        >>> Curve(-2.5, 0.025).pse
+        100.0
+        """
+        return -self.intercept / self.slope if self.slope else math.nan
+
+    def at(self, x: ArrayLike) -> Array:
+        """The probability at each of `x`."""
+        from scipy.special import ndtr
+
+        normal = ndtr(self.intercept + self.slope * np.asarray(x, np.float64))
+        return np.asarray(self.lapse + (1.0 - 2.0 * self.lapse) * normal)
+
+
+def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, with_lapses: bool = False) -> Curve:
+    """The curve of `yes` answers out of `of` at each level `x`; also shares, `of` 1.
+
+    `BadMeasurement` where all answers are alike, or fewer than two levels were presented.
+
+    >>> x = [52, 64, 76, 90, 106, 124, 146]
+    >>> round(fit(x, [0.034, 0.13, 0.33, 0.557, 0.64, 0.69, 0.77], np.ones(7)).pse, 1)
+    100.6
+    """
+    levels, counts, totals = numbers("x", x), numbers("yes", yes), numbers("of", of)
+    alike = len(levels) == len(counts) == len(totals)
+    require(alike, "yes", list(counts), f"as many values as x, {len(levels)}, and as of, {len(totals)}")
+    if len(np.unique(levels[totals > 0])) < 2 or not 0.0 < counts.sum() < totals.sum():
+        raise BadMeasurement("the answers are all alike, or of one level only; there is no curve to fit")
+    curve = _probit(levels, counts, totals)
+    return _lapsing(curve, levels, counts, totals) if with_lapses else curve
+
+
+def estimates(
+    x: ArrayLike, yes: ArrayLike, of: ArrayLike, bootstrap: int = 399, seed: int = 1, with_lapses: bool = False
+) -> tuple[Estimate, Estimate, Estimate]:
+    """PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or from the covariance for 0.
+
+    Bootstrap curves that cannot be fitted are left out. With lapses there is no interval without draws.
+    """
+    curve = fit(x, yes, of, with_lapses)
+    if bootstrap == 0:
+        return _by_covariance(curve)
+    levels, totals = np.asarray(x, np.float64), np.asarray(of, np.int64)
+    random = np.random.default_rng(seed)
+    chance = curve.at(levels)
+    again = []
+    for _ in range(bootstrap):
+        with suppress(BadMeasurement):
+            again.append(fit(levels, random.binomial(totals, chance), totals, with_lapses))
+    found = []
+    for name in ("pse", "slope", "intercept"):
+        value = getattr(curve, name)
+        found.append(Estimate(name, value, *_bias_corrected(value, [getattr(one, name) for one in again])))
+    return found[0], found[1], found[2]
+
+
+def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
+    z = _Z
+    (vii, vis), (_, vss) = curve.covariance
+    found = []
+    for name, value, variance in (("slope", curve.slope, vss), ("intercept", curve.intercept, vii)):
+        half = z * math.sqrt(variance) if variance >= 0.0 else math.nan
+        found.append(Estimate(name, value, value - half, value + half))
+    # Fieller: all x at which intercept + slope x is within z of its standard error of 0.
+    a, b, c = (
+        curve.slope**2 - z * z * vss,
+        curve.intercept * curve.slope - z * z * vis,
+        curve.intercept**2 - z * z * vii,
+    )
+    root = b * b - a * c
+    low, high = math.nan, math.nan
+    if a > 0.0 and root >= 0.0:
+        low, high = (-b - math.sqrt(root)) / a, (-b + math.sqrt(root)) / a
+    elif not math.isnan(a):
+        low, high = -math.inf, math.inf  # the slope may be 0: the data say nothing of where the curve passes a half
+    return Estimate("pse", curve.pse, low, high), found[0], found[1]
+
+
+def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
+    """Bias-corrected percentiles (Efron 1981): curves fitted to few trials are steeper than the truth, and drawn ones
+    once more."""
+    from scipy.special import ndtr, ndtri
+
+    kept = np.array([one for one in drawn if math.isfinite(one)])
+    if len(kept) < 20:
+        return math.nan, math.nan
+    below = float(np.clip(np.mean(kept < value), 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
+    low, high = np.percentile(kept, 100.0 * ndtr(2.0 * ndtri(below) + np.array([-_Z, _Z])))
+    return float(low), float(high)
+
+
+def _probit(levels: Array, counts: Array, totals: Array) -> Curve:
+    """The maximum of the likelihood, by statsmodels; levels are centred and scaled for it."""
+    glm = statsmodels("genmod.generalized_linear_model").GLM
+    families = statsmodels("genmod.families")
+    used = totals > 0
+    middle, width = float(levels[used].mean()), float(levels[used].std())
+    scaled = (levels[used] - middle) / width
+    shares = counts[used] / totals[used]
+    design = np.column_stack([np.ones_like(scaled), scaled])
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")  # of data that a step fits exactly: the slope is then as steep as it goes
+        model = glm(shares, design, families.Binomial(families.links.Probit()), freq_weights=totals[used])
+        result = model.fit()
+    a, b = (float(value) for value in result.params)
+    back = np.array([[1.0, -middle / width], [0.0, 1.0 / width]])
+    (vii, vis), (_, vss) = (back @ np.asarray(result.cov_params()) @ back.T).tolist()
+    return Curve(a - b * middle / width, b / width, covariance=((vii, vis), (vis, vss)))
+
+
+def _lapsing(start: Curve, levels: Array, counts: Array, totals: Array) -> Curve:
+    from scipy.optimize import minimize
+
+    def loss(values: Array) -> float:
+        a, b, lapse = values
+        chance = np.clip(Curve(a, b / width, lapse).at(levels - middle), 1e-12, 1.0 - 1e-12)
+        return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
+
+    middle, width = float(levels.mean()), float(levels.std()) or 1.0
+    first = [start.intercept + start.slope * middle, start.slope * width, 0.01]
+    found = minimize(loss, first, method="L-BFGS-B", bounds=[(-20, 20), (-50, 50), (0.0, MOST_LAPSES)])
+    a, b, lapse = (float(value) for value in found.x)
+    return Curve(a - b * middle / width, b / width, lapse)

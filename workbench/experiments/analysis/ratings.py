@@ -1,0 +1,77 @@
+"""Ratings: means by condition, and the effects of the factors (thesis figures 6.5 and 6.6)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from underfoot.drawing import Drawing, series
+from underfoot.experiments.analysis.comparisons import paired_t, repeated_measures_anova
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval
+from underfoot.experiments.analysis.findings import Findings, estimates_table
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.table import Row, factors_of, grouped
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person: the mean rating of each condition."""
+    parts = sorted(grouped(rows, "stimulus").items())
+    return [mean_interval(f"rating {name}", [float(row["rating"]) for row in part]) for (name,), part in parts]
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """Over people: means, an analysis of variance within people, and each condition against none."""
+    found = Findings("Ratings")
+    means = {
+        (str(person), str(stimulus)): float(np.mean([float(row["rating"]) for row in part]))
+        for (person, stimulus), part in grouped(rows, "participant", "stimulus").items()
+    }
+    conditions = sorted({stimulus for _, stimulus in means})
+    lines = [(c, mean_interval("rating", [v for (_, s), v in means.items() if s == c])) for c in conditions]
+    found.tables.append(estimates_table("Means over people", "condition", lines))
+    factors, crossed = _crossed(rows)
+    if factors:
+        title = f"Effects of {', '.join(factors)}"
+        found.add_tests(
+            title, lambda: repeated_measures_anova(crossed, "rating", factors), "Thesis 6.4.1 tests the same."
+        )
+    people = sorted({person for person, _ in means})
+    whole = {c: [means[p, c] for p in people] for c in conditions if all((p, c) in means for p in people)}
+    plain = _without_vibration(rows)
+    if plain in whole and len(whole) > 1:
+        found.add_tests(
+            f"Each against {plain}", lambda: paired_t(whole, plain), "Paired t; p times the number of tests."
+        )
+    found.drawings += [_drawn(rows, factor) for factor in factors]
+    return found
+
+
+def _without_vibration(rows: Sequence[Row]) -> str:
+    """The condition whose level is 0, "" for none."""
+    found = {str(row["stimulus"]) for row in rows if row.get("level_m_s2") == 0.0}
+    return min(found) if found else ""
+
+
+def _crossed(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[Row]]:
+    """The factors of those conditions that are crossed, and their rows; the one without vibration is left out."""
+    plain = _without_vibration(rows)
+    kept = [row for row in rows if row["stimulus"] != plain]
+    factors = tuple(name for name in factors_of(kept) if name != "level_m_s2")
+    cells = {tuple(row.get(name) for name in factors) for row in kept}
+    product = int(np.prod([len({row.get(name) for row in kept}) for name in factors])) if factors else 0
+    return (factors, kept) if product == len(cells) else ((), kept)
+
+
+def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
+    """Means of a factor's values over people, with standard errors."""
+    parts = sorted((str(value), part) for (value,), part in grouped(rows, factor).items() if value != "")
+    means, errors = [], []
+    for _, part in parts:
+        values = [np.mean([float(row["rating"]) for row in p]) for p in grouped(part, "participant").values()]
+        means.append(float(np.mean(values)))
+        errors.append(float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0)
+    x = np.arange(1, len(parts) + 1)
+    names = ", ".join(f"{k} {value}" for k, (value, _) in zip(x, parts, strict=True))
+    across = np.repeat(x, 3).astype(np.float64)
+    bars = np.column_stack([np.array(means) - errors, np.array(means) + errors, np.full(len(x), np.nan)]).ravel()
+    lines = (series("mean", x, means, "dots"), series("1 SE", across, bars, colour="force"))
+    return Drawing(f"Rating by {factor}", names, "rating", lines, x_range=(0.5, len(parts) + 0.5))

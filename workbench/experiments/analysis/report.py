@@ -1,0 +1,76 @@
+"""Findings as text for a terminal, as data for programs, and as a page with pictures."""
+
+import html
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from underfoot import __version__
+from underfoot.drawing.page import page
+from underfoot.drawing.svg import svg
+from underfoot.experiments.analysis.findings import Findings, Table, cell_text
+from underfoot.files import make_folder, write_file
+
+
+def text_of(findings: Sequence[Findings]) -> str:
+    """Tables in columns, one after the other, with their notes and the remarks."""
+    parts: list[str] = []
+    for found in findings:
+        parts.append(found.title)
+        parts += [_lines(table) for table in found.tables]
+        parts += found.remarks
+    return "\n\n".join(parts)
+
+
+def data_of(findings: Sequence[Findings]) -> list[dict[str, Any]]:
+    """Findings as JSON takes them; what there is not, or has no bound, is None."""
+    return [
+        {
+            "title": found.title,
+            "tables": [
+                {
+                    "title": table.title,
+                    "columns": list(table.columns),
+                    "rows": [[_plain(cell) for cell in row] for row in table.rows],
+                    "note": table.note,
+                }
+                for table in found.tables
+            ],
+            "remarks": found.remarks,
+        }
+        for found in findings
+    ]
+
+
+def write_page(path: Path, title: str, findings: Sequence[Findings], facts: Sequence[tuple[str, str]] = ()) -> None:
+    """Write a page with all tables and pictures; its folder is made where it is missing. `BadFile` where it cannot."""
+    make_folder(path.parent)
+    known = [*facts, ("software", f"Underfoot {__version__}")]
+    body = ["<table>", *(f"<tr><th>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in known), "</table>"]
+    for found in findings:
+        body.append(f"<h2>{html.escape(found.title)}</h2>")
+        body += [svg(drawing) for drawing in found.drawings]
+        body += [_table_html(table) for table in found.tables]
+        body += [f"<p>{html.escape(remark)}</p>" for remark in found.remarks]
+    write_file(path, page(title, body).encode())
+
+
+def _lines(table: Table) -> str:
+    rows = [table.columns, *(tuple(cell_text(cell) for cell in row) for row in table.rows)]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([table.title, *(f"  {line}" for line in lines), *([f"  ({table.note})"] if table.note else [])])
+
+
+def _table_html(table: Table) -> str:
+    def row(cells: Sequence[str], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    rows = [row(table.columns, "th"), *(row([cell_text(cell) for cell in line], "td") for line in table.rows)]
+    note = f"<p>{html.escape(table.note)}</p>" if table.note else ""
+    return f"<h3>{html.escape(table.title)}</h3><table>{''.join(rows)}</table>{note}"
+
+
+def _plain(cell: str | float | int) -> str | float | int | None:
+    return None if isinstance(cell, float) and not math.isfinite(cell) else cell

@@ -1,0 +1,117 @@
+"""Staircases: where they turned, and the thresholds or equal levels of it (thesis figure 6.9, table 6.1)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from underfoot.drawing import Drawing, ReferenceLine, Series, series
+from underfoot.experiments.analysis import thesis
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval
+from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.methods.staircases import Staircase, Staircases, is_yes, move
+from underfoot.experiments.table import Row, grouped
+
+_COLOURS = ("force", "vibration", "contact", "events")
+
+
+@dataclass
+class Run:
+    """The last run of one staircase: its levels in dB, and at which of them it turned."""
+
+    levels_db: list[float]
+    turned_at: list[int]
+
+    @property
+    def turns_db(self) -> list[float]:
+        """The levels at which it turned."""
+        return [self.levels_db[at] for at in self.turned_at]
+
+
+def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, str], Run]:
+    """One person's staircases, by stimulus, block, and from where; of each the run that no false alarm began anew."""
+    given = {name: parameter.default for name, parameter in Staircases.parameters.items()} | dict(settings.given)
+    states: dict[tuple[str, int, str], tuple[int, Staircase, Run]] = {}
+    for row in rows:
+        if row.get("staircase") in (None, ""):
+            continue
+        key = (str(row["comparison"]), int(row["block"]), str(row["staircase"]))
+        number, level = int(row.get("run") or 0), float(row["level_db"])
+        if key not in states or states[key][0] != number:
+            states[key] = (number, Staircase(level), Run([], []))
+        _, one, run = states[key]
+        run.levels_db.append(level)
+        one.level_db = level
+        turns = len(one.reversals_db)
+        move(one, is_yes(row, row), given)
+        if len(one.reversals_db) > turns:
+            run.turned_at.append(len(run.levels_db) - 1)
+    return {key: run for key, (_, _, run) in states.items()}
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person: for each stimulus the mean of its staircases' thresholds, in dB re its level."""
+    wanted = int(settings.given.get("reversals", 12))
+    last = int(settings.given.get("last", 8))
+    values: dict[str, list[float]] = {}
+    for (stimulus, _, _), run in staircases(rows, settings).items():
+        values.setdefault(stimulus, [])
+        if len(run.turned_at) >= min(wanted, last):
+            values[stimulus].append(float(np.mean(run.turns_db[-last:])))
+    return [mean_interval(f"threshold {name}", of, "dB") for name, of in values.items()]
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """Over people: thresholds, in dB and m/s^2, false alarms, and the staircases themselves."""
+    found = Findings("Staircases")
+    people = grouped(rows, "participant")
+    several = {str(person): estimates(part, settings) for (person,), part in people.items()}
+    lines = [(person, one) for person, of in several.items() for one in of]
+    note = "Student's intervals over the staircases of each person; dB re the level of the stimulus."
+    found.tables.append(estimates_table("Thresholds of each person", "participant", lines, note))
+    references = _references(rows)
+    over = []
+    for name in dict.fromkeys(one.name for _, one in lines):
+        values = [one.value for _, one in lines if one.name == name]
+        over.append(("dB", mean_interval(name, values, "dB")))
+        reference = references.get(name.removeprefix("threshold "))
+        if reference:
+            over.append(("m/s^2", mean_interval(name, [reference * 10.0 ** (v / 20.0) for v in values], "m/s^2")))
+    found.tables.append(estimates_table("Thresholds over people", "in", over, _THESIS))
+    alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
+    if any(row[2] for row in alarms):
+        found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
+    found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
+    return found
+
+
+_THESIS = (
+    f"Thesis 6.4.2, detection of TD: {thesis.THRESHOLD_M_S2:g} m/s^2 peak, standard deviation "
+    f"{thesis.THRESHOLD_SD_M_S2:g}; equal intensity: the peaks of table 6.1."
+)
+
+
+def _references(rows: Sequence[Row]) -> dict[str, float]:
+    """The level of each stimulus in m/s^2, at 0 dB."""
+    return {
+        str(row["comparison"]): float(row["level_m_s2"]) / 10.0 ** (float(row["gain_db"]) / 20.0)
+        for row in rows
+        if row.get("staircase") and row.get("level_m_s2") not in (None, "") and row.get("gain_db") not in (None, "")
+    }
+
+
+def _false_alarms(rows: Sequence[Row]) -> tuple[int, int]:
+    empty = [row for row in rows if row.get("catch")]
+    return sum(row.get("felt") == "yes" for row in empty), len(empty)
+
+
+def _drawn(person: str, rows: Sequence[Row], settings: Settings) -> Drawing:
+    lines: list[Series] = []
+    for k, ((stimulus, block, which), run) in enumerate(staircases(rows, settings).items()):
+        colour = _COLOURS[k % len(_COLOURS)]
+        x = np.arange(1, len(run.levels_db) + 1)
+        lines.append(series(f"{stimulus} {block} {which}" if k < 6 else "", x, run.levels_db, "line", colour))
+        lines.append(series("", x[run.turned_at], run.turns_db, "dots", colour))
+    marks = tuple(ReferenceLine("y", one.value, dashed=True, name=one.name) for one in estimates(rows, settings)[:3])
+    return Drawing(f"Staircases of {person}", "trial of the staircase", "level, dB", tuple(lines), lines=marks)

@@ -1,0 +1,83 @@
+"""Target selection: rates and times by width, distance and bearing (thesis figure 5.12)."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from underfoot.drawing import Drawing, ReferenceLine, series
+from underfoot.experiments.analysis import thesis
+from underfoot.experiments.analysis.comparisons import fisher, logistic_regression
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval, share_interval
+from underfoot.experiments.analysis.findings import Findings, estimates_table
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.table import Row, grouped
+
+FACTORS = {
+    "width": ("width_m", 100.0, "cm"),
+    "distance": ("distance_m", 100.0, "cm"),
+    "bearing": ("bearing_rad", 1.0, "rad"),
+}
+NEAR_M, FAR_M = 0.15, 0.25
+"""The distances between which the thesis tests (5.6.1)."""
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person: rates of selection, of all and of each width, and the mean time of those that were selected."""
+    found = [_rate("rate", rows)]
+    for (width,), part in sorted(grouped(rows, "width_m").items()):
+        found.append(_rate(f"rate at {100.0 * float(width):g} cm", part))
+    times = [float(row["time_s"]) for row in rows if row["selected"] == "yes"]
+    return [*found, mean_interval("time", times, "s")]
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """Over people: rates by each factor, a logistic regression, and Fisher's test of two distances."""
+    found = Findings("Target selection")
+    people = [(str(person), _rate("rate", part)) for (person,), part in grouped(rows, "participant").items()]
+    found.tables.append(estimates_table("Rates of each person", "participant", people, "Intervals are Wilson's."))
+    for name, (column, factor, unit) in FACTORS.items():
+        parts = sorted(grouped(rows, column).items())
+        lines = [(f"{factor * float(value):.4g} {unit}", _rate("rate", part)) for (value,), part in parts]
+        times = [
+            (words, mean_interval("time", [float(r["time_s"]) for r in part if r["selected"] == "yes"], "s"))
+            for (words, _), (_, part) in zip(lines, parts, strict=True)
+        ]
+        found.tables.append(estimates_table(f"By {name}", name, lines + times, _THESIS if name == "width" else ""))
+        found.drawings.append(_drawn(name, column, factor, unit, rows))
+    columns = {f"{n}, {u}": [f * float(row[c]) for row in rows] for n, (c, f, u) in FACTORS.items()}
+    success = [row["selected"] == "yes" for row in rows]
+    found.add_tests(
+        "Logistic regression", lambda: logistic_regression(success, columns), f"Printed: {thesis.SELECTION_LOGIT}."
+    )
+    near, far = (
+        [row["selected"] == "yes" for row in rows if math.isclose(float(row["distance_m"]), at)]
+        for at in (NEAR_M, FAR_M)
+    )
+    if near and far:
+        table = [[sum(near), len(near) - sum(near)], [sum(far), len(far) - sum(far)]]
+        found.add_tests("15 cm against 25 cm", lambda: [fisher("distance by success", table)])
+    return found
+
+
+_THESIS = (
+    f"Thesis 5.6.1: {thesis.SELECTED_LARGEST:.0%} of the largest and {thesis.SELECTED_SMALLEST:.0%} of the smallest "
+    "buttons were selected."
+)
+
+
+def _rate(name: str, rows: Sequence[Row]) -> Estimate:
+    return share_interval(name, sum(row["selected"] == "yes" for row in rows), len(rows))
+
+
+def _drawn(name: str, column: str, factor: float, unit: str, rows: Sequence[Row]) -> Drawing:
+    parts = sorted((factor * float(value), _rate("", part)) for (value,), part in grouped(rows, column).items())
+    x = np.array([value for value, _ in parts])
+    lines = (
+        series("rate", x, [one.value for _, one in parts], "dots"),
+        series("95 %", x, [one.low for _, one in parts], "dashed"),
+        series("", x, [one.high for _, one in parts], "dashed"),
+    )
+    printed = (thesis.SELECTED_SMALLEST, thesis.SELECTED_LARGEST) if name == "width" else ()
+    marks = tuple(ReferenceLine("y", at, dashed=True, name="thesis") for at in printed)
+    return Drawing(f"Selected by {name}", f"{name}, {unit}", "share", lines, y_range=(0.0, 1.0), lines=marks)

@@ -1,0 +1,36 @@
+"""What the thesis "Walking on virtual ground" prints of its own studies, to be drawn beside one's own.
+
+Tables and figures by their numbers there; where it contradicts itself, what its own data say.
+"""
+
+IDENTIFIED_MEAN, IDENTIFIED_SD, CHANCE = 0.61, 0.21, 0.125
+"""Rates of correct identification over 24 people and both sets (3.4.2), and what guessing gives."""
+LEAST_CONFUSED, MOST_CONFUSED = 0.80, 0.25
+"""Rates of the best and of the worst stimulus (3.4.2)."""
+IMPACT_LABELS = {"IT": 0.58, "WS": 0.18}
+"""Share of stimuli of each set that was labelled as impacts (3.4.2)."""
+
+PEAKS_M_S2 = {"SC": 2.9, "SP": 3.7, "SD": 6.8, "WC": 17.4, "WP": 18.4, "WD": 18.2, "TC": 3.3, "TP": 4.6, "TD": 6.8}
+RMS_M_S2 = {"SC": 1.74, "SP": 2.4, "SD": 4.4, "WC": 10.9, "WP": 8.5, "WD": 10.9, "TC": 1.2, "TP": 1.75, "TD": 2.4}
+"""Table 6.1, at A = 1."""
+
+STIFFNESS_N_MM = (52.0, 64.0, 76.0, 90.0, 106.0, 124.0, 146.0)
+LEVELS_M_S2 = (0.0, 0.43, 0.86)
+JUDGED_STIFFER = {
+    0.0: (0.034, 0.13, 0.33, 0.557, 0.64, 0.69, 0.77),
+    0.43: (0.010, 0.078, 0.18, 0.29, 0.37, 0.46, 0.49),
+    0.86: (0.0068, 0.042, 0.13, 0.17, 0.22, 0.28, 0.36),
+}
+"""Table 6.2: mean share of comparisons judged stiffer than 90 N/mm, by stiffness, at each level."""
+PSE_N_MM = {0.0: 100.8, 0.43: 134.5, 0.86: 151.6}
+SLOPE_MM_N = {0.0: 0.025, 0.43: 0.018, 0.86: 0.018}
+INTERCEPT = {0.0: -2.50, 0.43: -2.70, 0.86: -2.77}
+"""Table 6.3: medians over 20 people, at each level."""
+
+THRESHOLD_M_S2, THRESHOLD_SD_M_S2, THRESHOLD_REFERENCE_M_S2 = 0.46, 0.18, 0.43
+"""Detection of TD: mean and standard deviation over 20 people (6.4.2), and the level that dB count from."""
+
+SELECTED_LARGEST, SELECTED_SMALLEST = 0.98, 0.44
+"""Rates of selection of the largest and the smallest button (5.6.1)."""
+SELECTION_LOGIT = "z = 1.4 + 0.071 w - 0.062 d - 0.6 theta, w and d in cm, theta in rad"
+"""As printed (5.6.1): it contradicts the rates above, and is quoted, not used."""

@@ -1,0 +1,152 @@
+"""Trials for other programs: tidy CSV, a row a trial, BIDS behavioural files, and a CSV of trials read in.
+
+BIDS: Brain Imaging Data Structure 1.10, behavioural recordings: `sub-ID_task-NAME_beh.tsv` with a JSON sidecar that
+describes its columns.
+"""
+
+import csv
+import io
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from underfoot.errors import BadFile
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.table import Row, columns_of
+from underfoot.files import make_folder, read_file, write_file
+
+_DESCRIPTIONS = {
+    "stage": "Stage of the protocol.",
+    "method": "Method of the stage.",
+    "practice": "Whether the trial is practice, and left out of the analysis.",
+    "trial": "Number of the trial in its stage, from 1.",
+    "block": "Block of the trial, from 1.",
+    "attempt": "1, or more where the trial was repeated.",
+    "spoiled": "Why the trial does not count; empty where it does.",
+    "correct": "The right answer, where there is one.",
+    "stimulus": "The stimulus that is judged, by its name in the protocol; empty for nothing.",
+    "other": "The stimulus of the other interval.",
+    "gain_db": "Level of the stimulus re its level in the protocol, in dB.",
+    "level_m_s2": "Peak acceleration of the stimulus, in m/s^2.",
+    "response_time": "From the end of the presentation to the answer, in s.",
+    "time_s": "From the appearance of the button to the press, in s.",
+    "onset_s": "Beginning of the vibration, in s of the session's clock.",
+    "onset_after_step_s": "From the first force of the step that starts the trial to the first vibration frame, in s.",
+    "commanded_m_s2": "Largest acceleration that was commanded during the presentation, in m/s^2.",
+    "most_force_n": "Largest force on one tile during the presentation, in N.",
+}
+
+
+def csv_text(rows: Sequence[Row]) -> str:
+    """A table of trials as CSV: a header, then a row a trial; what a trial does not have is an empty cell.
+
+    >>> print(csv_text([{"participant": "P1", "trial": 1, "rating": 40.0}]).splitlines()[0])
+    participant,stage,method,practice,trial,block,attempt,spoiled,rating
+    """
+    return _table(rows, columns_of(rows), ",", "")
+
+
+def write_csv(path: str | Path, rows: Sequence[Row]) -> None:
+    """Write a table of trials, whole or not at all."""
+    write_file(path, csv_text(rows).encode())
+
+
+def read_csv(path: str | Path) -> list[Row]:
+    """The trials of a CSV, for the analysis alone: `BadFile` for what is no table of trials.
+
+    It needs the columns participant, method and trial; stage and block are "main" and 1 where they are missing. Cells
+    that are numbers are read as such.
+    """
+    try:
+        text = read_file(path).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise BadFile(f"{path} is not a table of trials: it is not UTF-8 text") from None
+    try:
+        reader = csv.DictReader(io.StringIO(text), strict=True)
+        header = reader.fieldnames or []
+        lines = list(reader)
+    except csv.Error as error:
+        raise BadFile(f"{path} is not a table of trials: {error}") from None
+    for column in ("participant", "method", "trial"):
+        if column not in header:
+            raise BadFile(f"{path} has no column {column}; allowed: a CSV with participant, method, trial and answers")
+    found: list[Row] = []
+    for number, line in enumerate(lines, 2):
+        if None in line or None in line.values():
+            raise BadFile(f"{path}, line {number}: {len(header)} cells are needed, as in the header")
+        row = {name: _value(cell) for name, cell in line.items() if cell != ""}
+        row["participant"] = line["participant"]
+        found.append({"stage": "main", "block": 1, **row})
+    if not found:
+        raise BadFile(f"{path} has no trials")
+    return found
+
+
+def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Protocol | None = None) -> list[Path]:
+    """Write a behavioural file and its sidecar for each participant under `folder`, and what a data set must have.
+
+    `BadFile` where they cannot be written. The paths that were written.
+    """
+    folder = Path(folder)
+    name = re.sub(r"[^A-Za-z0-9]", "", task) or "study"
+    written = []
+    description = {"Name": task, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
+    written.append(_json(make_folder(folder) / "dataset_description.json", description))
+    people = list(dict.fromkeys(str(row["participant"]) for row in rows))
+    labels = {person: re.sub(r"[^A-Za-z0-9]", "", person) for person in people}
+    if len(set(labels.values())) < len(people):
+        raise BadFile("two participants have the same id without signs; BIDS allows letters and digits only")
+    for person, label in labels.items():
+        mine = [_bids_row(row) for row in rows if str(row["participant"]) == person]
+        columns = [column for column in columns_of(mine) if column != "participant"]
+        stem = make_folder(folder / f"sub-{label}" / "beh") / f"sub-{label}_task-{name}_beh"
+        write_file(stem.with_suffix(".tsv"), _table(mine, columns, "\t", "n/a").encode())
+        sidecar = {column: {"Description": _description(column, protocol)} for column in columns}
+        written += [stem.with_suffix(".tsv"), _json(stem.with_suffix(".json"), {"TaskName": task, **sidecar})]
+    table = "participant_id\n" + "".join(f"sub-{label}\n" for label in labels.values())
+    write_file(folder / "participants.tsv", table.encode())
+    return [*written, folder / "participants.tsv"]
+
+
+def _bids_row(row: Row) -> dict[str, Any]:
+    """A row with BIDS's name for the response time."""
+    return {"response_time" if name == "response_s" else name: value for name, value in row.items()}
+
+
+def _description(column: str, protocol: Protocol | None) -> str:
+    is_factor = protocol is not None and any(column in stimulus.factors for stimulus in protocol.stimuli.values())
+    plain = "Factor of the stimulus." if is_factor else "Answer, or fact of the trial."
+    return _DESCRIPTIONS.get(column, plain)
+
+
+def _table(rows: Sequence[Row], columns: Sequence[str], delimiter: str, missing: str) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow([_cell(row.get(column, missing), missing) for column in columns])
+    return text.getvalue()
+
+
+def _cell(value: Any, missing: str) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if value in ("", None):
+        return missing
+    return " ".join(value.split()) if isinstance(value, str) else repr(value)
+
+
+def _value(cell: str) -> Any:
+    if cell in ("true", "false"):
+        return cell == "true"
+    try:
+        return int(cell) if re.fullmatch(r"[+-]?\d+", cell) else float(cell)
+    except ValueError:
+        return cell
+
+
+def _json(path: Path, document: Mapping[str, Any]) -> Path:
+    write_file(path, json.dumps(document, indent=1).encode() + b"\n")
+    return path

@@ -1,0 +1,58 @@
+"""Constant stimuli: levels that are set beforehand, each many times, in one interval or in two (thesis 6.3.6)."""
+
+from collections.abc import Sequence
+
+from underfoot.experiments.method import ListedMethod, StimulusName, StimulusNames
+from underfoot.experiments.questions import FIRST, SECOND, ask, yes_or_no
+from underfoot.experiments.trials import Presentation, Trial
+from underfoot.parameters import Choice, Count, Parameter, Text
+
+
+class ConstantStimuli(ListedMethod):
+    """Every comparison once a block, in random order.
+
+    With a standard a trial has two intervals, standard first in half of the blocks of each comparison (and one more or
+    less where their number is odd); without one it has one interval, answered with yes or no.
+    """
+
+    kind, name = "constant-stimuli", "Constant stimuli"
+    about = "Each comparison is presented many times, beside a standard or alone; a psychometric curve comes of it."
+    comparisons = StimulusNames((), doc="What is judged.")
+    standard = StimulusName("", doc="What each comparison is compared with; none: one interval, yes or no.")
+    blocks = Count(20, 1, 1000, doc="Every comparison comes once in each.")
+    question = Text("Which was more?", doc="What is asked after each trial.")
+    judged_more = Choice(
+        "chosen",
+        options=("chosen", "not chosen"),
+        doc="Which interval the answer says has more of what the factors count; "
+        '"which was more compliant?" names the one that is less stiff: "not chosen".',
+    )
+
+    def listed(self) -> Sequence[Trial]:
+        names, blocks = self.given["comparisons"], self.given["blocks"]
+        standard = self.given["standard"]
+        orders = {name: self._standard_first(blocks) for name in names} if standard else {}
+        found: list[Trial] = []
+        for block in range(1, blocks + 1):
+            for name in self.draws.shuffled(names):
+                intervals: tuple[Presentation, ...] = (Presentation(name),)
+                facts: dict[str, str | int] = {"comparison": name}
+                if standard:
+                    first = orders[name][block - 1]
+                    both = (Presentation(standard), Presentation(name))
+                    intervals = both if first else both[::-1]
+                    facts |= {"comparison_at": SECOND if first else FIRST, "judged_more": self.given["judged_more"]}
+                found.append(Trial(len(found) + 1, block, intervals, facts=facts))
+        return found
+
+    def _standard_first(self, blocks: int) -> list[bool]:
+        """In which blocks the standard comes first: in half of them."""
+        odd = [self.draws.happens(0.5)] * (blocks % 2)
+        return self.draws.shuffled([True] * (blocks // 2) + [False] * (blocks // 2) + odd)
+
+    @property
+    def asks(self) -> tuple[Parameter, ...]:
+        question = self.given["question"]
+        if self.given["standard"]:
+            return (ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=question)),)
+        return (yes_or_no("felt", question),)

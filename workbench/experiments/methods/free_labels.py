@@ -1,0 +1,37 @@
+"""Free labels: every stimulus once, in random order, named in the participant's own words (thesis 3.4.2)."""
+
+from collections.abc import Sequence
+
+from underfoot.experiments.method import ListedMethod, StimulusNames
+from underfoot.experiments.questions import ask
+from underfoot.experiments.trials import Presentation, Trial
+from underfoot.parameters import Choice, Count, Parameter, Text
+
+NOT_SORTED = "not sorted"
+
+
+class FreeLabels(ListedMethod):
+    """Words for each stimulus; afterwards somebody sorts them by hand, in the table of trials."""
+
+    kind, name = "free-labels", "Free labels"
+    about = "Each stimulus is named in words of one's own; the words are sorted afterwards, and the sorts counted."
+    named = StimulusNames((), doc="What is named.")
+    repeats = Count(1, 1, 100, doc="How often each one comes.")
+    question = Text("What does it remind you of?", doc="What is asked after each one.")
+    sorts = Text("", doc="What labels are sorted into, joined by commas; nothing: labels are not sorted.")
+
+    def listed(self) -> Sequence[Trial]:
+        found: list[Trial] = []
+        for block in range(1, self.given["repeats"] + 1):
+            for name in self.draws.shuffled(self.given["named"]):
+                found.append(Trial(len(found) + 1, block, (Presentation(name),)))
+        return found
+
+    @property
+    def asks(self) -> tuple[Parameter, ...]:
+        sorts = tuple(part.strip() for part in self.given["sorts"].split(",") if part.strip())
+        asks = [ask("label", Text("", doc=self.given["question"]))]
+        if sorts:
+            options = tuple(dict.fromkeys((NOT_SORTED, *sorts)))
+            asks.append(ask("sort", Choice(NOT_SORTED, options=options, doc="What it belongs to.")))
+        return tuple(asks)

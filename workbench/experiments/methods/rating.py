@@ -1,0 +1,32 @@
+"""Rating: every condition once a block, in random order, judged on a slider (thesis 6.3.5)."""
+
+from collections.abc import Sequence
+
+from underfoot.experiments.method import ListedMethod, StimulusNames
+from underfoot.experiments.questions import ask
+from underfoot.experiments.trials import Presentation, Trial
+from underfoot.parameters import Count, Number, Parameter, Text
+
+
+class Rating(ListedMethod):
+    """A slider from 0, `low`, to 100, `high`."""
+
+    kind, name = "rating", "Rating"
+    about = "Each condition is judged on a slider once a block; means, and effects of the factors, come of it."
+    rated = StimulusNames((), doc="What is rated.")
+    blocks = Count(12, 1, 1000, doc="Every condition comes once in each.")
+    question = Text("How was it?", doc="What is asked after each trial.")
+    low = Text("least", doc="What the slider says at 0.")
+    high = Text("most", doc="What the slider says at 100.")
+
+    def listed(self) -> Sequence[Trial]:
+        found: list[Trial] = []
+        for block in range(1, self.given["blocks"] + 1):
+            for name in self.draws.shuffled(self.given["rated"]):
+                found.append(Trial(len(found) + 1, block, (Presentation(name),)))
+        return found
+
+    @property
+    def asks(self) -> tuple[Parameter, ...]:
+        doc = f"{self.given['question']} 0: {self.given['low']}, 100: {self.given['high']}."
+        return (ask("rating", Number(50.0, 0.0, 100.0, doc=doc)),)

@@ -1,0 +1,186 @@
+"""Up-down staircases: the level follows the answers to where half of them, or another share, are yes (thesis 6.3).
+
+Levett, Transformed up-down methods in psychoacoustics, J. Acoust. Soc. Am. 49 (1971); catch trials and restarts after
+Lecluyse and Meddis (2009), as the thesis has them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from underfoot.errors import BadValue, require
+from underfoot.experiments.draws import Draws
+from underfoot.experiments.method import Method, StimulusName, StimulusNames
+from underfoot.experiments.questions import FIRST, SECOND, YES, ask, yes_or_no
+from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
+from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
+
+if TYPE_CHECKING:
+    from underfoot.experiments.stimuli import Stimulus
+
+ABOVE, BELOW = "above", "below"
+MOST_RESTARTS = 20
+"""A pair that false alarms have started again so often goes on without."""
+
+
+@dataclass
+class Staircase:
+    """One staircase: its level, which way it goes, and the levels at which it turned."""
+
+    level_db: float
+    direction: int = 0
+    in_a_row: int = 0
+    trials: int = 0
+    reversals_db: list[float] = field(default_factory=list)
+
+
+class Staircases(Method):
+    """Pairs of staircases, one from above and one from below, interleaved at random; a pair is a block.
+
+    Each stimulus has `pairs` pairs. With a standard a trial has two intervals and yes means that the comparison was
+    more; without one, yes means that it was felt.
+    """
+
+    kind, name = "staircases", "Up-down staircases"
+    about = "The level goes down after a yes and up after a no; where it turns tells the threshold or the equal level."
+    followed = StimulusNames((), doc="Whose level moves.")
+    standard = StimulusName("", doc="What it is compared with; none: one interval, yes or no.")
+    pairs = Count(1, 1, 20, doc="Pairs of staircases of each stimulus, from above and from below.")
+    above_db = Numbers((8.0, 15.0), -60.0, 60.0, doc="From where to where one begins, re the level.", least=2, most=2)
+    below_db = Numbers((-15.0, -8.0), -60.0, 60.0, doc="And the other.", least=2, most=2)
+    steps_db = Numbers((10.0, 3.0), 0.01, 40.0, doc="How far it goes: first, and after each change.", unit="dB")
+    change_after = Count(2, 1, 50, doc="Reversals until the next step size.")
+    down_after = Count(1, 1, 10, doc="Answers of yes in a row until it goes down.")
+    up_after = Count(1, 1, 10, doc="Answers of no in a row until it goes up.")
+    reversals = Count(12, 2, 100, doc="Reversals of each staircase.")
+    last = Count(8, 1, 100, doc="Reversals that count, the last ones.")
+    catch_share = Number(0.0, 0.0, 0.5, doc="Share of trials in which there is nothing.")
+    empty_every = Count(0, 0, 1000, doc="Every so manyth trial is announced as empty; 0: none.")
+    lowest_db = Number(-60.0, -120.0, 0.0, doc="No lower than this.", unit="dB")
+    highest_db = Number(30.0, 0.0, 60.0, doc="No higher than this.", unit="dB")
+    most_trials = Count(120, 10, 10000, doc="A staircase that has not ended after so many is given up.")
+    question = Text("Did you feel it?", doc="What is asked after each trial.")
+
+    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: Draws) -> None:
+        super().__init__(given, stimuli, draws)
+        names = [name for name in given["followed"] for _ in range(given["pairs"])]
+        self._queue = draws.shuffled(names) if given["standard"] else names
+        self._block = self._number = self._restarts = 0
+        self._pair: dict[str, Staircase] = {}
+        self._trial: Trial | None = None
+        self._begin_pair()
+
+    @classmethod
+    def check_together(cls, given: Mapping[str, Any]) -> None:
+        require(given["last"] <= given["reversals"], "last", given["last"], f"up to reversals, {given['reversals']}")
+        for name in ("above_db", "below_db"):
+            low, high = given[name]
+            inside = given["lowest_db"] <= low <= high <= given["highest_db"]
+            require(inside, name, [low, high], "the lower first, between lowest_db and highest_db")
+
+    @classmethod
+    def strongest(cls, given: Mapping[str, Any]) -> dict[str, float]:
+        return super().strongest(given) | dict.fromkeys(given["followed"], given["highest_db"])
+
+    @property
+    def asks(self) -> tuple[Parameter, ...]:
+        if self.given["standard"]:
+            return (ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=self.given["question"])),)
+        return (yes_or_no("felt", self.given["question"]),)
+
+    @property
+    def trial(self) -> Trial | None:
+        return self._trial
+
+    @property
+    def share(self) -> float:
+        total = len(self.given["followed"]) * self.given["pairs"]
+        wanted = 2 * self.given["reversals"]
+        done = sum(self._progress(one) for one in self._pair.values()) if self._pair else 0
+        return min((max(self._block - 1, 0) + done / wanted) / total, 1.0) if self._trial is not None else 1.0
+
+    def answer(self, answers: Answers) -> None:
+        trial = self._trial
+        if trial is None:
+            raise BadValue(f"{self.name}: all trials are answered")
+        said_yes = is_yes(trial.facts, answers)
+        if trial.facts.get("catch"):
+            if said_yes and self._restarts < MOST_RESTARTS:
+                self._restarts += 1
+                self._pair = self._fresh_pair()
+        elif not trial.facts.get("announced"):
+            move(self._pair[str(trial.facts["staircase"])], said_yes, self.given)
+        if not self._open():
+            self._begin_pair()
+        else:
+            self._trial = self._next()
+
+    def _begin_pair(self) -> None:
+        """The next pair; where there is none, the end."""
+        if not self._queue:
+            self._trial, self._pair = None, {}
+            return
+        self._stimulus, self._queue = self._queue[0], self._queue[1:]
+        self._block, self._restarts = self._block + 1, 0
+        self._pair = self._fresh_pair()
+        self._trial = self._next()
+
+    def _fresh_pair(self) -> dict[str, Staircase]:
+        starts = {ABOVE: self.given["above_db"], BELOW: self.given["below_db"]}
+        return {name: Staircase(self.draws.uniform(*range_db)) for name, range_db in starts.items()}
+
+    def _next(self) -> Trial:
+        """A trial of one of the staircases that are open, drawn; or one in which there is nothing."""
+        self._number += 1
+        every = self.given["empty_every"]
+        if every and self._number % every == 0:
+            return Trial(self._number, self._block, (Presentation(NOTHING),), facts={"announced": True})
+        if self.draws.happens(self.given["catch_share"]):
+            nothing = (Presentation(NOTHING),)
+            return Trial(self._number, self._block, nothing, facts={"catch": True, "run": self._restarts})
+        which = self.draws.one_of(self._open())
+        level = round(self._pair[which].level_db, 6)
+        comparison = Presentation(self._stimulus, level)
+        facts: dict[str, int | float | str] = {
+            "staircase": which,
+            "run": self._restarts,
+            "comparison": self._stimulus,
+            "level_db": level,
+        }
+        if not self.given["standard"]:
+            return Trial(self._number, self._block, (comparison,), facts=facts)
+        first = self.draws.happens(0.5)
+        both = (comparison, Presentation(self.given["standard"]))
+        facts["comparison_at"] = FIRST if first else SECOND
+        return Trial(self._number, self._block, both if first else both[::-1], facts=facts)
+
+    def _open(self) -> list[str]:
+        return [name for name, one in self._pair.items() if self._progress(one) < self.given["reversals"]]
+
+    def _progress(self, one: Staircase) -> int:
+        """Reversals so far; all of them for one that was given up."""
+        wanted: int = self.given["reversals"]
+        return wanted if one.trials >= self.given["most_trials"] else min(len(one.reversals_db), wanted)
+
+
+def move(one: Staircase, said_yes: bool, given: Mapping[str, Any]) -> None:
+    """Move a staircase: by a step where there were enough equal answers; and note where it turns."""
+    way = -1 if said_yes else 1
+    one.trials += 1
+    one.in_a_row = one.in_a_row + way if one.in_a_row * way > 0 else way
+    if abs(one.in_a_row) < (given["down_after"] if said_yes else given["up_after"]):
+        return
+    one.in_a_row = 0
+    if one.direction == -way:
+        one.reversals_db.append(one.level_db)
+    one.direction = way
+    steps = given["steps_db"]
+    step = steps[min(len(one.reversals_db) // given["change_after"], len(steps) - 1)]
+    one.level_db = min(max(one.level_db + way * step, given["lowest_db"]), given["highest_db"])
+
+
+def is_yes(facts: Mapping[str, Any], answers: Mapping[str, Any]) -> bool:
+    """Whether the answer was that it was felt, or that the comparison was more."""
+    if answers.get("felt"):
+        return bool(answers["felt"] == YES)
+    return bool(answers.get("interval") and answers["interval"] == facts.get("comparison_at"))

@@ -1,0 +1,287 @@
+"""Simulated participants whose truth is known: what they answer, and what an analysis should find.
+
+Each observer answers the trials of some methods. Its parameters are its truth, with the thesis's results as
+defaults, and `truths` says by the analysis's names what the estimates should be. Everything that is random comes of one
+generator.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from underfoot.errors import BadValue, require
+from underfoot.experiments.analysis import thesis
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.protocol import Protocol, Stage
+from underfoot.experiments.questions import FIRST, NO, SECOND, YES
+from underfoot.experiments.study import Page
+from underfoot.experiments.trials import Answers, Trial
+from underfoot.parameters import Number, Parameter
+
+
+class Observer(ABC):
+    """Who answers the trials of one stage."""
+
+    methods: ClassVar[tuple[str, ...]]
+    parameters: ClassVar[dict[str, Parameter]]
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.parameters = {name: value for name, value in vars(cls).items() if isinstance(value, Parameter)}
+
+    def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage) -> None:
+        """`truth` are values of some parameters; what is of other observers is left alone."""
+        self.truth = {name: p.check(truth.get(name, p.default)) for name, p in self.parameters.items()}
+        self.protocol = protocol
+        use = stage.method
+        if use is None:
+            raise BadValue(f"stage {stage.id!r} has no trials to answer")
+        self.given: dict[str, Any] = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
+
+    @abstractmethod
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        """What is answered."""
+
+    @abstractmethod
+    def truths(self) -> dict[str, float]:
+        """What the analysis should estimate, by its names."""
+
+
+class Identifier(Observer):
+    """Names stimuli rightly at a rate that grows from session to session; mistakes fall on all others alike."""
+
+    methods = ("absolute-identification",)
+    first_rate = Number(0.45, 0.0, 1.0, doc="Share of right answers in the first session.")
+    last_rate = Number(0.70, 0.0, 1.0, doc="Share that learning tends to.")
+    learning = Number(0.62, 0.0, 10.0, doc="How fast: what is missing falls by exp(-this) each session.")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        correct, most = int(trial.correct), len(self.given["identified"])
+        if random.random() < self._rate(trial.block):
+            return {"number": correct}
+        other = int(random.integers(1, most))
+        return {"number": other + (other >= correct)}
+
+    def truths(self) -> dict[str, float]:
+        sessions = range(1, self.given["sessions"] + 1)
+        rates = {session: self._rate(session) for session in sessions}
+        mean = sum(rates.values()) / len(rates)
+        found = {"rate": mean, "information": uniform_bits(mean, len(self.given["identified"]))}
+        return found | {f"rate in session {session}": rate for session, rate in rates.items()}
+
+    def _rate(self, session: int) -> float:
+        last: float = self.truth["last_rate"]
+        return last + (self.truth["first_rate"] - last) * math.exp(-self.truth["learning"] * (session - 1))
+
+
+def uniform_bits(rate: float, stimuli: int) -> float:
+    """Information in bits where right answers have a rate and mistakes fall on all others alike.
+
+    >>> round(uniform_bits(0.61, 8), 3)
+    0.94
+    """
+    wrong = (1.0 - rate) / (stimuli - 1)
+    terms = [(rate, 1), (wrong, stimuli - 1)]
+    return math.log2(stimuli) + sum(n * p * math.log2(p) for p, n in terms if p > 0.0)
+
+
+class Detector(Observer):
+    """Feels a stimulus with a probability that rises with its level in dB as a cumulative normal."""
+
+    methods = ("staircases", "bayesian")
+    threshold_m_s2 = Number(thesis.THRESHOLD_M_S2, 0.001, 100.0, doc="Where it is felt half of the time.", unit="m/s^2")
+    spread_db = Number(2.0, 0.1, 20.0, doc="Standard deviation of the threshold from trial to trial.", unit="dB")
+    guesses = Number(0.02, 0.0, 0.5, doc="Share of yes where nothing is felt.")
+    lapses = Number(0.02, 0.0, 0.5, doc="Share of no where it is felt.")
+    equal_db = Number(0.0, -30.0, 30.0, doc="With a standard: where the comparison feels as strong.", unit="dB")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        level = trial.facts.get("level_db")
+        felt = 0.0 if level is None else _normal((float(level) - self._middle(trial)) / self.truth["spread_db"])
+        guesses = self.truth["guesses"]
+        yes = random.random() < guesses + (1.0 - guesses - self.truth["lapses"]) * felt
+        if len(trial.intervals) < 2:
+            return {"felt": YES if yes else NO}
+        if self.given.get("intervals") == "two":  # the stimulus or nothing: who feels nothing guesses
+            yes = yes or random.random() < 0.5
+        comparison_first = trial.facts["comparison_at"] == FIRST
+        return {"interval": FIRST if yes == comparison_first else SECOND}
+
+    def truths(self) -> dict[str, float]:
+        named = self.given["followed"]
+        stimuli = [named] if isinstance(named, str) else named
+        # Guesses and lapses move where the share of yes is a half, unless they are alike.
+        guesses, lapses = self.truth["guesses"], self.truth["lapses"]
+        share = (0.5 - guesses) / (1.0 - guesses - lapses)
+        shift = self.truth["spread_db"] * _normal_inverse(share) if "steps_db" in self.given else 0.0
+        found = {f"threshold {name}": self._middle_of(name) + shift for name in stimuli}
+        return found if "steps_db" in self.given else found | {"spread": self.truth["spread_db"]}
+
+    def _middle(self, trial: Trial) -> float:
+        return self._middle_of(str(trial.facts["comparison"]))
+
+    def _middle_of(self, stimulus: str) -> float:
+        if self.given.get("standard"):
+            return float(self.truth["equal_db"])
+        return 20.0 * math.log10(self.truth["threshold_m_s2"] / self.protocol.stimuli[stimulus].level_m_s2)
+
+
+class Discriminator(Observer):
+    """Compares numbers with a spread; vibration moves where comparison and standard seem equal, and widens the spread.
+
+    With the defaults PSE and slope are those of table 6.3 at its levels, straight between them.
+    """
+
+    methods = ("constant-stimuli",)
+    pse_0 = Number(thesis.PSE_N_MM[0.0], 1.0, 10000.0, doc="Where both seem equal, without vibration.")
+    pse_half = Number(thesis.PSE_N_MM[0.43], 1.0, 10000.0, doc="The same at 0.43 m/s^2.")
+    pse_full = Number(thesis.PSE_N_MM[0.86], 1.0, 10000.0, doc="The same at 0.86 m/s^2.")
+    slope_0 = Number(thesis.SLOPE_MM_N[0.0], 1e-4, 10.0, doc="Probits a unit, without vibration.")
+    slope_1 = Number(thesis.SLOPE_MM_N[0.86], 1e-4, 10.0, doc="The same with vibration.")
+    mistakes = Number(0.0, 0.0, 0.5, doc="Share of answers at chance.")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        factors = self.protocol.stimuli[str(trial.facts.get("comparison"))].factors
+        numbers = [float(v) for name, v in factors.items() if name != "level_m_s2" and not isinstance(v, str)]
+        level = float(factors.get("level_m_s2", 0.0))
+        pse, slope = self._at(level)
+        more = random.random() < _normal(slope * ((numbers[0] if numbers else level) - pse))
+        if random.random() < self.truth["mistakes"]:
+            more = random.random() < 0.5
+        if "comparison_at" not in trial.facts:
+            return {"felt": YES if more else NO}
+        chosen = more != (trial.facts.get("judged_more") == "not chosen")
+        comparison_first = trial.facts["comparison_at"] == FIRST
+        return {"interval": FIRST if chosen == comparison_first else SECOND}
+
+    def truths(self) -> dict[str, float]:
+        found: dict[str, float] = {}
+        names = self.given["comparisons"]
+        for level in sorted({float(self.protocol.stimuli[name].factors.get("level_m_s2", 0.0)) for name in names}):
+            pse, slope = self._at(level)
+            found |= {f"pse {level}": pse, f"slope {level}": slope, f"intercept {level}": -slope * pse}
+        return found
+
+    def _at(self, level: float) -> tuple[float, float]:
+        pses = [self.truth[name] for name in ("pse_0", "pse_half", "pse_full")]
+        return float(np.interp(level, thesis.LEVELS_M_S2, pses)), self.truth["slope_1" if level else "slope_0"]
+
+
+class Rater(Observer):
+    """Puts the slider at a place that rises with the logarithm of the level, with a spread."""
+
+    methods = ("rating",)
+    without = Number(25.0, 0.0, 100.0, doc="Where a plate that does not vibrate is put.")
+    doubling = Number(8.0, -50.0, 50.0, doc="How much more for twice the level, from 1 m/s^2 on.")
+    rating_spread = Number(10.0, 0.0, 50.0, doc="Standard deviation from trial to trial.")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        place = self._place(trial.intervals[0].stimulus) + self.truth["rating_spread"] * random.standard_normal()
+        return {"rating": float(min(max(place, 0.0), 100.0))}
+
+    def truths(self) -> dict[str, float]:
+        return {f"rating {name}": self._place(name) for name in self.given["rated"]}
+
+    def _place(self, stimulus: str) -> float:
+        level = self.protocol.stimuli[stimulus].peak_m_s2()
+        more = self.truth["doubling"] * math.log2(1.0 + level)
+        return float(self.truth["without"] + more)
+
+
+class Labeller(Observer):
+    """Gives a label of the first sort at a rate that depends on the set, and of the last one otherwise."""
+
+    methods = ("free-labels",)
+    impact_share_it = Number(thesis.IMPACT_LABELS["IT"], 0.0, 1.0, doc="Share of impact labels for the set IT.")
+    impact_share_ws = Number(thesis.IMPACT_LABELS["WS"], 0.0, 1.0, doc="The same for the set WS.")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        of_it = self.protocol.stimuli[trial.intervals[0].stimulus].factors.get("set") == "IT"
+        first = random.random() < self.truth["impact_share_it" if of_it else "impact_share_ws"]
+        sorts = self._sorts()
+        return {"label": "knock" if first else "hum", **({"sort": sorts[0 if first else -1]} if sorts else {})}
+
+    def truths(self) -> dict[str, float]:
+        sorts = self._sorts()
+        shares = {"IT": self.truth["impact_share_it"], "WS": self.truth["impact_share_ws"]}
+        return {f"{sorts[0]} {name}": share for name, share in shares.items()} if sorts else {}
+
+    def _sorts(self) -> list[str]:
+        return [part.strip() for part in str(self.given["sorts"]).split(",") if part.strip()]
+
+
+class Foot(Observer):
+    """Comes down around the middle of a button with an error that is normal in x and in y, after some time."""
+
+    methods = ("target-selection",)
+    error_m = Number(0.03, 0.001, 1.0, doc="Standard deviation of where the centroid is, in x and in y.", unit="m")
+    reach_s = Number(0.9, 0.1, 10.0, doc="Mean time to the press.", unit="s")
+    reach_spread_s = Number(0.15, 0.0, 2.0, doc="Its standard deviation.", unit="s")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        place = self.truth["error_m"] * random.standard_normal(2)
+        time = self.truth["reach_s"] + self.truth["reach_spread_s"] * random.standard_normal()
+        longest = self.given["visible_s"]
+        inside = float(np.hypot(*place)) <= 0.5 * float(trial.facts["width_m"]) and time <= longest
+        return {"selected": YES if inside else NO, "time_s": float(min(max(time, 0.0), longest))}
+
+    def truths(self) -> dict[str, float]:
+        """Rates by Rayleigh's distribution; the press comes in time but for a share that is left out here."""
+        late = 1.0 - _normal(
+            (self.given["visible_s"] - self.truth["reach_s"]) / max(self.truth["reach_spread_s"], 1e-9)
+        )
+        rates = {
+            width: (1.0 - math.exp(-0.125 * (width / self.truth["error_m"]) ** 2)) * (1.0 - late)
+            for width in self.given["widths_m"]
+        }
+        found = {f"rate at {100.0 * width:g} cm": rate for width, rate in rates.items()}
+        return {"rate": sum(rates.values()) / len(rates), "time": self.truth["reach_s"], **found}
+
+
+OBSERVERS: Mapping[str, type[Observer]] = {
+    kind: observer
+    for observer in (Identifier, Detector, Discriminator, Rater, Labeller, Foot)
+    for kind in observer.methods
+}
+"""The observer of each method by its kind."""
+
+
+def check_truth(truth: Mapping[str, float]) -> None:
+    """Raise `BadValue` for a name that no observer has, or a value that cannot be."""
+    known = {name: p for observer in OBSERVERS.values() for name, p in observer.parameters.items()}
+    for name, value in truth.items():
+        require(name in known, "truth", name, ", ".join(known))
+        known[name].check(value)
+
+
+class SimulatedParticipant:
+    """Answers all pages of a study: trials as its observers do, everything else as it is by default."""
+
+    def __init__(self, protocol: Protocol, truth: Mapping[str, float], random: np.random.Generator) -> None:
+        self._random = random
+        self.observers = {
+            stage.id: OBSERVERS[stage.method.kind](truth, protocol, stage)
+            for stage in protocol.stages
+            if stage.method is not None
+        }
+
+    def answer(self, page: Page) -> Answers:
+        """What is answered on a page."""
+        if page.kind == "consent":
+            return {"agreed": YES}
+        if page.trial is not None:
+            return self.observers[page.stage].answer(page.trial, self._random)
+        return {one.name: one.default for one in page.asks}
+
+
+def _normal(z: float) -> float:
+    return 0.5 * math.erfc(-z / math.sqrt(2.0))
+
+
+def _normal_inverse(share: float) -> float:
+    from statistics import NormalDist
+
+    return NormalDist().inv_cdf(share)

@@ -1,0 +1,244 @@
+"""The document of a study: who takes part, what is presented, and stage after stage what happens.
+
+A protocol is frozen; `check` says whether all of it can be run, and names the place of what cannot. Nothing in a file
+is ever executed.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from underfoot.documents import parse, placed
+from underfoot.errors import BadFile, BadValue, require
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.questions import Question
+from underfoot.experiments.stimuli import Stimulus
+from underfoot.files import read_file, write_file
+from underfoot.parameters import IDENTIFIER
+from underfoot.patch.node import Registry
+
+FORMAT = "underfoot-protocol"
+VERSION = 1
+
+Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=86400.0)]
+Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
+Decibels = Annotated[float, msgspec.Meta(ge=-120.0, le=0.0)]
+
+END = "end"
+"""What `Stage.next` says where the study ends behind a stage."""
+
+
+class MethodUse(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Which method a stage uses, and the parameters that were set."""
+
+    kind: str
+    parameters: Mapping[str, Any] = {}
+
+
+class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """One stage. `kind`: "consent", "questions", "read" (an instruction), "learn" (stimuli to try by number, for
+    `seconds`), "level" (set to where `stimulus` is just felt), "trials" of a `method`, or a "pause" of `seconds`.
+
+    In trials, `start` is what begins a presentation: a key, a step onto the tile, or two crossings of it (there and
+    back). Between trials `trial_pause_s` pass, between the intervals of one `interval_pause_s`, between blocks
+    `block_pause_s`, but `long_pause_s` after every `long_pause_every` blocks. `practice` is left out of the analysis.
+    `next` is the id of the stage behind it, "end" for none, "" for the one that follows in the list.
+    """
+
+    id: str
+    kind: Literal["consent", "questions", "read", "learn", "level", "trials", "pause"]
+    title: str = ""
+    text: str = ""
+    questions: tuple[Question, ...] = ()
+    method: MethodUse | None = None
+    stimulus: str = ""
+    practice: bool = False
+    start: Literal["key", "step", "crossings"] = "key"
+    plays: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 1
+    feedback: bool = False
+    seconds: Seconds = 0.0
+    trial_pause_s: Seconds = 0.0
+    interval_pause_s: Seconds = 0.5
+    block_pause_s: Seconds = 0.0
+    long_pause_s: Seconds = 0.0
+    long_pause_every: Annotated[int, msgspec.Meta(ge=0, le=1000)] = 0
+    next: str = ""
+
+
+class Sounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is heard throughout, on a sound card of its own: `noise` that masks, at `noise_db` (RMS, of full scale), and
+    a metronome, at `metronome_hz` with clicks of `metronome_db`, 0 for none; on `channel` of the card, from 0."""
+
+    noise: Literal["none", "pink", "white"] = "none"
+    noise_db: Decibels = -30.0
+    metronome_hz: Annotated[float, msgspec.Meta(ge=0.0, le=10.0)] = 0.0
+    metronome_db: Decibels = -30.0
+    channel: Annotated[int, msgspec.Meta(ge=0, le=255)] = 0
+
+
+class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A study. Nothing is stronger than `limit_m_s2`; `present_s` is how long a presentation by a key lasts."""
+
+    format: str = FORMAT
+    version: int = VERSION
+    title: str = ""
+    about: str = ""
+    seed: Annotated[int, msgspec.Meta(ge=0, le=2**53)] = 0
+    participant: tuple[Question, ...] = ()
+    limit_m_s2: Level = 20.0
+    present_s: Annotated[float, msgspec.Meta(ge=0.05, le=600.0)] = 2.0
+    sounds: Sounds = Sounds()
+    stimuli: Mapping[str, Stimulus] = {}
+    stages: tuple[Stage, ...] = ()
+
+    def stage(self, id: str) -> Stage:
+        """The stage with this id; `BadValue` where there is none."""
+        for stage in self.stages:
+            if stage.id == id:
+                return stage
+        raise BadValue(f"there is no stage {id!r}; allowed: {', '.join(s.id for s in self.stages) or 'none'}")
+
+    def order(self) -> tuple[Stage, ...]:
+        """The stages in the order in which they come; `BadValue` for a cycle."""
+        following = {stage.id: place for place, stage in enumerate(self.stages)}
+        order: dict[str, Stage] = {}
+        at = 0
+        while 0 <= at < len(self.stages):
+            stage = self.stages[at]
+            if stage.id in order:
+                loop = [*list(order)[list(order).index(stage.id) :], stage.id]
+                raise BadValue(f"stages make a cycle: {' -> '.join(loop)}; let one of them be followed by {END!r}")
+            order[stage.id] = stage
+            at = at + 1 if not stage.next else following.get(stage.next, -1)
+        return tuple(order.values())
+
+    # --- checks ---
+
+    def check(self, registry: Registry, folder: Path | None = None) -> "Protocol":
+        """This protocol, or `BadValue`: the place in it, the value, and what is allowed.
+
+        Patches are looked for among the presets and in `folder`.
+        """
+        require(self.format == FORMAT, "format", self.format, FORMAT)
+        require(self.version == VERSION, "version", self.version, str(VERSION))
+        for name, stimulus in self.stimuli.items():
+            require(bool(IDENTIFIER.fullmatch(name)), "stimuli", name, "names of letters, digits, - and _")
+            stimulus.check(f"stimuli.{name}", registry, folder, self.limit_m_s2)
+        _check_questions("participant", self.participant)
+        require(bool(self.stages), "stages", [], "at least one")
+        seen: set[str] = set()
+        for i, stage in enumerate(self.stages):
+            place = f"stages[{i}]"
+            require(bool(IDENTIFIER.fullmatch(stage.id)), f"{place}.id", stage.id, "letters, digits, - and _")
+            require(
+                stage.id not in seen | {END, "participant"}, f"{place}.id", stage.id, "an id that no other stage has"
+            )
+            seen.add(stage.id)
+        for i, stage in enumerate(self.stages):
+            self._check_stage(f"stages[{i}]", stage, seen)
+        left_out = seen - {stage.id for stage in self.order()}
+        if left_out:
+            first = min(left_out)
+            raise BadValue(f"stages: no stage leads to {first!r}; name it in the next of another, or take it away")
+        return self
+
+    def _check_stage(self, place: str, stage: Stage, ids: set[str]) -> None:
+        allowed = f"stages of this protocol ({', '.join(sorted(ids))}), or {END!r}"
+        require(stage.next in ids | {"", END}, f"{place}.next", stage.next, allowed)
+        _check_questions(f"{place}.questions", stage.questions)
+        if stage.kind == "questions":
+            require(bool(stage.questions), f"{place}.questions", [], "at least one")
+        if stage.kind == "level":
+            have = ", ".join(self.stimuli) or "none"
+            require(stage.stimulus in self.stimuli, f"{place}.stimulus", stage.stimulus, f"the stimuli: {have}")
+        if stage.kind == "learn":
+            require(bool(self.stimuli), f"{place}.kind", stage.kind, "learn only where there are stimuli")
+        if stage.kind != "trials":
+            require(stage.method is None, f"{place}.method", "a method", "none, in a stage that has no trials")
+            return
+        if stage.method is None:
+            raise BadValue(f"{place}.method is missing; allowed: {', '.join(METHODS)}")
+        kind = stage.method.kind
+        require(kind in METHODS, f"{place}.method.kind", kind, ", ".join(METHODS))
+        try:
+            given = METHODS[kind].checked(stage.method.parameters, self.stimuli)
+        except BadValue as error:
+            raise BadValue(f"{place}.method.parameters.{error}") from None
+        for name, gain_db in METHODS[kind].strongest(given).items():
+            peak = self.stimuli[name].peak_m_s2(gain_db)
+            where = f"{place}.method reaches {peak:.3g} m/s^2 with {name}"
+            if peak > self.limit_m_s2 * (1.0 + 1e-9):
+                raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}")
+
+    # --- files ---
+
+    def dumps(self) -> bytes:
+        """The protocol as JSON, in a fixed order; what is as it is by default is left out."""
+        lean = _without_defaults(self)
+        return (
+            msgspec.json.format(msgspec.json.encode({"format": FORMAT, "version": VERSION, **lean}), indent=1) + b"\n"
+        )
+
+    @staticmethod
+    def loads(
+        text: bytes | str, registry: Registry, source: str = "protocol", folder: Path | None = None
+    ) -> "Protocol":
+        """The protocol in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
+        raw = parse(text, source, FORMAT, VERSION)
+        try:
+            _check_types_of_stimuli(raw, source)
+            return msgspec.convert(raw, Protocol).check(registry, folder)
+        except msgspec.ValidationError as error:
+            raise BadFile(f"{source}: {placed(error, raw)}") from None
+        except BadValue as error:
+            raise BadFile(f"{source}: $.{error}") from None
+        except RecursionError:
+            raise BadFile(f"{source} is not JSON: it is nested too deep") from None
+
+    @staticmethod
+    def load(path: str | Path, registry: Registry) -> "Protocol":
+        """The protocol in a file, whose patches lie among the presets or beside it."""
+        return Protocol.loads(read_file(path), registry, str(path), Path(path).parent)
+
+    def save(self, path: str | Path) -> None:
+        """Write the protocol beside `path` and move it into place."""
+        write_file(path, self.dumps())
+
+
+def _check_types_of_stimuli(raw: Mapping[str, Any], source: str) -> None:
+    """Raise `BadFile` for a stimulus whose fields have wrong types, by its name, which the library does not tell."""
+    stimuli = raw.get("stimuli")
+    for name, stimulus in stimuli.items() if isinstance(stimuli, dict) else ():
+        try:
+            msgspec.convert(stimulus, Stimulus)
+        except msgspec.ValidationError as error:
+            raise BadFile(f"{source}: $.stimuli.{name}{placed(error, stimulus).removeprefix('$')}") from None
+
+
+def _check_questions(place: str, questions: tuple[Question, ...]) -> None:
+    seen: set[str] = set()
+    for i, question in enumerate(questions):
+        question.check(f"{place}[{i}]")
+        require(question.name not in seen, f"{place}[{i}].name", question.name, "a name that no other question has")
+        seen.add(question.name)
+
+
+def _without_defaults(document: msgspec.Struct) -> dict[str, Any]:
+    """The fields that are not as they are by default, structs within them likewise."""
+    found: dict[str, Any] = {}
+    for field in msgspec.structs.fields(document):
+        value = getattr(document, field.name)
+        default = {} if field.default_factory is dict else field.default
+        if field.name not in ("format", "version") and (field.required or value != default):
+            found[field.name] = _lean(value)
+    return found
+
+
+def _lean(value: Any) -> Any:
+    if isinstance(value, msgspec.Struct):
+        return _without_defaults(value)
+    if isinstance(value, Mapping):
+        return {key: _lean(item) for key, item in value.items()}
+    return [_lean(item) for item in value] if isinstance(value, tuple | list) else value

@@ -1,0 +1,147 @@
+"""Studies on simulated participants: what each person's estimates are beside the truth, before the first real one.
+
+A person is drawn from the seed and a number, and from nothing else: the same people come out of one process, of many,
+or of a cluster, in whatever order.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from underfoot.arguments import seed_of
+from underfoot.errors import require
+from underfoot.experiments.analysis.analyses import ANALYSES, settings_of
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.observers import SimulatedParticipant
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import Row, counted, grouped, rows_of
+from underfoot.nodes import REGISTRY
+
+MOST_PEOPLE = 1_000_000
+SHARES = (0.25, 0.5, 1.0)
+"""After which shares of the blocks estimates are made."""
+
+Found = tuple[int, str, float, float, float, float, float]
+"""Person, estimate, share of the trials, value, low, high, truth."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How people are simulated: the seed, draws for intervals of curves (0: by covariance), what is true of them."""
+
+    seed: int = 1
+    bootstrap: int = 0
+    truth: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """People `first` to before `end` of a simulated study; plain data, for any process."""
+
+    protocol: bytes
+    folder: str
+    first: int
+    end: int
+    conditions: Conditions = Conditions()
+
+
+def jobs_of(
+    protocol: Protocol, folder: Path, people: int, conditions: Conditions | None = None, each: int = 20
+) -> list[Job]:
+    """The people of a study, whose patches lie in `folder`, in jobs of `each`."""
+    require(1 <= people <= MOST_PEOPLE, "people", people, f"1 to {MOST_PEOPLE}")
+    how = conditions or Conditions()
+    seed_of(how.seed)
+    text = protocol.dumps()
+    return [Job(text, str(folder), first, min(first + each, people), how) for first in range(0, people, each)]
+
+
+def simulate(job: Job) -> list[Found]:
+    """What the people of a job estimate. A function of a module with plain data: it runs in any process."""
+    protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
+    how, found = job.conditions, list[Found]()
+    for person in range(job.first, job.end):
+        rows, participant = simulated_rows(protocol, person, how.seed, dict(how.truth))
+        truths = {name: v for observer in participant.observers.values() for name, v in observer.truths().items()}
+        for share in SHARES:
+            for name, value, low, high in _estimates(protocol, rows, share, how.bootstrap):
+                found.append((person, name, share, value, low, high, truths.get(name, math.nan)))
+    return found
+
+
+def simulated_rows(
+    protocol: Protocol, person: int, seed: int, truth: Mapping[str, float]
+) -> tuple[list[Row], SimulatedParticipant]:
+    """The trials that a simulated person has answered, and who it was."""
+    participant = SimulatedParticipant(protocol, truth, np.random.default_rng([seed, person]))
+    name = f"S{person + 1}"
+    study = Study(protocol, name)
+    while not study.is_done:
+        study.answer(participant.answer(study.page))
+    return list(rows_of(protocol, name, study.entries)), participant
+
+
+def _estimates(
+    protocol: Protocol, rows: Sequence[Row], share: float, bootstrap: int
+) -> Iterable[tuple[str, float, float, float]]:
+    for (stage, method), part in grouped(counted(rows), "stage", "method").items():
+        settings = settings_of(protocol, stage, Settings(bootstrap=bootstrap if share == 1.0 else 0))
+        last = max(int(row["block"]) for row in part)
+        kept = [row for row in part if int(row["block"]) <= max(round(share * last), 1)]
+        for one in ANALYSES[method].estimates(kept, settings):
+            yield one.name, one.value, one.low, one.high
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What many people's estimates of one thing say beside its truth, after a share of the trials.
+
+    `bias` is mean minus truth, `spread` the standard deviation from person to person, `covered` the share of 95 %
+    intervals that hold the truth; `missing` the share of people who have no estimate.
+    """
+
+    name: str
+    share: float
+    truth: float
+    mean: float
+    median: float
+    bias: float
+    spread: float
+    covered: float
+    missing: float
+
+    def spread_of(self, people: int) -> float:
+        """The standard error of the mean over so many people.
+
+        >>> Summary("x", 1.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.95, 0.0).spread_of(16)
+        1.0
+        """
+        return self.spread / math.sqrt(people)
+
+
+def summaries(found: Iterable[Found]) -> list[Summary]:
+    """One summary for each estimate and share of the trials, of all people; the order of `found` does not matter."""
+    by_name: dict[tuple[str, float], list[Found]] = {}
+    for one in sorted(found, key=lambda f: (f[0], f[1], f[2])):
+        by_name.setdefault((one[1], one[2]), []).append(one)
+    return [_summary(name, share, several) for (name, share), several in sorted(by_name.items())]
+
+
+def _summary(name: str, share: float, several: Sequence[Found]) -> Summary:
+    values, lows, highs, truths = (np.array([one[k] for one in several]) for k in (3, 4, 5, 6))
+    there = np.isfinite(values)
+    truth = float(truths[0])
+    if not there.any():
+        return Summary(name, share, truth, math.nan, math.nan, math.nan, math.nan, math.nan, 1.0)
+    kept = values[there]
+    judged = there & ~np.isnan(lows) & ~np.isnan(highs)
+    covered = float(((lows <= truth) & (truth <= highs))[judged].mean()) if judged.any() else math.nan
+    spread = float(kept.std(ddof=1)) if len(kept) > 1 else math.nan
+    mean = float(kept.mean())
+    return Summary(
+        name, share, truth, mean, float(np.median(kept)), mean - truth, spread, covered, float(1 - there.mean())
+    )

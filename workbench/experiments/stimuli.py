@@ -1,0 +1,135 @@
+"""A stimulus of a protocol: a patch with parameter settings, and what its level is in m/s^2."""
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from underfoot.errors import BadFile, BadValue, require
+from underfoot.parameters import Number
+from underfoot.patch import library
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+
+Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
+Fact = int | float | str
+
+
+class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What is presented: a `patch` (a preset's name, or a file beside the protocol; "" for no vibration) with
+    `settings`, values by "node.parameter".
+
+    `scaled_by` is the number of the patch, "node.parameter", to which acceleration is proportional; with the settings
+    the patch's peak was measured as `measured_m_s2`, and `level_m_s2` is the peak that is wanted of it.
+    `stiffness_n_mm` is what the plate is set to first, 0 for no plate. `factors` are what the analysis compares:
+    stiffness, waveform.
+    """
+
+    patch: str = ""
+    settings: Mapping[str, Any] = {}
+    scaled_by: str = ""
+    measured_m_s2: Level = 0.0
+    level_m_s2: Level = 0.0
+    stiffness_n_mm: Annotated[float, msgspec.Meta(ge=0.0, le=10000.0)] = 0.0
+    factors: Mapping[str, Fact] = {}
+
+    def peak_m_s2(self, gain_db: float = 0.0) -> float:
+        """The peak acceleration at so many decibels above its level; 0 without a patch.
+
+        >>> round(Stimulus(patch="stimulus-td", level_m_s2=0.43).peak_m_s2(6.0206), 3)
+        0.86
+        """
+        return self.level_m_s2 * 10.0 ** (gain_db / 20.0) if self.patch else 0.0
+
+    def at(self, gain_db: float, registry: Registry, folder: Path | None = None) -> Patch:
+        """The patch to play, with its settings, at so many decibels above the level; empty without a patch."""
+        if not self.patch:
+            return Patch(title="nothing")
+        patch = _loaded(self.patch, registry, folder)
+        for name, value in self.settings.items():
+            node, _, parameter = name.partition(".")
+            patch = patch.set(node, parameter, value, registry)
+        factor = 10.0 ** (gain_db / 20.0)
+        if self.scaled_by and self.measured_m_s2 > 0.0:
+            factor *= self.level_m_s2 / self.measured_m_s2
+        if not self.scaled_by or factor == 1.0:
+            return patch
+        node, _, parameter = self.scaled_by.partition(".")
+        now = patch.node(node).parameters.get(parameter, registry[patch.node(node).type].parameters[parameter].default)
+        return patch.set(node, parameter, now * factor, registry)
+
+    def check(self, place: str, registry: Registry, folder: Path | None, limit_m_s2: float) -> None:
+        """Raise `BadValue` where the patch is missing, or a setting or level cannot be."""
+        for name, value in self.factors.items():
+            good = not isinstance(value, float) or math.isfinite(value)
+            require(good and bool(name), f"{place}.factors.{name}", value, "text or finite numbers")
+        if not self.patch:
+            plain = not self.settings and not self.scaled_by and self.level_m_s2 == 0.0
+            require(plain, f"{place}.patch", "", "a patch, for a stimulus with settings or a level")
+            return
+        try:
+            patch = _loaded(self.patch, registry, folder)
+        except (BadFile, BadValue) as error:
+            raise BadValue(f"{place}.patch: {error}") from None
+        for name in (*self.settings, *([self.scaled_by] if self.scaled_by else [])):
+            _require_parameter(place, name, patch, registry)
+        if self.scaled_by:
+            node, _, parameter = self.scaled_by.partition(".")
+            is_number = isinstance(registry[patch.node(node).type].parameters[parameter], Number)
+            require(is_number, f"{place}.scaled_by", self.scaled_by, "a number of the patch")
+            require(self.measured_m_s2 > 0.0, f"{place}.measured_m_s2", self.measured_m_s2, "above 0, with scaled_by")
+        within = self.level_m_s2 <= limit_m_s2
+        require(within, f"{place}.level_m_s2", self.level_m_s2, f"up to limit_m_s2, {limit_m_s2:g}")
+        try:
+            self.at(0.0, registry, folder)
+        except BadValue as error:
+            raise BadValue(f"{place}.settings: {error}") from None
+
+
+def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) -> None:
+    node, _, parameter = name.partition(".")
+    types = {one.id: registry[one.type] for one in patch.nodes}
+    known = ", ".join(f"{id}.{p}" for id, type in types.items() for p in type.parameters)
+    good = node in types and parameter in types[node].parameters
+    require(good, f"{place}.settings", name, f"parameters of the patch: {known or 'none'}")
+
+
+def patch_path(name: str, folder: Path | None) -> Path:
+    """The file of a preset's name, or in `folder`; `BadFile` where there is none."""
+    require("\0" not in name, "patch", name, "a preset's name, or a file's")
+    presets = library.patches()
+    path = presets.get(name) or (folder or Path()) / name
+    try:
+        is_file = path.is_file()
+    except (OSError, ValueError):
+        is_file = False
+    if not is_file:
+        raise BadFile(f"there is no patch {name!r}; allowed: a file beside the protocol, or {', '.join(presets)}")
+    return path
+
+
+def _loaded(name: str, registry: Registry, folder: Path | None) -> Patch:
+    """The patch of a preset's name, or in a file of `folder`, read once as long as it does not change."""
+    path = patch_path(name, folder)
+    return _read(path, path.stat().st_mtime_ns, _Registry(registry))
+
+
+class _Registry:
+    """A registry as a key of what was read with it."""
+
+    def __init__(self, registry: Registry) -> None:
+        self.registry = registry
+
+    def __hash__(self) -> int:
+        return id(self.registry)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Registry) and self.registry is other.registry
+
+
+@lru_cache(maxsize=256)
+def _read(path: Path, changed: int, registry: _Registry) -> Patch:
+    return Patch.load(path, registry.registry)

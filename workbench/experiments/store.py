@@ -1,0 +1,271 @@
+"""A participant's session on disk: one SQLite file, in which every answer is safe the moment it is given.
+
+The file holds the protocol with its patches, so that it can be read alone; an entry for each page that was answered, in
+order; for each trial the stretch of force and vibration that belongs to it; and notes. An entry and its stretches are
+one transaction, written through to the disk: killed at any moment, the file opens, and the study goes on at the next
+page.
+"""
+
+import json
+import platform
+import sqlite3
+import zlib
+from collections.abc import Iterable, Mapping
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot import __version__
+from underfoot.documents import parse, placed
+from underfoot.errors import BadFile
+from underfoot.experiments.protocol import FORMAT, Protocol
+from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
+from underfoot.experiments.study import Entry, Study
+from underfoot.files import replaced
+
+APPLICATION_ID = 0x55464558  # "UFEX"
+VERSION = 1
+_TABLES = """
+create table about (key text primary key, value text not null) without rowid;
+create table patch (name text primary key, body blob not null) without rowid;
+create table entry (number integer primary key, at text not null, body text not null);
+create table stretch (
+    entry integer not null, part integer not null, kind text not null, first real not null, rate_hz real not null,
+    columns text not null, scale real not null, shape text not null, data blob not null,
+    primary key (entry, part, kind)
+) without rowid;
+create table note (id integer primary key, at text not null, entry integer not null, body text not null);
+"""
+_TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<f4"}
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What was recorded during a presentation, [frame, column].
+
+    `kind`: "force" (newtons a corner), "vibration" (what was commanded, m/s^2 a tile) or "measured" (what an
+    accelerometer heard, m/s^2).
+    `part` is the interval, from 0; `first` the session frame of the first row, with `rate_hz` rows a second.
+    """
+
+    kind: str
+    part: int
+    first: float
+    rate_hz: float
+    columns: tuple[str, ...]
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Note:
+    """What the experimenter wrote down, at what time, after how many entries."""
+
+    at: str
+    entry: int
+    text: str
+
+
+class SessionFile:
+    """A session that can be gone on with. `create` makes a new file, `open` one that is there; `close` when done."""
+
+    def __init__(self, path: Path, base: sqlite3.Connection) -> None:
+        self.path, self._base = path, base
+
+    @staticmethod
+    def create(
+        path: str | Path,
+        protocol: Protocol,
+        participant: str,
+        folder: Path | None = None,
+        about: Mapping[str, str] | None = None,
+    ) -> "SessionFile":
+        """A new file of a checked protocol, whose patches lie in `folder`; `BadFile` where there is one already.
+
+        `about` is what else is to be kept: target, profile.
+        """
+        path = Path(path)
+        if path.exists():
+            raise BadFile(f"{path} is there already; go on with it, or choose another name for the session")
+        known = {
+            **(about or {}),
+            "protocol": protocol.dumps().decode(),
+            "participant": participant,
+            "begun": _now(),
+            "software": f"Underfoot {__version__}",
+            "python": platform.python_version(),
+            "system": platform.platform(),
+        }
+        try:
+            with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
+                base.execute(f"pragma application_id = {APPLICATION_ID}")
+                base.execute(f"pragma user_version = {VERSION}")
+                base.executescript(_TABLES)
+                base.executemany("insert into about values (?, ?)", known.items())
+                base.executemany("insert into patch values (?, ?)", _patches(protocol, folder).items())
+        except sqlite3.Error as error:
+            raise BadFile(f"{path} cannot be written: {error}") from None
+        return SessionFile.open(path)
+
+    @staticmethod
+    def open(path: str | Path) -> "SessionFile":
+        """A file that is there, also one whose writer was killed; `BadFile` where it is no session."""
+        path = Path(path)
+        if not path.is_file():
+            raise BadFile(f"{path} cannot be read: there is no such file")
+        try:
+            base = sqlite3.connect(path, isolation_level=None)
+            (application,) = base.execute("pragma application_id").fetchone()
+            (version,) = base.execute("pragma user_version").fetchone()
+        except sqlite3.Error as error:
+            raise BadFile(f"{path} is not a session of a study: {error}") from None
+        if application != APPLICATION_ID:
+            base.close()
+            raise BadFile(f"{path} is not a session of a study")
+        if version > VERSION:
+            base.close()
+            raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
+        base.execute("pragma journal_mode = wal")
+        base.execute("pragma synchronous = full")  # not even a power cut loses an answer
+        return SessionFile(path, base)
+
+    # --- what is in it ---
+
+    @property
+    def about(self) -> dict[str, str]:
+        """What is known of the session: `protocol`, `participant`, `begun`, `software` and so on."""
+        return dict(self._base.execute("select key, value from about order by key"))
+
+    @property
+    def participant(self) -> str:
+        """The participant's id."""
+        return self.about["participant"]
+
+    def patches(self) -> dict[str, bytes]:
+        """The patches of the protocol as they were when the session was begun, by their names there."""
+        return dict(self._base.execute("select name, body from patch order by name"))
+
+    def stored_protocol(self) -> Protocol:
+        """The protocol that the session was begun with, for the analysis: its patches are not looked for."""
+        raw = parse(self.about["protocol"], f"{self.path}, protocol", FORMAT, PROTOCOL_VERSION)
+        try:
+            return msgspec.convert(raw, Protocol)
+        except msgspec.ValidationError as error:
+            raise BadFile(f"{self.path}, protocol: {placed(error, raw)}") from None
+
+    def entries(self) -> list[Entry]:
+        """What was answered so far, in order."""
+        found = []
+        for number, body in self._base.execute("select number, body from entry order by number"):
+            try:
+                found.append(msgspec.json.decode(body, type=Entry))
+            except msgspec.DecodeError as error:
+                raise BadFile(f"{self.path}: entry {number} cannot be read: {error}") from None
+        return found
+
+    def study(self, protocol: Protocol) -> Study:
+        """The study where it stands; `BadFile` where the session was begun with another protocol."""
+        if protocol.dumps().decode() != self.about["protocol"]:
+            raise BadFile(f"{self.path} was begun with another protocol; go on with that one, or begin a new session")
+        return Study(protocol, self.participant, self.entries())
+
+    def notes(self) -> list[Note]:
+        """What the experimenter wrote down, in order."""
+        return [Note(*row) for row in self._base.execute("select at, entry, body from note order by id")]
+
+    def stretches(self, number: int) -> list[Stretch]:
+        """What was recorded for entry `number`, from 1."""
+        rows = self._base.execute(
+            "select kind, part, first, rate_hz, columns, scale, shape, data from stretch where entry = ? "
+            "order by part, kind",
+            (number,),
+        )
+        found = []
+        for kind, part, first, rate_hz, columns, scale, shape, data in rows:
+            values = np.frombuffer(zlib.decompress(data), _TYPES[kind]).reshape(json.loads(shape))
+            names = tuple(json.loads(columns))
+            found.append(Stretch(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
+        return found
+
+    # --- what is put in ---
+
+    def add(self, entry: Entry, stretches: Iterable[Stretch] = ()) -> int:
+        """Keep an entry with its stretches; safe when this returns. Its number, from 1."""
+        with self._transaction():
+            (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
+            row = (last + 1, _now(), msgspec.json.encode(entry).decode())
+            self._base.execute("insert into entry values (?, ?, ?)", row)
+            self._base.executemany(
+                "insert into stretch values (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                [(last + 1, *_packed(stretch)) for stretch in stretches],
+            )
+        return int(last) + 1
+
+    def replace_last(self, entry: Entry) -> None:
+        """Put an entry in the place of the last one, whose stretches stay: a trial that is spoiled afterwards."""
+        with self._transaction():
+            row = (msgspec.json.encode(entry).decode(),)
+            self._base.execute("update entry set body = ? where number = (select max(number) from entry)", row)
+
+    def add_note(self, text: str) -> None:
+        """Keep what the experimenter writes down."""
+        with self._transaction():
+            (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
+            self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", (_now(), last, text))
+
+    def close(self) -> None:
+        """Fold the log into the file, and let go of it."""
+        with suppress(sqlite3.Error):  # somebody else reads it: the log stays beside it
+            self._base.execute("pragma journal_mode = delete")
+        self._base.close()
+
+    def _transaction(self) -> "_Transaction":
+        return _Transaction(self._base, self.path)
+
+
+class _Transaction:
+    """A block whose writes are all in the file when it ends, or none; `BadFile` where the disk refuses them."""
+
+    def __init__(self, base: sqlite3.Connection, path: Path) -> None:
+        self._base, self._path = base, path
+
+    def __enter__(self) -> None:
+        try:
+            self._base.execute("begin immediate")
+        except sqlite3.Error as error:
+            raise BadFile(f"{self._path} cannot be written: {error}") from None
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        try:
+            self._base.execute("commit" if error is None else "rollback")
+        except sqlite3.Error as failed:
+            raise BadFile(f"{self._path} cannot be written: {failed}") from None
+        if isinstance(error, sqlite3.Error):
+            raise BadFile(f"{self._path} cannot be written: {error}") from None
+
+
+def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:
+    from underfoot.experiments.stimuli import patch_path
+
+    names = {stimulus.patch for stimulus in protocol.stimuli.values() if stimulus.patch}
+    return {name: patch_path(name, folder).read_bytes() for name in sorted(names)}
+
+
+def _packed(stretch: Stretch) -> tuple[object, ...]:
+    """A stretch as a row; vibration with 16 bits of its largest value."""
+    values = np.asarray(stretch.values, np.float64)
+    scale = 1.0
+    if _TYPES[stretch.kind] == "<i2":
+        scale = (float(np.abs(values).max(initial=0.0)) or 1.0) / 32767.0
+        values = np.round(values / scale)
+    data = zlib.compress(np.ascontiguousarray(values, _TYPES[stretch.kind]).tobytes(), 1)
+    columns, shape = json.dumps(stretch.columns), json.dumps(values.shape)
+    return (stretch.part, stretch.kind, stretch.first, stretch.rate_hz, columns, scale, shape, data)
+
+
+def _now() -> str:
+    return datetime.now().astimezone().isoformat(timespec="milliseconds")

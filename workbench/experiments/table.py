@@ -1,0 +1,122 @@
+"""The table of trials: a row for each trial that was presented, with all that the analysis needs to know of it."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.study import PARTICIPANT, Entry
+from underfoot.experiments.trials import NOTHING, Presentation
+
+Row = Mapping[str, Any]
+"""One trial: values by the names of columns. What a trial does not have is not in its row."""
+
+OF_PERSON = "participant."
+"""What the columns begin with in which a participant's own answers are."""
+FIRST_COLUMNS = ("participant", "stage", "method", "practice", "trial", "block", "attempt", "spoiled")
+
+
+def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> list[dict[str, Any]]:
+    """The rows of one participant, spoiled trials and practice among them.
+
+    `stimulus`, `gain_db` and `level_m_s2` are those of the interval that is judged; with two intervals also `other`.
+    Facts, factors of the stimulus, answers and times have columns of their own names; what participants said of
+    themselves begins with "participant.".
+    """
+    stages = {stage.id: stage for stage in protocol.stages}
+    found = []
+    gain_db = 0.0
+    person: dict[str, Any] = {}
+    for entry in entries:
+        if entry.stage == PARTICIPANT:
+            person = {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
+        if entry.kind == "level":
+            gain_db = float(entry.answers["gain_db"])
+        if entry.trial is None:
+            continue
+        stage, trial = stages[entry.stage], entry.trial
+        judged, other = _judged(trial.intervals, trial.facts.get("comparison"))
+        row: dict[str, Any] = {
+            "participant": participant,
+            "stage": entry.stage,
+            "method": stage.method.kind if stage.method is not None else "",
+            "practice": stage.practice,
+            "trial": trial.number,
+            "block": trial.block,
+            "attempt": entry.attempt,
+            "spoiled": entry.spoiled,
+        }
+        if trial.correct != "":
+            row["correct"] = trial.correct
+        if judged is not None:
+            row["stimulus"] = judged.stimulus
+            if judged.stimulus != NOTHING:
+                stimulus = protocol.stimuli[judged.stimulus]
+                row["gain_db"] = judged.gain_db + gain_db
+                row["level_m_s2"] = float(f"{stimulus.peak_m_s2(judged.gain_db + gain_db):.6g}")
+                row |= {name: value for name, value in stimulus.factors.items() if name not in row}
+        if other is not None:
+            row["other"] = other.stimulus
+        found.append({**row, **dict(trial.facts), **dict(entry.answers), **dict(entry.facts), **person})
+    return found
+
+
+def counted(rows: Sequence[Row]) -> list[Row]:
+    """The rows that the analysis counts: no practice, nothing that was spoiled.
+
+    >>> counted([{"trial": 1, "spoiled": "noise"}, {"trial": 1}, {"trial": 2, "practice": True}])
+    [{'trial': 1}]
+    """
+    return [row for row in rows if not row.get("practice") and not row.get("spoiled")]
+
+
+def columns_of(rows: Iterable[Row]) -> list[str]:
+    """The columns of a table, the common ones first, then in the order in which they come."""
+    names: dict[str, None] = dict.fromkeys(FIRST_COLUMNS)
+    for row in rows:
+        names |= dict.fromkeys(row)
+    return list(names)
+
+
+def grouped(rows: Iterable[Row], *columns: str) -> dict[tuple[Any, ...], list[Row]]:
+    """Rows by the values of columns, in the order in which those first come.
+
+    >>> grouped([{"a": 1, "b": 2}, {"a": 1, "b": 3}], "a")
+    {(1,): [{'a': 1, 'b': 2}, {'a': 1, 'b': 3}]}
+    """
+    found: dict[tuple[Any, ...], list[Row]] = {}
+    for row in rows:
+        found.setdefault(tuple(row.get(column, "") for column in columns), []).append(row)
+    return found
+
+
+def _judged(intervals: Sequence[Presentation], comparison: object) -> tuple[Presentation | None, Presentation | None]:
+    """The presentation that is judged, and the one beside it: of two the comparison, where it is named."""
+    if not intervals:
+        return None, None
+    if len(intervals) == 1:
+        return intervals[0], None
+    first, second = intervals[0], intervals[1]
+    return (second, first) if second.stimulus == comparison and first.stimulus != comparison else (first, second)
+
+
+NOT_FACTORS = frozenset(
+    (
+        *FIRST_COLUMNS,
+        *("correct", "stimulus", "other", "gain_db", "comparison", "comparison_at", "judged_more", "staircase", "run"),
+        *("level_db", "catch", "announced", "width_m", "distance_m", "bearing_rad", "x_m", "y_m"),
+        *("number", "interval", "felt", "rating", "label", "sort", "selected", "time_s"),
+        *("started_at", "onset_s", "onset_after_step_s", "shown_s", "response_s", "plays", "frames", "commanded_m_s2"),
+        *("most_force_n", "latency_s", "software"),
+    )
+)
+"""Columns that are no factors of stimuli: what a trial is, what was answered, and what was measured."""
+
+
+def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
+    """The columns that are factors of stimuli, and take more than one value.
+
+    >>> factors_of([{"stimulus": "a", "set": "WS"}, {"stimulus": "b", "set": "IT"}])
+    ('set',)
+    """
+    names = [name for name in columns_of(rows) if name not in NOT_FACTORS and not name.startswith(OF_PERSON)]
+    return tuple(name for name in names if len({row[name] for row in rows if name in row}) > 1)

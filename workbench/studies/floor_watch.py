@@ -1,0 +1,106 @@
+"""What the floor says of a participant: steps, crossings, and where the feet are; and the forces as they were."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.engine.session_memory import ForceReader
+from underfoot.floor.contacts import ContactTracker, OngoingContact
+from underfoot.floor.layout import Floor
+
+LEFT_S = 0.4
+"""The floor has been left once nobody was on it for so long; a foot that follows sooner is of the same crossing."""
+_KEPT_S = 60.0
+"""Samples older than this are let go of, whatever nobody asked for."""
+
+
+@dataclass(frozen=True)
+class Visit:
+    """A time on the floor, from the first force of the first foot to the last: `end_s` is inf while it lasts."""
+
+    start_s: float
+    end_s: float
+
+
+class FloorWatch:
+    """Follows the force samples of a running session. `read` never waits; call it some sixty times a second."""
+
+    def __init__(self, forces: ForceReader, floor: Floor, rate_hz: float, force_hz: float) -> None:
+        self.floor, self._rate_hz, self.force_hz = floor, rate_hz, force_hz
+        self._forces = forces
+        self._tracker = ContactTracker(floor, force_hz)
+        self._kept: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
+        self._on_since = math.nan
+        self._last_on = -math.inf
+        self.visits: list[Visit] = []
+        """All times on the floor so far, the present one last."""
+        self.now_s = 0.0
+        """The time of the latest sample, in seconds of the session."""
+
+    def read(self) -> NDArray[np.float64]:
+        """Take what came in since the last call: the force of each tile, less the tare, [sample, tile]."""
+        frames, forces = self._forces.read()
+        if not len(frames):
+            return np.zeros((0, len(self.floor.tiles)))
+        times = frames / self._rate_hz
+        if self._kept and times[0] < self.now_s:  # an engine that was started again
+            self._tracker = ContactTracker(self.floor, self.force_hz)
+        held = np.where(np.isfinite(forces), forces, 0.0)
+        rows = self._tracker.feed(times, held).rows
+        self.now_s = float(times[-1])
+        self._kept.append((times, forces))
+        while self._kept and self._kept[0][0][-1] < self.now_s - _KEPT_S:
+            self._kept.popleft()
+        for time_s in np.unique(rows.time_s):
+            self._is_on(float(time_s))
+        if not self._tracker.ongoing() and self.now_s - self._last_on > LEFT_S:
+            self._leave()
+        return np.asarray((forces - self._tracker.baseline_n).sum(axis=2))
+
+    @property
+    def is_on(self) -> bool:
+        """Whether somebody is on the floor, or was a moment ago."""
+        return bool(self.visits) and self.visits[-1].end_s == math.inf
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether there is a contact at the latest sample; `is_on` follows once it is known whose it is."""
+        return self.is_on or bool(self._tracker.ongoing())
+
+    @property
+    def contacts(self) -> tuple[OngoingContact, ...]:
+        """Where feet are at the latest sample."""
+        return self._tracker.ongoing()
+
+    @property
+    def loads_n(self) -> NDArray[np.float64]:
+        """The load of each tile at the latest sample."""
+        return self._tracker.loads_n
+
+    def visits_since(self, time_s: float) -> list[Visit]:
+        """The times on the floor that began at or after a time."""
+        return [visit for visit in self.visits if visit.start_s >= time_s]
+
+    def forces_between(self, start_s: float, end_s: float) -> tuple[float, NDArray[np.float64]]:
+        """Time of the first sample from `start_s` to `end_s`, and forces less the tare, [sample, tile, corner]."""
+        times = [times for times, _ in self._kept]
+        if not times:
+            return start_s, np.zeros((0, len(self.floor.tiles), 4))
+        time_s = np.concatenate(times)
+        inside = (time_s >= start_s) & (time_s <= end_s)
+        forces = np.concatenate([forces for _, forces in self._kept])[inside] - self._tracker.baseline_n
+        return float(time_s[inside][0]) if inside.any() else start_s, forces
+
+    def _is_on(self, time_s: float) -> None:
+        if self.is_on and time_s - self._last_on > LEFT_S:
+            self._leave()
+        if not self.is_on:
+            self.visits.append(Visit(time_s, math.inf))
+        self._last_on = max(self._last_on, time_s)
+
+    def _leave(self) -> None:
+        if self.is_on:
+            self.visits[-1] = Visit(self.visits[-1].start_s, self._last_on)

@@ -1,0 +1,100 @@
+"""What a participant hears throughout a study: noise that masks the tiles, and a metronome, on a sound card's channel.
+
+It is a stream of its own, beside the session's: headphones are often on another card than the tiles.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.devices.sound import portaudio
+from underfoot.errors import DeviceError, require
+from underfoot.experiments.protocol import Sounds
+
+RATE_HZ = 48_000
+LOOP_S = 20.0
+LOWEST_HZ, HIGHEST_HZ = 30.0, 16_000.0
+CLICK_S, CLICK_HZ = 0.02, 1000.0
+FADE_S = 0.5
+
+
+def is_heard(sounds: Sounds) -> bool:
+    """Whether there is anything to play.
+
+    >>> is_heard(Sounds()), is_heard(Sounds(noise="pink"))
+    (False, True)
+    """
+    return sounds.noise != "none" or sounds.metronome_hz > 0.0
+
+
+def sound_loop(sounds: Sounds, rate_hz: int = RATE_HZ, seed: int = 1) -> NDArray[np.float32]:
+    """The sounds of some twenty seconds, which can be played on and on: shape (frames,), full scale, at most 1.
+
+    Noise is made of its spectrum, whose power falls by 10 dB a decade where it is pink, so that it has no seam; its RMS
+    is `noise_db`. A metronome's clicks come a whole number of times.
+    """
+    beats = max(round(LOOP_S * sounds.metronome_hz), 1) if sounds.metronome_hz > 0.0 else 0
+    seconds = beats / sounds.metronome_hz if beats else LOOP_S
+    frames = round(seconds * rate_hz)
+    out = np.zeros(frames)
+    if sounds.noise != "none":
+        hz = np.fft.rfftfreq(frames, 1.0 / rate_hz)
+        inside = (hz >= LOWEST_HZ) & (hz <= min(HIGHEST_HZ, 0.45 * rate_hz))
+        phases = np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, inside.sum())
+        spectrum = np.zeros(len(hz), complex)
+        spectrum[inside] = np.exp(1j * phases) / (np.sqrt(hz[inside]) if sounds.noise == "pink" else 1.0)
+        noise = np.fft.irfft(spectrum, frames)
+        out += noise * 10.0 ** (sounds.noise_db / 20.0) / np.sqrt(np.mean(noise**2))
+    click_s = np.arange(round(CLICK_S * rate_hz)) / rate_hz
+    click = np.sin(2.0 * math.pi * CLICK_HZ * click_s) * np.exp(-click_s / (0.2 * CLICK_S))
+    for beat in range(beats):
+        at = round(beat * frames / beats)
+        out[at : at + len(click)] += 10.0 ** (sounds.metronome_db / 20.0) * click[: frames - at]
+    return np.clip(out, -1.0, 1.0).astype(np.float32)
+
+
+class Masking:
+    """Plays a study's sounds on a device, "" for the default one, from `start` to `stop`; both fade."""
+
+    def __init__(self, sounds: Sounds, device: str = "") -> None:
+        """`DeviceError` where the device is not there, or lacks the channel."""
+        library = portaudio()
+        self._loop, self._channel = sound_loop(sounds), sounds.channel
+        self._at, self._gain, self._target = 0, 0.0, 0.0
+        self._step = 1.0 / (FADE_S * RATE_HZ)
+        try:
+            most = int(library.query_devices(device or None, "output")["max_output_channels"])
+            require(sounds.channel < most, "sounds.channel", sounds.channel, f"0 to {most - 1} on this device")
+            self._stream = library.OutputStream(
+                RATE_HZ, device=device or None, channels=sounds.channel + 1, dtype="float32", callback=self._fill
+            )
+            self._stream.start()
+        except (library.PortAudioError, ValueError) as error:
+            text = " ".join(str(error).split())
+            raise DeviceError(f"masking sound cannot be played on {device or 'the default device'}: {text}") from None
+
+    def start(self) -> None:
+        """Fade in."""
+        self._target = 1.0
+
+    def stop(self) -> None:
+        """Fade out."""
+        self._target = 0.0
+
+    def close(self) -> None:
+        """Let the device go."""
+        self._stream.close()
+
+    def _fill(self, out: NDArray[np.float32], frames: int, time: Any, status: Any) -> None:
+        out[:] = 0.0
+        done = 0
+        while done < frames:
+            part = self._loop[self._at : self._at + frames - done]
+            out[done : done + len(part), self._channel] = part
+            done += len(part)
+            self._at = (self._at + len(part)) % len(self._loop)
+        end = self._gain + np.clip(self._target - self._gain, -self._step * frames, self._step * frames)
+        out[:, self._channel] *= np.linspace(self._gain, end, frames, dtype=np.float32)
+        self._gain = float(end)

@@ -1,0 +1,68 @@
+"""What a presentation was: when vibration began, how strong it and the force were, and both as they went."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from underfoot.experiments.store import Stretch
+from underfoot.studies.floor_watch import FloorWatch
+from underfoot.studies.presenter import AUDIBLE, Presenter
+
+BEFORE_S = 0.2
+"""Force and vibration are kept from so long before a presentation on."""
+
+
+@dataclass
+class Presented:
+    """What is known of the presentations of a trial so far. `facts` and `stretches` are kept with its answer."""
+
+    started_at: str = ""
+    plays: int = 0
+    first_s: float = math.nan
+    """Session seconds at which the present one began: a key was pressed, or the first force of a step came."""
+    ended: float = math.nan
+    """When the last one ended, on the runner's clock."""
+    onset_s: float = math.nan
+    """Session seconds at which the last one's vibration began; NaN where there was none."""
+    facts: dict[str, Any] = field(default_factory=dict)
+    stretches: list[Stretch] = field(default_factory=list)
+
+    def begin_anew(self) -> None:
+        """The trial is presented again, or for the first time: what was measured before gives way."""
+        self.plays += 1
+        self.facts, self.stretches = {}, []
+
+    def measure(self, presenter: Presenter, watch: FloorWatch, interval: int, by_foot: bool) -> None:
+        """Take down an interval that has just ended; `by_foot`: its time counts from the first force of a step."""
+        session = presenter.session
+        rate, end_s = session.target.rate, max(watch.now_s, self.first_s)
+        begin_s, end = max(self.first_s - BEFORE_S, 0.0), round(end_s * rate) + rate
+        first, played = presenter.played(round(begin_s * rate), end)
+        force_s, forces = watch.forces_between(begin_s, end_s)
+        largest = np.abs(played[max(round(self.first_s * rate) - first, 0) :]).max(axis=0, initial=0.0)
+        sounding = np.flatnonzero(largest > AUDIBLE * presenter.full_scale)
+        self._note_onset(presenter.onset_frame(round(self.first_s * rate), end), rate, by_foot)
+        peak = float(largest[sounding].max(initial=0.0))
+        most = float(np.nan_to_num(forces.sum(axis=2)).max(initial=0.0)) if forces.size else 0.0
+        self.facts |= {
+            "commanded_m_s2": max(float(f"{peak:.5g}"), self.facts.get("commanded_m_s2", 0.0)),
+            "most_force_n": max(round(most, 1), self.facts.get("most_force_n", 0.0)),
+            "shown_s": round(end_s - self.first_s, 4),
+            "latency_s": round(session.health.latency_s, 6),
+        }
+        tiles = [tile.id for tile in session.target.floor.tiles]
+        corners = tuple(f"{tile}.{k}" for tile in tiles for k in (1, 2, 3, 4))
+        flat = forces.reshape(len(forces), len(corners))
+        self.stretches.append(Stretch("force", interval, force_s, watch.force_hz, corners, flat))
+        names, heard = tuple(tiles[k] for k in sounding), played[:, sounding]
+        self.stretches.append(Stretch("vibration", interval, first / rate, float(rate), names, heard))
+
+    def _note_onset(self, frame: int | None, rate: int, by_foot: bool) -> None:
+        """Of the first interval that vibrates."""
+        self.onset_s = math.nan if frame is None else frame / rate
+        if frame is not None and "onset_s" not in self.facts:
+            self.facts["onset_s"] = round(self.onset_s, 6)
+            if by_foot:
+                self.facts["onset_after_step_s"] = round(self.onset_s - self.first_s, 6)

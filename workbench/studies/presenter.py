@@ -1,0 +1,112 @@
+"""Presents stimuli through a running session: patches in and out, and what was played, frame by frame."""
+
+from collections import deque
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.engine.commands import Level, Strike, Swap
+from underfoot.engine.patch_edits import moved_numbers
+from underfoot.engine.reports import CommandApplied, Notice, Report
+from underfoot.engine.session import Session
+from underfoot.engine.session_memory import VibrationReader
+from underfoot.floor.profile import NOMINAL_ACCELERATION, profiles_of
+from underfoot.patch.patch import Patch
+
+IDLE = Patch(title="between stimuli")
+AUDIBLE = 1e-5
+"""Of full scale: more is vibration. A fade of 480 frames begins below it."""
+_KEPT_S = 60.0
+
+
+class Presenter:
+    """Puts one patch after the other into a session, and knows since which frame it plays.
+
+    `take` is given what the session reports, and `read` takes what was played; neither waits.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._vibration = VibrationReader(session.memory.vibration)
+        self._kept: deque[tuple[int, NDArray[np.float32]]] = deque()
+        profiles = profiles_of(session.target.profiles, session.target.floor) if session.target.profiles else {}
+        self.full_scale = np.array(
+            [
+                profiles[tile.id].acceleration_per_unit if tile.id in profiles else NOMINAL_ACCELERATION
+                for tile in session.target.floor.tiles
+            ]
+        )
+        """What full scale of each tile is, m/s^2."""
+        self._wanted: Patch = session.patch
+        self.since_frame: int | None = 0
+        """The frame from which the wanted patch plays; None until it does."""
+        self.trouble = ""
+        """Why a patch is not played; "" where all is well."""
+
+    def begin(self) -> None:
+        """Play at the stimuli's own levels from now on."""
+        self.session.send(Level(0.0))
+        self.session.play()
+
+    def want(self, patch: Patch) -> None:
+        """Let this patch play as soon as may be."""
+        self.trouble = ""
+        if patch == self._wanted:
+            return
+        is_swapped = moved_numbers(self.session.patch, patch, self.session.registry) is None
+        self._wanted, self.since_frame = patch, None if is_swapped else self.session.health.frame
+        self.session.edit(patch)
+
+    def has_played(self, seconds: float) -> bool:
+        """Whether the wanted patch has been playing for so long."""
+        since, rate = self.since_frame, self.session.target.rate
+        return since is not None and self.session.health.frame - since >= seconds * rate
+
+    def strike(self, tile: str) -> None:
+        """Strike what waits for an event by hand, on one tile."""
+        self.session.send(Strike("", tile))
+
+    def take(self, reports: Iterable[Report]) -> None:
+        """Hear what the session reports."""
+        text = self._wanted.dumps()
+        for report in reports:
+            match report:
+                case CommandApplied(frame, Swap(patch)) if patch == text:
+                    self.since_frame = frame
+                case Notice(said) if "not played" in said:
+                    self.trouble = said
+
+    def read(self) -> None:
+        """Take what was played since the last call."""
+        first, frames = self._vibration.read()
+        if not len(frames):
+            return
+        self._kept.append((first, frames.copy()))
+        oldest = first + len(frames) - round(_KEPT_S * self.session.target.rate)
+        while self._kept and self._kept[0][0] + len(self._kept[0][1]) < oldest:
+            self._kept.popleft()
+
+    @property
+    def end_frame(self) -> int:
+        """The frame behind the last that was read."""
+        return self._kept[-1][0] + len(self._kept[-1][1]) if self._kept else 0
+
+    def played(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
+        """Frames that were played from `first` to before `end`, in m/s^2 [frame, tile], and the number of the first."""
+        parts: list[NDArray[np.float32]] = []
+        begin = first
+        for at, frames in self._kept:
+            inside = frames[max(first - at, 0) : max(end - at, 0)]
+            if len(inside):
+                begin = begin if parts else max(at, first)
+                parts.append(inside)
+        if not parts:
+            return first, np.zeros((0, len(self.full_scale)))
+        return begin, np.concatenate(parts).astype(np.float64) * self.full_scale
+
+    def onset_frame(self, first: int, end: int) -> int | None:
+        """The first frame from `first` to before `end` in which something vibrates; None for none."""
+        begin, played = self.played(first, end)
+        loud = np.flatnonzero((np.abs(played) > AUDIBLE * self.full_scale).any(axis=1))
+        return begin + int(loud[0]) if len(loud) else None

@@ -1,0 +1,498 @@
+"""Runs a study on a person, without a screen: presents what its pages want, takes answers, keeps each at once.
+
+A `Runner` stands in one `Phase` at a time. Whoever shows it, a window or a terminal, calls `poll` some sixty times a
+second, shows `page`, `phase` and `hint`, and gives it keys and answers; it never waits. What a trial was is kept before
+the next one begins: the answer, times, and the stretch of force and vibration that belongs to it.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from underfoot.engine.commands import Level
+from underfoot.engine.reports import Notice, ProcessDied, Report
+from underfoot.engine.session import Session
+from underfoot.engine.session_memory import ForceReader
+from underfoot.errors import BadValue, require
+from underfoot.experiments.method import Method
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.methods.target_selection import TargetSelection
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import Page, Study, method_of
+from underfoot.experiments.trials import NOTHING, Answers, Presentation
+from underfoot.patch.patch import Patch
+from underfoot.studies.equipment import Equipment
+from underfoot.studies.floor_watch import FloorWatch
+from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP
+from underfoot.studies.measuring import Presented
+from underfoot.studies.presenter import IDLE, Presenter
+from underfoot.studies.target import FloorTarget, require_on_floor
+
+CROSSINGS = 2
+SETTLED_S = 0.3
+"""Before a presentation nothing has played for so long, so that what is kept of it has nothing of the one before."""
+
+
+class Phase(StrEnum):
+    """Where a runner stands within a page."""
+
+    PREPARING = "preparing"
+    """Every patch of the protocol is played once, silently, so that none has to be compiled later."""
+    PAGE = "page"
+    """A page that is read or answered; in learning, stimuli can be played."""
+    PAUSE = "pause"
+    WAITING = "waiting"
+    """Before a presentation: a pause between trials, the plate that moves, the floor that has to be left."""
+    READY = "ready"
+    """For a key, a step, or crossings to begin."""
+    PRESENTING = "presenting"
+    ANSWERING = "answering"
+    STOPPED = "stopped"
+    """By the participant or the experimenter, until `go_on`."""
+    END = "end"
+
+
+class Runner:
+    """A study at work: a session that runs, the file that keeps it, and the study. `close` gives the session back."""
+
+    def __init__(
+        self,
+        session: Session,
+        file: SessionFile,
+        protocol: Protocol,
+        folder: Path | None = None,
+        equipment: Equipment | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`folder` is where the protocol's patches lie. The study goes on where the file stands."""
+        require_on_floor(protocol, session.target.floor)
+        self.session, self.file, self.protocol = session, file, protocol
+        self._folder, self._clock = folder, clock
+        self._equipment = equipment or Equipment()
+        self.study: Study = file.study(protocol)
+        target = session.target
+        self.presenter = Presenter(session)
+        self.watch = FloorWatch(
+            ForceReader(session.memory.force), target.floor, float(target.rate), session.force_rate_hz
+        )
+        self.phase = Phase.PREPARING
+        self.hint = ""
+        """What is waited for, in a sentence for the participant."""
+        self.news: list[str] = []
+        """What the experimenter should know, the newest last."""
+        self._before = (session.patch, session.level_db, session.playing)
+        self._unprepared = list(self._patches())
+        self._interval, self._due = 0, 0.0
+        self._armed_s = math.inf
+        self._presented = Presented()
+        self._playing_until = math.inf
+        self._stood = False
+        self._floor_target: FloorTarget | None = None
+        self._resumed = Phase.PAGE
+        session.stop()  # nothing is felt while patches are compiled
+
+    # --- what is shown ---
+
+    @property
+    def page(self) -> Page:
+        """The study's page."""
+        return self.study.page
+
+    @property
+    def interval(self) -> int:
+        """Which interval of the trial is presented, from 1."""
+        return self._interval + 1
+
+    @property
+    def plays(self) -> int:
+        """How often the trial was presented so far."""
+        return self._presented.plays
+
+    @property
+    def seconds_left(self) -> float:
+        """Of a pause, or of what is waited for; 0 where nothing is counted."""
+        counted = self.phase in (Phase.PAUSE, Phase.WAITING) or self.page.kind == "learn"
+        return max(self._due - self._clock(), 0.0) if counted else 0.0
+
+    @property
+    def may_play(self) -> bool:
+        """Whether a key can begin a presentation, for the first time or again."""
+        if self.phase is Phase.READY:
+            return self.page.start == "key"
+        again = self.phase is Phase.ANSWERING and self.page.start == "key" and len(self._intervals) == 1
+        return again and self._presented.plays < self.page.plays
+
+    @property
+    def learned(self) -> tuple[str, ...]:
+        """The stimuli that can be tried in learning, by their number from 1: those of the next trials."""
+        stages = self.protocol.order()
+        here = next((k for k, stage in enumerate(stages) if stage.id == self.page.stage), 0)
+        for stage in stages[here:]:
+            if stage.method is not None:
+                given = METHODS[stage.method.kind].checked(stage.method.parameters, self.protocol.stimuli)
+                named = next((v for name, v in given.items() if METHODS[stage.method.kind].names_stimuli(name)), ())
+                return tuple(named) or tuple(self.protocol.stimuli)
+        return tuple(self.protocol.stimuli)
+
+    @property
+    def target(self) -> FloorTarget | None:
+        """The button on the floor that can be pressed now."""
+        return self._floor_target if self.phase is Phase.PRESENTING else None
+
+    # --- what is done ---
+
+    def poll(self, reports: Iterable[Report]) -> None:
+        """Go on, with what the session has reported since the last call."""
+        several = list(reports)
+        self.presenter.take(several)
+        self.presenter.read()
+        self._equipment.forces(self.watch.read())
+        for report in several:
+            if isinstance(report, ProcessDied) and report.process == "engine":
+                self._lost(f"the engine was lost: {report.reason}")
+            elif isinstance(report, Notice):
+                self.news.append(report.text)
+        if self.presenter.trouble:
+            self.news.append(self.presenter.trouble)
+            self.presenter.trouble = ""
+            self.stop("a stimulus cannot be played")
+        _STEPS[self.phase](self)
+
+    def start(self) -> None:
+        """A key: begin a presentation, or play it again where that is allowed; `BadValue` where it is not."""
+        require(self.may_play, "phase", str(self.phase), "ready for a key")
+        self._interval = 0
+        self._begin_by_key()
+
+    def play(self, stimulus: str) -> None:
+        """Play a stimulus to be learned; `BadValue` on any other page."""
+        kind = self.page.kind
+        require(
+            self.phase is Phase.PAGE and kind in ("learn", "level"), "page", kind, "one of learning, or of the level"
+        )
+        require(stimulus in self.protocol.stimuli, "stimulus", stimulus, ", ".join(self.protocol.stimuli))
+        self.presenter.want(self._patch(Presentation(stimulus)))
+        self._playing_until = math.inf
+
+    def set_level(self, gain_db: float) -> None:
+        """On the page of the level: let its stimulus go to so many dB re the protocol's, at once."""
+        stage = self.protocol.stage(self.page.stage)
+        require(stage.kind == "level", "page", stage.kind, "that of the level")
+        patch = self.protocol.stimuli[stage.stimulus].at(min(gain_db, 0.0), self.session.registry, self._folder)
+        self.presenter.want(patch)
+        self._playing_until = math.inf
+
+    def answer(self, values: Answers) -> None:
+        """Answer the page, and keep the answer; `BadValue` where it cannot be, or comes too early."""
+        allowed = self.phase in (Phase.PAGE, Phase.ANSWERING)
+        require(allowed, "phase", str(self.phase), "a page to answer, or the end of a presentation")
+        facts = dict(self._presented.facts)
+        if self.phase is Phase.ANSWERING:
+            facts |= {"response_s": round(self._clock() - self._presented.ended, 4), "plays": self._presented.plays}
+        self._keep(values, facts)
+
+    def spoil(self, reason: str) -> None:
+        """Leave the trial that is shown unanswered, for a reason, and present it again."""
+        entry = self.study.spoil(reason, self._presented.facts)
+        self.file.add(entry, self._presented.stretches)
+        self._open_page()
+
+    def repeat_last(self, reason: str) -> None:
+        """Take the last answer back, for a reason, and present its trial again."""
+        self.study = self.study.without_last(reason)
+        self.file.replace_last(self.study.entries[-1])
+        self._open_page()
+
+    def note(self, text: str) -> None:
+        """Keep what the experimenter writes down."""
+        self.file.add_note(text)
+
+    def stop(self, reason: str) -> None:
+        """Silence at once; a trial that is on begins anew when it goes on."""
+        if self.phase in (Phase.STOPPED, Phase.END):
+            return
+        self.session.panic()
+        self._mark(STOP)
+        self.note(f"stopped: {reason}")
+        self._resumed = Phase.PREPARING if self.phase is Phase.PREPARING else Phase.PAGE
+        self.phase, self.hint = Phase.STOPPED, f"Stopped: {reason}."
+
+    def go_on(self) -> None:
+        """After a stop, go on at the page where it was."""
+        require(self.phase is Phase.STOPPED, "phase", str(self.phase), "stopped")
+        self.note("went on")
+        if self._resumed is Phase.PREPARING:
+            self.session.panic()
+            self.phase = Phase.PREPARING
+            return
+        self.presenter.want(IDLE)
+        self.presenter.begin()
+        self._open_page()
+
+    def close(self) -> None:
+        """Give the session back as it was, and let go of the file."""
+        patch, level_db, playing = self._before
+        self.session.edit(patch)
+        self.session.send(Level(level_db))
+        (self.session.play if playing else self.session.stop)()
+        self.close_file()
+
+    def close_file(self) -> None:
+        """Let go of the file and of all equipment, and leave the session as it is."""
+        self._equipment.close()
+        self.file.close()
+
+    # --- phases ---
+
+    def _prepare(self) -> None:
+        """One patch after the other, until all have been played once."""
+        if not self.session.health.running or self.presenter.since_frame is None:
+            return
+        if self._unprepared:
+            self.hint = f"Preparing: {len(self._unprepared)} left"
+            self.presenter.want(self._unprepared.pop())
+            return
+        self.presenter.want(IDLE)
+        self.presenter.begin()
+        if self._equipment.masking is not None:
+            self._equipment.masking.start()
+        self._open_page()
+
+    def _open_page(self) -> None:
+        """Begin what the page is."""
+        page = self.study.page
+        self.hint, self._interval = "", 0
+        self._presented, self._floor_target = Presented(started_at=_now()), None
+        self._playing_until = math.inf
+        self.presenter.want(IDLE)
+        now = self._clock()
+        if page.kind == "end":
+            self.phase = Phase.END
+        elif page.kind == "pause":
+            self.phase, self._due = Phase.PAUSE, now + page.seconds
+        elif page.trial is None:
+            self.phase, self._due = Phase.PAGE, now + page.seconds
+        else:
+            last = self.study.entries[-1] if self.study.entries else None
+            within = last is not None and last.trial is not None and last.stage == page.stage
+            pause = self.protocol.stage(page.stage).trial_pause_s if within else 0.0
+            self._wait(pause)
+
+    def _wait(self, seconds: float) -> None:
+        """Wait before an interval, and let the plate go to its stiffness meanwhile."""
+        self.phase, self._due = Phase.WAITING, self._clock() + seconds
+        if self._intervals and self._equipment.plate is not None:
+            stimulus = self._intervals[self._interval].stimulus
+            stiffness = self.protocol.stimuli[stimulus].stiffness_n_mm if stimulus != NOTHING else 0.0
+            if stiffness > 0.0:
+                self._equipment.plate.want(stiffness)
+
+    def _waiting(self) -> None:
+        plate = self._equipment.plate
+        if plate is not None and not plate.poll(is_loaded=self.watch.is_loaded):
+            self.hint = "The plate moves. Please step off." if self.watch.is_loaded else "The plate moves."
+            return
+        by_foot = self.page.start != "key" or not self._intervals
+        if self._clock() < self._due or not self.presenter.has_played(SETTLED_S):
+            self.hint = ""
+        elif by_foot and self._intervals and self.watch.is_loaded:
+            self.hint = "Please step off."
+        elif not self._intervals:
+            self._show_target()
+        elif not by_foot and self._interval == 0:
+            self.phase, self.hint = Phase.READY, ""
+        elif not by_foot:
+            self._begin_by_key()
+        else:
+            self._arm()
+
+    def _arm(self) -> None:
+        """Let the stimulus wait for a foot."""
+        self.presenter.want(self._patch(self._intervals[self._interval]))
+        if self.presenter.since_frame is not None:
+            self._armed_s = self.watch.now_s
+            self.phase = Phase.READY
+            self.hint = "Step on the tile." if self.page.start == "step" else "Cross the plate there and back."
+
+    def _ready(self) -> None:
+        if self.page.start == "key":
+            return
+        visits = self.watch.visits_since(self._armed_s)
+        if visits:
+            self._begin(visits[0].start_s)
+
+    def _begin_by_key(self) -> None:
+        self._begin(self.session.health.frame / self.session.target.rate)
+        self._stood = self.watch.is_on
+        self.presenter.want(self._patch(self._intervals[self._interval]))
+        self._playing_until = math.inf
+
+    def _begin(self, first_s: float) -> None:
+        self.phase, self.hint = Phase.PRESENTING, ""
+        if self._interval == 0:
+            self._presented.begin_anew()
+        self._presented.first_s = first_s
+        self._mark(BEGIN, self.session.health.frame / self.session.target.rate - first_s)
+
+    def _presenting(self) -> None:
+        if self._floor_target is not None:
+            self._watch_target(self._floor_target)
+        elif self.page.start == "key" and self._stood and not self.watch.is_on:
+            self.stop("the participant left the floor")
+        elif self.page.start == "key":
+            self._timed(self.protocol.present_s, self._end_interval)
+        else:
+            wanted = CROSSINGS if self.page.start == "crossings" else 1
+            visits = self.watch.visits_since(self._armed_s)
+            if len(visits) >= wanted and visits[wanted - 1].end_s < math.inf:
+                self._end_interval()
+
+    def _timed(self, seconds: float, then: Callable[[], None]) -> None:
+        """Strike what waits for it once the patch plays, and end it some time later."""
+        since = self.presenter.since_frame
+        if since is None:
+            return
+        if self._playing_until == math.inf:
+            self.presenter.strike(self._tile())
+            self._playing_until = self._clock() + seconds
+        elif self._clock() >= self._playing_until:
+            self._playing_until = math.inf
+            then()
+
+    def _end_interval(self) -> None:
+        """Keep what this interval was, and go on to the next, or to the answer."""
+        self._measure()
+        self.presenter.want(IDLE)
+        self._presented.ended = self._clock()
+        if self._interval + 1 < len(self._intervals):
+            self._interval += 1
+            self._wait(self.protocol.stage(self.page.stage).interval_pause_s)
+        else:
+            self.phase = Phase.ANSWERING
+
+    def _answering(self) -> None:
+        """Nothing: a person answers."""
+
+    def _page(self) -> None:
+        """Stimuli that are tried end by themselves, and the time of learning ends."""
+        kind = self.page.kind
+        if kind == "learn" and self.page.seconds and self._clock() >= self._due:
+            self._keep({}, {})
+        elif kind == "learn":
+            self._timed(self.protocol.present_s, lambda: self.presenter.want(IDLE))
+        elif kind == "level":
+            self._timed(math.inf, lambda: None)
+
+    def _pause(self) -> None:
+        if self._clock() >= self._due:
+            self._keep({}, {})
+
+    def _ended(self) -> None:
+        """Nothing: the study is over, or stopped."""
+
+    # --- targets ---
+
+    def _show_target(self) -> None:
+        trial = self.page.trial
+        method = self._method()
+        if trial is None or not isinstance(method, TargetSelection):
+            raise BadValue(f"stage {self.page.stage!r} presents nothing")
+        self._floor_target = FloorTarget.of(trial, method.given, self.watch.now_s, self._clock())
+        self._begin(self.watch.now_s)
+
+    def _watch_target(self, target: FloorTarget) -> None:
+        answers = target.judged(self.watch.contacts, self.watch.now_s, self._clock())
+        if answers is None:
+            return
+        self._measure()
+        self._keep(answers, dict(self._presented.facts), pause_s=target.pause_s)
+
+    def _method(self) -> Method:
+        return method_of(self.protocol, self.protocol.stage(self.page.stage), self.study.participant)
+
+    # --- what is kept ---
+
+    def _keep(self, values: Answers, facts: Mapping[str, Any], pause_s: float = 0.0) -> None:
+        """Take an answer, keep it with its stretches, and open the next page; disk before screen."""
+        known = {"started_at": self._presented.started_at, **facts}
+        entry = self.study.answer(values, known)
+        self.file.add(entry, self._presented.stretches)
+        self._equipment.mark(ANSWER, entry.stage)
+        self._open_page()
+        if pause_s and self.phase is Phase.WAITING:
+            self._due = self._clock() + pause_s
+
+    def _measure(self) -> None:
+        """Take down what this interval was, and tell those who want marks."""
+        self._presented.measure(self.presenter, self.watch, self._interval, self.page.start != "key")
+        now_s = self.session.health.frame / self.session.target.rate
+        if math.isfinite(self._presented.onset_s):
+            self._mark(ONSET, now_s - self._presented.onset_s)
+        self._mark(END)
+
+    def _mark(self, what: str, ago_s: float = 0.0) -> None:
+        page = self.page
+        number = f".{page.trial.number}" if page.trial is not None else ""
+        self._equipment.mark(what, f"{page.stage}{number}", ago_s)
+
+    def _lost(self, why: str) -> None:
+        """A presentation that was on when the engine died does not count."""
+        self.news.append(why)
+        if self.page.trial is not None and self.phase in (Phase.PRESENTING, Phase.READY, Phase.WAITING):
+            if self.phase is Phase.PRESENTING:
+                self.spoil(why)
+            else:
+                self._open_page()
+
+    # --- stimuli ---
+
+    @property
+    def _intervals(self) -> tuple[Presentation, ...]:
+        trial = self.study.page.trial
+        return trial.intervals if trial is not None else ()
+
+    def _patch(self, presentation: Presentation) -> Patch:
+        """The patch of a presentation, at the participant's level; `BadValue` beyond the protocol's limit."""
+        if presentation.stimulus == NOTHING:
+            return IDLE
+        stimulus = self.protocol.stimuli[presentation.stimulus]
+        gain_db = presentation.gain_db + self.study.gain_db
+        peak, limit = stimulus.peak_m_s2(gain_db), self.protocol.limit_m_s2
+        require(peak <= limit * (1.0 + 1e-9), presentation.stimulus, round(peak, 3), f"up to {limit:g} m/s^2")
+        return stimulus.at(gain_db, self.session.registry, self._folder)
+
+    def _patches(self) -> list[Patch]:
+        """One patch for each kind of program that the stimuli need."""
+        found: dict[tuple[Any, ...], Patch] = {}
+        for stimulus in self.protocol.stimuli.values():
+            patch = stimulus.at(0.0, self.session.registry, self._folder)
+            found.setdefault((tuple((n.id, n.type) for n in patch.nodes), patch.wires), patch)
+        return [patch for patch in found.values() if patch.nodes]
+
+    def _tile(self) -> str:
+        """The tile that is loaded most: where somebody stands."""
+        return self.session.target.floor.tiles[int(np.argmax(self.watch.loads_n))].id
+
+
+_STEPS: Mapping[Phase, Callable[[Runner], None]] = {
+    Phase.PREPARING: Runner._prepare,
+    Phase.PAGE: Runner._page,
+    Phase.PAUSE: Runner._pause,
+    Phase.WAITING: Runner._waiting,
+    Phase.READY: Runner._ready,
+    Phase.PRESENTING: Runner._presenting,
+    Phase.ANSWERING: Runner._answering,
+    Phase.STOPPED: Runner._ended,
+    Phase.END: Runner._ended,
+}
+
+
+def _now() -> str:
+    return datetime.now().astimezone().isoformat(timespec="milliseconds")
