@@ -66,8 +66,9 @@ class Writer:
             data = np.ascontiguousarray(rows, "<f8" if table == "force" else "<f4").tobytes()
             self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
         else:  # most tiles of a floor are still
-            moving = np.flatnonzero(rows.any(axis=0))
-            data = np.ascontiguousarray(rows[:, moving], "<f4").tobytes()
+            frames = np.ascontiguousarray(rows, "<f4")
+            moving = np.flatnonzero(frames.view("<i4").any(axis=0))  # by their bits: -0 is not nothing
+            data = np.ascontiguousarray(frames[:, moving]).tobytes()
             said = json.dumps(moving.tolist())
             self._base.execute(f"insert into {table} values (?, ?, ?, ?)", (first, len(rows), said, data))
 
