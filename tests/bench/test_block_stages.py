@@ -57,6 +57,6 @@ def test_the_command_prints_it_as_words_and_as_data(underfoot, refused):
         assert words in said.out
     data = json.loads(underfoot("cost", GRAVEL, "--json").out)
     assert data["stood_on"] == 4
-    assert {node["node"] for node in data["nodes"]} == {"tile", "stones", "ring", "out"}
+    assert {"tile", "stones", "ring", "out"} <= {node["node"] for node in data["nodes"]}
     assert "feet is 9; allowed: 0 to 4" in refused("cost", GRAVEL, "--feet", 9)
     assert "nope.json" in refused("cost", "nope.json")

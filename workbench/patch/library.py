@@ -31,7 +31,7 @@ def families() -> dict[str, dict[str, Path]]:
     """The patches by the name of their family, "" for those without one; each under what tells it from the others.
 
     >>> list(families()), list(families()["Tactons"])[-2:]
-    (['', 'Materials', 'Thesis stimuli', 'Tactons'], ['WS8', 'Waveshaped'])
+    (['', 'Materials', 'Thesis stimuli', 'Tactons'], ['WS7', 'WS8'])
     """
     found: dict[str, dict[str, Path]] = {"": {}, **{name: {} for name in FAMILIES.values()}}
     for name, path in patches().items():
