@@ -61,7 +61,7 @@ class PreviewPanel(QWidget):
         self._kept: tuple[Array, float] | None = None
         self.node = ""
         self.title = theme.label("", "title")
-        self.note = theme.label("", "muted")
+        self.note = theme.label("", "small")
         self.note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.output = QComboBox(self)
         self.output.setAccessibleName("Output")
@@ -280,7 +280,7 @@ class PreviewPanel(QWidget):
         self.waveform.show_drawing(
             preview_drawings.waveform(values, port.unit, force, rate, seconds, is_force, measured),
         )
-        self._felt = "" if measured is None else f"; {felt_in_words(measured, rate)}"
+        self._felt = "" if measured is None else f"\n{felt_in_words(measured, rate)}"
         self._tell(values, port)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale = self._scale

@@ -41,6 +41,7 @@ class StudyList(QWidget):
         self.list = QListWidget()
         self.list.setAccessibleName("Studies")
         self.list.setWordWrap(True)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)  # titles wrap
         self.open = QPushButton("Open a protocol…")
         column = QVBoxLayout(self)
         column.addWidget(theme.label("STUDIES", "heading"))
