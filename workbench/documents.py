@@ -3,6 +3,8 @@
 import codecs
 import json
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import msgspec
@@ -23,8 +25,22 @@ def read_document(text: bytes | str, source: str, format: str, version: int, kin
     """
     raw = parse(text, source, format, version)
     fields = {key: value for key, value in raw.items() if key not in ("format", "version")}
-    try:
+    with refusals(source, raw):
         return msgspec.convert(fields, kind)
+
+
+@contextmanager
+def refusals(source: str, raw: Any) -> Iterator[None]:
+    """Turn what refuses the document `raw` inside into a `BadFile` that names `source` and the place.
+
+    >>> with refusals("a.json", {"n": "many"}):
+    ...     msgspec.convert({"n": "many"}, dict[str, int])
+    Traceback (most recent call last):
+        ...
+    underfoot.errors.BadFile: a.json: $[...] is {"n": "many"}; allowed: a whole number
+    """
+    try:
+        yield
     except msgspec.ValidationError as error:
         raise BadFile(f"{source}: {placed(error, raw)}") from None
     except BadValue as error:

@@ -48,6 +48,18 @@ class FileMeasurement:
     analyse: Callable[["Profile"], Result]
 
 
+def named_tile(floor: Path | None, tile: str) -> str:
+    """The id of a tile of a floor's file, or of the default floor; "" is the first one.
+
+    >>> named_tile(None, "")
+    't1'
+    """
+    from underfoot.floor.layout import Floor, default_floor
+
+    layout = default_floor() if floor is None else Floor.load(floor)
+    return layout.tiles[layout.index(tile) if tile else 0].id
+
+
 class Calibration(ABC):
     """One kind of calibration; an instance has the options of its command."""
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
-from underfoot.documents import parse, placed
+from underfoot.documents import parse, placed, refusals
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
@@ -187,15 +187,9 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     ) -> "Protocol":
         """The protocol in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
         raw = parse(text, source, FORMAT, VERSION)
-        try:
+        with refusals(source, raw):
             _check_types_of_stimuli(raw, source)
             return msgspec.convert(raw, Protocol).check(registry, folder)
-        except msgspec.ValidationError as error:
-            raise BadFile(f"{source}: {placed(error, raw)}") from None
-        except BadValue as error:
-            raise BadFile(f"{source}: $.{error}") from None
-        except RecursionError:
-            raise BadFile(f"{source} is not JSON: it is nested too deep") from None
 
     @staticmethod
     def load(path: str | Path, registry: Registry) -> "Protocol":

@@ -28,6 +28,11 @@ def yes_or_no(name: str, doc: str) -> Parameter:
     return ask(name, Choice(NO, options=(YES, NO), doc=doc))
 
 
+def first_or_second(doc: str) -> Parameter:
+    """A question for one of two intervals, under "interval"."""
+    return ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=doc))
+
+
 class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A question of a protocol: of a questionnaire, or of the participant beforehand.
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import msgspec
 
-from underfoot.documents import parse, placed
-from underfoot.errors import BadFile, BadValue, require
+from underfoot.documents import parse, refusals
+from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch.node import NodeType, Registry
@@ -180,14 +180,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def loads(text: bytes | str, registry: Registry, source: str = "patch") -> "Patch":
         """The patch in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
         raw = parse(text, source, FORMAT, VERSION)
-        try:
+        with refusals(source, raw):
             return msgspec.convert(raw, Patch).check(registry)
-        except msgspec.ValidationError as error:
-            raise BadFile(f"{source}: {placed(error, raw)}") from None
-        except BadValue as error:
-            raise BadFile(f"{source}: $.{error}") from None
-        except RecursionError:
-            raise BadFile(f"{source} is not JSON: it is nested too deep") from None
 
     @staticmethod
     def load(path: str | Path, registry: Registry) -> "Patch":

@@ -47,19 +47,30 @@ def read(transport, size):
     return data
 
 
+class CountingTransport(TcpTransport):
+    """A connection that knows how many bytes were read of it."""
+
+    count = 0
+
+    def read(self):
+        data = super().read()
+        self.count += len(data)
+        return data
+
+
 def test_a_frame_that_comes_in_pieces_is_one_frame(until):
     data = encode(rows(3))
     heard = []
     with socket.create_server((HOST, 0)) as hub:
-        transport = TcpTransport(HOST, hub.getsockname()[1])
+        transport = CountingTransport(HOST, hub.getsockname()[1])
         reader = TransportReader(transport, lambda samples, when: heard.extend(samples["sequence"].tolist()))
         reader.start()
         try:
             tile, _ = hub.accept()
             with tile:
-                for at in range(0, len(data), 7):
-                    tile.sendall(data[at : at + 7])
-                    time.sleep(0.002)
+                for end in [*range(7, len(data), 7), len(data)]:
+                    tile.sendall(data[transport.count : end])
+                    until(lambda end=end: transport.count == end, "the piece is read by itself")
                 until(lambda: heard == [0, 1, 2], "all are read")
                 assert reader.counts.corrupted == 0
         finally:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, Setup
+from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, Setup, named_tile
 from underfoot.calibration.paged import SoundingProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, ask
 from underfoot.calibration.result import Result
@@ -83,11 +83,7 @@ class ResponseCalibration(Calibration):
         return self.no_loads
 
     def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
-        from underfoot.floor.layout import Floor, default_floor
-
-        layout = default_floor() if floor is None else Floor.load(floor)
-        one = layout.tiles[layout.index(tile) if tile else 0]
-        return FileMeasurement(one.id, lambda profile: self._analyse_files())
+        return FileMeasurement(named_tile(floor, tile), lambda profile: self._analyse_files())
 
     def _analyse_files(self) -> Result:
         from underfoot.calibration.files.recordings import measure_files

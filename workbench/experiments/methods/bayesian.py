@@ -11,7 +11,7 @@ import numpy as np
 from underfoot.errors import BadValue, require
 from underfoot.experiments.draws import Draws
 from underfoot.experiments.method import Method, StimulusName
-from underfoot.experiments.questions import FIRST, SECOND, YES, ask, yes_or_no
+from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
 
@@ -66,7 +66,7 @@ class Bayesian(Method):
     @property
     def asks(self) -> tuple[Parameter, ...]:
         if self.given["intervals"] == "two":
-            return (ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=self.given["question"])),)
+            return (first_or_second(self.given["question"]),)
         return (yes_or_no("felt", self.given["question"]),)
 
     @property

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from underfoot.experiments.method import ListedMethod, StimulusName, StimulusNames
-from underfoot.experiments.questions import FIRST, SECOND, ask, yes_or_no
+from underfoot.experiments.questions import FIRST, SECOND, first_or_second, yes_or_no
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Choice, Count, Parameter, Text
 
@@ -54,5 +54,5 @@ class ConstantStimuli(ListedMethod):
     def asks(self) -> tuple[Parameter, ...]:
         question = self.given["question"]
         if self.given["standard"]:
-            return (ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=question)),)
+            return (first_or_second(question),)
         return (yes_or_no("felt", question),)

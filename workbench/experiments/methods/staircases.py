@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from underfoot.errors import BadValue, require
 from underfoot.experiments.draws import Draws
 from underfoot.experiments.method import Method, StimulusName, StimulusNames
-from underfoot.experiments.questions import FIRST, SECOND, YES, ask, yes_or_no
+from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
-from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
+from underfoot.parameters import Count, Number, Numbers, Parameter, Text
 
 if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
@@ -85,7 +85,7 @@ class Staircases(Method):
     @property
     def asks(self) -> tuple[Parameter, ...]:
         if self.given["standard"]:
-            return (ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=self.given["question"])),)
+            return (first_or_second(self.given["question"]),)
         return (yes_or_no("felt", self.given["question"]),)
 
     @property
