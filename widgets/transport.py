@@ -158,6 +158,7 @@ class TransportBar(QWidget):
                 if health.round_trip_s
                 else "estimated, as the device says of itself; Calibrate, Latency measures it"
             )
+            + _further_cards(health)
         )
 
     # --- layout ---
@@ -299,3 +300,13 @@ class Figure(QFrame):
     def text(self) -> str:
         """The value that is shown."""
         return self._value.text()
+
+
+def _further_cards(health: Health) -> str:
+    """How far further sound cards are behind the first; nothing without any."""
+    if not health.cards_delay_s:
+        return ""
+    return (
+        f"; further cards play {1e3 * health.cards_delay_s:.1f} ms later, the worst of them "
+        f"{1e3 * health.cards_offset_s:+.2f} ms off, its clock {health.cards_drift_ppm:+.0f} ppm"
+    )

@@ -8,7 +8,7 @@ import numpy as np
 from engine_blocks import blocks, engine_of
 from made_patches import hum, stepped_bank
 
-from underfoot.engine import process
+from underfoot.devices import outputs
 from underfoot.engine.commands import Panic, Play, Swap
 from underfoot.engine.reports import CommandApplied
 from underfoot.engine.rings import Reader
@@ -48,7 +48,7 @@ def test_a_callback_writes_what_it_played_read_and_looked_at():
 
 
 def test_a_card_with_fewer_channels_than_tiles_plays_the_first_ones(monkeypatch):
-    monkeypatch.setattr(process, "max_channels", lambda name: 2)
+    monkeypatch.setattr(outputs, "max_channels", lambda name: 2)
     with engine_of(hum(), sound="") as (engine, _, memory):
         reader = Reader(memory.vibration)
         blocks(engine, 100)

@@ -72,6 +72,7 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
 
 def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     """A rig that shakes `tile`: the simulator, or the sound card, with the input that hears the accelerometer."""
+    from underfoot.devices.outputs import card_channels
     from underfoot.engine.loop import output_channels
     from underfoot.engine.sounding import SimulatedShaker, SoundCard
 
@@ -80,7 +81,10 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     if target.sound is None:
         raise DeviceError("no sound device is chosen; choose the one that drives the shakers under Audio")
     channel = output_channels(target.floor)[target.floor.index(tile.id)]
-    return SoundCard(target.sound, accelerometer, channel)
+    card = next((card for card in card_channels(target.sound, channel + 1) if channel in card), None)
+    if card is None:
+        raise DeviceError(f"no sound device has a channel {channel + 1} for tile {tile.id}; add a card under Audio")
+    return SoundCard(card.output.name, accelerometer, channel - card.first)
 
 
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":

@@ -1,4 +1,4 @@
-"""The audio dialog: which device plays, how fast and in which blocks, and which tile is which."""
+"""The audio dialog: which cards play, how fast and in which blocks, and which tile is on which channel."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -19,15 +19,15 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.devices.accelerometers import FORM, accelerometers_of
+from underfoot.devices.outputs import outputs_of
+from underfoot.devices.sound import MAX_CHANNELS
 from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
+from underfoot.widgets.dialogs.card_rows import CardRows, Device, index_of
 
 RATES_HZ = (44_100, 48_000, 96_000)
 BLOCKS = (32, 64, 128, 256, 512, 1024)
-
-Device = tuple[str, int, float]
-"""Name, output channels, default rate in Hz."""
 
 _COLUMNS = 6
 
@@ -51,7 +51,7 @@ class AudioDialog(QDialog):
         self.setWindowTitle("Audio")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.devices: list[Device] | None = None
-        self.device, self.rate, self.block = QComboBox(), QComboBox(), QComboBox()
+        self.cards, self.rate, self.block = CardRows(), QComboBox(), QComboBox()
         self.accelerometers = QLineEdit()
         self.accelerometers.setPlaceholderText("none")
         self.accelerometers.setToolTip(
@@ -66,7 +66,7 @@ class AudioDialog(QDialog):
         form = QFormLayout()
         form.setHorizontalSpacing(2 * theme.GRID)
         form.setVerticalSpacing(theme.GRID)
-        for name, widget in (("&Device", self.device), ("&Rate", self.rate), ("&Block", self.block), ("", self.length)):
+        for name, widget in (("&Cards", self.cards), ("&Rate", self.rate), ("&Block", self.block), ("", self.length)):
             form.addRow(name, widget)
         form.addRow("&Accelerometers", self.accelerometers)
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
@@ -79,11 +79,13 @@ class AudioDialog(QDialog):
         layout.addWidget(self.note)
         layout.addWidget(theme.label("Which tile is which", "title"))
         layout.addWidget(theme.label("A click plays a short 60 Hz burst on one tile, at the output level.", "muted"))
-        layout.addWidget(self._tiles(floor), 1)
+        self.map = QScrollArea()
+        self.map.setWidgetResizable(True)
+        layout.addWidget(self.map, 1)
         layout.addWidget(self.buttons)
         self.block.currentIndexChanged.connect(self._explain)
         self.rate.currentIndexChanged.connect(self._explain)
-        self.device.currentIndexChanged.connect(self._explain)
+        self.cards.changed.connect(self._explain)
         self.resize(60 * theme.GRID, 56 * theme.GRID)
         self.found.connect(self._show_devices)
         self._search = threading.Thread(
@@ -98,20 +100,17 @@ class AudioDialog(QDialog):
     def set_values(self, device: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
         """What is in use."""
         self.accelerometers.setText(accelerometers)
-        if _index(self.device, device) < 0:
-            self.device.addItem(str(device), device)
-        for box, value in ((self.device, device), (self.rate, rate_hz), (self.block, block)):
-            box.setCurrentIndex(max(0, _index(box, value)))
+        self.cards.show_text(device)
+        for box, value in ((self.rate, rate_hz), (self.block, block)):
+            box.setCurrentIndex(max(0, index_of(box, value)))
         self._explain()
 
     def values(self) -> tuple[str | None, int, int, str]:
         """Device, rate in Hz, frames in a block and accelerometers, as chosen."""
         text = " ".join(self.accelerometers.text().split())
-        return self.device.currentData(), self.rate.currentData(), self.block.currentData(), text
+        return self.cards.text, self.rate.currentData(), self.block.currentData(), text
 
     def _fill(self) -> None:
-        self.device.addItem("Default device of this computer", "")
-        self.device.addItem("No sound", None)
         for rate_hz in RATES_HZ:
             self.rate.addItem(f"{rate_hz / 1000:g} kHz", rate_hz)
         for block in BLOCKS:
@@ -120,18 +119,7 @@ class AudioDialog(QDialog):
     def _show_devices(self, devices: list[Device]) -> None:
         self._search.join()
         self.devices = devices
-        chosen = self.device.currentData()
-        known = [name for name, _, _ in devices]
-        for index in range(self.device.count()):
-            name = self.device.itemData(index)
-            if name and name not in known:
-                self.device.setItemText(index, f"{name} (not connected)")
-        for name, channels, rate_hz in devices:
-            words = f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz"
-            if name == chosen:
-                self.device.setItemText(self.device.currentIndex(), words)
-            else:
-                self.device.addItem(words, name)
+        self.cards.show_devices(devices)
         self._explain()
 
     def _explain(self) -> None:
@@ -152,6 +140,7 @@ class AudioDialog(QDialog):
         else:
             self.note.setText("")
         self.note.setVisible(bool(self.note.text()))
+        self._show_map()
 
     def _apply(self) -> None:
         try:
@@ -164,24 +153,36 @@ class AudioDialog(QDialog):
         self._explain()
         self.applied.emit(*self.values())
 
-    def _tiles(self, floor: Floor) -> QWidget:
-        area, inside = QScrollArea(), QWidget()
+    def _show_map(self) -> None:
+        """Each card with the tiles on its channels; a click on one plays it."""
+        tiles = [(i if tile.output is None else tile.output, tile.id) for i, tile in enumerate(self._floor.tiles)]
+        inside = QWidget()
         grid = QGridLayout(inside)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(theme.GRID)
-        for i, tile in enumerate(floor.tiles):
-            channel = i if tile.output is None else tile.output
-            button = QPushButton(tile.id)
-            button.setAutoDefault(False)
-            button.setToolTip(f"Pulse tile {tile.id}: output channel {channel + 1}")
-            button.clicked.connect(lambda _=False, id=tile.id: self.pulse_wanted.emit(id))
-            grid.addWidget(button, i // _COLUMNS, i % _COLUMNS)
+        for name, first, end in self._spans(max(channel for channel, _ in tiles) + 1):
+            there = sorted((channel, tile) for channel, tile in tiles if first <= channel < end)
+            if name and there:
+                grid.addWidget(theme.label(name, "muted"), grid.rowCount(), 0, 1, _COLUMNS)
+            row = grid.rowCount()
+            for i, (channel, tile) in enumerate(there):
+                button = QPushButton(tile)
+                button.setAutoDefault(False)
+                button.setToolTip(f"Pulse tile {tile}: output channel {channel - first + 1}")
+                button.clicked.connect(lambda _=False, id=tile: self.pulse_wanted.emit(id))
+                grid.addWidget(button, row + i // _COLUMNS, i % _COLUMNS)
         grid.setRowStretch(grid.rowCount(), 1)
-        area.setWidget(inside)
-        area.setWidgetResizable(True)
-        return area
+        self.map.setWidget(inside)
 
-
-def _index(box: QComboBox, value: object) -> int:
-    """Where `value` is in a box; Qt's own search does not tell None from ""."""
-    return next((i for i in range(box.count()) if box.itemData(i) == value), -1)
+    def _spans(self, wanted: int) -> list[tuple[str, int, int]]:
+        """Name, first channel and the one behind the last, of each card, and of what no card has a channel for."""
+        has = {name: channels for name, channels, _ in self.devices or ()}
+        spans, first = [], 0
+        text = self.cards.text
+        for output in outputs_of(text) if text is not None else ():
+            end = first + min(output.channels or MAX_CHANNELS, has.get(output.name, MAX_CHANNELS))
+            spans.append((output.name or "Default device", first, end))
+            first = end
+        if len(spans) < 2 and first >= wanted:
+            return [("", 0, wanted)]
+        return [*spans, ("No channel: these tiles are silent", first, max(first, wanted))]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.engine.accelerometer_reader import AccelerometerReader
 from underfoot.engine.commands import Action, Play
+from underfoot.engine.further_card import FurtherCard
 from underfoot.engine.loop import Loop
 from underfoot.engine.rings import HEADER, load_reading, publish, write_rows
 from underfoot.engine.session_memory import SessionMemory
@@ -32,6 +33,7 @@ class BlockRunner:
         self.silenced = False
         self.accelerometers: AccelerometerReader | None = None
         self.hears = False
+        self.further_cards: tuple[FurtherCard, ...] = ()
         self.block_s = loop.block / loop.rate_hz
         self._panicked = False
         self._played = np.zeros((loop.block, len(loop.source.floor.tiles)), np.float32)
@@ -44,6 +46,9 @@ class BlockRunner:
         panic = memory.status.panic
         if panic and not self._panicked:
             loop.panic()
+        if panic != self._panicked:
+            for card in self.further_cards:
+                card.silence(panic)
         self._panicked = panic
         while self.inbox:
             action = self.inbox.popleft()
@@ -52,6 +57,8 @@ class BlockRunner:
         loop.run(n)
         self.silenced = panic and loop.safety.closed(loop.frame)
         _gather(loop.out, loop.safety.channels, self._played, n)
+        for card in self.further_cards:
+            card.write(loop.out, n)
         memory.vibration.write(self._played, n)
         if loop.measures:
             memory.commanded.write(loop.commanded, n)

@@ -2,11 +2,15 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 from underfoot.clock import SPAN
+from underfoot.devices.outputs import CardChannels
 from underfoot.devices.sound import Stream
 from underfoot.engine.block_runner import BlockRunner
+from underfoot.engine.further_streams import RETRY_S, FurtherStreams
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
@@ -15,13 +19,24 @@ _LATE_S = 0.05  # a block by the clock that is later than this counts as an xrun
 
 
 class Pacer:
-    """Has blocks run at the right pace until `leave` is set. `tell` is called with a line for the person."""
+    """Has blocks run at the right pace until `leave` is set. `tell` is called with a line for the person.
 
-    def __init__(self, runner: BlockRunner, target: Target, tell: Callable[[str], None]) -> None:
+    The first of `cards` sets the pace; further ones follow on their own clocks.
+    """
+
+    def __init__(
+        self, runner: BlockRunner, target: Target, cards: Sequence[CardChannels], tell: Callable[[str], None]
+    ) -> None:
         self.leave = threading.Event()
         self._runner, self._target, self._tell = runner, target, tell
         self._status = runner.memory.status
-        self._address = runner.loop.out.ctypes.data
+        self._first = cards[0] if cards else None
+        self._further = FurtherStreams(cards[1:], runner, target, self.leave.is_set, tell)
+        width = self._first.count if self._first else 0
+        self._own_channels = runner.loop.out[:, :width]
+        self._out = runner.loop.out if width in (0, runner.loop.out.shape[1]) else self._own_channels.copy()
+        self._address = self._out.ctypes.data
+        self._asked_s, self._is_away = 0.0, False
         self._late = 0
         self._stream: Stream | None = None
         self._status.put(Field.LATENCY_S, runner.block_s + SPAN / target.rate)
@@ -36,14 +51,15 @@ class Pacer:
         target, loop, accelerometers = self._target, self._runner.loop, self._runner.accelerometers
         self._stream = None
         self._runner.hears = False
-        if target.sound is None:
+        if self._first is None:
             return ""
+        self._asked_s = time.monotonic()
         try:
-            channels, latency = loop.out.shape[1], target.latency_s or "low"
+            name, channels, latency = self._first.output.name, self._first.count, target.latency_s or "low"
             heard = accelerometers.heard if accelerometers else None
-            self._stream = Stream(target.sound, channels, target.rate, target.block, self.fill, latency, heard)
+            self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, heard)
         except DeviceError as error:
-            return f"{error}; going on without sound"
+            return "; ".join((f"{error}; {self._without_sound()}", *self._further.open()))
         measured_s = target.round_trip_frames / target.rate
         self._status.put(Field.ROUND_TRIP_S, measured_s)
         self._status.put(Field.STREAM_LATENCY_S, 0.5 * measured_s or self._stream.latency_s)
@@ -52,6 +68,7 @@ class Pacer:
             accelerometers.delay_frames = target.round_trip_frames or reported
         silent = [t.id for t, channel in zip(target.floor.tiles, loop.channels, strict=True) if channel < 0]
         notices = [f"tiles without a channel: {', '.join(silent)}"] if silent else []
+        notices += self._further.open()
         if loop.program.has_sound and loop.safety.sound_channel < 0:
             notices.append("no channel is left behind the tiles' for Sound")
         return "; ".join(notices)
@@ -63,6 +80,7 @@ class Pacer:
             if self._stream is None or self._stream.finished:
                 self._run_by_clock()
             else:
+                self._further.keep()
                 self.leave.wait(0.05)
 
     def close(self) -> None:
@@ -71,6 +89,7 @@ class Pacer:
             self._stream.abort()
         if self._stream is not None:
             self._stream.close()
+        self._further.close()
 
     def fill(self) -> int:
         """The stream's callback: the address of the next block, or 0 to end the stream and drop what is buffered."""
@@ -78,11 +97,14 @@ class Pacer:
             return 0
         self._runner.hears = True
         self._run_block()
+        if self._out is not self._runner.loop.out:
+            np.copyto(self._out, self._own_channels)
         return self._address
 
     def _run_block(self) -> None:
         self._runner.run()
-        self._status.put(Field.XRUNS, float(self._late + (self._stream.underruns if self._stream else 0)))
+        own = self._late + (self._stream.underruns if self._stream else 0)
+        self._status.put(Field.XRUNS, float(own + self._further.underruns))
 
     def _start(self) -> None:
         """Let the sound card play, or go on without it."""
@@ -100,9 +122,26 @@ class Pacer:
         self._late += ended.underruns
         ended.close()
         notice = self.open()
-        if self._stream is None:
+        self._is_away = self._stream is None
+        if self._is_away:
             self._tell(notice)
         self._start()
+
+    def _return(self) -> None:
+        """Play again on the card that went away, if it is there."""
+        self.open()
+        if self._stream is not None and self._first is not None:
+            self._is_away = False
+            self._tell(f"{self._first.name} is back")
+            self._start()
+
+    def _without_sound(self) -> str:
+        """What is silent without the first card."""
+        loop = self._runner.loop
+        if not self._further.any_playing or self._first is None:
+            return "going on without sound"
+        tiles = zip(loop.source.floor.ids, loop.channels, strict=True)
+        return f"silent: {', '.join(name for name, channel in tiles if channel in self._first)}"
 
     def _run_by_clock(self) -> None:
         """Blocks at their own pace while no stream does it; after a panic, until sound is let out again."""
@@ -112,6 +151,11 @@ class Pacer:
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
                 self._resume(self._stream)
                 return
+            if self._is_away and time.monotonic() - self._asked_s >= RETRY_S:
+                self._return()
+                if not self._is_away:
+                    return
+            self._further.keep()
             self._run_block()
             due += self._runner.block_s
             wait = due - time.monotonic()

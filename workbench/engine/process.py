@@ -11,8 +11,8 @@ from pathlib import Path
 
 from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
+from underfoot.devices.outputs import CardChannels, card_channels
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.devices.sound import max_channels
 from underfoot.engine.accelerometer_reader import AccelerometerReader
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.command_listener import CommandListener
@@ -55,8 +55,11 @@ class Engine:
         target = setup.target
         patch = Patch.loads(setup.patch, REGISTRY)
         channels, sound_channel = output_channels(target.floor), None
+        cards: tuple[CardChannels, ...] = ()
         if target.sound is not None:
-            most, behind = max_channels(target.sound), max(channels) + 1
+            behind = max(channels) + 1
+            cards = card_channels(target.sound, behind + 1)
+            most = cards[-1].first + cards[-1].count
             channels = [channel if channel < most else -1 for channel in channels]
             # Not opened without need: a sound server spreads a channel that its card does not have over the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
@@ -88,7 +91,9 @@ class Engine:
         self.runner = BlockRunner(self.loop, self.memory)
         if target.accelerometers:
             self.runner.accelerometers = AccelerometerReader(target.accelerometers, target.floor, target.block)
-        self.pacer = Pacer(self.runner, target, self._tell)
+        width = self.loop.out.shape[1]
+        used = [replace(card, count=min(card.count, width - card.first)) for card in cards if card.first < width]
+        self.pacer = Pacer(self.runner, target, used, self._tell)
         self.listener = CommandListener(connection, self.runner, self.pacer.leave)
         if isinstance(self.loop.source, SimulatedFloor):
             self.listener.notices.extend(self.loop.source.notices)

@@ -132,3 +132,9 @@ class Health:
     """Largest sample of the last tenth of a second, of full scale."""
     awake: int
     """Tiles for which something is awake."""
+    cards_delay_s: float = 0.0
+    """By how much further sound cards play later than the first; 0 without any."""
+    cards_offset_s: float = 0.0
+    """How far the worst of them is from that now."""
+    cards_drift_ppm: float = 0.0
+    """How much faster its clock goes than the first card's."""

@@ -24,6 +24,9 @@ class Field(IntEnum):
     FRAME = auto()
     PEAK = auto()
     AWAKE = auto()
+    CARDS_DELAY_S = auto()
+    CARDS_OFFSET_S = auto()
+    CARDS_DRIFT_PPM = auto()
     REPORTED = auto()
 
 

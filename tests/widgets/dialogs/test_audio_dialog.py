@@ -4,7 +4,7 @@ import threading
 
 from on_screen import show
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialogButtonBox, QPushButton
+from PySide6.QtWidgets import QDialogButtonBox, QLabel, QPushButton
 
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.dialogs.audio_dialog import AudioDialog
@@ -28,13 +28,13 @@ def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
 def test_what_is_in_use_is_what_is_shown(qtbot):
     dialog = opened(qtbot, CARDS, "Headphones", 44_100, 256)
     assert dialog.values() == ("Headphones", 44_100, 256, "")
-    assert "2 channels" in dialog.device.currentText()
+    assert "2 channels" in dialog.cards.rows[0].device.currentText()
     assert dialog.length.text().startswith("A block lasts 5.80 ms")
 
 
 def test_apply_gives_device_rate_and_block(qtbot):
     dialog = opened(qtbot, CARDS)
-    dialog.device.setCurrentIndex(dialog.device.findData("Eight out"))
+    dialog.cards.rows[0].device.setCurrentIndex(dialog.cards.rows[0].device.findData("Eight out"))
     dialog.rate.setCurrentIndex(dialog.rate.findData(96_000))
     apply = dialog.buttons.button(QDialogButtonBox.StandardButton.Apply)
     with qtbot.waitSignal(dialog.applied) as applied:
@@ -45,7 +45,7 @@ def test_apply_gives_device_rate_and_block(qtbot):
 def test_no_card_is_said_calmly_and_no_sound_can_be_chosen(qtbot):
     dialog = opened(qtbot, [], None)
     assert dialog.values()[0] is None
-    assert dialog.device.currentText().startswith("No sound")
+    assert dialog.cards.rows[0].device.currentText().startswith("No sound")
     assert "No sound device" in dialog.note.text()
     assert dialog.note.isVisible()
 
@@ -53,13 +53,13 @@ def test_no_card_is_said_calmly_and_no_sound_can_be_chosen(qtbot):
 def test_the_default_device_stays_chosen_where_there_is_no_card(qtbot):
     dialog = opened(qtbot, [], "")
     assert dialog.values()[0] == ""
-    assert dialog.device.currentText() == "Default device of this computer"
+    assert dialog.cards.rows[0].device.currentText() == "Default device of this computer"
 
 
 def test_a_device_that_went_away_stays_chosen_and_is_marked(qtbot):
     dialog = opened(qtbot, CARDS, "Gone")
     assert dialog.values()[0] == "Gone"
-    assert "not connected" in dialog.device.currentText()
+    assert "not connected" in dialog.cards.rows[0].device.currentText()
 
 
 def test_every_tile_can_be_pulsed(qtbot):
@@ -113,3 +113,20 @@ def test_accelerometers_are_given_as_they_are_written_and_refused_with_a_reason(
     with qtbot.waitSignal(dialog.applied) as applied:
         qtbot.mouseClick(apply, Qt.MouseButton.LeftButton)
     assert applied.args[3] == "t1:0:98.1 t2:1:98.1"
+
+
+def test_a_floor_of_thirty_six_tiles_is_laid_on_two_cards(qtbot):
+    cards = [("Left", 18, 48_000.0), ("Right", 18, 48_000.0)]
+    dialog = opened(qtbot, cards, "Left", floor=default_floor(6, 6))
+    assert "silent" in " ".join(label.text() for label in dialog.map.findChildren(QLabel))
+    qtbot.mouseClick(dialog.cards.add, Qt.MouseButton.LeftButton)
+    assert dialog.values()[0] == "Left; Right"
+    dialog.cards.rows[0].channels.selectAll()
+    qtbot.keyClicks(dialog.cards.rows[0].channels, "12")
+    qtbot.keyClick(dialog.cards.rows[0].channels, Qt.Key.Key_Tab)
+    assert dialog.values()[0] == "Left=12; Right"
+    tips = {b.text(): b.toolTip() for b in dialog.map.findChildren(QPushButton)}
+    assert "channel 12" in tips["t12"]
+    assert "channel 1" in tips["t13"]
+    qtbot.mouseClick(dialog.cards.rows[1].remove, Qt.MouseButton.LeftButton)
+    assert dialog.values()[0] == "Left=12"

@@ -1,0 +1,76 @@
+"""Several sound cards: which channels go where, two real streams on two clocks, and a card that goes and comes back."""
+
+import numpy as np
+import pytest
+from live import live
+from made_patches import hum
+
+from underfoot.devices.outputs import Output, card_channels, outputs_of, text_of
+from underfoot.engine.commands import Level, Panic
+from underfoot.engine.reports import Notice
+from underfoot.errors import BadValue
+from underfoot.floor.layout import default_floor
+
+CARDS = "left=18; right=18"
+SINE = {"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0}
+BUFFER_S = 0.08
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [("a=0", "1 to 32"), ("a=33", "1 to 32"), ("a; a", "each card once"), (";".join("abcdefghi"), "at most 8")],
+)
+def test_cards_that_cannot_be_are_refused_in_one_line(text, says):
+    with pytest.raises(BadValue, match=says):
+        outputs_of(text)
+
+
+@pytest.mark.parametrize("text", ["", "USB Audio: - (hw:1,0)=18; default", "a; b; c=3"])
+def test_the_text_of_cards_is_read_as_it_is_written(text):
+    assert text_of(outputs_of(text)) == text
+
+
+def test_channels_are_laid_on_one_card_after_the_other():
+    cards = card_channels("nowhere A=18; nowhere B=18; nowhere C", 36)
+    assert [(card.output, card.first, card.count) for card in cards] == [
+        (Output("nowhere A", 18), 0, 18),
+        (Output("nowhere B", 18), 18, 18),
+    ]
+    assert [card.count for card in card_channels("nowhere A=18; nowhere B=10", 36)] == [18, 10]
+
+
+def playing_on(until, sound=CARDS):
+    return live(hum(tone=SINE), until, sound=sound, latency_s=BUFFER_S, floor=default_floor(6, 6), walker=False)
+
+
+def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
+    first, second = two_sinks
+    with first.heard() as left, second.heard() as right, playing_on(until) as playing:
+        assert playing.started().notice == ""
+        playing.session.send(Level(0.0))
+        for heard in (left, right):
+            until(lambda heard=heard: len(heard()) and np.abs(heard()[-4800:]).max(axis=0).min() > 0.05, "all 18 sound")
+        playing.play(48_000)
+        health = playing.session.health
+        assert 0.0 < health.cards_delay_s <= 0.25
+        assert abs(health.cards_offset_s) < health.cards_delay_s
+        playing.session.send(Panic())
+        for heard in (left, right):
+            until(lambda heard=heard: not heard()[-4800:].any(), "a panic silences both")
+
+
+def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_sinks, until):
+    first, second = two_sinks
+    with first.heard() as left, playing_on(until) as playing:
+        playing.session.send(Level(0.0))
+        until(lambda: len(left()) and left()[-480:].any(), "the first card sounds")
+        second.stop()
+        playing.until(lambda: playing.of(Notice), "it is told")
+        assert playing.of(Notice)[0].text.startswith("sound device 'right' has gone; silent: t19, t20")
+        before = len(left())
+        until(lambda: len(left()) > before + 24_000, "the first card plays on")
+        assert np.abs(left()[-4800:]).max() > 0.05
+        second.start()
+        with second.heard() as right:
+            playing.until(lambda: len(playing.of(Notice)) > 1, "it is back")
+            until(lambda: len(right()) and np.abs(right()[-480:]).max(axis=0).min() > 0.05, "its tiles sound again")

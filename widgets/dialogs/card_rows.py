@@ -1,0 +1,143 @@
+"""The sound cards of a floor, a line each: which device, and how many of its channels."""
+
+from collections.abc import Sequence
+from functools import partial
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
+
+from underfoot.devices.outputs import MOST_CARDS, Output, outputs_of, text_of
+from underfoot.devices.sound import MAX_CHANNELS
+from underfoot.widgets import theme
+
+Device = tuple[str, int, float]
+"""Name, output channels, default rate in Hz."""
+
+
+class CardRow(QWidget):
+    """One card. The first may be "no sound"; a further one has a button that takes it away."""
+
+    changed = Signal()
+
+    def __init__(self, is_first: bool) -> None:
+        super().__init__()
+        self.device, self.channels, self.remove = QComboBox(), QSpinBox(), QPushButton("Remove")
+        self.device.setAccessibleName("Sound card")
+        self.device.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.device.addItem("Default device of this computer", "")
+        if is_first:
+            self.device.addItem("No sound", None)
+        self.channels.setAccessibleName("Channels of this card")
+        self.channels.setToolTip("How many channels of this card are used; the tiles behind them play on the next card")
+        self.channels.setRange(0, MAX_CHANNELS)
+        self.channels.setSpecialValueText("all channels")
+        self.channels.setSuffix(" channels")
+        self.channels.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
+        self.remove.setAutoDefault(False)
+        self.remove.setVisible(not is_first)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(theme.GRID)
+        layout.addWidget(self.device, 1)
+        layout.addWidget(self.channels)
+        layout.addWidget(self.remove)
+        self.device.currentIndexChanged.connect(self.changed)
+        self.channels.valueChanged.connect(self.changed)
+
+    def output(self) -> Output:
+        """The card as chosen."""
+        return Output(self.device.currentData() or "", self.channels.value())
+
+    def show_output(self, name: str | None, channels: int) -> None:
+        """Choose a card, also one that is not there."""
+        if index_of(self.device, name) < 0:
+            self.device.addItem(str(name), name)
+        self.device.setCurrentIndex(max(0, index_of(self.device, name)))
+        self.channels.setValue(channels)
+
+    def show_devices(self, devices: Sequence[Device]) -> None:
+        """Offer the devices that there are."""
+        known = [name for name, _, _ in devices]
+        for index in range(self.device.count()):
+            name = self.device.itemData(index)
+            if name and name not in known:
+                self.device.setItemText(index, f"{name} (not connected)")
+        for name, channels, rate_hz in devices:
+            words = f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz"
+            index = index_of(self.device, name)
+            if index < 0:
+                self.device.addItem(words, name)
+            else:
+                self.device.setItemText(index, words)
+
+
+class CardRows(QWidget):
+    """All cards, the first of which sets the clock, and a button for one more."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rows: list[CardRow] = []
+        self._devices: Sequence[Device] = ()
+        self.add = QPushButton("Add a card")
+        self.add.setAutoDefault(False)
+        self.add.setToolTip("For floors of more tiles than one card has channels; each card keeps its own clock")
+        self.add.clicked.connect(lambda: self._add())
+        self._layout = QVBoxLayout(self)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._layout.setSpacing(theme.GRID)
+        foot = QHBoxLayout()
+        foot.addWidget(self.add)
+        foot.addStretch(1)
+        self._layout.addLayout(foot)
+        self._add()
+
+    @property
+    def text(self) -> str | None:
+        """The cards as `outputs_of` reads them; None for no sound. A card that is there twice counts once."""
+        if self.rows[0].device.currentData() is None:
+            return None
+        return text_of(list({output.name: output for output in (row.output() for row in self.rows)}.values()))
+
+    def show_text(self, text: str | None) -> None:
+        """Show the cards that are in use."""
+        outputs = outputs_of(text or "")
+        while len(self.rows) > len(outputs):
+            self._remove(self.rows[-1])
+        while len(self.rows) < len(outputs):
+            self._add()
+        for row, output in zip(self.rows, outputs, strict=True):
+            row.show_output(output.name if text is not None else None, output.channels)
+
+    def show_devices(self, devices: Sequence[Device]) -> None:
+        """Offer the devices that there are."""
+        self._devices = devices
+        for row in self.rows:
+            row.show_devices(devices)
+
+    def _add(self) -> None:
+        row = CardRow(is_first=not self.rows)
+        row.show_devices(self._devices)
+        row.changed.connect(self.changed)
+        row.remove.clicked.connect(partial(self._remove, row))
+        self._layout.insertWidget(len(self.rows), row)
+        self.rows.append(row)
+        taken = {one.device.currentData() for one in self.rows[:-1]}
+        free = next((name for name, _, _ in self._devices if name not in taken), None)
+        if len(self.rows) > 1 and free is not None:
+            row.show_output(free, 0)
+        self.add.setEnabled(len(self.rows) < MOST_CARDS)
+        self.changed.emit()
+
+    def _remove(self, row: CardRow, _: bool = False) -> None:
+        self.rows.remove(row)
+        row.setParent(None)
+        row.deleteLater()
+        self.add.setEnabled(True)
+        self.changed.emit()
+
+
+def index_of(box: QComboBox, value: object) -> int:
+    """Where `value` is in a box; Qt's own search does not tell None from ""."""
+    return next((i for i in range(box.count()) if box.itemData(i) == value), -1)

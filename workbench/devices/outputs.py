@@ -1,0 +1,96 @@
+"""The sound cards that a floor plays on, in a text; and which channels of the floor go to which card."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from underfoot.devices.sound import MAX_CHANNELS, max_channels
+from underfoot.errors import BadValue, require
+
+FORM = 'NAME, NAME=CHANNELS, or several with "; " between, as USB A=18; USB B=18'
+"""How sound cards are written."""
+MOST_CARDS = 8
+
+_ONE = re.compile(r"(?P<name>[^;]*?)\s*(=\s*(?P<channels>\d+))?")
+
+
+@dataclass(frozen=True)
+class Output:
+    """A sound card by (a part of) its name, "" the default one, and how many channels to use; 0: all that it has."""
+
+    name: str
+    channels: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.channels}" if self.channels else self.name
+
+
+def outputs_of(text: str) -> tuple[Output, ...]:
+    """The cards that a text names, at least one; `BadValue` for what cannot be.
+
+    >>> outputs_of("USB A=18; USB B")
+    (Output(name='USB A', channels=18), Output(name='USB B', channels=0))
+    >>> outputs_of("")
+    (Output(name='', channels=0),)
+    >>> outputs_of("USB A=40")
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: channels of 'USB A' is 40; allowed: 1 to 32
+    """
+    found: list[Output] = []
+    for word in text.split(";"):
+        match = _ONE.fullmatch(word.strip())
+        if match is None:
+            raise BadValue(f"sound device is {word.strip()!r}; allowed: {FORM}")
+        name = match["name"]
+        channels = 0 if match["channels"] is None else int(match["channels"])
+        if match["channels"] is not None:
+            require(1 <= channels <= MAX_CHANNELS, f"channels of {name!r}", channels, f"1 to {MAX_CHANNELS}")
+        require(name not in {known.name for known in found}, "sound device", text, "each card once")
+        found.append(Output(name, channels))
+    require(len(found) <= MOST_CARDS, "sound device", f"{len(found)} cards", f"at most {MOST_CARDS}")
+    return tuple(found)
+
+
+def text_of(outputs: Sequence[Output]) -> str:
+    """The text that `outputs_of` reads.
+
+    >>> text_of(outputs_of("USB A=18;USB B"))
+    'USB A=18; USB B'
+    """
+    return "; ".join(map(str, outputs))
+
+
+@dataclass(frozen=True)
+class CardChannels:
+    """What a card plays: `count` channels of the floor, from `first` on."""
+
+    output: Output
+    first: int
+    count: int
+
+    def __contains__(self, channel: int) -> bool:
+        return self.first <= channel < self.first + self.count
+
+    @property
+    def name(self) -> str:
+        """The card's name, for a person."""
+        return self.output.name or "the default sound device"
+
+
+def card_channels(text: str, wanted: int) -> tuple[CardChannels, ...]:
+    """`wanted` channels laid on the cards of `text`, one card after the other; the last may have too few.
+
+    Cards that nothing is left for are not opened, except the first.
+
+    >>> card_channels("nowhere A=18; nowhere B=18", 30)[1]
+    CardChannels(output=Output(name='nowhere B', channels=18), first=18, count=12)
+    """
+    found: list[CardChannels] = []
+    first = 0
+    for output in outputs_of(text):
+        room = min(output.channels or MAX_CHANNELS, max_channels(output.name))
+        count = min(room, wanted - first)
+        if count > 0 or not found:
+            found.append(CardChannels(output, first, count))
+        first += max(count, 0)
+    return tuple(found)

@@ -1,0 +1,137 @@
+"""The streams of further sound cards: opened with the first one, and again when a card was away."""
+
+import time
+from collections.abc import Callable, Sequence
+
+from underfoot.devices.outputs import CardChannels
+from underfoot.devices.sound import Stream
+from underfoot.engine.block_runner import BlockRunner
+from underfoot.engine.further_card import FurtherCard
+from underfoot.engine.status import Field
+from underfoot.engine.target import Target
+from underfoot.errors import DeviceError
+
+RETRY_S = 2.0
+"""How often a card that is away is asked for."""
+_CALM_S = 0.04
+"""The latency that is asked of a further card's stream, which is behind the first one anyway."""
+
+
+class FurtherStream:
+    """One further card: its stream while there is one, and what it plays."""
+
+    def __init__(self, frames: FurtherCard, tiles: str, target: Target, leaving: Callable[[], bool]) -> None:
+        self.frames, self.tiles = frames, tiles
+        self.stream: Stream | None = None
+        self.underruns = 0
+        """Blocks that came too late in streams that have ended."""
+        self._target, self._leaving = target, leaving
+        self._asked_s = 0.0
+
+    @property
+    def name(self) -> str:
+        """The card's name."""
+        return self.frames.card.name
+
+    def open(self) -> None:
+        """Open and start a stream; `DeviceError` where that cannot be."""
+        card, target = self.frames.card, self._target
+        self._asked_s = time.monotonic()
+        latency = max(target.latency_s, _CALM_S)
+        stream = Stream(card.output.name, card.count, target.rate, target.block, self._fill, latency)
+        self.frames.begin(stream.latency_s)
+        try:
+            stream.start()
+        except DeviceError:
+            stream.close()
+            raise
+        self.stream = stream
+
+    def close(self) -> None:
+        """Let go of the card."""
+        if self.stream is not None:
+            if not self.stream.finished:
+                self.stream.abort()
+            self.underruns += self.stream.underruns
+            self.stream.close()
+            self.stream = None
+
+    @property
+    def is_due(self) -> bool:
+        """Whether it is time to ask again for a card that is away."""
+        return self.stream is None and time.monotonic() - self._asked_s >= RETRY_S
+
+    def _fill(self) -> int:
+        return 0 if self._leaving() else self.frames.fill()
+
+
+class FurtherStreams:
+    """All further cards of a target; `tell` is given a line when one goes away or comes back."""
+
+    def __init__(
+        self,
+        cards: Sequence[CardChannels],
+        runner: BlockRunner,
+        target: Target,
+        leaving: Callable[[], bool],
+        tell: Callable[[str], None],
+    ) -> None:
+        self._status, self._tell = runner.memory.status, tell
+        tiles = list(zip(target.floor.ids, runner.loop.channels, strict=True))
+        self._streams = [
+            FurtherStream(
+                FurtherCard(card, target.rate, target.block),
+                ", ".join(name for name, channel in tiles if channel in card),
+                target,
+                leaving,
+            )
+            for card in cards
+        ]
+        runner.further_cards = tuple(one.frames for one in self._streams)
+
+    def open(self) -> list[str]:
+        """Open all that are not open; a line for each that cannot be."""
+        notices = []
+        for one in self._streams:
+            if one.stream is None:
+                try:
+                    one.open()
+                except DeviceError as error:
+                    notices.append(f"{error}; silent: {one.tiles}")
+        return notices
+
+    def keep(self) -> None:
+        """Notice cards that have gone, ask again for those, and say how far each is from the engine."""
+        for one in self._streams:
+            if one.stream is not None and one.stream.finished:
+                one.close()
+                self._tell(f"sound device {one.name!r} has gone; silent: {one.tiles}")
+            elif one.is_due:
+                try:
+                    one.open()
+                except DeviceError:
+                    continue
+                self._tell(f"sound device {one.name!r} is back; it plays {one.tiles}")
+        playing = [one.frames for one in self._streams if one.stream is not None]
+        worst = max(playing, key=lambda frames: abs(frames.offset_frames), default=None)
+        if worst is not None:
+            self._status.put(Field.CARDS_DELAY_S, worst.delay_frames / worst.rate_hz)
+            self._status.put(Field.CARDS_OFFSET_S, worst.offset_frames / worst.rate_hz)
+            self._status.put(Field.CARDS_DRIFT_PPM, worst.drift_ppm)
+
+    @property
+    def any_playing(self) -> bool:
+        """Whether any of them plays."""
+        return any(one.stream is not None for one in self._streams)
+
+    @property
+    def underruns(self) -> int:
+        """How often any of them had nothing to play, or was asked too late."""
+        return sum(
+            one.underruns + one.frames.underruns + (one.stream.underruns if one.stream else 0) for one in self._streams
+        )
+
+    def close(self) -> None:
+        """Let go of all cards."""
+        for one in self._streams:
+            one.close()
