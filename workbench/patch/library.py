@@ -1,8 +1,14 @@
-"""Presets on disk: patches, floors, simulated tiles and protocols to begin with."""
+"""Presets on disk: patches, floors, simulated tiles and protocols to begin with; and a person's own patches."""
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from underfoot import presets
+from underfoot.errors import UnderfootError
+from underfoot.files import read_file
 
 
 def presets_folder() -> Path:
@@ -25,20 +31,101 @@ def patches() -> dict[str, Path]:
 
 FAMILIES = {"material": "Materials", "stimulus": "Thesis stimuli", "tacton": "Tactons"}
 """What the first word of a patch's name says it belongs to, and how that is called."""
+OWN = "My presets"
+"""The family of a person's own presets."""
+
+
+class _Header(msgspec.Struct):
+    """What a patch file says of itself, beside its nodes."""
+
+    title: str = ""
+    comment: str = ""
+    author: str = ""
+    tags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A patch to begin with: its file, the family that it belongs to ("" for none), and what it says of itself.
+
+    `name` tells it from the others of its family.
+    """
+
+    path: Path
+    family: str
+    name: str
+    title: str
+    comment: str = ""
+    author: str = ""
+    tags: tuple[str, ...] = ()
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it is a person's own, which can be taken away again."""
+        return self.family == OWN
+
+    def fits(self, text: str) -> bool:
+        """Whether all words of `text` are in what it says of itself.
+
+        >>> ice = Preset(Path("ice.json"), "Materials", "Ice", "Ice", "It cracks.", tags=("brittle",))
+        >>> ice.fits("mat brit"), ice.fits("sand")
+        (True, False)
+        """
+        known = " ".join((self.name, self.title, self.family, self.comment, self.author, *self.tags)).lower()
+        return all(word in known for word in text.lower().split())
+
+
+def all_presets(own: Path | None = None) -> list[Preset]:
+    """The presets of the program, and those in the folder `own`, by family and name. Files that are none are left out.
+
+    >>> next(preset.title for preset in all_presets() if preset.name == "Ice")
+    'Ice'
+    """
+    found = []
+    for name, path in patches().items():
+        first, _, rest = name.partition("-")
+        family = FAMILIES.get(first, "")
+        found.append(_preset(path, family, _words(rest if family else name)))
+    mine = sorted(own.glob("*.json")) if own is not None else []
+    found += [_preset(path, OWN, "") for path in mine]
+    order = ["", OWN, *FAMILIES.values()]
+    there = (preset for preset in found if preset is not None)
+    return sorted(there, key=lambda preset: (order.index(preset.family), _in_number_order(preset.name)))
 
 
 def families() -> dict[str, dict[str, Path]]:
-    """The patches by the name of their family, "" for those without one; each under what tells it from the others.
+    """The program's patches by the name of their family, "" for those without one; each under its name.
 
     >>> list(families()), list(families()["Tactons"])[-2:]
     (['', 'Materials', 'Thesis stimuli', 'Tactons'], ['WS7', 'WS8'])
     """
     found: dict[str, dict[str, Path]] = {"": {}, **{name: {} for name in FAMILIES.values()}}
-    for name, path in patches().items():
-        first, _, rest = name.partition("-")
-        family = FAMILIES.get(first, "")
-        found[family][_words(rest if family else name)] = path
+    for preset in all_presets():
+        found[preset.family][preset.name] = preset.path
     return found
+
+
+def file_of(title: str, own: Path) -> Path:
+    """The file of a person's own preset of this title.
+
+    >>> file_of("Ice, thin!", Path("mine")).as_posix()
+    'mine/ice-thin.json'
+    """
+    return own / f"{re.sub(r'[^a-z0-9]+', '-', title.lower()).strip('-') or 'preset'}.json"
+
+
+def _preset(path: Path, family: str, name: str) -> Preset | None:
+    try:
+        header = msgspec.json.decode(read_file(path), type=_Header)
+    except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return None
+    title = header.title or path.stem
+    return Preset(path, family, name or title, title, header.comment, header.author, header.tags)
+
+
+def _in_number_order(name: str) -> tuple[str, int]:
+    digits = re.search(r"\d+$", name)
+    return (name.lower()[: digits.start()], int(digits[0])) if digits else (name.lower(), 0)
 
 
 def _words(name: str) -> str:

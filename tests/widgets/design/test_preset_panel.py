@@ -1,0 +1,124 @@
+"""The presets beside the canvas, tried with keys and mouse."""
+
+import pytest
+from made_patches import hum
+from on_screen import show
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QSignalSpy
+from PySide6.QtWidgets import QMessageBox
+
+from underfoot.engine.levels import levels_of
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.preset_panel import PresetPanel
+
+
+@pytest.fixture
+def own(tmp_path):
+    folder = tmp_path / "presets"
+    folder.mkdir()
+    (folder / "humming.json").write_bytes(hum().dumps().replace(b'"title": ""', b'"title": "Humming"'))
+    (folder / "broken.json").write_text('{"title": 3}')
+    return folder
+
+
+@pytest.fixture
+def panel(qtbot, own):
+    panel = PresetPanel(lambda: own, [])
+    qtbot.addWidget(panel)
+    panel.resize(220, 700)
+    panel.refresh()
+    show(qtbot, panel)
+    yield panel
+    panel.close_down()
+
+
+def names(panel):
+    return [preset.name for preset in panel.list.presets()]
+
+
+def test_words_narrow_the_list_to_what_says_them(panel, qtbot):
+    assert len(names(panel)) == len(library.patches()) + 1
+    qtbot.keyClicks(panel.field, "sand dry")
+    assert names(panel) == ["Sand dry"]
+    panel.field.selectAll()
+    qtbot.keyClicks(panel.field, "no such thing")
+    assert names(panel) == []
+    assert panel.about.text() == "No preset has these words."
+
+
+def test_ones_own_are_there_and_what_is_no_patch_is_left_out(panel, qtbot):
+    mine = panel.shows.buttons()[2]
+    qtbot.mouseClick(mine, Qt.MouseButton.LeftButton)
+    assert names(panel) == ["Humming"]
+
+
+def test_a_preset_is_heard_when_one_rests_on_it_and_escape_goes_back(panel, qtbot):
+    heard = QSignalSpy(panel.heard)
+    panel.field.setFocus()
+    for _ in range(3):
+        qtbot.keyClick(panel.field, Qt.Key.Key_Down)
+    qtbot.waitUntil(lambda: heard.count() == 1)  # not the two that were passed by
+    assert heard.at(0)[0].name == "Wood"
+    qtbot.keyClick(panel.field, Qt.Key.Key_Escape)
+    assert heard.at(1)[0] is None
+
+
+def test_nothing_is_heard_while_hear_is_off(panel, qtbot):
+    qtbot.mouseClick(panel.hears, Qt.MouseButton.LeftButton)
+    heard = QSignalSpy(panel.heard)
+    panel.field.setFocus()
+    qtbot.keyClick(panel.field, Qt.Key.Key_Down)
+    qtbot.wait(300)
+    assert heard.count() == 0
+    assert panel.list.current().name == "Gravel"
+
+
+def test_enter_opens_what_was_found(panel, qtbot):
+    qtbot.keyClicks(panel.field, "ice")
+    with qtbot.waitSignal(panel.chosen) as chosen:
+        qtbot.keyClick(panel.field, Qt.Key.Key_Return)
+    assert chosen.args[0].path == library.patches()["material-ice"]
+
+
+def test_a_star_is_kept(panel, qtbot):
+    item = panel.list.item(0)
+    place = panel.list.visualItemRect(item)
+    qtbot.mouseClick(
+        panel.list.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(place.right() - 4, place.center().y())
+    )
+    qtbot.mouseClick(panel.shows.buttons()[1], Qt.MouseButton.LeftButton)
+    assert names(panel) == ["Gravel"]
+    panel.list.setFocus()
+    panel.list.step(1)
+    qtbot.keyClick(panel.list, Qt.Key.Key_Asterisk)
+    assert names(panel) == []
+
+
+def test_only_ones_own_can_be_deleted_and_only_after_a_question(panel, qtbot, own):
+    said = QSignalSpy(panel.said)
+    panel.list.setFocus()
+    panel.list.step(1)
+    qtbot.keyClick(panel.list, Qt.Key.Key_Delete)
+    assert "came with the program" in said.at(said.count() - 1)[0]
+    qtbot.keyClicks(panel.field, "humming")
+    panel.list.setFocus()
+    panel.list.step(1)
+    qtbot.keyClick(panel.list, Qt.Key.Key_Delete)
+    box = panel.findChild(QMessageBox)
+    assert "Humming" in box.text()
+    qtbot.keyClick(box, Qt.Key.Key_Escape)
+    assert (own / "humming.json").exists()
+
+
+def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):
+    path = library.patches()["stimulus-wc"]
+    with qtbot.waitSignal(panel.pictures.arrived, timeout=60_000):
+        pass
+    from underfoot.engine.preset_pictures import picture_of
+
+    levels = levels_of(Patch.load(path, REGISTRY))
+    picture = picture_of(path)
+    assert picture.peak_m_s2 == pytest.approx(levels.commanded.peak_m_s2, rel=0.05)
+    assert picture.envelope.max() == 1.0

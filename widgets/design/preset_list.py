@@ -1,0 +1,220 @@
+"""The list of presets: a row has the name, what a step makes of it, and a star."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPolygonF
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+
+from underfoot.engine.preset_pictures import PresetPicture
+from underfoot.patch.library import Preset
+from underfoot.widgets import theme
+
+_PRESET, _PICTURE, _IS_STARRED = (Qt.ItemDataRole.UserRole + i for i in range(3))
+_OWN_KEYS = (Qt.Key.Key_Escape, Qt.Key.Key_Delete, Qt.Key.Key_Asterisk)
+_ROW, _HEADING, _STAR_PX, _PICTURE_PX = 42, 28, 20, 56
+
+
+class PresetList(QListWidget):
+    """Presets by family. `chosen` gives the one to be opened; `moved` the current one after a key or a click."""
+
+    chosen = Signal(object)
+    moved = Signal(object)
+    starred = Signal(object)
+    """The star of this one was clicked, or toggled with *."""
+    unwanted = Signal(object)
+    """Delete was pressed on this one."""
+    left = Signal()
+    """Escape was pressed."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setItemDelegate(_Row(self))
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
+        self.setMouseTracking(True)
+        self.setAccessibleName("Presets")
+        self.itemDoubleClicked.connect(lambda: self._choose())
+        self.itemClicked.connect(self._clicked)
+        self._on_star = False
+
+    def show_presets(
+        self, presets: Sequence[Preset], pictures: Mapping[Path, PresetPicture], stars: Sequence[str]
+    ) -> None:
+        """Show these, under the names of their families; the current one stays current where it is among them."""
+        before = self.current()
+        self.clear()
+        family = None
+        for preset in presets:
+            if preset.family != family and preset.family:
+                heading = QListWidgetItem(preset.family.upper(), self)
+                heading.setFlags(Qt.ItemFlag.NoItemFlags)
+            family = preset.family
+            item = QListWidgetItem(preset.name, self)
+            item.setData(_PRESET, preset)
+            item.setData(_PICTURE, pictures.get(preset.path))
+            item.setData(_IS_STARRED, str(preset.path) in stars)
+            item.setToolTip(in_words(preset, pictures.get(preset.path)))
+            if before is not None and preset.path == before.path:
+                self.setCurrentItem(item)
+
+    def show_picture(self, path: Path, picture: PresetPicture) -> None:
+        """The picture of a file has come."""
+        for item in self._items():
+            preset = item.data(_PRESET)
+            if preset.path == path:
+                item.setData(_PICTURE, picture)
+                item.setToolTip(in_words(preset, picture))
+
+    def presets(self) -> list[Preset]:
+        """The presets that are shown."""
+        return [item.data(_PRESET) for item in self._items()]
+
+    def current(self) -> Preset | None:
+        """The current preset."""
+        item = self.currentItem()
+        return item.data(_PRESET) if item else None
+
+    def step(self, by: int) -> None:
+        """Make the next preset current, or the one before."""
+        items = self._items()
+        if items:
+            here = self.currentItem()
+            at = items.index(here) + by if here in items else (0 if by > 0 else -1)
+            self.setCurrentItem(items[at % len(items)])
+            self.moved.emit(self.current())
+
+    def event(self, event: QEvent) -> bool:
+        # Escape and * belong to the list, whatever else they do in the window.
+        is_asked = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+        if is_asked and event.key() in _OWN_KEYS:  # type: ignore[attr-defined]
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        key, current = event.key(), self.current()
+        if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
+            self.step(1 if key == Qt.Key.Key_Down else -1)
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._choose()
+        elif key == Qt.Key.Key_Escape:
+            self.left.emit()
+        elif key == Qt.Key.Key_Asterisk and current is not None:
+            self.starred.emit(current)
+        elif key == Qt.Key.Key_Delete and current is not None:
+            self.unwanted.emit(current)
+        else:
+            super().keyPressEvent(event)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._on_star = event.position().x() > self.viewport().width() - _STAR_PX
+        super().mousePressEvent(event)
+
+    def _clicked(self, item: QListWidgetItem) -> None:
+        preset = item.data(_PRESET)
+        if preset is not None:
+            (self.starred if self._on_star else self.moved).emit(preset)
+
+    def _choose(self) -> None:
+        current = self.current()
+        if current is not None and not self._on_star:
+            self.chosen.emit(current)
+
+    def _items(self) -> list[QListWidgetItem]:
+        return [item for i in range(self.count()) if (item := self.item(i)).data(_PRESET) is not None]
+
+
+def in_words(preset: Preset, picture: PresetPicture | None) -> str:
+    """What a preset is and does, in a few lines.
+
+    >>> in_words(Preset(Path("a.json"), "", "Ice", "Ice", "It cracks."), None)
+    'Ice\\nIt cracks.'
+    """
+    lines = [preset.title, preset.comment]
+    if preset.tags:
+        lines.append(", ".join(preset.tags))
+    if preset.author:
+        lines.append(f"by {preset.author}")
+    if picture is not None:
+        lines.append(f"One step: {level_in_words(picture)}")
+    return "\n".join(line for line in lines if line)
+
+
+def level_in_words(picture: PresetPicture) -> str:
+    """How strong it is, and how far above what is felt.
+
+    >>> import numpy as np
+    >>> level_in_words(PresetPicture(np.zeros(96), 4.56, 22.8))
+    '4.6 m/s² peak, 23 dB over what a shoe lets feel'
+    """
+    if picture.felt_db is None:
+        return "nothing is felt"
+    return f"{picture.peak_m_s2:.1f} m/s² peak, {picture.felt_db:.0f} dB over what a shoe lets feel"
+
+
+class _Row(QStyledItemDelegate):
+    """A heading, or a preset with its picture and its star."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
+        return QSize(80, _ROW if index.data(_PRESET) else _HEADING)
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        rect: QRect = option.rect
+        state: QStyle.StateFlag = option.state
+        preset: Preset | None = index.data(_PRESET)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if preset is None:
+            painter.setFont(theme.font(theme.SMALL_PX, bold=True))
+            painter.setPen(QColor(theme.MUTED))
+            align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
+            painter.drawText(rect.adjusted(4, 0, 0, -4), align, index.data())
+        else:
+            is_under_mouse = bool(state & QStyle.StateFlag.State_MouseOver)
+            is_current = bool(state & QStyle.StateFlag.State_Selected)
+            if is_current or is_under_mouse:
+                painter.setPen(Qt.PenStyle.NoPen)
+                painter.setBrush(QColor(theme.HOVER if is_current else theme.RAISED))
+                painter.drawRoundedRect(rect, 4, 4)
+            self._paint_preset(painter, rect, index, preset)
+            if index.data(_IS_STARRED) or is_under_mouse or is_current:
+                painter.setFont(theme.font())
+                painter.setPen(QColor(theme.EVENTS if index.data(_IS_STARRED) else theme.FAINT))
+                star = QRect(rect.right() - _STAR_PX, rect.y(), _STAR_PX, rect.height())
+                painter.drawText(star, Qt.AlignmentFlag.AlignCenter, "★" if index.data(_IS_STARRED) else "☆")
+        painter.restore()
+
+    def _paint_preset(
+        self, painter: QPainter, rect: QRect, index: QModelIndex | QPersistentModelIndex, preset: Preset
+    ) -> None:
+        picture: PresetPicture | None = index.data(_PICTURE)
+        text = rect.adjusted(8, 4, -_STAR_PX - _PICTURE_PX - 4, -4)
+        align = Qt.AlignmentFlag.AlignLeft
+        painter.setFont(theme.font())
+        painter.setPen(QColor(theme.TEXT))
+        name = painter.fontMetrics().elidedText(preset.name, Qt.TextElideMode.ElideRight, text.width())
+        painter.drawText(text, align | Qt.AlignmentFlag.AlignTop, name)
+        painter.setFont(theme.font(theme.SMALL_PX))
+        painter.setPen(QColor(theme.MUTED))
+        level = "" if picture is None or picture.felt_db is None else f"{picture.peak_m_s2:.1f} m/s²"
+        painter.drawText(text, align | Qt.AlignmentFlag.AlignBottom, level)
+        if picture is not None:
+            place = QRectF(rect.right() - _STAR_PX - _PICTURE_PX, rect.y() + 6, _PICTURE_PX, rect.height() - 12)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.VIBRATION))
+            painter.drawPolygon(_outline(picture, place))
+
+
+def _outline(picture: PresetPicture, place: QRectF) -> QPolygonF:
+    """The envelope and its mirror image."""
+    count = len(picture.envelope)
+    middle, half = place.center().y(), 0.5 * place.height()
+    xs = [place.x() + place.width() * i / (count - 1) for i in range(count)]
+    heights = [max(half * float(share), 0.5) for share in picture.envelope]
+    upper = [QPointF(x, middle - height) for x, height in zip(xs, heights, strict=True)]
+    lower = [QPointF(x, middle + height) for x, height in zip(xs, heights, strict=True)]
+    return QPolygonF([*upper, *reversed(lower)])

@@ -1,0 +1,51 @@
+"""Pictures of presets as they come: computed beside the window, in a process that gives way to all others."""
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from underfoot.engine.preset_pictures import PresetPicture, picture_in_background
+from underfoot.engine.worker_pool import in_parallel
+
+
+class PresetPictures(QObject):
+    """Computes the pictures of files, or takes them from the cache. `close` waits for the process to end."""
+
+    arrived = Signal(object, object)
+    """A `Path` and its `PresetPicture`."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._leaving = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._asked: set[Path] = set()
+
+    def ask(self, paths: Sequence[Path]) -> None:
+        """Have these come, unless they were asked for before; files that cannot be played never do."""
+        new = [path for path in paths if path not in self._asked]
+        if not new or (self._thread is not None and self._thread.is_alive()):
+            return
+        self._asked.update(new)
+        self._thread = threading.Thread(target=self._compute, args=(new,), name="pictures of presets", daemon=True)
+        self._thread.start()
+
+    def forget(self, path: Path) -> None:
+        """The file is another one: its picture may be asked for again."""
+        self._asked.discard(path)
+
+    def close(self) -> None:
+        """End what runs."""
+        self._leaving.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _compute(self, paths: Sequence[Path]) -> None:
+        pictures = in_parallel(picture_in_background, paths, 1)
+        for number, picture in pictures:
+            if self._leaving.is_set():
+                break
+            if isinstance(picture, PresetPicture):
+                self.arrived.emit(paths[number], picture)
+        pictures.close()  # type: ignore[attr-defined]  # a generator, which ends its processes
