@@ -34,6 +34,7 @@ def run(
     with tempfile.TemporaryDirectory() as passing:
         folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
         window = MainWindow(folder, target, patch_path, engine)
+        window.settings.first_steps_done |= screenshot_dir is not None
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: window.leave())
         window.controller.use_sound(screenshot_dir is None)

@@ -40,7 +40,7 @@ class MainMenu(QMenu):
         self._behind_workspaces = self.addSeparator()
         self.addActions([actions[name] for name in ("play", "panic", "record", "audio", "cost")])
         self.addSeparator()
-        self.addActions([actions["keys"], actions["quit"]])
+        self.addActions([actions[name] for name in ("keys", "about", "quit")])
 
     def add_workspace_actions(self, actions: Sequence[QAction]) -> None:
         """Show what a workspace adds."""

@@ -187,6 +187,13 @@ class MainWindow(QMainWindow):
 
         CostDialog(request, self).open()
 
+    def _show_about(self) -> None:
+        from underfoot.widgets.dialogs.about import AboutDialog
+
+        dialog = AboutDialog(self._folder, self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
+
     def _show_shortcuts(self) -> None:
         from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog, keys_of
 
@@ -303,6 +310,7 @@ class MainWindow(QMainWindow):
             "audio": self._act("Audio…", "Ctrl+,", self._open_audio),
             "cost": self._act("Cost of a block…", "Ctrl+Shift+B", self._open_cost),
             "keys": self._act("Keyboard shortcuts", "F1", self._show_shortcuts),
+            "about": self._act("About Underfoot", "", self._show_about),
             "quit": self._act("Quit", "Ctrl+Q", self.close),
             **{
                 declared.name: self._act(

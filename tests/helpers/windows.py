@@ -24,6 +24,7 @@ def hiss(title="Hiss"):
 def quiet_window(qtbot, folder, path=None):
     """A window without a session."""
     made = MainWindow(folder, Target(default_floor()), path)
+    made.settings.first_steps_done = True
     qtbot.addWidget(made, before_close_func=lambda w: w.leave())
     show(qtbot, made)
     made.make_workspaces()
@@ -33,6 +34,7 @@ def quiet_window(qtbot, folder, path=None):
 def play_on_simulator(folder):
     """A window that plays the patch in `folder` on the simulated floor."""
     window = MainWindow(folder / "kept", Target(default_floor()), folder / "hiss.json")
+    window.settings.first_steps_done = True
     window.resize(1280, 800)
     window.show()
     window.make_workspaces()

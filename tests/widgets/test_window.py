@@ -17,6 +17,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.widgets.dialogs.about import AboutDialog
 from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.garbage_collection import freeze_loaded
@@ -263,3 +264,13 @@ def test_a_window_leaves_no_process_behind(qtbot, tmp_path):
     window.leave()
     assert set(multiprocessing.active_children()) <= before
     assert window not in [w for w in QApplication.topLevelWidgets() if w.isVisible()]
+
+
+def test_about_says_what_this_is_and_copies_it_for_a_report(window, qtbot):
+    window.actions_by_name["about"].trigger()
+    dialog = dialog_of(window, AboutDialog)
+    copy = next(button for button in dialog.findChildren(QPushButton) if button.text().startswith("Copy"))
+    qtbot.mouseClick(copy, Qt.MouseButton.LeftButton)
+    text = QApplication.clipboard().text()
+    assert text.startswith("Underfoot 0.")
+    assert "numba" in text

@@ -16,6 +16,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.editing import changed_nodes, downstream
+from underfoot.widgets.design.first_steps import FirstSteps
 from underfoot.widgets.design.inspector import Inspector, edited_patch
 from underfoot.widgets.design.palette import Palette
 from underfoot.widgets.design.preview import PreviewPanel, event_rows, pick
@@ -94,6 +95,17 @@ class DesignWorkspace(Workspace):
         self.preview_wanted.connect(controller.request_preview)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
+        self._prepare_first_steps(context)
+
+    def _prepare_first_steps(self, context: WorkspaceContext) -> None:
+        """The three steps of a first start, until the person puts them away."""
+        settings = context.settings
+        steps = FirstSteps(self.canvas, lambda: not settings.first_steps_done)
+        context.controller.playing_changed.connect(lambda on: steps.tick("play") if on else None)
+        self.struck.connect(lambda *_: steps.tick("press"))
+        self.pressed.connect(lambda *_: steps.tick("press"))
+        self.inspector.edited.connect(lambda *_: steps.tick("turn"))
+        steps.closed.connect(lambda: setattr(settings, "first_steps_done", True))
 
     def menu_actions(self) -> Sequence[QAction]:
         return self.undo_action, self.redo_action

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import Laws, Preview
+from underfoot.engine.reports import SOUND_CARD, Laws, Preview, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
@@ -69,6 +69,7 @@ class SessionController(QObject):
         self._profiles = profiles
         self.target = self._with_profiles(target)
         self.playing = True
+        self._is_silent_start = False
         self._registry, self._settings = registry, settings
         self._patch = Patch()
         self._patch_folder: Path | None = None
@@ -78,13 +79,17 @@ class SessionController(QObject):
         self._closed.connect(self._open)
         self._made.connect(self._take)
         self._failed.connect(self._fall_back)
+        self.bridge.started.connect(self._end_silent_start)
         self.bridge.previewed.connect(self._take_preview)
         self.bridge.lawful.connect(self._take_laws)
 
     # --- life ---
 
     def start(self) -> None:
-        """Open a session that plays the patch of the last `edit`."""
+        """Open a session that plays the patch of the last `edit`: silently on a sound card, until `play`."""
+        if self.target.sound is not None:
+            self._set_playing(False)
+            self._is_silent_start = True
         self._open()
 
     def edit(self, patch: Patch, folder: Path | None) -> None:
@@ -188,6 +193,8 @@ class SessionController(QObject):
                 self._failed.emit(str(error))
                 return
             session.send(Level(self._settings.level_db))
+            if not self.playing:
+                session.stop()
             session.start()
             self._made.emit(session)
 
@@ -247,12 +254,14 @@ class SessionController(QObject):
 
     def play(self) -> None:
         """Let sound out, also after a panic."""
+        self._is_silent_start = False
         self._set_playing(True)
         if self.session is not None and not self._is_lent:
             self.session.play()
 
     def stop(self) -> None:
         """Ramp the sound down; the session goes on."""
+        self._is_silent_start = False
         self._set_playing(False)
         if self.session is not None and not self._is_lent:
             self.session.stop()
@@ -301,6 +310,14 @@ class SessionController(QObject):
     def _take_preview(self, preview: Preview) -> None:
         if preview.ticket == self._preview_ticket:
             self.previewed.emit(preview, self._preview_node)
+
+    def _end_silent_start(self, report: Started) -> None:
+        """Nobody is startled where there is no sound card: what is seen may play at once."""
+        if self._is_silent_start and report.where != SOUND_CARD:
+            self.play()
+        elif self._is_silent_start:
+            self._is_silent_start = False
+            self.said.emit(f"The output is silent. Space plays, at {self._settings.level_db:.0f} dB.")
 
     def _set_playing(self, playing: bool) -> None:
         self.playing = playing

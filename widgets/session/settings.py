@@ -18,7 +18,7 @@ class Settings(msgspec.Struct):
     `simulation` is the file of what simulated tiles are made of, "" for ideal ones. `sound` is "" for the default
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
-    metres right of and above the screen's.
+    metres right of and above the screen's. `stars` are the files of presets with a star.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -47,6 +47,8 @@ class Settings(msgspec.Struct):
     projector_at: tuple[float, float] = (0.0, 0.0)
     geometry: str = ""
     recent: list[str] = []
+    stars: list[str] = []
+    first_steps_done: bool = False
 
     @staticmethod
     def load(folder: Path) -> "Settings":

@@ -20,7 +20,7 @@ from underfoot.engine.commands import Level, Play
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
-from underfoot.engine.reports import Notice, Started
+from underfoot.engine.reports import SOUND_CARD, Notice, Started
 from underfoot.engine.requests import Setup
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
@@ -110,7 +110,7 @@ class Engine:
             source.start()
         self.memory.status.put(Field.RUNNING, 1.0)
         forces_from = "the simulator" if kind == "simulator" else kind
-        where = "sound card" if self.pacer.has_stream else f"{forces_from}, without sound"
+        where = SOUND_CARD if self.pacer.has_stream else f"{forces_from}, without sound"
         self._connection.send(Started(where, notice, os.getpid(), tuple(self.loop.channels)))
         self.listener.start()
         self.pacer.run()

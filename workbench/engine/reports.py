@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing
 from underfoot.engine.commands import Command
 
+SOUND_CARD = "sound card"
+"""What `Started` says where a sound card plays."""
+
 
 @dataclass(frozen=True)
 class Started:

@@ -1,6 +1,7 @@
 """The controller: sessions that are opened, released and opened again, on one simulated floor after another."""
 
 import pytest
+from PySide6.QtTest import QSignalSpy
 from windows import LONG_MS, hiss
 
 from underfoot.engine.target import Target
@@ -61,3 +62,28 @@ def test_the_latest_edit_is_played_by_a_session_that_was_being_opened(controller
         controller.edit(hiss("Edited"), tmp_path)
     assert controller.session.patch == hiss("Edited")
     assert controller.session.folder == tmp_path
+
+
+def test_a_sound_card_starts_silent_until_the_person_says_play(null_sink, qtbot, tmp_path):
+    settings = Settings(level_db=-12.0)
+    controller = SessionController(REGISTRY, settings, Target(default_floor(), sound="", latency_s=0.08), tmp_path)
+    said = QSignalSpy(controller.said)
+    controller.start()
+    try:
+        qtbot.waitUntil(lambda: said.count() > 0, timeout=60_000)
+        assert said.at(0)[0] == "The output is silent. Space plays, at -12 dB."
+        assert not controller.playing
+        assert not controller.session.playing
+        controller.play_or_stop()
+        assert controller.session.playing
+    finally:
+        controller.close()
+
+
+def test_without_a_sound_card_it_plays_at_once(qtbot, tmp_path):
+    controller = SessionController(REGISTRY, Settings(), Target(default_floor(), sound="no such card"), tmp_path)
+    controller.start()
+    try:
+        qtbot.waitUntil(lambda: controller.playing, timeout=60_000)
+    finally:
+        controller.close()

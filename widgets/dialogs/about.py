@@ -1,0 +1,57 @@
+"""What this program is: version, licence, what it is built on, and where it keeps its files."""
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from PySide6.QtWidgets import QApplication, QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+
+from underfoot import __version__
+from underfoot.files import cache_folder
+from underfoot.widgets import theme
+
+LIBRARIES = ("PySide6-Essentials", "numpy", "scipy", "numba", "sounddevice", "soundfile", "pyserial", "msgspec")
+
+
+class AboutDialog(QDialog):
+    """`folder` is where settings, profiles and unsaved work are kept."""
+
+    def __init__(self, folder: Path, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("About Underfoot")
+        self._text = "\n".join((f"Underfoot {__version__}", *_system(), *_places(folder)))
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(*[3 * theme.GRID] * 4)
+        layout.setSpacing(theme.GRID)
+        layout.addWidget(theme.label(f"Underfoot {__version__}", "title"))
+        layout.addWidget(theme.label("A workbench for vibrotactile floors: design, calibrate, monitor, experiment."))
+        layout.addWidget(theme.label("Its systems are those of Yon Visell's thesis “Walking on virtual ground”."))
+        layout.addWidget(theme.label("MIT licence: use it, change it, pass it on; it comes without warranty.", "muted"))
+        for line in (*_system(), *_places(folder)):
+            shown = theme.label(line, "small")
+            shown.setTextInteractionFlags(shown.textInteractionFlags().TextSelectableByMouse)
+            shown.setWordWrap(True)
+            layout.addWidget(shown)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        copy = buttons.addButton("Copy for a report", QDialogButtonBox.ButtonRole.ActionRole)
+        copy.clicked.connect(lambda: QApplication.clipboard().setText(self._text))
+        buttons.rejected.connect(self.reject)
+        layout.addSpacing(theme.GRID)
+        layout.addWidget(buttons)
+        self.setFixedWidth(70 * theme.GRID)
+
+
+def _system() -> list[str]:
+    libraries = ", ".join(f"{name} {_version(name)}" for name in LIBRARIES)
+    return [f"Python {platform.python_version()} on {platform.platform(terse=True)}", libraries]
+
+
+def _places(folder: Path) -> list[str]:
+    return [f"Settings, profiles and unsaved work: {folder}", f"Compiled kernels: {cache_folder()}"]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "unknown"
