@@ -62,7 +62,7 @@ def test_a_session_that_is_killed_at_random_moments_goes_on_at_the_next_page(tmp
 
 def test_the_file_holds_all_that_is_needed_to_read_it_alone(tmp_path):
     file = made(tmp_path / "a.session")
-    assert set(file.patches()) == {"stimuli/wc.json", "tacton-impact"}
+    assert set(file.patches()) == {"stimulus-wc", *(f"tacton-it{i}" for i in range(1, 9))}
     assert file.about["participant"] == "P1"
     assert file.about["software"].startswith("Underfoot ")
     file.add_note("heel, not sole")

@@ -1,4 +1,4 @@
-"""How strong a patch is: the peak acceleration that it commands under a footstep, by the thesis's rule (table 6.1)."""
+"""How strong a patch is: the peak acceleration of the plate under a footstep, by the thesis's rule (table 6.1)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,6 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Level, Play
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render
-from underfoot.engine.safety import Limits
 from underfoot.errors import BadMeasurement
 from underfoot.floor.layout import default_floor
 from underfoot.patch.node import Registry
@@ -46,9 +45,10 @@ def strongest_peak_m_s2(acceleration_m_s2: NDArray[np.floating], rate_hz: float)
 
 
 def measured_peak_m_s2(patch: Patch, registry: Registry) -> float:
-    """The peak that a patch commands under the simulated walker on the default floor; `BadMeasurement` for none."""
+    """The peak on simulated plates under the simulated walker, on the default floor; `BadMeasurement` for silence."""
     source = SimulatedFloor(default_floor(), seed=patch.seed)
     commands = ((0, Level(_QUIET_DB)), (0, Play(True)))
-    rendered = render(patch, registry, source, _SECONDS, LoopOptions(block=1024), commands=commands)
-    scale = Limits().acceleration_per_unit / 10.0 ** (_QUIET_DB / 20.0)
-    return strongest_peak_m_s2(scale * rendered.samples.astype(np.float64), rendered.rate_hz)
+    options = LoopOptions(block=1024, plates=("accelerometer",))
+    rendered = render(patch, registry, source, _SECONDS, options, commands=commands)
+    measured = rendered.tiles["accelerometer"].astype(np.float64) / 10.0 ** (_QUIET_DB / 20.0)
+    return strongest_peak_m_s2(measured, rendered.rate_hz)
