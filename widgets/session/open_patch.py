@@ -12,7 +12,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.autosave import Autosave
-from underfoot.widgets.session.file_paths import with_files_kept
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000
