@@ -82,12 +82,12 @@ def render(options: RenderOptions) -> None:
 
     inputs = (options.patch, options.force, options.floor, options.simulation)
     require_room(options.output, *options.plates.values(), inputs=inputs)
-    with compiling_told(None if is_recording(options.patch) else partial(_compile_request, options.patch)):
+    with compiling_told(None if is_recording(options.patch) else partial(compile_request, options.patch)):
         summary = _render_one(options)
     print(json.dumps(summary) if options.as_json else _line(summary))
 
 
-def _compile_request(patch: Path) -> "CompileRequest":
+def compile_request(patch: Path) -> "CompileRequest":
     """What another process is to compile while this one begins at the other end."""
     from underfoot.engine.requests import CompileRequest
     from underfoot.engine.target import Target

@@ -108,7 +108,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     perception = {
         "id": 0,
         "avatar_id": 0,
-        "description": "floor",
+        "description": "",
         "perception_modality": "Vibrotactile",
         "effect_library": [],
         "reference_devices": [],
