@@ -138,6 +138,10 @@ class OpenPatch(QObject):
         """Begin with a copy of the patch in a file, such as a preset."""
         self.when_safe(lambda: self._copy(path))
 
+    def take_over(self, patch: Patch) -> None:
+        """Begin with a patch that has no file yet, such as one that was imported."""
+        self._begin_with(patch, None, saved=patch)
+
     def save(self, then: Callable[[], object] | None = None) -> None:
         """Save to the patch's file, asked for where there is none yet; go on with `then` once it is saved."""
         if self.path is None:
@@ -160,7 +164,7 @@ class OpenPatch(QObject):
         except UnderfootError as error:
             self.said.emit(str(error))
         else:
-            self._begin_with(patch, None, saved=patch)
+            self.take_over(patch)
 
     def _write(self, path: Path) -> bool:
         before, folder = self.patch, path.absolute().parent

@@ -18,7 +18,7 @@ KEPT: Mapping[str, str] = {
     "title": "title",
     "comment": "comment",
     "seed": "seed",
-    "unit": "the unit: m/s^2 becomes a share of the largest, which the file's description names",
+    "unit": "the unit: m/s^2 becomes a share of full scale",
     "waveform": "the waveform: within a band it is one oscillation, of which amplitude and frequency are kept",
     "spectrum": "the spectrum: all becomes one oscillation, whose frequency is the middle of what is there",
     "frequency": "frequencies beyond the format's range, which are set to its ends",

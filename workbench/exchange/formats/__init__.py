@@ -47,10 +47,11 @@ def _one(path: Path, name: str, formats: tuple[Format, ...], done: str) -> Forma
         return known[name]
     fitting = [one for one in formats if path.suffix.lower() in one.suffixes]
     if len(fitting) > 1:
-        fitting = [one for one in fitting if one.knows(path)] or fitting
-    if len(fitting) == 1:
-        return fitting[0]
+        names = " or ".join(one.name for one in fitting)
+        fitting = [one for one in fitting if one.knows(path)]
+        if not fitting:
+            raise BadValue(f"{path} does not look like {names}; say which it is with --format")
     if fitting:
-        raise BadValue(f"{path} may be {' or '.join(one.name for one in fitting)}; say which with --format")
+        return fitting[0]
     suffixes = ", ".join(sorted({suffix or "a folder" for one in formats for suffix in one.suffixes}))
     raise BadValue(f"{path} is of no format that can be {done}; allowed: {suffixes}")
