@@ -23,6 +23,7 @@ from underfoot.exchange.format import Export, Format
 from underfoot.exchange.formats import WRITTEN
 from underfoot.exchange.losses import losses
 from underfoot.nodes import REGISTRY
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.dialogs.file_question import FileQuestion
 
@@ -45,9 +46,10 @@ class ExportDialog(QDialog):
         self._path = Path()
         self.formats = QListWidget()
         self.formats.setAccessibleName("Formats")
-        self.formats.setFixedWidth(28 * theme.GRID)
+        self.formats.setFixedWidth(32 * theme.GRID)
+        self.formats.setSpacing(4)
         for one in WRITTEN:
-            item = QListWidgetItem(f"{one.label}\n{', '.join(suffix or 'folder' for suffix in one.suffixes)}")
+            item = QListWidgetItem(f"{one.label}  {', '.join(suffix for suffix in one.suffixes if suffix)}")
             item.setData(Qt.ItemDataRole.UserRole, one)
             self.formats.addItem(item)
         self.note = theme.label("", "muted")
@@ -56,6 +58,7 @@ class ExportDialog(QDialog):
         self.lost = QListWidget()
         self.lost.setAccessibleName("What will be lost")
         self.lost.setWordWrap(True)
+        self.lost.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.lost.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.plays = QComboBox()
         self.plays.setAccessibleName("What it plays on")
@@ -69,6 +72,7 @@ class ExportDialog(QDialog):
         self.write = QPushButton("Export…")
         self.write.setProperty("role", "primary")
         self.write.setDefault(True)
+        self.write.setMinimumWidth(12 * theme.GRID)
         self.write.clicked.connect(self._ask_or_stop)
         self.formats.currentItemChanged.connect(lambda *_: self._show_format())
         self._timer = QTimer(self, interval=_LOOK_MS)
@@ -127,7 +131,7 @@ class ExportDialog(QDialog):
         lines = losses(self._export(False).patch, REGISTRY, self.format.carries)
         self.lost_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")
         self.lost.clear()
-        self.lost.addItems(list(lines))
+        self.lost.addItems([pretty_text(line) for line in lines])
         self.plays.setEnabled("parameters" not in self.format.carries and self._process is None)
         if self._process is None:
             self.said.setText("")

@@ -15,7 +15,7 @@ from underfoot.widgets.session.dropped_files import Handlers
 from underfoot.widgets.session.open_patch import OpenPatch
 
 if TYPE_CHECKING:
-    from underfoot.exchange.format import Export, Imported
+    from underfoot.exchange.format import Imported
 
 
 class Exchange(QObject):

@@ -8,11 +8,11 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.autosave import Autosave
-from underfoot.patch.file_paths import with_files_kept
 from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000

@@ -100,7 +100,9 @@ def _read(options: ConvertOptions, source: Path, output: Path) -> None:
     if any(given is not None for given in of_a_patch):
         raise BadValue(f"{source} is no patch; allowed with it: --output and --format")
     if output.suffix.lower() != PATCH_SUFFIX:
-        raise BadValue(f"--output is {output}; a patch is made of {source}: allowed: a name that ends in {PATCH_SUFFIX}")
+        raise BadValue(
+            f"--output is {output}; a patch is made of {source}: allowed: a name that ends in {PATCH_SUFFIX}"
+        )
     format = to_read(source, options.format)
     require_room(output, inputs=(source,))
     imported = read_through(format, source)

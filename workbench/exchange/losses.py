@@ -8,7 +8,6 @@ from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch, PlacedNode
 
 KEPT: Mapping[str, str] = {
-    "parameters": "nodes, wires and parameters, so that it can be edited on",
     "force": "the answer to the foot: it plays as for the one step that was rendered",
     "hand": "strikes by hand",
     "chance": "chance: what was drawn at random is the same at each playing",
@@ -23,6 +22,7 @@ KEPT: Mapping[str, str] = {
     "spectrum": "the spectrum: all becomes one oscillation, whose frequency is the middle of what is there",
     "frequency": "frequencies beyond the format's range, which are set to its ends",
     "onsets": "what is faster than 5 ms in the envelope",
+    "parameters": "nodes, wires and parameters, so that it can be edited on",
 }
 """What can be kept, and what it means when it is not."""
 

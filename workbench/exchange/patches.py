@@ -13,7 +13,7 @@ from underfoot.patch.patch import Patch
 
 FULL_M_S2 = 5.0
 """Acceleration at a file's full scale, where the file says nothing of it: that of a new tone."""
-STEP_PX, ROW_PX = 208.0, 176.0
+STEP_PX, ROW_PX = 304.0, 192.0
 """From a node to the next, along the wires and beside them."""
 PARTIALS = 16
 """Of a wave that is no sine."""

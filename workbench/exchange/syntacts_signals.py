@@ -170,7 +170,9 @@ class Reading:
         count = max(min(count, int(LONGEST_S / each_s) + 1), 0)
         if count * len(terms) > MOST_TERMS:
             raise BadValue(f"it has more than {MOST_TERMS} parts")
-        copies = [_within(t.moved(1.0, k * each_s), k * each_s, k * each_s + length_s) for k in range(count) for t in terms]
+        copies = [
+            _within(t.moved(1.0, k * each_s), k * each_s, k * each_s + length_s) for k in range(count) for t in terms
+        ]
         return copies, length_s * count + delay_s * max(count - 1, 0)
 
     # --- what does not oscillate ---
@@ -190,7 +192,9 @@ class Reading:
         if kind == "ExponentialDecay":
             top, decay = number_in(model, "amplitude", 1.0), number_in(model, "decay", 6.9)
             if top <= 0.001 or decay <= 0.0:
-                raise BadValue(f"an exponential decay has amplitude {top:g} and decay {decay:g}; allowed: above 0.001 and 0")
+                raise BadValue(
+                    f"an exponential decay has amplitude {top:g} and decay {decay:g}; allowed: above 0.001 and 0"
+                )
             return lambda t: top * np.exp(-decay * np.maximum(t, 0.0)), float(-np.log(0.001 / top) / decay)
         if kind in ("KeyedEnvelope", "ASR", "ADSR"):
             return self._keyed(model if kind == "KeyedEnvelope" else field_of(model, "KeyedEnvelope"))

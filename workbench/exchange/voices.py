@@ -96,7 +96,8 @@ def envelope_error_db(original: Array, written: Array, rate_hz: float) -> float:
     Both are seen through a window of 5 ms. 1 dB is about the least that a person tells.
     """
     ours, theirs = (
-        np.sqrt(smoothed(np.abs(_analytic(samples)) ** 2, round(AMPLITUDE_S * rate_hz))) for samples in (original, written)
+        np.sqrt(smoothed(np.abs(_analytic(samples)) ** 2, round(AMPLITUDE_S * rate_hz)))
+        for samples in (original, written)
     )
     loud = ours > ours.max(initial=0.0) * 10.0 ** (-COMPARED_DB / 20.0)
     floor = ours.max(initial=0.0) * 10.0 ** (-(COMPARED_DB + 10.0) / 20.0)

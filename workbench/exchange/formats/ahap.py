@@ -168,7 +168,9 @@ def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:
 
 def _curve(document: Ahap, name: str, otherwise: float) -> Array:
     """All curves of a parameter as one, points [point, 2]: before the first it is `otherwise`, behind one it stays."""
-    curves = [e.parameter_curve for e in document.pattern if e.parameter_curve and e.parameter_curve.parameter_id == name]
+    curves = [
+        e.parameter_curve for e in document.pattern if e.parameter_curve and e.parameter_curve.parameter_id == name
+    ]
     rows = [(-1.0, otherwise)]
     for curve in sorted(curves, key=lambda curve: curve.time):
         points = sorted((curve.time + one.time, one.parameter_value) for one in curve.parameter_curve_control_points)

@@ -37,7 +37,9 @@ TRANSIENT_HZ = 2.0 / 22e-3
 QUIET = 1e-3
 """A band that never comes above this share of full scale is left out."""
 _WAVES = {"Sine": "sine", "Square": "square", "Triangle": "triangle", "SawToothUp": "saw", "SawToothDown": "saw"}
-_SILENT = frozenset(("version", "profile", "level", "date", "id", "avatar_id", "body_part_mask", "mixing_coefficient", "phase"))
+_SILENT = frozenset(
+    ("version", "profile", "level", "date", "id", "avatar_id", "body_part_mask", "mixing_coefficient", "phase")
+)
 _MOST = 100_000
 
 Tick = Annotated[int, msgspec.Meta(ge=0, le=3600 * 48_000)]
@@ -176,7 +178,9 @@ def _told(export: Export, document: Hjif, path: Path, full_m_s2: float) -> tuple
         written = full_m_s2 * np.sum([np.zeros(samples.size), *voices], axis=0)
         error_db = envelope_error_db(samples, written, RATE_HZ)
         seconds = samples.size / RATE_HZ
-        lines.append(f"{seconds:.3f} s of tile {tile}, read again: envelope within {error_db:.1f} dB (root mean square)")
+        lines.append(
+            f"{seconds:.3f} s of tile {tile}, read again: envelope within {error_db:.1f} dB (root mean square)"
+        )
     return tuple(lines)
 
 
@@ -230,7 +234,11 @@ def _voices(
             lost[f"effects of type {effect.effect_type}" + ("" if basis else " that the library does not have")] = None
         elif band.band_type == "Transient":
             transients += [
-                ((effect.position + k.relative_position) / ticks, gain * abs(k.amplitude_modulation or 0.0), TRANSIENT_HZ)
+                (
+                    (effect.position + k.relative_position) / ticks,
+                    gain * abs(k.amplitude_modulation or 0.0),
+                    TRANSIENT_HZ,
+                )
                 for k in basis.keyframes
             ]
         else:

@@ -58,7 +58,9 @@ def _parts(export: Export) -> Iterator[tuple[str, bytes]]:
         if file not in names:
             names[file] = _free(file.name, names.values())
         patch = patch.set(id, parameter, names[file], REGISTRY)
-    lines = ["A patch for vibrotactile floors. Open patch.json with Underfoot, or: underfoot render patch.json -o out.wav"]
+    lines = [
+        "A patch for vibrotactile floors. Open patch.json with Underfoot, or: underfoot render patch.json -o out.wav"
+    ]
     yield PATCH, patch.dumps()
     for file, name in names.items():
         yield name, read_file(file)
