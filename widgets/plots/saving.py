@@ -38,7 +38,7 @@ def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
         image.setDevicePixelRatio(FINE)
         plot.render(image)
         with replaced(path) as part:
-            image.save(str(part), "PNG")
+            image.save(str(part), b"PNG")
 
 
 def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:

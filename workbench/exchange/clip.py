@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from underfoot.clock import RATE_HZ
-from underfoot.exchange.format import Export, Imported
+from underfoot.exchange.format import Export
 from underfoot.exchange.voices import AMPLITUDE, Array, Voice, analysed, envelope_error_db
 
 BURST_S, RISE_S = 22e-3, 2e-3
@@ -37,11 +37,15 @@ def told(export: Export, clip: Clip, voices: list[Voice]) -> tuple[str, ...]:
     written = np.sum([voice.samples(clip.samples.size, RATE_HZ) for voice in voices], axis=0) * clip.full_m_s2
     error_db = envelope_error_db(clip.samples, written, RATE_HZ)
     others = [tile for tile in export.played if tile != clip.tile]
-    seconds = clip.samples.size / RATE_HZ
-    lines = [f"{seconds:.3f} s of tile {clip.tile}, read again: envelope within {error_db:.1f} dB (root mean square)"]
+    lines = [told_of(clip.tile, clip.samples.size, error_db)]
     if others:
         lines.append(f"not written: {', '.join(others)}; --tile writes another one")
     return tuple(lines)
+
+
+def told_of(tile: str, frames: int, error_db: float) -> str:
+    """The line that says how far a tile's envelope is off."""
+    return f"{frames / RATE_HZ:.3f} s of tile {tile}, read again: envelope within {error_db:.1f} dB (root mean square)"
 
 
 def bursts(transients: list[tuple[float, float, float]]) -> Voice:
@@ -55,9 +59,3 @@ def bursts(transients: list[tuple[float, float, float]]) -> Voice:
         rise_s = min(time_s + RISE_S, 0.5 * (time_s + end_s))
         rows += [(time_s, 0.0, frequency_hz), (rise_s, amplitude, frequency_hz), (end_s, 0.0, frequency_hz)]
     return Voice(np.array(rows))
-
-
-def reread(imported: Imported) -> list[Voice]:
-    """The voices of a patch that was read, amplitudes in m/s^2."""
-    nodes = [node for node in imported.patch.nodes if node.type == "breakpoints"]
-    return [Voice(np.array(node.parameters["points"])) for node in nodes]

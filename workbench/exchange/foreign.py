@@ -1,4 +1,4 @@
-"""Documents of other programs: read into declared fields, with errors that name the place; and what is not read of them.
+"""Documents of other programs: read into declared fields, with errors that name the place; and what is not read.
 
 A structure declares exactly the fields that become part of a patch, so that what else a file has is told by comparing.
 """

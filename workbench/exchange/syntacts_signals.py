@@ -7,6 +7,7 @@ two at the difference and the sum of their frequencies, which is exact; of other
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -217,7 +218,7 @@ class Reading:
 
         def curve(t: Array) -> Array:
             found = np.full_like(t, keys[0][1])
-            for (begin_s, low, _), (end_s, high, name) in zip(keys[:-1], keys[1:], strict=True):
+            for (begin_s, low, _), (end_s, high, name) in pairwise(keys):
                 inside = (t > begin_s) & (t <= end_s)
                 share = shaped(name, (t[inside] - begin_s) / max(end_s - begin_s, 1e-12))
                 found[inside] = low + (high - low) * share
@@ -340,7 +341,7 @@ def _bezier(points: list[Any]) -> tuple[Curve, float]:
     u = np.linspace(0.0, 1.0, 16)
     weights = np.array([(1 - u) ** 3, 3 * (1 - u) ** 2 * u, 3 * (1 - u) * u**2, u**3])
     curve = []
-    for left, right in zip(points[:-1], points[1:], strict=True):
+    for left, right in pairwise(points):
         corners = [field_of(one, name) for one, name in ((left, "p"), (left, "cpR"), (right, "cpL"), (right, "p"))]
         curve.append(np.array([(number_in(one, "t", 0.0), number_in(one, "y", 0.0)) for one in corners]).T @ weights)
     times, values = np.concatenate(curve, axis=1)

@@ -7,6 +7,7 @@ by power, and their beats are in the amplitude as far as 5 ms show them.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +82,7 @@ def banded(samples: Array, rate_hz: float, edges_hz: tuple[float, ...]) -> list[
     at_hz = np.fft.rfftfreq(samples.size, 1.0 / rate_hz)
     return [
         np.fft.irfft(np.where((at_hz >= low) & (at_hz < high), spectrum, 0.0), samples.size)
-        for low, high in zip(edges_hz[:-1], edges_hz[1:], strict=True)
+        for low, high in pairwise(edges_hz)
     ]
 
 

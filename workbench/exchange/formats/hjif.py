@@ -1,7 +1,8 @@
-"""HJIF, the readable form of MPEG haptics (ISO/IEC 23090-31): one channel a tile, three bands, an oscillation in each."""
+"""HJIF, the readable form of MPEG haptics (ISO/IEC 23090-31): a channel a tile, three bands, an oscillation each."""
 
 import datetime
 import json
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from underfoot.clock import RATE_HZ
 from underfoot.errors import BadFile
-from underfoot.exchange.clip import bursts
+from underfoot.exchange.clip import bursts, told_of
 from underfoot.exchange.foreign import convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
@@ -134,7 +135,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 
 def _channel(at: int, tile: str, bands: list[Array], full_m_s2: float) -> dict[str, Any]:
     written = []
-    for (low, high), points in zip(zip(EDGES_HZ[:-1], EDGES_HZ[1:], strict=True), bands, strict=True):
+    for (low, high), points in zip(pairwise(EDGES_HZ), bands, strict=True):
         points = points.copy()
         points[:, AMPLITUDE] /= full_m_s2
         if points[:, AMPLITUDE].max() > QUIET:
@@ -160,7 +161,7 @@ def _band(low: int, high: int, points: Array) -> dict[str, Any]:
         }
         for tick, (_, a, f) in zip(ticks[last], points[last].tolist(), strict=True)
     ]
-    effect = {"effect_type": "Basis", "position": 0, "phase": 0.0, "base_signal": "Sine", "keyframes": keyframes}
+    effect = {"effect_type": "Basis", "position": 0, "phase": 0, "base_signal": "Sine", "keyframes": keyframes}
     return {
         "band_type": "VectorialWave",
         "lower_frequency_limit": low,
@@ -177,10 +178,7 @@ def _told(export: Export, document: Hjif, path: Path, full_m_s2: float) -> tuple
         voices = [voice.samples(samples.size, RATE_HZ) for voice in channel.voices]
         written = full_m_s2 * np.sum([np.zeros(samples.size), *voices], axis=0)
         error_db = envelope_error_db(samples, written, RATE_HZ)
-        seconds = samples.size / RATE_HZ
-        lines.append(
-            f"{seconds:.3f} s of tile {tile}, read again: envelope within {error_db:.1f} dB (root mean square)"
-        )
+        lines.append(told_of(tile, samples.size, error_db))
     return tuple(lines)
 
 

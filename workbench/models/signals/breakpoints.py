@@ -9,8 +9,8 @@ from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 
 STATE = Layout("breakpoints", "has_begun", "is_playing", "onset", "strength", "segment", "level", "glide")
-"""Of the curve that plays: its onset (session frames) and strength, the point behind which it is, the level that was put
-out last, and by how much a start in the middle of another curve is still off."""
+"""Of the curve that plays: its onset (session frames) and strength, the point behind which it is, the level that was
+put out last, and by how much a start in the middle of another curve is still off."""
 
 GLIDE_S = 5e-3
 """A start while the curve plays comes to its own level in this time: a step would click."""
