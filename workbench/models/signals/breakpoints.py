@@ -10,7 +10,7 @@ from underfoot.layouts import Layout, Memory
 
 STATE = Layout("breakpoints", "has_begun", "is_playing", "onset", "strength", "segment", "level", "glide")
 """Of the curve that plays: its onset (session frames) and strength, the point behind which it is, the level that was
-put out last, and by how much a start in the middle of another curve is still off."""
+put out last, and the level from which a start in the middle of another curve glides (0: from silence, at once)."""
 
 GLIDE_S = 5e-3
 """A start while the curve plays comes to its own level in this time: a step would click."""
@@ -53,7 +53,7 @@ def run(
         level[i] = frequency[i] = 0.0
         if state.is_playing == 0.0:
             continue
-        age = max(now - state.onset, 0.0) / rate
+        age = (now - state.onset) / rate
         at = int(state.segment)
         while at < last and points[at + 1, TIME] <= age:
             at += 1
@@ -68,8 +68,11 @@ def run(
         ahead = points[at, LEVEL] + share * (points[after, LEVEL] - points[at, LEVEL])
         if age < points[0, TIME]:
             ahead = 0.0
-        rest = max(1.0 - (now - state.onset) / glide_frames, 0.0)
-        level[i] = state.level = state.strength * ahead + state.glide * rest
+        off = 0.0
+        if state.glide != 0.0:
+            first = points[0, LEVEL] if points[0, TIME] == 0.0 else 0.0
+            off = (state.glide - state.strength * first) * min(max(1.0 - (now - state.onset) / glide_frames, 0.0), 1.0)
+        level[i] = state.level = state.strength * ahead + off
         frequency[i] = points[at, FREQUENCY] + share * (points[after, FREQUENCY] - points[at, FREQUENCY])
 
 
