@@ -109,12 +109,13 @@ def macaron():
 class Syntacts:
     """Signals as Syntacts writes them with cereal: types are numbered as they come, and named the first time."""
 
-    def __init__(self):
-        self.types = []
+    def __init__(self, names_each_time=False):
+        """With `names_each_time`, parts can be put together in any order."""
+        self.types, self.names_each_time = [], names_each_time
 
     def pointer(self, type, model):
-        known = type in self.types
-        if not known:
+        known = type in self.types and not self.names_each_time
+        if type not in self.types:
             self.types.append(type)
         number = self.types.index(type) + 1
         head = {"polymorphic_id": number} if known else {"polymorphic_id": number + 2**31, "polymorphic_name": type}

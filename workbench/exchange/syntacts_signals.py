@@ -23,6 +23,8 @@ LONGEST_S = 60.0
 """Signals without an end are cut off here, as Syntacts does where it writes sound files."""
 MOST_TERMS, DEEPEST = 2000, 60
 _STEP_S = 1e-3
+_NUMBER = 0x7FFFFFFF
+"""The bit above says that the name follows."""
 _OSCILLATORS = {"Sine": "sine", "Square": "square", "Saw": "saw", "Triangle": "triangle"}
 
 
@@ -55,7 +57,7 @@ class Reading:
 
     lost: dict[str, None]
     names: dict[int, str]
-    """Types are named where they come first, and by their number from then on."""
+    """Types by their numbers, as `types_in` finds them."""
 
     # --- the tree ---
 
@@ -64,14 +66,7 @@ class Reading:
         if not isinstance(signal, dict) or not isinstance(signal.get("m_ptr"), dict):
             raise BadValue("a signal has no m_ptr; allowed: what Syntacts exports as JSON")
         pointer = signal["m_ptr"]
-        number = pointer.get("polymorphic_id")
-        name = pointer.get("polymorphic_name")
-        if isinstance(number, int) and isinstance(name, str):
-            self.names[number & 0x7FFFFFFF] = name
-        elif isinstance(number, int):
-            name = self.names.get(number & 0x7FFFFFFF)
-        if not isinstance(name, str):
-            raise BadValue("a signal does not say its type")
+        name = self._type(pointer)
         wrapper = pointer.get("ptr_wrapper")
         data = wrapper.get("data") if isinstance(wrapper, dict) else None
         model = data.get("m_model") if isinstance(data, dict) else None
@@ -227,13 +222,14 @@ class Reading:
         return curve, keys[-1][0]
 
     def _curve_name(self, value: Any) -> str:
-        pointer = field_of(value, "second", "m_ptr")
-        number, name = pointer.get("polymorphic_id"), pointer.get("polymorphic_name")
-        if isinstance(number, int) and isinstance(name, str):
-            self.names[number & 0x7FFFFFFF] = name
-        elif isinstance(number, int):
-            name = self.names.get(number & 0x7FFFFFFF)
-        return str(name).partition("Curves::")[2].rstrip(">")
+        return self._type(field_of(value, "second", "m_ptr")).partition("Curves::")[2].rstrip(">")
+
+    def _type(self, pointer: Any) -> str:
+        number = pointer.get("polymorphic_id")
+        name = self.names.get(number & _NUMBER) if isinstance(number, int) else None
+        if name is None:
+            raise BadValue("a signal does not say its type")
+        return name
 
     def _samples(self, model: Any) -> tuple[list[Term], float]:
         """Samples, as the one oscillation that they are closest to."""
@@ -251,7 +247,7 @@ class Reading:
 
 def voices_of(signal: Any, lost: dict[str, None]) -> list[Voice]:
     """The voices of a signal; terms of one wave that follow one another are one voice."""
-    terms, length_s = Reading(lost, {}).terms(signal)
+    terms, length_s = Reading(lost, types_in(signal)).terms(signal)
     if length_s > LONGEST_S:
         lost[f"what comes after {LONGEST_S:g} s"] = None
     lanes: list[tuple[Term, list[Array]]] = []
@@ -269,6 +265,22 @@ def voices_of(signal: Any, lost: dict[str, None]) -> list[Voice]:
         else:
             lanes.append((term, [points]))
     return [Voice(np.concatenate(parts), first.wave, first.duty) for first, parts in lanes]
+
+
+def types_in(raw: Any) -> dict[int, str]:
+    """Types by their numbers: each is named where it comes first in a file, and has its number alone from then on."""
+    found: dict[int, str] = {}
+    waiting = [raw]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, dict):
+            number, name = value.get("polymorphic_id"), value.get("polymorphic_name")
+            if isinstance(number, int) and isinstance(name, str):
+                found[number & _NUMBER] = name
+            waiting += value.values()
+        elif isinstance(value, list):
+            waiting += value
+    return found
 
 
 def _points(term: Term, end_s: float) -> Array:
