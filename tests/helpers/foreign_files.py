@@ -136,7 +136,10 @@ class Syntacts:
     def keyed(self, *keys):
         """Keys (time, value, curve)."""
         rows = [
-            {"key": t, "value": {"first": v, "second": {"m_ptr": self.pointer(f"tact::Curve::Model<tact::Curves::{c}>", {})}}}
+            {
+                "key": t,
+                "value": {"first": v, "second": {"m_ptr": self.pointer(f"tact::Curve::Model<tact::Curves::{c}>", {})}},
+            }
             for t, v, c in keys
         ]
         return self.signal("ASR", {"KeyedEnvelope": {"keys": rows}})

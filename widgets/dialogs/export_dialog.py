@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -117,13 +116,10 @@ class ExportDialog(QDialog):
         chosen: Format = self.formats.currentItem().data(Qt.ItemDataRole.UserRole)
         return chosen
 
-    def closeEvent(self, event: QCloseEvent) -> None:
+    def done(self, result: int) -> None:
+        """Esc, Close and the button in the frame all come here: what is being written stops."""
         self._stop("")
-        super().closeEvent(event)
-
-    def reject(self) -> None:
-        """Esc closes, as the button in the frame does."""
-        self.close()
+        super().done(result)
 
     def _show_format(self) -> None:
         """What a person should know before a file of this format is written."""
