@@ -236,10 +236,11 @@ def test_changed_files_are_read_or_refused_in_one_line(tmp_path, format):
     whole = path.read_bytes()
     for seed in range(150):
         path.write_bytes(mutated(whole, randomness(seed)))
+        patch, said = None, ""
         try:
-            imported = read_through(format, path)
+            patch = read_through(format, path).patch
         except UnderfootError as error:
-            assert "\n" not in str(error), seed
-            assert len(str(error)) < 600, seed
-        else:
-            assert Patch.loads(imported.patch.dumps(), REGISTRY).dumps() == imported.patch.dumps(), seed
+            said = str(error)
+        assert "\n" not in said, seed
+        assert len(said) < 600, seed
+        assert patch is None or Patch.loads(patch.dumps(), REGISTRY).dumps() == patch.dumps(), seed

@@ -1,13 +1,14 @@
 """What each format asks of a file, written down from its own published description; none of it is the code under test.
 
 - `.haptic`: the data model's README and validation rules (Lofelt SDK, core/datamodel, MIT).
-- AHAP: Apple's "Representing haptic patterns in AHAP files", and the limits that the Lofelt SDK keeps (30 s, 16 points).
+- AHAP: Apple's "Representing haptic patterns in AHAP files", and the limits that the Lofelt SDK keeps (30 s, 16).
 - HJIF: the checks of the MPEG reference software's IOJson (MPEGGroup/HapticReferenceSoftware, BSD).
 
 Each function raises `AssertionError` at the first thing that is wrong.
 """
 
 import re
+from itertools import pairwise
 from math import isfinite
 
 
@@ -107,7 +108,7 @@ def _band(band):
         assert isinstance(effect["position"], int)
         ticks = [key["relative_position"] for key in effect["keyframes"]]
         assert all(isinstance(tick, int) for tick in ticks)
-        assert all(before < after for before, after in zip(ticks, ticks[1:], strict=False))
+        assert all(before < after for before, after in pairwise(ticks))
         assert all(isinstance(key["frequency_modulation"], int) for key in effect["keyframes"])
         assert all(low <= key["frequency_modulation"] <= high for key in effect["keyframes"])
         assert all(0.0 <= key["amplitude_modulation"] <= 1.0 for key in effect["keyframes"])

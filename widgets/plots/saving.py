@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QContextMenuEvent, QImage
+from PySide6.QtCore import QBuffer, QByteArray, Qt
+from PySide6.QtGui import QContextMenuEvent, QImage, QImageWriter
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.svg import svg
 from underfoot.drawing.table import csv
 from underfoot.errors import UnderfootError
-from underfoot.files import replaced, write_file
+from underfoot.files import write_file
 
 FINE = 2
 """Pixels of a picture for each of the screen."""
@@ -37,8 +37,10 @@ def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
         image = QImage(plot.size() * FINE, QImage.Format.Format_RGB32)
         image.setDevicePixelRatio(FINE)
         plot.render(image)
-        with replaced(path) as part:
-            image.save(str(part), b"PNG")
+        buffer = QBuffer()
+        buffer.open(QBuffer.OpenModeFlag.WriteOnly)
+        QImageWriter(buffer, QByteArray(b"png")).write(image)
+        write_file(path, bytes(buffer.data().data()))
 
 
 def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:

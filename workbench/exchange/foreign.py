@@ -54,7 +54,8 @@ def read_json(path: Path, deepest: int = 64, prefix: str = "") -> Any:
     raw = plain_json(data, str(path), deepest)
     for place, value in _numbers(raw, "$"):
         if not math.isfinite(value):
-            raise BadFile(f"{path}: {place} is {value}; allowed: finite numbers")
+            where = place if len(place) <= 80 else f"{place[:40]}...{place[-36:]}"
+            raise BadFile(f"{path}: {where} is {value}; allowed: finite numbers")
     return raw
 
 
