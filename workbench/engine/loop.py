@@ -154,7 +154,7 @@ class Loop:
         return self.play_all(frames)[0]
 
     def play_all(self, frames: int) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]]]:
-        """The same; with `measures` what was `commanded`, and done at `plates`, by name: float32 [frame, tile], m/s^2."""
+        """The same; with `measures` what was `commanded`, and done at `plates`: float32 [frame, tile], m/s^2."""
         sources = {"": self.out}
         if self.measures:
             sources |= {"commanded": self.commanded} | {heard: plates.out for heard, plates in self.plates.items()}
