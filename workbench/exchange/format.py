@@ -50,7 +50,7 @@ class Export:
         options = LoopOptions(folder=self.folder, measures=True)
         return render(self.patch, REGISTRY, source, length_s if self.seconds is None else seconds, options)
 
-    @property
+    @cached_property
     def tiles(self) -> tuple[str, ...]:
         """The ids of the tiles that it plays on, in order."""
         return self._source(1.0)[0].floor.ids

@@ -50,7 +50,7 @@ class Breakpoints:
         most=4000,
         doc="its points; they are played in the order of their times",
     )
-    amplitude = Number(1.0, 0.0, 100.0, doc="factor on the levels")
+    amplitude = Number(1.0, 0.0, 100.0, wire="audio", doc="factor on the levels")
     begin = Choice("at events", options=("at once", "at events"), doc="what starts it")
     start = Input(kind="event", doc="plays it from its beginning, at the event's strength")
     out = Output(doc="the level")
@@ -66,7 +66,7 @@ class Breakpoints:
             breakpoints.begin(frame, 1.0, state)
         breakpoints.run(table, frame, rate, start, state, out, frequency)
         for i in range(out.size):
-            out[i] *= amplitude
+            out[i] *= amplitude[i]
 
     def tail(begin, state):
         return math.inf if state.is_playing != 0.0 or begin == AT_ONCE else 0.0
