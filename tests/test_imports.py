@@ -46,7 +46,7 @@ LEVELS = (
     {"parameters"},
     {"floor", "patch"},
     {"nodes", "devices", "calibration", "records", "experiments"},
-    {"engine", "bench", "studies"},
+    {"engine", "bench", "studies", "exchange"},
     {"commands", "monitoring"},
     {"widgets"},
     {"__main__"},

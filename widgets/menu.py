@@ -36,6 +36,7 @@ class MainMenu(QMenu):
             for words, path in patches.items():
                 menu.addAction(words).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))
         self.addActions([actions["save"], actions["save as"]])
+        self.addActions([actions["import"], actions["export"]])
         self.addSeparator()
         self._behind_workspaces = self.addSeparator()
         self.addActions([actions[name] for name in ("play", "panic", "record", "audio", "cost")])

@@ -21,6 +21,8 @@ from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.menu import MainMenu
 from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.dropped_files import DroppedFiles
+from underfoot.widgets.session.exchange import Exchange
 from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_chooser import TargetChooser
@@ -72,6 +74,8 @@ class MainWindow(QMainWindow):
         self.target_selection = TargetSelection(self.controller, self.settings)
         files = FileQuestion(self, lambda: self.settings.folder, self.say)
         self._target_chooser = TargetChooser(self, self.controller, self.target_selection, files, self.say)
+        self._exchange = Exchange(self, self.open_patch, self.controller, files, self.say)
+        DroppedFiles(self, self._exchange.handlers)
         self._declarations = discover()
         self._context = WorkspaceContext(REGISTRY, self.settings, folder, self.open_patch, self.controller)
         self.workspaces: dict[str, Workspace] = {}
@@ -242,6 +246,7 @@ class MainWindow(QMainWindow):
         self.hide()
         for workspace in self.workspaces.values():
             workspace.close_down()
+        self._exchange.close()
         self.controller.close()
         self.open_patch.close()
         self.settings.save(self._folder)
@@ -304,6 +309,8 @@ class MainWindow(QMainWindow):
             "open": self._act("Open…", key.Open, lambda: open_patch.open()),
             "save": self._act("Save", key.Save, lambda: open_patch.save()),
             "save as": self._act("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
+            "import": self._act("Import…", "Ctrl+Shift+I", self._exchange.ask),
+            "export": self._act("Export…", "Ctrl+Shift+E", self._exchange.export),
             "play": self._act("Play or stop", "Ctrl+Space", controller.play_or_stop),
             "panic": self._act("Panic: silence at once", "Ctrl+.", self.panic),
             "record": self._act("Record", "Ctrl+R", lambda: controller.record(not self.transport.record.isChecked())),

@@ -50,8 +50,25 @@ def refusals(source: str, raw: Any) -> Iterator[None]:
 def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str, Any]:
     """The JSON object in `text`, once it is of this format and version.
 
-    `BadFile` also for what no document of ours is: larger than `LARGEST` bytes, nested deeper than `DEEPEST`, or with
-    half of a pair of surrogates in a text.
+    `BadFile` also for what no document of ours is: see `plain_json`.
+    """
+    raw = plain_json(text, source)
+    if not isinstance(raw, dict) or raw.get("format") != format:
+        given = raw.get("format") if isinstance(raw, dict) else raw
+        raise BadFile(f"{source}: $.format is {_short(given)}; allowed: {format!r}")
+    found = raw.get("version")
+    if found != version or isinstance(found, bool):
+        newer = " (a newer Underfoot may have written it)" if isinstance(found, int) and found > version else ""
+        raise BadFile(f"{source}: $.version is {_short(found)}; allowed: {version}{newer}")
+    return raw
+
+
+def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> Any:
+    """What JSON `text` says. `BadFile` for what is no JSON, for more than `LARGEST` bytes or `deepest` levels of lists
+    and objects, and for half of a pair of surrogates in a text.
+
+    >>> plain_json("[1, 2.5]", "a.json")
+    [1, 2.5]
     """
     if len(text) > LARGEST:
         raise BadFile(f"{source} has {len(text)} bytes; allowed: at most {LARGEST}")
@@ -63,23 +80,16 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
         raise BadFile(f"{source} is not JSON: it is nested too deep") from None
     except ValueError as error:
         raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
-    _require_plain(raw, source)
-    if not isinstance(raw, dict) or raw.get("format") != format:
-        given = raw.get("format") if isinstance(raw, dict) else raw
-        raise BadFile(f"{source}: $.format is {_short(given)}; allowed: {format!r}")
-    found = raw.get("version")
-    if found != version or isinstance(found, bool):
-        newer = " (a newer Underfoot may have written it)" if isinstance(found, int) and found > version else ""
-        raise BadFile(f"{source}: $.version is {_short(found)}; allowed: {version}{newer}")
+    _require_plain(raw, source, deepest)
     return raw
 
 
-def _require_plain(raw: Any, source: str) -> None:
+def _require_plain(raw: Any, source: str, deepest: int) -> None:
     """Refuse what is nested too deep, and text that cannot be written again."""
     level, depth = [raw], 0
     while level:
-        if depth > DEEPEST:
-            raise BadFile(f"{source} is nested deeper than {DEEPEST} lists and objects")
+        if depth > deepest:
+            raise BadFile(f"{source} is nested deeper than {deepest} lists and objects")
         inside: list[Any] = []
         for value in level:
             if isinstance(value, dict):

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -60,13 +59,10 @@ class CostDialog(QDialog):
         self.resize(112 * theme.GRID, 72 * theme.GRID)
         self._begin_or_stop()
 
-    def closeEvent(self, event: QCloseEvent) -> None:
+    def done(self, result: int) -> None:
+        """Esc and the button in the frame both come here: what is being measured stops."""
         self._stop("")
-        super().closeEvent(event)
-
-    def reject(self) -> None:
-        """Esc closes, as the button in the frame does."""
-        self.close()
+        super().done(result)
 
     def _begin_or_stop(self) -> None:
         if self._process is not None:

@@ -14,8 +14,18 @@ class FileQuestion:
     def __init__(self, window: QWidget, folder: Callable[[], str], complain: Callable[[str], object]) -> None:
         self._window, self._folder, self._complain = window, folder, complain
 
-    def ask(self, title: str, filter: str, then: Callable[[Path], object], save_as: str = "") -> None:
-        """Ask for a file and go on with `then`; for one to be written where there is a name `save_as` to begin with."""
+    def ask(
+        self,
+        title: str,
+        filter: str,
+        then: Callable[[Path], object],
+        save_as: str = "",
+        suffix: str = ".json",
+    ) -> None:
+        """Ask for a file and go on with `then`; for one to be written where there is a name `save_as` to begin with.
+
+        A name without a suffix gets `suffix`.
+        """
 
         def chosen(name: str) -> None:
             try:
@@ -27,7 +37,7 @@ class FileQuestion:
         dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
         if save_as:
             dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-            dialog.setDefaultSuffix("json")
+            dialog.setDefaultSuffix(suffix.removeprefix("."))
             dialog.selectFile(save_as)
         dialog.fileSelected.connect(chosen)
         dialog.finished.connect(dialog.deleteLater)

@@ -5,13 +5,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPixmap
+from PySide6.QtGui import QColor, QContextMenuEvent, QMouseEvent, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.layout import Frame, Margins, content_of, crisp, frame_of, is_cut_off
 from underfoot.drawing.shapes import Polyline
 from underfoot.widgets import theme
+from underfoot.widgets.plots import saving
 from underfoot.widgets.plots.painting import paint, rectangle, width_px
 
 Look = tuple[object, ...]
@@ -97,6 +98,9 @@ class Plot(QWidget):
 
     def leaveEvent(self, event: QEvent) -> None:
         self.hovered.emit(math.nan)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        saving.show_menu(self, self.drawing, event)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         frame = self.frame

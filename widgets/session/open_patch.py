@@ -8,11 +8,11 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.autosave import Autosave
-from underfoot.widgets.session.file_paths import with_files_kept
 from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000
@@ -138,6 +138,10 @@ class OpenPatch(QObject):
         """Begin with a copy of the patch in a file, such as a preset."""
         self.when_safe(lambda: self._copy(path))
 
+    def take_over(self, patch: Patch) -> None:
+        """Begin with a patch that has no file yet, such as one that was imported."""
+        self._begin_with(patch, None, saved=patch)
+
     def save(self, then: Callable[[], object] | None = None) -> None:
         """Save to the patch's file, asked for where there is none yet; go on with `then` once it is saved."""
         if self.path is None:
@@ -160,7 +164,7 @@ class OpenPatch(QObject):
         except UnderfootError as error:
             self.said.emit(str(error))
         else:
-            self._begin_with(patch, None, saved=patch)
+            self.take_over(patch)
 
     def _write(self, path: Path) -> bool:
         before, folder = self.patch, path.absolute().parent

@@ -1,7 +1,6 @@
 """`underfoot render`: patches, played offline: one here, several at once on all cores."""
 
 import json
-import os
 import sys
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,18 +17,11 @@ from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
 
 if TYPE_CHECKING:
-    from underfoot.devices.force_source import ForceSource
     from underfoot.engine.render import Rendered
     from underfoot.engine.requests import CompileRequest
     from underfoot.floor.simulated_plates import Heard
-    from underfoot.floor.tile_parameters import TileParameters
 
 Summary = dict[str, Any]
-
-DEFAULT_S = 5.0
-"""Seconds that are rendered where no file of forces says how long."""
-TAIL_S = 0.5
-"""Seconds that are rendered behind the last sample of a file of forces."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +82,12 @@ def render(options: RenderOptions) -> None:
 
     inputs = (options.patch, options.force, options.floor, options.simulation)
     require_room(options.output, *options.plates.values(), inputs=inputs)
-    with compiling_told(None if is_recording(options.patch) else partial(_compile_request, options.patch)):
+    with compiling_told(None if is_recording(options.patch) else partial(compile_request, options.patch)):
         summary = _render_one(options)
     print(json.dumps(summary) if options.as_json else _line(summary))
 
 
-def _compile_request(patch: Path) -> "CompileRequest":
+def compile_request(patch: Path) -> "CompileRequest":
     """What another process is to compile while this one begins at the other end."""
     from underfoot.engine.requests import CompileRequest
     from underfoot.engine.target import Target
@@ -182,9 +174,11 @@ def _replayed(options: RenderOptions) -> "Rendered":
 
 def _rendered(options: RenderOptions) -> "Rendered":
     """A patch, played on the force that was asked for."""
+    from underfoot.devices.offline import offline_source
     from underfoot.engine.commands import equalisers_of
     from underfoot.engine.loop import LoopOptions
     from underfoot.engine.render import render as run
+    from underfoot.floor.layout import Floor
     from underfoot.floor.profile import profiles_of
     from underfoot.floor.tile_parameters import TileParameters
     from underfoot.nodes import REGISTRY
@@ -196,7 +190,8 @@ def _rendered(options: RenderOptions) -> "Rendered":
         raise BadValue(f"--rate is {rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
     seed = patch.seed if options.seed is None else options.seed
     simulation = TileParameters.load(options.simulation) if options.simulation else None
-    source, length_s = _force_source(options, rate_hz, seed, simulation)
+    floor = Floor.load(options.floor) if options.floor else None
+    source, length_s = offline_source(options.force, floor, rate_hz, seed, simulation, options.profiles)
     profiles = profiles_of(options.profiles, source.floor) if options.profiles else {}
     how = LoopOptions(
         rate_hz=rate_hz,
@@ -208,37 +203,3 @@ def _rendered(options: RenderOptions) -> "Rendered":
         simulation=simulation,
     )
     return run(patch, REGISTRY, source, length_s if options.seconds is None else options.seconds, how)
-
-
-def _force_source(
-    options: RenderOptions, rate_hz: float, seed: int, simulation: "TileParameters | None"
-) -> tuple["ForceSource", float]:
-    """Where the force of a rendering comes from, and how many seconds there are of it."""
-    from underfoot.devices.replay import Replay
-    from underfoot.devices.simulated_floor import SimulatedFloor
-    from underfoot.floor.forces import read_forces
-    from underfoot.floor.layout import Floor, default_floor
-    from underfoot.floor.profile import profiles_of
-
-    force, floor = options.force, options.floor
-    if force is None or force == "none":
-        layout = Floor.load(floor) if floor else default_floor()
-        if simulation is None:
-            return SimulatedFloor(layout, rate_hz, seed, force is None), DEFAULT_S
-        profiles = profiles_of(options.profiles, layout) if options.profiles else None  # of these very tiles: seed 1
-        return SimulatedFloor(layout, rate_hz, 1, force is None, simulation, profiles), DEFAULT_S
-    layout = Floor.load(floor or _floor_of(Path(force)))
-    forces = read_forces(force, layout)
-    return Replay(forces, layout, rate_hz), float(forces.time_s[-1] - forces.time_s[0]) + TAIL_S
-
-
-def _floor_of(csv: Path) -> Path:
-    """The floor beside a force CSV."""
-    from underfoot.floor.forces import floor_beside
-
-    if not os.path.isfile(csv):
-        raise BadFile(f"{csv} cannot be read: no such file")
-    beside = floor_beside(csv)
-    if not beside.is_file():
-        raise BadFile(f"{csv} has no floor beside it ({beside.name}); say --floor FILE")
-    return beside

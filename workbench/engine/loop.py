@@ -154,9 +154,9 @@ class Loop:
         return self.play_all(frames)[0]
 
     def play_all(self, frames: int) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]]]:
-        """The same, and what was `commanded` and done at each of `plates`, by name: float32 [frame, tile], m/s^2."""
+        """The same; with `measures` what was `commanded`, and done at `plates`: float32 [frame, tile], m/s^2."""
         sources = {"": self.out}
-        if self.plates:
+        if self.measures:
             sources |= {"commanded": self.commanded} | {heard: plates.out for heard, plates in self.plates.items()}
         played = {name: np.empty((frames, source.shape[1]), np.float32) for name, source in sources.items()}
         for at in range(0, frames, self.block):

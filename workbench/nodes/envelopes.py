@@ -1,9 +1,15 @@
 """Envelopes: slow curves from 0 up, to multiply vibration with."""
 
-from underfoot.models.signals import envelopes
-from underfoot.parameters import Choice, Number
-from underfoot.patch.node import Input, Output, node
+import math
 
+import numpy as np
+
+from underfoot.models.signals import breakpoints, envelopes
+from underfoot.parameters import Choice, Number, Rows
+from underfoot.patch.node import Input, Output, node, prepared_columns
+
+AT_ONCE = 0
+"""The place of "at once" among what may start a breakpoint envelope."""
 STRAIN_RATES = ("signed", "absolute", "positive")
 
 
@@ -28,6 +34,42 @@ class AttackDecay:
 
     def tail(state):
         return envelopes.tail_note(state)
+
+
+@node("breakpoints", "Shapes", "Breakpoint envelope")
+class Breakpoints:
+    """A level and a frequency through points in time, straight lines between: for the amplitude and pitch of a tone.
+
+    It is 0 behind the last point. A start while it plays begins it again, and its level glides there in 5 ms.
+    """
+
+    accuracy = "exact: straight between points, to 1e-9"
+    points = Rows(
+        ((0.0, 0.0, 80.0), (0.02, 1.0, 120.0), (0.3, 0.0, 80.0)),
+        (("time s", 0.0, 3600.0), ("level", -100.0, 100.0), ("frequency Hz", 0.0, 5000.0)),
+        most=4000,
+        doc="its points; they are played in the order of their times",
+    )
+    amplitude = Number(1.0, 0.0, 100.0, wire="audio", doc="factor on the levels")
+    begin = Choice("at events", options=("at once", "at events"), doc="what starts it")
+    start = Input(kind="event", doc="plays it from its beginning, at the event's strength")
+    out = Output(doc="the level")
+    frequency = Output("Hz", doc="the frequency; 0 where nothing plays")
+    state = breakpoints.STATE
+
+    @prepared_columns
+    def table(values, rate):
+        return np.array(sorted(values["points"], key=lambda point: point[0])).reshape(-1, 3)
+
+    def run(table, amplitude, begin, start, rate, frame, state, out, frequency):
+        if begin == AT_ONCE and state.has_begun == 0.0:
+            breakpoints.begin(frame, 1.0, state)
+        breakpoints.run(table, frame, rate, start, state, out, frequency)
+        for i in range(out.size):
+            out[i] *= amplitude[i]
+
+    def tail(begin, state):
+        return math.inf if state.is_playing != 0.0 or begin == AT_ONCE else 0.0
 
 
 @node("contact-envelope", "Shapes")

@@ -62,3 +62,10 @@ def test_what_cannot_be_measured_is_said_in_one_line(opened, qtbot):
     qtbot.waitUntil(lambda: dialog.begin.text() == "Measure", timeout=LONG_MS)
     assert dialog.summary.text()
     assert dialog.table.topLevelItemCount() == 0
+
+
+def test_escape_closes_it_and_ends_the_measurement(opened, qtbot):
+    dialog = opened(hum().dumps())
+    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    assert not dialog.isVisible()
+    assert not [child for child in multiprocessing.active_children() if "cost" in child.name]

@@ -6,9 +6,9 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
 from windows import design, dialog_of, hiss, quiet_window
 
 from underfoot.nodes import REGISTRY
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.autosave import Autosave
-from underfoot.widgets.session.file_paths import with_files_kept
 from underfoot.widgets.session.settings import Settings
 
 

@@ -1,0 +1,34 @@
+"""The numbers of a plot as CSV, read by Python's own reader."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+from underfoot.drawing import Drawing, HeatMap, Series, series
+from underfoot.drawing.table import csv as table_of
+
+
+def rows(drawing):
+    return list(csv.reader(io.StringIO(table_of(drawing))))
+
+
+def test_every_point_of_every_series_is_there():
+    lines = (series('a "b", c', [1, 2], [3.5, np.nan]), series("", [0], [1], "arrows", to=[[2, 3]]))
+    head, *body = rows(Drawing("T", "time, s", "force, N", lines))
+    assert head == ["series", "time, s", "force, N", "to_x", "to_y"]
+    assert body == [['a "b", c', "1", "3.5", "", ""], ['a "b", c', "2", "nan", "", ""], ["force", "0", "1", "2", "3"]]
+
+
+def test_levels_of_a_heat_map_stand_at_the_middles_of_their_cells():
+    heat = HeatMap(np.array([[1, 2], [3, 4]], np.uint8), (0.0, 4.0), (10.0, 1000.0))
+    *_, last = rows(Drawing("T", "time, ms", "frequency, Hz", heat=heat, y_log=True))
+    assert last[0] == "3"
+    assert float(last[1]) == pytest.approx(10.0 * 100.0**0.75)
+    assert last[2] == "4"
+
+
+def test_a_series_on_the_right_axis_is_called_by_it():
+    right = Series("", np.zeros(1), np.ones(1), right=True)
+    assert rows(Drawing("T", "x", "y", (right,), right="force, N"))[1][0] == "force"

@@ -1,0 +1,199 @@
+"""Patches written in formats of other programs: against the formats' own rules, and against what the patch plays."""
+
+import json
+import zipfile
+
+import numpy as np
+import pytest
+import soundfile
+from format_rules import RULES
+
+from underfoot.errors import BadFile, BadValue
+from underfoot.exchange.format import Export
+from underfoot.exchange.formats import FORMATS, WRITTEN
+from underfoot.exchange.losses import KEPT, features, losses
+from underfoot.exchange.voices import analysed, banded, envelope_error_db
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import FilePath, Tiles
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
+
+RATE = 48_000
+PRESETS = ("stimulus-sp", "gravel", "tacton-ws1", "tacton-impact")
+WORST_DB = {"haptic": 2.5, "ahap": 2.5, "hjif": 4.5}
+
+
+@pytest.fixture(scope="module")
+def exports():
+    """Each preset as it plays on one step, rendered once."""
+    return {name: Export(Patch.load(library.patches()[name], REGISTRY)) for name in PRESETS}
+
+
+# --- every format that is written ---
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("name", RULES)
+def test_a_written_file_keeps_the_rules_of_its_format_and_the_envelope(exports, tmp_path, name, preset):
+    path = tmp_path / f"a{FORMATS[name].suffix}"
+    told = FORMATS[name].write(exports[preset], path)
+    document = json.loads(path.read_text())
+    RULES[name](document)
+    assert float(told[0].partition("within ")[2].split()[0]) < WORST_DB[name]
+    assert "Infinity" not in path.read_text()
+    assert "NaN" not in path.read_text()
+
+
+@pytest.mark.parametrize("name", RULES)
+def test_what_was_written_is_read_again_with_its_title_and_level(exports, tmp_path, name):
+    export = exports["stimulus-sp"]
+    path = tmp_path / f"a{FORMATS[name].suffix}"
+    FORMATS[name].write(export, path)
+    imported = FORMATS[name].read(path)
+    assert imported.losses == ()
+    assert imported.patch.title == export.patch.title
+    loudest = max(
+        row[1] for node in imported.patch.nodes if node.type == "breakpoints" for row in node.parameters["points"]
+    )
+    amplitude = analysed(export.loudest[1], RATE)[:, 1].max()
+    assert loudest == pytest.approx(amplitude, rel=0.02)
+
+
+def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):
+    patch = Patch.load(library.patches()["stimulus-sp"], REGISTRY)
+    path = tmp_path / "floor.hjif"
+    FORMATS["hjif"].write(Export(patch, floor=default_floor(1, 2), seconds=2.5), path)
+    document = json.loads(path.read_text())
+    RULES["hjif"](document)
+    channels = document["perceptions"][0]["channels"]
+    assert [channel["description"] for channel in channels] == list(default_floor(1, 2).ids)
+    outputs = [node for node in FORMATS["hjif"].read(path).patch.nodes if node.type == "tile-output"]
+    assert {node.parameters["tiles"] for node in outputs} == set(default_floor(1, 2).ids)
+
+
+def test_wav_is_what_render_writes(tmp_path, underfoot, walk):
+    underfoot("render", library.patches()["gravel"], "--force", walk, "-o", tmp_path / "render.wav")
+    said = underfoot("convert", library.patches()["gravel"], "--force", walk, "-o", tmp_path / "a.wav")
+    assert said.status == 0
+    assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "render.wav").read_bytes()
+    underfoot("convert", library.patches()["gravel"], "--force", walk, "--tile", "t2", "-o", tmp_path / "t2.wav")
+    one, rate_hz = soundfile.read(tmp_path / "t2.wav", always_2d=True)
+    whole, _ = soundfile.read(tmp_path / "a.wav", always_2d=True)
+    assert rate_hz == RATE
+    np.testing.assert_array_equal(one[:, 0], whole[:, 1])
+
+
+def test_csv_has_the_acceleration_of_each_tile(exports, tmp_path):
+    export = exports["stimulus-sp"]
+    FORMATS["csv"].write(export, tmp_path / "a.csv")
+    head, *_ = (tmp_path / "a.csv").read_text().splitlines()
+    assert head == "time_s,t1_m_s2"
+    table = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(table[:, 1], export.played["t1"], rtol=1e-6, atol=1e-9)
+
+
+def test_svg_is_a_picture_with_its_axes(exports, tmp_path):
+    FORMATS["svg"].write(exports["gravel"], tmp_path / "a.svg")
+    assert "acceleration, m/s" in (tmp_path / "a.svg").read_text()
+
+
+def test_a_shared_folder_opens_elsewhere_with_its_sound_floor_and_profiles(tmp_path):
+    (tmp_path / "sounds").mkdir()
+    soundfile.write(tmp_path / "sounds" / "a.wav", np.ones(100) * 0.5, RATE)
+    patch = Patch(title="Bell").add("wav-player", REGISTRY, file="sounds/a.wav").add("tile-output", REGISTRY)
+    patch = patch.add("wav-player", REGISTRY, file=str(tmp_path / "sounds" / "a.wav"))
+    patch = patch.connect("wav-player.out", "tile-output.acceleration", REGISTRY)
+    export = Export(patch, tmp_path, floor=default_floor())
+    FORMATS["share"].write(export, tmp_path / "shared")
+    (tmp_path / "sounds" / "a.wav").unlink()
+    (tmp_path / "shared").rename(tmp_path / "moved")
+    moved = Patch.load(tmp_path / "moved" / "patch.json", REGISTRY)
+    assert {node.parameters.get("file", "files/a.wav") for node in moved.nodes} == {"files/a.wav"}
+    Program(moved, REGISTRY, ("t1",), rate=RATE, block=64, folder=tmp_path / "moved")
+    assert default_floor().loads((tmp_path / "moved" / "floor.json").read_bytes()) == default_floor()
+    assert "patch.json" in (tmp_path / "moved" / "README.txt").read_text()
+
+
+def test_a_shared_zip_has_the_same_bytes_each_time_and_a_folder_is_never_written_over(tmp_path):
+    patch = Patch.load(library.patches()["gravel"], REGISTRY)
+    for name in ("a.zip", "b.zip"):
+        FORMATS["share"].write(Export(patch), tmp_path / name)
+    with zipfile.ZipFile(tmp_path / "a.zip") as file:
+        assert file.namelist() == ["a/patch.json", "a/README.txt"]
+        assert Patch.loads(file.read("a/patch.json"), REGISTRY) == patch
+    assert (tmp_path / "a.zip").read_bytes().replace(b"a/", b"b/") == (tmp_path / "b.zip").read_bytes()
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    with pytest.raises(BadFile, match="is there already"):
+        FORMATS["share"].write(Export(patch), tmp_path / "full")
+
+
+def test_a_patch_that_plays_nothing_is_said(tmp_path):
+    with pytest.raises(BadValue, match="plays nothing"):
+        FORMATS["haptic"].write(Export(Patch()), tmp_path / "a.haptic")
+    with pytest.raises(BadValue, match="--tile is 'x'; allowed: t1"):
+        FORMATS["wav"].write(Export(Patch(), tile="x"), tmp_path / "a.wav")
+
+
+# --- the analysis ---
+
+
+@pytest.mark.parametrize("hertz", [45.0, 120.0, 400.0])
+def test_amplitude_and_frequency_of_a_swept_sine_that_swells(hertz):
+    time_s = np.arange(RATE) / RATE
+    amplitude, frequency = 1.0 + np.sin(2.0 * np.pi * time_s), hertz * (1.0 + 0.2 * time_s)
+    found = analysed(amplitude * np.sin(2.0 * np.pi * hertz * (time_s + 0.1 * time_s**2)), RATE)[150:-150]
+    np.testing.assert_allclose(found[:, 1], np.interp(found[:, 0], time_s, amplitude), atol=0.02)
+    loud = found[:, 1] > 0.5
+    np.testing.assert_allclose(found[loud, 2], np.interp(found[loud, 0], time_s, frequency), rtol=0.02)
+
+
+def test_bands_add_up_to_the_whole():
+    noise = np.random.default_rng(1).normal(size=9600)
+    np.testing.assert_allclose(np.sum(banded(noise, RATE, (0.0, 100.0, 700.0, 1e9)), axis=0), noise, atol=1e-9)
+
+
+def test_an_envelope_at_half_is_six_decibels_off():
+    sine = np.sin(2.0 * np.pi * 100.0 * np.arange(RATE) / RATE)
+    assert envelope_error_db(sine, 0.5 * sine, RATE) == pytest.approx(6.02, abs=0.01)
+    assert envelope_error_db(sine, np.roll(sine, 77), RATE) < 0.1
+
+
+# --- what is lost ---
+
+
+@pytest.mark.parametrize("type", sorted(REGISTRY))
+def test_the_list_of_losses_names_every_parameter_of_every_node_that_a_format_does_not_carry(type):
+    patch = Patch(title="T", comment="C", seed=3).add(type, REGISTRY)
+    node = REGISTRY[type]
+    for name, parameter in node.parameters.items():
+        if isinstance(parameter, FilePath | Tiles):
+            patch = patch.set(type, name, "t1", REGISTRY)
+    has = features(patch, REGISTRY)
+    for format in WRITTEN:
+        lines = losses(patch, REGISTRY, format.carries)
+        assert len(lines) == len(has.keys() - format.carries)
+        every = "\n".join(lines)
+        for name in has.keys() - format.carries:
+            assert KEPT[name] in every
+        if "parameters" not in format.carries:
+            assert f"{type} ({', '.join(node.parameters)})" in every
+    assert ("force" in has) == bool(node.hosts)
+    assert ("sound" in has) == (type == "sound-output")
+    assert ("tiles" in has) == any(isinstance(p, Tiles) for p in node.parameters.values())
+    assert ("files" in has) == (type == "wav-player")
+    assert ("hand" in has) == (type == "strike")
+
+
+def test_chance_is_what_draws_at_random():
+    drawn = {type for type in REGISTRY if "chance" in features(Patch().add(type, REGISTRY), REGISTRY)}
+    assert {"noise", "texture", "poisson", "stick-slip", "fibre-bundle"} <= drawn
+    assert not drawn & {"tone", "impact", "low-pass", "rhythm", "breakpoints"}
+
+
+def test_formats_carry_only_what_there_is():
+    for format in WRITTEN:
+        assert format.carries <= KEPT.keys()
+    assert FORMATS["share"].carries == KEPT.keys()

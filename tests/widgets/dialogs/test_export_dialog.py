@@ -1,0 +1,106 @@
+"""The export dialog: what will be lost is said before, and a process beside writes the file."""
+
+import json
+import multiprocessing
+
+import pytest
+from format_rules import RULES
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFileDialog, QWidget
+from windows import LONG_MS
+
+from underfoot.exchange.format import Export
+from underfoot.exchange.formats import FORMATS, WRITTEN
+from underfoot.exchange.losses import losses
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.quantities import pretty_text
+from underfoot.widgets.dialogs.export_dialog import STEP, WALK, ExportDialog
+from underfoot.widgets.dialogs.file_question import FileQuestion
+
+SINE = Patch.load(library.patches()["stimulus-sp"], REGISTRY)
+
+
+@pytest.fixture
+def opened(qtbot, tmp_path):
+    """`opened(patch)`: the dialog of a patch on two tiles."""
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    made = []
+
+    def open_it(patch):
+        files = FileQuestion(parent, lambda: str(tmp_path), lambda line: made[0].said.setText(line))
+        made.append(
+            ExportDialog(
+                lambda walks: Export(patch, floor=default_floor(1, 2) if walks else None), "sine", files, parent
+            )
+        )
+        made[0].setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
+        made[0].show()
+        return made[0]
+
+    yield open_it
+    made[0].close()
+    assert not [child for child in multiprocessing.active_children() if "export" in child.name]
+
+
+def choose(dialog, name):
+    row = next(row for row in range(dialog.formats.count()) if WRITTEN[row].name == name)
+    dialog.formats.setCurrentRow(row)
+
+
+def lost(dialog):
+    return [dialog.lost.item(row).text() for row in range(dialog.lost.count())]
+
+
+def export_to(qtbot, dialog, path):
+    """Press the button, and give the file that is asked for."""
+    qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
+    question = dialog.parent().findChild(QFileDialog)
+    question.fileSelected.emit(str(path))
+    question.done(0)
+
+
+def test_each_format_says_what_it_will_lose_before_it_is_written(opened):
+    dialog = opened(SINE)
+    for format in WRITTEN:
+        choose(dialog, format.name)
+        assert dialog.format is format
+        assert lost(dialog) == [pretty_text(line) for line in losses(SINE, REGISTRY, format.carries)]
+    choose(dialog, "share")
+    assert dialog.lost_title.text() == "NOTHING WILL BE LOST"
+
+
+def test_a_file_is_written_beside_and_what_came_of_it_is_said(opened, qtbot, tmp_path):
+    dialog = opened(SINE)
+    choose(dialog, "hjif")
+    dialog.plays.setCurrentText(WALK)
+    export_to(qtbot, dialog, tmp_path / "sine.hjif")
+    assert dialog.write.text() == "Stop"
+    assert "in a process beside" in dialog.said.text()
+    qtbot.waitUntil(lambda: dialog.write.text() == "Export…", timeout=LONG_MS)
+    document = json.loads((tmp_path / "sine.hjif").read_text())
+    RULES["hjif"](document)
+    assert len(document["perceptions"][0]["channels"]) == 2
+    assert dialog.said.text().startswith(f"Written: {tmp_path / 'sine.hjif'}")
+    assert "envelope within" in dialog.said.text()
+
+
+def test_stop_ends_it_and_nothing_is_written(opened, qtbot, tmp_path):
+    dialog = opened(SINE)
+    choose(dialog, "haptic")
+    export_to(qtbot, dialog, tmp_path / "sine.haptic")
+    qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
+    assert dialog.said.text() == "Stopped; nothing was written."
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_cannot_be_written_is_said(opened, qtbot, tmp_path):
+    dialog = opened(Patch(title="Empty"))
+    dialog.plays.setCurrentText(STEP)
+    choose(dialog, "csv")
+    export_to(qtbot, dialog, tmp_path / "a.csv")
+    qtbot.waitUntil(lambda: "plays nothing" in dialog.said.text(), timeout=LONG_MS)
+    assert FORMATS["csv"].suffix == ".csv"

@@ -1,0 +1,50 @@
+"""A plot's picture and its numbers, from its context menu."""
+
+import numpy as np
+import pytest
+from on_screen import show
+from PySide6.QtCore import QPoint
+from PySide6.QtGui import QContextMenuEvent, QImage
+from PySide6.QtWidgets import QApplication, QFileDialog, QMenu
+
+from underfoot.drawing import Drawing, series
+from underfoot.errors import BadFile
+from underfoot.widgets.plots import saving
+from underfoot.widgets.plots.plot import Plot
+
+DRAWING = Drawing("Creep", "time, s", "force, N", (series("held", [1, 2], [40, 41]),))
+
+
+@pytest.fixture
+def plot(qtbot):
+    made = Plot()
+    qtbot.addWidget(made)
+    made.resize(320, 240)
+    show(qtbot, made)
+    made.show_drawing(DRAWING)
+    return made
+
+
+@pytest.mark.parametrize("suffix", [suffix for _, suffix in saving.KINDS])
+def test_the_menu_saves_what_is_shown(plot, tmp_path, suffix):
+    QApplication.sendEvent(plot, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(9, 9), QPoint(9, 9)))
+    menu = plot.findChild(QMenu)
+    next(action for action in menu.actions() if suffix in action.text()).trigger()
+    menu.close()
+    dialog = plot.findChild(QFileDialog)
+    path = tmp_path / f"creep{suffix}"
+    dialog.fileSelected.emit(str(path))
+    dialog.close()
+    if suffix == ".png":
+        image = QImage(str(path))
+        assert (image.width(), image.height()) == (640, 480)
+    else:
+        assert "force, N" in path.read_text()
+    if suffix == ".csv":
+        assert np.loadtxt(path, delimiter=",", skiprows=1, usecols=(1, 2)).tolist() == [[1.0, 40.0], [2.0, 41.0]]
+
+
+def test_a_file_that_cannot_be_written_is_said(plot, tmp_path):
+    for _, suffix in saving.KINDS:
+        with pytest.raises(BadFile, match="cannot be written"):
+            saving.save(plot, DRAWING, tmp_path / "missing" / f"a{suffix}")

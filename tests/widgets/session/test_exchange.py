@@ -1,0 +1,81 @@
+"""Import, and files that are dropped on the window."""
+
+import foreign_files as made
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+from windows import design, dialog_of, hiss, quiet_window
+
+from underfoot.widgets.dialogs.export_dialog import ExportDialog
+
+
+@pytest.fixture
+def window(qtbot, tmp_path):
+    return quiet_window(qtbot, tmp_path / "kept")
+
+
+def drop(window, path):
+    """Drag a file onto the window and let it go; whether it was taken."""
+    mime = QMimeData()
+    mime.setUrls([QUrl.fromLocalFile(str(path))])
+    copy, button, none = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    entered = QDragEnterEvent(QPoint(50, 50), copy, mime, button, none)
+    entered.ignore()
+    QApplication.sendEvent(window, entered)
+    if not entered.isAccepted():
+        return False
+    QApplication.sendEvent(window, QDropEvent(QPointF(50, 50), copy, mime, button, none))
+    return True
+
+
+def test_dropped_files_are_opened_as_patches_and_others_are_not_taken(window, qtbot, tmp_path):
+    for name in ("haptic", "ahap", "hjif", "macaron", "syntacts", "wav"):
+        path = made.put(tmp_path, name)
+        assert drop(window, path)
+        qtbot.waitUntil(lambda path=path: window.status.message == f"Imported {path.name}: it plays at each footfall")
+        assert design(window).patch().node("footfall")
+        assert window.open_patch.path is None
+        assert not window.isWindowModified()
+    (tmp_path / "a.txt").write_text("x")
+    assert not drop(window, tmp_path / "a.txt")
+    hiss("Dropped").save(tmp_path / "a.json")
+    assert drop(window, tmp_path / "a.json")
+    assert window.open_patch.path == tmp_path / "a.json"
+
+
+def test_import_asks_about_unsaved_work_first(window, qtbot, tmp_path):
+    path = made.put(tmp_path, "haptic")
+    design(window).document.edit(hiss(), "All")
+    window.actions_by_name["import"].trigger()
+    question = dialog_of(window, QMessageBox)
+    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+    chooser = dialog_of(window, QFileDialog)
+    assert "*.haptic" in chooser.nameFilters()[0]
+    chooser.fileSelected.emit(str(path))
+    chooser.done(0)
+    qtbot.waitUntil(lambda: design(window).patch().title == "Door")
+
+
+def test_what_is_not_in_the_patch_is_told(window, qtbot, tmp_path):
+    path = tmp_path / "a.haptic"
+    path.write_text(made.json.dumps(made.haptic(author="Ada", tags=["x"])))
+    drop(window, path)
+    qtbot.waitUntil(lambda: window.findChild(QMessageBox) is not None)
+    told = dialog_of(window, QMessageBox)
+    assert told.informativeText() == "• metadata.author\n• metadata.tags"
+    qtbot.keyClick(told, Qt.Key.Key_Return)
+
+
+def test_a_bad_file_is_one_line_and_the_patch_stays(window, qtbot, tmp_path):
+    before = design(window).patch()
+    (tmp_path / "a.ahap").write_text("{}")
+    drop(window, tmp_path / "a.ahap")
+    qtbot.waitUntil(lambda: "Pattern" in window.status.message)
+    assert "\n" not in window.status.message
+    assert design(window).patch() == before
+    window.actions_by_name["export"].trigger()
+    dialog = window.findChild(ExportDialog)
+    assert dialog.lost.count() > 5
+    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    assert not dialog.isVisible()

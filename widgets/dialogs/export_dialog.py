@@ -1,0 +1,184 @@
+"""Writes the patch in a format of another program: which formats there are, and what each will lose."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.engine.child_process import ChildProcess
+from underfoot.exchange.export_process import ExportRequest
+from underfoot.exchange.format import Export, Format
+from underfoot.exchange.formats import WRITTEN
+from underfoot.exchange.losses import losses
+from underfoot.nodes import REGISTRY
+from underfoot.quantities import pretty_text
+from underfoot.widgets import theme
+from underfoot.widgets.dialogs.file_question import FileQuestion
+
+_LOOK_MS = 50
+STEP, WALK = "one step over one tile", "a walk over this floor"
+
+
+class ExportDialog(QDialog):
+    """Asks for a format and a file, and has a process beside write it. Closing stops that.
+
+    `export(walks)` is what is to be written, on one step or on a walk over the floor; `name` is what files are called.
+    """
+
+    def __init__(self, export: Callable[[bool], Export], name: str, files: FileQuestion, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Export")
+        self._export, self._name, self._files = export, name, files
+        self._process: ChildProcess | None = None
+        self._path = Path()
+        self.formats = QListWidget()
+        self.formats.setAccessibleName("Formats")
+        self.formats.setFixedWidth(32 * theme.GRID)
+        self.formats.setSpacing(4)
+        for one in WRITTEN:
+            item = QListWidgetItem(f"{one.label}  {', '.join(suffix for suffix in one.suffixes if suffix)}")
+            item.setData(Qt.ItemDataRole.UserRole, one)
+            self.formats.addItem(item)
+        self.note = theme.label("", "muted")
+        self.note.setWordWrap(True)
+        self.lost_title = theme.label("", "heading")
+        self.lost = QListWidget()
+        self.lost.setAccessibleName("What will be lost")
+        self.lost.setWordWrap(True)
+        self.lost.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.lost.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.plays = QComboBox()
+        self.plays.setAccessibleName("What it plays on")
+        self.plays.addItems([STEP, WALK])
+        self.progress = QProgressBar()
+        self.progress.setRange(0, 0)
+        self.progress.setTextVisible(False)
+        self.progress.setFixedHeight(2)
+        self.said = theme.label("", "small")
+        self.said.setWordWrap(True)
+        self.write = QPushButton("Export…")
+        self.write.setProperty("role", "primary")
+        self.write.setDefault(True)
+        self.write.setMinimumWidth(12 * theme.GRID)
+        self.write.clicked.connect(self._ask_or_stop)
+        self.formats.currentItemChanged.connect(lambda *_: self._show_format())
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+        self._lay_out()
+        self._show_busy(False)
+        self.formats.setCurrentRow(0)
+        self.resize(104 * theme.GRID, 64 * theme.GRID)
+        self.formats.setFocus()
+
+    def _lay_out(self) -> None:
+        played = QHBoxLayout()
+        played.addWidget(theme.label("It plays on"))
+        played.addWidget(self.plays)
+        played.addStretch()
+        right = QVBoxLayout()
+        right.setSpacing(theme.GRID)
+        for widget in (self.note, self.lost_title, self.lost):
+            right.addWidget(widget)
+        right.addLayout(played)
+        middle = QHBoxLayout()
+        middle.setSpacing(2 * theme.GRID)
+        middle.addWidget(self.formats)
+        middle.addLayout(right, 1)
+        close = QPushButton("Close")
+        close.setAutoDefault(False)
+        close.clicked.connect(self.close)
+        below = QHBoxLayout()
+        below.addWidget(self.said, 1)
+        below.addWidget(close)
+        below.addWidget(self.write)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(theme.GRID)
+        column.addLayout(middle, 1)
+        column.addWidget(self.progress)
+        column.addLayout(below)
+
+    @property
+    def format(self) -> Format:
+        """The format that is chosen."""
+        chosen: Format = self.formats.currentItem().data(Qt.ItemDataRole.UserRole)
+        return chosen
+
+    def done(self, result: int) -> None:
+        """Esc, Close and the button in the frame all come here: what is being written stops."""
+        self._stop("")
+        super().done(result)
+
+    def _show_format(self) -> None:
+        """What a person should know before a file of this format is written."""
+        self.note.setText(f"{self.format.note[:1].upper()}{self.format.note[1:]}.")
+        lines = losses(self._export(False).patch, REGISTRY, self.format.carries)
+        self.lost_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")
+        self.lost.clear()
+        self.lost.addItems([pretty_text(line) for line in lines])
+        self.plays.setEnabled("parameters" not in self.format.carries and self._process is None)
+        if self._process is None:
+            self.said.setText("")
+
+    # --- writing ---
+
+    def _ask_or_stop(self) -> None:
+        if self._process is not None:
+            self._stop("Stopped; nothing was written.")
+            return
+        suffix = self.format.suffix
+        patterns = " ".join(f"*{one}" for one in self.format.suffixes if one) or "*"
+        name = f"{self._name}{suffix}"
+        self._files.ask(f"Export to {self.format.label}", f"{self.format.label} ({patterns})", self.begin, name, suffix)
+
+    def begin(self, path: Path) -> None:
+        """Write this file; a process beside does it."""
+        walks = self.plays.currentText() == WALK or "parameters" in self.format.carries
+        request = ExportRequest(self._export(walks), self.format.name, path)
+        self._path = path
+        self._process = ChildProcess("export", "underfoot.exchange.export_process", request)
+        self._timer.start()
+        self._show_busy(True)
+        self.said.setText("Playing and writing, in a process beside; a first time compiles for up to a minute…")
+
+    def _look(self) -> None:
+        process = self._process
+        if process is None:
+            return
+        alive = process.is_alive
+        answers = process.receive()
+        if answers and isinstance(answers[0], tuple):
+            self._stop(_written(self._path, answers[0]))
+        elif answers or not alive:
+            self._stop(answers[0] if answers else "The process that wrote it died; export again.")
+
+    def _stop(self, said: str) -> None:
+        self._timer.stop()
+        if self._process is not None:
+            self._process.kill()
+            self._process.end(0.0)
+            self._process = None
+        self._show_busy(False)
+        self.said.setText(said)
+
+    def _show_busy(self, busy: bool) -> None:
+        self.progress.setVisible(busy)
+        self.formats.setDisabled(busy)
+        self.plays.setDisabled(busy)
+        self.write.setText("Stop" if busy else "Export…")
+
+
+def _written(path: Path, lines: Sequence[str]) -> str:
+    return "\n".join([f"Written: {path}", *lines])

@@ -1,0 +1,61 @@
+"""A plot as a file: its picture, or the numbers in it."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QBuffer, QByteArray, Qt
+from PySide6.QtGui import QContextMenuEvent, QImage, QImageWriter
+from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
+
+from underfoot.drawing import Drawing
+from underfoot.drawing.svg import svg
+from underfoot.drawing.table import csv
+from underfoot.errors import UnderfootError
+from underfoot.files import write_file
+
+FINE = 2
+"""Pixels of a picture for each of the screen."""
+KINDS = (("Picture", ".svg"), ("Picture", ".png"), ("Data", ".csv"))
+
+
+def show_menu(plot: QWidget, drawing: Drawing, event: QContextMenuEvent) -> None:
+    """Offer to save what a plot shows."""
+    menu = QMenu(plot)
+    menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    for words, suffix in KINDS:
+        text = f"Save {words.lower()} ({suffix})…"
+        menu.addAction(text).triggered.connect(lambda _=False, suffix=suffix: _ask(plot, drawing, suffix))
+    menu.popup(event.globalPos())
+
+
+def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
+    """Write what a plot shows, as the path's suffix says. `BadFile` where it cannot be written."""
+    if path.suffix.lower() == ".svg":
+        write_file(path, svg(drawing).encode())
+    elif path.suffix.lower() == ".csv":
+        write_file(path, csv(drawing).encode())
+    else:
+        image = QImage(plot.size() * FINE, QImage.Format.Format_RGB32)
+        image.setDevicePixelRatio(FINE)
+        plot.render(image)
+        buffer = QBuffer()
+        buffer.open(QBuffer.OpenModeFlag.WriteOnly)
+        QImageWriter(buffer, QByteArray(b"png")).write(image)
+        write_file(path, bytes(buffer.data().data()))
+
+
+def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:
+    name = (drawing.title or plot.accessibleName() or "plot").lower().replace(" ", "-")
+    dialog = QFileDialog(plot.window(), "Save a plot", "", f"*{suffix}")
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setDefaultSuffix(suffix.removeprefix("."))
+    dialog.selectFile(f"{name}{suffix}")
+
+    def chosen(path: str) -> None:
+        try:
+            save(plot, drawing, Path(path))
+        except UnderfootError as error:
+            QMessageBox(QMessageBox.Icon.NoIcon, "Save a plot", str(error), parent=plot.window()).open()
+
+    dialog.fileSelected.connect(chosen)
+    dialog.open()

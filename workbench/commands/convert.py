@@ -1,0 +1,135 @@
+"""`underfoot convert`: patches to formats of other programs, and back."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import click
+
+from underfoot.commands.compiling import compiling_told
+from underfoot.commands.files import FILE, require_room
+from underfoot.commands.options import grouped
+from underfoot.commands.render import compile_request
+from underfoot.errors import BadValue
+
+PATCH_SUFFIX = ".json"
+
+
+@dataclass(frozen=True)
+class ConvertOptions:
+    """What the command line says of a conversion; None and "" are what was not given."""
+
+    source: Path | None
+    output: Path | None
+    format: str
+    tile: str
+    seconds: float | None
+    force: str | None
+    floor: Path | None
+    profiles: Path | None
+    formats: bool
+
+
+@click.command()
+@click.argument("source", metavar="IN", type=FILE, required=False)
+@click.option("-o", "--output", type=FILE, help="What is written; its suffix says which format. A patch ends in .json.")
+@click.option("--format", default="", help="Which format, where the suffix leaves it open.")
+@click.option("--tile", default="", help="The one tile that is written; by default all, or the one that moves most.")
+@click.option("--seconds", type=float, help="Length; by default as long as something vibrates, at most 5 s.")
+@click.option("--force", help='Force CSV, or "none"; by default one step over one tile.')
+@click.option("--floor", type=FILE, help="Floor JSON: a walker walks on it; it is taken along to a shared folder.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files, to be taken along.")
+@click.option("--formats", is_flag=True, help="List the formats: what is written, what is read, what is lost.")
+@grouped(ConvertOptions)
+def convert(options: ConvertOptions) -> None:
+    """Turn IN into -o OUT: a patch into a format of another program, or a file of such a program into a patch."""
+    if options.formats:
+        print(_list())
+        return
+    if options.source is None or options.output is None:
+        raise BadValue("IN or -o OUT is missing; `underfoot convert --formats` lists what there is")
+    if _is_patch(options.source):
+        _write(options, options.source, options.output)
+    else:
+        _read(options, options.source, options.output)
+
+
+def _is_patch(path: Path) -> bool:
+    """Whether a file says of itself that it is a patch."""
+    from underfoot.files import read_file
+    from underfoot.patch.patch import FORMAT
+
+    return path.suffix.lower() == PATCH_SUFFIX and f'"{FORMAT}"'.encode() in read_file(path)[:4096]
+
+
+def _write(options: ConvertOptions, source: Path, output: Path) -> None:
+    from underfoot.exchange.format import Export
+    from underfoot.exchange.formats import to_write
+    from underfoot.exchange.losses import losses
+    from underfoot.floor.layout import Floor
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.patch import Patch
+
+    format = to_write(output, options.format)
+    if "" not in format.suffixes or output.suffix:
+        require_room(output, inputs=(source, options.force, options.floor))
+    patch = Patch.load(source, REGISTRY)
+    export = Export(
+        patch,
+        source.absolute().parent,
+        options.seconds,
+        options.tile,
+        options.force,
+        Floor.load(options.floor) if options.floor else None,
+        options.profiles,
+    )
+    assert format.write is not None
+    with compiling_told(partial(compile_request, source)):
+        told = format.write(export, output)
+    print("\n".join([f"{output}: {format.label}", *(f"  {line}" for line in told)]))
+    _print_lost(losses(patch, REGISTRY, format.carries))
+
+
+def _read(options: ConvertOptions, source: Path, output: Path) -> None:
+    from underfoot.exchange.format import read_through
+    from underfoot.exchange.formats import to_read
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.file_paths import with_files_kept
+
+    of_a_patch = (options.tile or None, options.seconds, options.force, options.floor, options.profiles)
+    if any(given is not None for given in of_a_patch):
+        raise BadValue(f"{source} is no patch; allowed with it: --output and --format")
+    if output.suffix.lower() != PATCH_SUFFIX:
+        raise BadValue(
+            f"--output is {output}; a patch is made of {source}: allowed: a name that ends in {PATCH_SUFFIX}"
+        )
+    format = to_read(source, options.format)
+    require_room(output, inputs=(source,))
+    imported = read_through(format, source)
+    folder = output.absolute().parent
+    patch = with_files_kept(imported.patch, REGISTRY, folder, folder)
+    patch.save(output)
+    print(f"{output}: a patch of {len(patch.nodes)} nodes, from {format.label}")
+    _print_lost(imported.losses)
+
+
+def _print_lost(lines: tuple[str, ...]) -> None:
+    print("\n".join(["not kept:", *(f"  {line}" for line in lines)] if lines else ["all is kept"]))
+
+
+def _list() -> str:
+    """The formats, a few lines each."""
+    from underfoot.exchange.formats import FORMATS
+    from underfoot.exchange.losses import KEPT
+
+    lines = []
+    for one in FORMATS.values():
+        does = " and ".join(word for word, way in (("written", one.write), ("read", one.read)) if way)
+        suffixes = ", ".join(suffix or "a folder" for suffix in one.suffixes)
+        lines.append(f"{one.name:10} {one.label} ({suffixes}): {does}")
+        if one.note:
+            lines.append(f"{'':10} {one.note}")
+        if one.write:
+            lost = [name for name in KEPT if name not in one.carries]
+            lines.append(f"{'':10} does not keep: {', '.join(lost) or 'nothing is lost'}")
+    return "\n".join(lines)

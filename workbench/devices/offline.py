@@ -1,0 +1,52 @@
+"""The force of a rendering: a file of forces, a simulated walker, or nobody."""
+
+import os
+from pathlib import Path
+
+from underfoot.devices.force_source import ForceSource
+from underfoot.devices.replay import Replay
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.errors import BadFile
+from underfoot.floor.forces import floor_beside, read_forces
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.profile import profiles_of
+from underfoot.floor.tile_parameters import TileParameters
+
+DEFAULT_S = 5.0
+"""Seconds that are rendered where no file of forces says how long."""
+TAIL_S = 0.5
+"""Seconds that are rendered behind the last sample of a file of forces."""
+
+
+def offline_source(
+    force: str | None,
+    floor: Floor | None,
+    rate_hz: float,
+    seed: int,
+    simulation: TileParameters | None = None,
+    profiles: Path | None = None,
+) -> tuple[ForceSource, float]:
+    """Where the force of a rendering comes from, and how many seconds there are of it.
+
+    `force` is a CSV file, whose floor lies beside it where none is given; "none" for a floor on which nobody stands;
+    None for the seeded walker. `simulation` is what simulated tiles are made of, and `profiles` the folder of theirs.
+    """
+    if force is None or force == "none":
+        layout = floor or default_floor()
+        if simulation is None:
+            return SimulatedFloor(layout, rate_hz, seed, force is None), DEFAULT_S
+        known = profiles_of(profiles, layout) if profiles else None  # of these very tiles: seed 1
+        return SimulatedFloor(layout, rate_hz, 1, force is None, simulation, known), DEFAULT_S
+    layout = floor or Floor.load(_floor_of(Path(force)))
+    forces = read_forces(force, layout)
+    return Replay(forces, layout, rate_hz), float(forces.time_s[-1] - forces.time_s[0]) + TAIL_S
+
+
+def _floor_of(csv: Path) -> Path:
+    """The floor beside a force CSV."""
+    if not os.path.isfile(csv):
+        raise BadFile(f"{csv} cannot be read: no such file")
+    beside = floor_beside(csv)
+    if not beside.is_file():
+        raise BadFile(f"{csv} has no floor beside it ({beside.name}); say --floor FILE")
+    return beside

@@ -1,0 +1,47 @@
+"""Drawings as tables: the numbers behind a plot, for another program."""
+
+import numpy as np
+
+from underfoot.drawing import Drawing
+
+
+def csv(drawing: Drawing) -> str:
+    """Every point that is drawn: a line each, with its series and, of arrows, where it ends; then every level of a heat
+    map, at the middle of its cell.
+
+    >>> from underfoot.drawing import series
+    >>> print(csv(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),))), end="")
+    series,"time, s","force, N"
+    held,1,40
+    held,10,41
+    """
+    has_arrows = any(one.to is not None for one in drawing.series)
+    heads = ["series", _quoted(drawing.x), _quoted(drawing.y), *(["to_x", "to_y"] if has_arrows else [])]
+    lines = [",".join(heads)]
+    for one in drawing.series:
+        columns = [one.x, one.y] + ([one.to[:, 0], one.to[:, 1]] if one.to is not None else [])
+        rest = "" if one.to is not None or not has_arrows else ",,"
+        name = _quoted(one.name or (drawing.right if one.right else drawing.y).partition(",")[0])
+        lines += [f"{name},{','.join(f'{v:.9g}' for v in row)}{rest}" for row in np.column_stack(columns).tolist()]
+    heat = drawing.heat
+    if heat is not None:
+        rows, columns = heat.levels.shape
+        across = _middles(heat.x, columns, drawing.x_log)
+        up = _middles(heat.y, rows, drawing.y_log)
+        lines.append(f"{_quoted(drawing.x)},{_quoted(drawing.y)},level of 255")
+        lines += [
+            f"{x:.9g},{y:.9g},{level}"
+            for y, row in zip(up, heat.levels.tolist(), strict=True)
+            for x, level in zip(across, row, strict=True)
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _middles(ends: tuple[float, float], count: int, log: bool) -> list[float]:
+    share = (np.arange(count) + 0.5) / count
+    low, high = ends
+    return [float(low * (high / low) ** s if log else low + (high - low) * s) for s in share]
+
+
+def _quoted(text: str) -> str:
+    return f'"{text.replace(chr(34), chr(34) * 2)}"' if any(sign in text for sign in ',"\n') else text

@@ -1,0 +1,61 @@
+"""One channel as one oscillation: what formats of phones and controllers hold."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from underfoot.clock import RATE_HZ
+from underfoot.exchange.format import Export
+from underfoot.exchange.voices import AMPLITUDE, Array, Voice, analysed, envelope_error_db
+
+BURST_S, RISE_S = 22e-3, 2e-3
+"""How long a transient lasts and rises, as the reference player of MPEG haptics plays one."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """The tile that moves most: its id, its samples in m/s^2, and the analysed points, amplitudes as shares of
+    `full_m_s2`."""
+
+    tile: str
+    samples: Array
+    points: Array
+    full_m_s2: float
+
+
+def clip_of(export: Export) -> Clip:
+    """The one channel of what is to be written."""
+    tile, samples = export.loudest
+    points = analysed(samples, RATE_HZ)
+    full_m_s2 = float(points[:, AMPLITUDE].max())
+    points[:, AMPLITUDE] /= full_m_s2
+    return Clip(tile, samples, points, full_m_s2)
+
+
+def told(export: Export, clip: Clip, voices: list[Voice]) -> tuple[str, ...]:
+    """What is to be said of a file, whose voices were read from it again: how far the envelope is off."""
+    written = np.sum([voice.samples(clip.samples.size, RATE_HZ) for voice in voices], axis=0) * clip.full_m_s2
+    error_db = envelope_error_db(clip.samples, written, RATE_HZ)
+    others = [tile for tile in export.played if tile != clip.tile]
+    lines = [told_of(clip.tile, clip.samples.size, error_db)]
+    if others:
+        lines.append(f"not written: {', '.join(others)}; --tile writes another one")
+    return tuple(lines)
+
+
+def told_of(tile: str, frames: int, error_db: float) -> str:
+    """The line that says how far a tile's envelope is off."""
+    return f"{frames / RATE_HZ:.3f} s of tile {tile}, read again: envelope within {error_db:.1f} dB (root mean square)"
+
+
+def bursts(transients: list[tuple[float, float, float]]) -> Voice:
+    """Transients, each a time, an amplitude and a frequency, as one voice of short tones; the next cuts one off."""
+    rows: list[tuple[float, float, float]] = []
+    transients = sorted(transients)
+    for at, (time_s, amplitude, frequency_hz) in enumerate(transients):
+        end_s = time_s + BURST_S
+        if at + 1 < len(transients):
+            end_s = min(end_s, transients[at + 1][0])
+        rise_s = min(time_s + RISE_S, 0.5 * (time_s + end_s))
+        rows += [(time_s, 0.0, frequency_hz), (rise_s, amplitude, frequency_hz), (end_s, 0.0, frequency_hz)]
+    return Voice(np.array(rows))

@@ -1,0 +1,127 @@
+"""Documents of other programs: read into declared fields, with errors that name the place; and what is not read.
+
+A structure declares exactly the fields that become part of a patch, so that what else a file has is told by comparing.
+"""
+
+import math
+import re
+import types
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from underfoot.documents import plain_json, refusals
+from underfoot.errors import BadFile
+from underfoot.files import read_file
+
+Document = TypeVar("Document", bound=msgspec.Struct)
+
+Share = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+"""A number from 0 to 1."""
+Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
+"""A time from the beginning, at most an hour."""
+
+_SCALE = re.compile(r"1 is ([0-9.eE+-]+) m/s\^2")
+
+
+def scale_in_words(full_m_s2: float) -> str:
+    """How a file of ours says in its description what 1 is.
+
+    >>> scale_from_words(scale_in_words(7.25), 5.0)
+    7.25
+    """
+    return f"1 is {full_m_s2:.6g} m/s^2"
+
+
+def scale_from_words(description: str, otherwise: float) -> float:
+    """What 1 is, in m/s^2, where a description says so."""
+    found = _SCALE.search(description)
+    try:
+        value = float(found[1]) if found else otherwise
+    except ValueError:
+        return otherwise
+    return value if 0.0 < value <= 100.0 else otherwise
+
+
+def read_json(path: Path, deepest: int = 64, prefix: str = "") -> Any:
+    """The JSON in a file, behind `prefix` where it begins so; `BadFile` also for numbers that are not finite."""
+    data = read_file(path)
+    head = data[: len(prefix) + 16].lstrip()
+    if prefix and head.startswith(prefix.encode()):
+        data = data.lstrip()[len(prefix) :]
+    raw = plain_json(data, str(path), deepest)
+    for place, value in _numbers(raw, "$"):
+        if not math.isfinite(value):
+            where = place if len(place) <= 80 else f"{place[:40]}...{place[-36:]}"
+            raise BadFile(f"{path}: {where} is {value}; allowed: finite numbers")
+    return raw
+
+
+def convert(raw: Any, path: Path, kind: type[Document]) -> Document:
+    """The fields of a document; `BadFile` names the file, the place in it, the value and what is allowed."""
+    with refusals(str(path), raw):
+        return msgspec.convert(raw, kind)
+
+
+def unread(raw: Any, kind: Any, silent: frozenset[str] = frozenset()) -> tuple[str, ...]:
+    """The fields of a document that its structure `kind` does not declare: each once, as a path with its count.
+
+    `silent` are names of fields that say nothing of a vibration, such as versions and ids.
+
+    >>> class Point(msgspec.Struct):
+    ...     time: float
+    >>> unread([{"time": 0.0, "colour": "red"}, {"time": 1.0, "colour": 3}], list[Point])
+    ('colour (2 times)',)
+    """
+    counts: dict[str, int] = {}
+    for place in _unread(raw, kind, ""):
+        if place.rpartition(".")[2] not in silent:
+            counts[place] = counts.get(place, 0) + 1
+    return tuple(place if count == 1 else f"{place} ({count} times)" for place, count in counts.items())
+
+
+def _unread(raw: Any, kind: Any, place: str) -> Iterator[str]:
+    kinds = _structures(kind)
+    if isinstance(raw, dict) and kinds:
+        hints = {
+            field.encode_name: get_type_hints(one)[field.name] for one in kinds for field in msgspec.structs.fields(one)
+        }
+        for key, value in raw.items():
+            inside = f"{place}.{key}" if place else key
+            if key not in hints:
+                if value not in (None, "", [], {}):
+                    yield inside
+            else:
+                yield from _unread(value, hints[key], inside)
+    elif isinstance(raw, list):
+        items = [item for one in _flat(kind) if get_origin(one) in (list, tuple) for item in get_args(one)[:1]]
+        for value in raw:
+            for item in items:
+                yield from _unread(value, item, place)
+
+
+def _structures(kind: Any) -> list[type]:
+    return [one for one in _flat(kind) if isinstance(one, type) and issubclass(one, msgspec.Struct)]
+
+
+def _flat(kind: Any) -> list[Any]:
+    """The members of a union, or the type itself."""
+    if get_origin(kind) is Annotated:
+        return _flat(get_args(kind)[0])
+    if get_origin(kind) in (Union, types.UnionType):
+        return [one for member in get_args(kind) for one in _flat(member)]
+    return [kind]
+
+
+def _numbers(raw: Any, place: str) -> Iterator[tuple[str, float]]:
+    waiting = [(place, raw)]
+    while waiting:
+        place, value = waiting.pop()
+        if isinstance(value, dict):
+            waiting += [(f"{place}.{key}", item) for key, item in value.items()]
+        elif isinstance(value, list):
+            waiting += [(f"{place}[{at}]", item) for at, item in enumerate(value)]
+        elif isinstance(value, float):
+            yield place, value

@@ -1,0 +1,57 @@
+"""The formats that there are: each is one file here that declares a `Format`. `FORMATS` finds them all."""
+
+import importlib
+import pkgutil
+from pathlib import Path
+
+from underfoot.errors import BadValue
+from underfoot.exchange.format import Format
+
+
+def discover() -> dict[str, Format]:
+    """Every format that the modules of this folder declare, by its name.
+
+    >>> discover()["haptic"].suffix
+    '.haptic'
+    """
+    found: dict[str, Format] = {}
+    for module in pkgutil.iter_modules(__path__):
+        for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
+            if isinstance(value, Format):
+                found[value.name] = value
+    return found
+
+
+FORMATS = discover()
+"""Every format by its name."""
+
+READ = tuple(one for one in FORMATS.values() if one.read is not None)
+WRITTEN = tuple(one for one in FORMATS.values() if one.write is not None)
+
+
+def to_write(path: Path, name: str = "") -> Format:
+    """The format of a file to be written: the one of this name, else the one of the path's suffix."""
+    return _one(path, name, WRITTEN, "written")
+
+
+def to_read(path: Path, name: str = "") -> Format:
+    """The format of a file to be read. Where several share the suffix, the one that knows what the file begins with."""
+    return _one(path, name, READ, "read")
+
+
+def _one(path: Path, name: str, formats: tuple[Format, ...], done: str) -> Format:
+    known = {one.name: one for one in formats}
+    if name:
+        if name not in known:
+            raise BadValue(f"--format is {name!r}; allowed: {', '.join(known)}")
+        return known[name]
+    fitting = [one for one in formats if path.suffix.lower() in one.suffixes]
+    if len(fitting) > 1:
+        names = " or ".join(one.name for one in fitting)
+        fitting = [one for one in fitting if one.knows(path)]
+        if not fitting:
+            raise BadValue(f"{path} does not look like {names}; say which it is with --format")
+    if fitting:
+        return fitting[0]
+    suffixes = ", ".join(sorted({suffix or "a folder" for one in formats for suffix in one.suffixes}))
+    raise BadValue(f"{path} is of no format that can be {done}; allowed: {suffixes}")

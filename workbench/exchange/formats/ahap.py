@@ -1,0 +1,224 @@
+"""AHAP 1.0, of Apple's Core Haptics: events with parameters, and curves that move all of them."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+
+from underfoot.errors import BadFile
+from underfoot.exchange.clip import bursts, clip_of, told
+from underfoot.exchange.foreign import Seconds, convert, read_json, scale_from_words, scale_in_words, unread
+from underfoot.exchange.format import Export, Format, Imported
+from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
+from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Array, Voice, lean
+from underfoot.files import write_file
+
+LOW_HZ, HIGH_HZ = 65.0, 300.0
+"""What sharpness 0 and 1 are: as the reference encoder of MPEG haptics reads AHAP."""
+LONGEST_S, CURVE_POINTS = 30.0, 16
+"""A continuous event lasts at most so long, and a curve has at most so many points."""
+DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5, "AttackTime": 0.0, "DecayTime": 0.0, "ReleaseTime": 0.0}
+"""What parameters of an event are that it does not give; Sustained is 1."""
+_FINE_S = 5e-3
+_SILENT = frozenset(("Version", "Created"))
+_CURVES = {"HapticIntensityControl": 1.0, "HapticSharpnessControl": 0.0}
+_MOST = 20_000
+
+Value = Annotated[float, msgspec.Meta(ge=-1.0, le=30.0)]
+
+
+class Parameter(msgspec.Struct, frozen=True, rename="pascal"):
+    """A parameter of an event."""
+
+    parameter_value: Value
+    parameter_id: str = msgspec.field(name="ParameterID")
+
+
+class Event(msgspec.Struct, frozen=True, rename="pascal"):
+    """Something that is felt."""
+
+    time: Seconds
+    event_type: str
+    event_duration: Seconds | None = None
+    event_parameters: Annotated[list[Parameter], msgspec.Meta(max_length=64)] = []
+
+
+class Point(msgspec.Struct, frozen=True, rename="pascal"):
+    """A point of a curve, its time from the curve's own."""
+
+    time: Annotated[float, msgspec.Meta(ge=-3600.0, le=3600.0)]
+    parameter_value: Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
+
+
+class Curve(msgspec.Struct, frozen=True, rename="pascal"):
+    """What moves the parameters of all events."""
+
+    time: Seconds
+    parameter_curve_control_points: Annotated[list[Point], msgspec.Meta(min_length=1, max_length=_MOST)]
+    parameter_id: str = msgspec.field(name="ParameterID")
+
+
+class Entry(msgspec.Struct, frozen=True, rename="pascal"):
+    """One line of the pattern."""
+
+    event: Event | None = None
+    parameter_curve: Curve | None = None
+
+
+class Metadata(msgspec.Struct, frozen=True, rename="pascal"):
+    """What is kept of the text beside it."""
+
+    project: str = ""
+    description: str = ""
+
+
+class Ahap(msgspec.Struct, frozen=True, rename="pascal"):
+    """A whole file."""
+
+    pattern: Annotated[list[Entry], msgspec.Meta(max_length=_MOST)]
+    metadata: Metadata = Metadata()
+
+
+def write(export: Export, path: Path) -> tuple[str, ...]:
+    """Write what the tile that moves most does: continuous events, and curves of intensity and sharpness."""
+    clip = clip_of(export)
+    points = clip.points.copy()
+    points[:, AMPLITUDE] = np.sqrt(points[:, AMPLITUDE].clip(0.0, 1.0))
+    points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
+    points = lean(points, 0.01, 0.02)
+    end = float(points[-1, 0])
+    parameters = [_parameter("HapticIntensity", 1.0), _parameter("HapticSharpness", 0.0)]
+    pattern: list[dict[str, Any]] = [
+        {
+            "Event": {
+                "Time": start,
+                "EventType": "HapticContinuous",
+                "EventDuration": round(min(LONGEST_S, end - start), 6),
+                "EventParameters": parameters,
+            }
+        }
+        for start in np.arange(0.0, max(end, HOP_S), LONGEST_S).tolist()
+    ]
+    pattern += _curves("HapticIntensityControl", points[:, [0, AMPLITUDE]])
+    pattern += _curves("HapticSharpnessControl", points[:, [0, FREQUENCY]])
+    description = f"{scale_in_words(clip.full_m_s2)}; sharpness 0 to 1 is {LOW_HZ:g} to {HIGH_HZ:g} Hz"
+    metadata = {"Project": export.patch.title, "Created": "Underfoot", "Description": description}
+    document = {"Version": 1.0, "Metadata": metadata, "Pattern": pattern}
+    write_file(path, json.dumps(document, indent=1).encode())
+    return told(export, clip, _voices(convert(document, path, Ahap), path)[0])
+
+
+def _parameter(name: str, value: float) -> dict[str, Any]:
+    return {"ParameterID": name, "ParameterValue": value}
+
+
+def _curves(name: str, points: Array) -> list[dict[str, Any]]:
+    """The points as curves of at most `CURVE_POINTS`, each from the last point of the one before, in its own time."""
+    found = []
+    for first in range(0, max(len(points) - 1, 1), CURVE_POINTS - 1):
+        part = points[first : first + CURVE_POINTS]
+        start = round(float(part[0, 0]), 6)
+        controls = [{"Time": round(t - start, 6), "ParameterValue": round(v, 5)} for t, v in part.tolist()]
+        curve = {"ParameterID": name, "Time": start, "ParameterCurveControlPoints": controls}
+        found.append({"ParameterCurve": curve})
+    return found
+
+
+def read(path: Path) -> Imported:
+    """The patch that plays the file: a tone for the continuous events, and one for the transients."""
+    raw = read_json(path)
+    document = convert(raw, path, Ahap)
+    voices, lost = _voices(document, path)
+    full_m_s2 = scale_from_words(document.metadata.description, FULL_M_S2)
+    patch = patch_of([Channel(voices)], document.metadata.project or path.stem, full_m_s2)
+    return Imported(patch, (*lost, *unread(raw, Ahap, _SILENT)))
+
+
+def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:
+    """What is to be felt, events that overlap in voices of their own; and what is left out."""
+    curves = {name: _curve(document, name, otherwise) for name, otherwise in _CURVES.items()}
+    lost: dict[str, None] = {}
+    transients: list[tuple[float, float, float]] = []
+    lanes: list[list[Array]] = []
+    for number, entry in enumerate(document.pattern):
+        if entry.parameter_curve and entry.parameter_curve.parameter_id not in _CURVES:
+            lost[f"curves of {entry.parameter_curve.parameter_id}"] = None
+        event = entry.event
+        if event is None:
+            continue
+        given = {one.parameter_id: one.parameter_value for one in event.event_parameters}
+        known = {*DEFAULTS, "Sustained"}
+        lost.update({f"event parameter {name}": None for name in given if name not in known})
+        if event.event_type == "HapticTransient":
+            amplitude, frequency = _felt(np.array([event.time]), given, curves)
+            transients.append((event.time, float(amplitude[0]), float(frequency[0])))
+        elif event.event_type == "HapticContinuous":
+            if not event.event_duration:
+                raise BadFile(f"{path}: $.Pattern[{number}].Event.EventDuration is missing or 0; allowed: above 0")
+            points = _continuous(event, given, curves)
+            free = [lane for lane in lanes if lane[-1][-1, 0] <= points[0, 0]]
+            (free[0] if free else lanes.append([]) or lanes[-1]).append(points)  # type: ignore[func-returns-value]
+        else:
+            lost[f"events of type {event.event_type}"] = None
+    voices = [Voice(np.concatenate(lane)) for lane in lanes]
+    return voices + ([bursts(transients)] if transients else []), tuple(lost)
+
+
+def _curve(document: Ahap, name: str, otherwise: float) -> Array:
+    """All curves of a parameter as one, points [point, 2]: before the first it is `otherwise`, behind one it stays."""
+    curves = [
+        e.parameter_curve for e in document.pattern if e.parameter_curve and e.parameter_curve.parameter_id == name
+    ]
+    rows = [(-1.0, otherwise)]
+    for curve in sorted(curves, key=lambda curve: curve.time):
+        points = sorted((curve.time + one.time, one.parameter_value) for one in curve.parameter_curve_control_points)
+        rows.append((points[0][0], rows[-1][1]))
+        rows += points
+    times = np.maximum.accumulate([time for time, _ in rows])
+    return np.column_stack([times, [value for _, value in rows]])
+
+
+def _felt(time_s: Array, given: dict[str, float], curves: dict[str, Array]) -> tuple[Array, Array]:
+    """Amplitude and frequency of an event at these times: amplitude is intensity squared."""
+    intensity, sharpness = (given.get(name, DEFAULTS[name]) for name in ("HapticIntensity", "HapticSharpness"))
+    loud = intensity * _at(curves["HapticIntensityControl"], time_s)
+    sharp = sharpness + _at(curves["HapticSharpnessControl"], time_s)
+    return loud.clip(0.0, 1.0) ** 2, LOW_HZ + sharp.clip(0.0, 1.0) * (HIGH_HZ - LOW_HZ)
+
+
+def _at(curve: Array, time_s: Array) -> Array:
+    return np.interp(time_s, curve[:, 0], curve[:, 1])
+
+
+def _continuous(event: Event, given: dict[str, float], curves: dict[str, Array]) -> Array:
+    """The points of a continuous event, fine enough that straight lines follow the square."""
+    attack, decay, release = (given.get(name, 0.0) for name in ("AttackTime", "DecayTime", "ReleaseTime"))
+    begin, end = event.time, event.time + (event.event_duration or 0.0)
+    sustained = given.get("Sustained", 1.0) >= 0.5
+    last = end + max(release, 0.0) if sustained else end
+    corners = [begin, begin + attack, begin + attack + decay, end, last, *(t for c in curves.values() for t in c[:, 0])]
+    grid = np.arange(begin, last, max(_FINE_S, (last - begin) / _MOST))
+    times = np.unique(np.concatenate([grid, [t for t in corners if begin <= t <= last]]))
+    amplitude, frequency = _felt(times, given, curves)
+    if attack > 0.0:
+        amplitude *= ((times - begin) / attack).clip(0.0, 1.0)
+    if not sustained:
+        amplitude *= 1.0 - ((times - begin - attack) / max(decay, HOP_S)).clip(0.0, 1.0)
+    elif release > 0.0:
+        amplitude *= 1.0 - ((times - end) / release).clip(0.0, 1.0)
+    edges = np.array([[begin, 0.0, frequency[0]], [last, 0.0, frequency[-1]]])
+    inner = lean(np.column_stack([times, amplitude, frequency]), 0.002, 0.5)
+    return np.concatenate([edges[:1], inner, edges[1:]])
+
+
+FORMAT = Format(
+    "ahap",
+    "Apple Core Haptics",
+    (".ahap",),
+    frozenset(("title",)),
+    write,
+    read,
+    note=f"one tile; frequencies {LOW_HZ:g} to {HIGH_HZ:g} Hz as sharpness",
+)

@@ -1,0 +1,28 @@
+"""Syntacts: the JSON that it exports, a tree of signals (Pezent and others 2020)."""
+
+from pathlib import Path
+
+from underfoot.errors import BadFile, BadValue
+from underfoot.exchange.foreign import read_json
+from underfoot.exchange.format import Format, Imported
+from underfoot.exchange.patches import Channel, patch_of
+from underfoot.exchange.syntacts_signals import field_of, voices_of
+
+DEEPEST = 600
+"""Levels of lists and objects: a signal within a signal takes some seven."""
+
+
+def read(path: Path) -> Imported:
+    """The patch that plays the signal: a tone or noise for each oscillation in it."""
+    if path.suffix.lower() == ".sig":
+        raise BadFile(f"{path} is Syntacts' binary form; allowed: its JSON (Export, .json)")
+    raw = read_json(path, DEEPEST)
+    lost: dict[str, None] = {}
+    try:
+        patch = patch_of([Channel(voices_of(field_of(raw, "value0"), lost))], path.stem)
+    except BadValue as error:
+        raise BadFile(f"{path} cannot be made a patch: {error}") from None
+    return Imported(patch, tuple(lost))
+
+
+FORMAT = Format("syntacts", "Syntacts", (".json", ".sig"), read=read, begins=(b'"value0"',))

@@ -1,0 +1,30 @@
+"""CSV: what each tile does over time, in m/s^2."""
+
+from pathlib import Path
+
+import numpy as np
+
+from underfoot.clock import RATE_HZ
+from underfoot.exchange.format import Export, Format
+from underfoot.files import write_file
+
+
+def write(export: Export, path: Path) -> tuple[str, ...]:
+    """Write a line a frame: the time in seconds, and a column a tile."""
+    played = export.played
+    frames = len(next(iter(played.values())))
+    rows = np.column_stack([np.arange(frames) / RATE_HZ, *played.values()])
+    head = ",".join(["time_s", *(f"{tile}_m_s2" for tile in played)])
+    lines = [head, *(",".join([f"{row[0]:.6f}", *(f"{value:.7g}" for value in row[1:])]) for row in rows.tolist())]
+    write_file(path, ("\n".join(lines) + "\n").encode())
+    return (f"{frames / RATE_HZ:.3f} s, {len(played)} tile{'' if len(played) == 1 else 's'}, seven digits",)
+
+
+FORMAT = Format(
+    "csv",
+    "Data of the waveform",
+    (".csv",),
+    frozenset(("unit", "tiles", "waveform", "spectrum", "frequency", "onsets")),
+    write,
+    note=f"{RATE_HZ} lines a second, in m/s^2",
+)

@@ -1,0 +1,44 @@
+"""WAV: what the card is sent, of full scale, one channel a tile."""
+
+from pathlib import Path
+
+from underfoot.errors import BadFile
+from underfoot.exchange.format import Export, Format, Imported
+from underfoot.exchange.patches import player_of
+from underfoot.files import read_file
+from underfoot.records.wav import write_wav
+
+
+def write(export: Export, path: Path) -> tuple[str, ...]:
+    """Write the samples that `underfoot render` writes: of all tiles, or of one."""
+    samples = export.samples
+    write_wav(path, samples, export.rendered.rate_hz)
+    seconds, channels = len(samples) / export.rendered.rate_hz, samples.shape[1]
+    return (f"{seconds:.3f} s, {channels} channel{'' if channels == 1 else 's'}, exact to 32-bit floats",)
+
+
+def read(path: Path) -> Imported:
+    """A patch that plays the file, which stays where it is."""
+    import soundfile
+
+    read_file(path)  # one that is not there is said as everywhere
+    try:
+        with soundfile.SoundFile(path) as file:
+            channels, frames = file.channels, file.frames
+    except (soundfile.LibsndfileError, OSError, TypeError, ValueError) as error:
+        raise BadFile(f"{path} cannot be played: {str(error).rstrip('.')}") from None
+    if not frames:
+        raise BadFile(f"{path} cannot be played: it has no samples")
+    lost = (f"channels behind the first: {channels - 1}",) if channels > 1 else ()
+    return Imported(player_of(path.absolute(), path.stem), lost)
+
+
+FORMAT = Format(
+    "wav",
+    "Sound file",
+    (".wav",),
+    frozenset(("tiles", "sound", "waveform", "spectrum", "frequency", "onsets")),
+    write,
+    read,
+    note="a channel a tile, and one for ears where the patch has it; full scale as the profile says",
+)

@@ -1,0 +1,73 @@
+"""What a patch has that a file of another program may not keep."""
+
+import inspect
+from collections.abc import Iterable, Mapping
+
+from underfoot.parameters import FilePath, Tiles
+from underfoot.patch.node import NodeType, Registry
+from underfoot.patch.patch import Patch, PlacedNode
+
+KEPT: Mapping[str, str] = {
+    "force": "the answer to the foot: it plays as for the one step that was rendered",
+    "hand": "strikes by hand",
+    "chance": "chance: what was drawn at random is the same at each playing",
+    "tiles": "which tiles play",
+    "sound": "what is for ears",
+    "files": "the files that nodes play",
+    "title": "title",
+    "comment": "comment",
+    "seed": "seed",
+    "unit": "the unit: m/s^2 becomes a share of full scale",
+    "waveform": "the waveform: within a band it is one oscillation, of which amplitude and frequency are kept",
+    "spectrum": "the spectrum: all becomes one oscillation, whose frequency is the middle of what is there",
+    "frequency": "frequencies beyond the format's range, which are set to its ends",
+    "onsets": "what is faster than 5 ms in the envelope",
+    "parameters": "nodes, wires and parameters, so that it can be edited on",
+}
+"""What can be kept, and what it means when it is not."""
+
+ALWAYS = ("unit", "waveform", "spectrum", "frequency", "onsets")
+"""What every patch has."""
+
+
+def losses(patch: Patch, registry: Registry, carries: Iterable[str]) -> tuple[str, ...]:
+    """What of a patch a format does not keep that carries these of `KEPT`: a line each, with the nodes it concerns.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> losses(Patch().add("sound-output", REGISTRY), REGISTRY, KEPT.keys() - {"sound"})
+    ('what is for ears: sound-output',)
+    """
+    has = features(patch, registry)
+    missing = [name for name in KEPT if name in has and name not in set(carries)]
+    return tuple(f"{KEPT[name]}{': ' if has[name] else ''}{', '.join(has[name])}" for name in missing)
+
+
+def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
+    """Those of `KEPT` that a patch has, and the nodes that make it so; of parameters each node's with their names."""
+    found: dict[str, list[str]] = {name: [] for name in ALWAYS}
+    for node in patch.nodes:
+        type = registry[node.type]
+        for name in _features(node, type):
+            words = f"{node.id} ({', '.join(type.parameters)})" if name == "parameters" else node.id
+            found.setdefault(name, []).append(words)
+    for name in ("title", "comment", "seed"):
+        if getattr(patch, name):
+            found[name] = []
+    return found
+
+
+def _features(node: PlacedNode, type: NodeType) -> Iterable[str]:
+    values = type.values(node.parameters)
+    yield "parameters"
+    if type.hosts:
+        yield "force"
+    if type.is_struck:
+        yield "hand"
+    if "key" in inspect.signature(type.binding.functions["run"]).parameters:
+        yield "chance"
+    if type.to_sound:
+        yield "sound"
+    if any(isinstance(p, Tiles) and values[name] != "all" for name, p in type.parameters.items()):
+        yield "tiles"
+    if any(isinstance(p, FilePath) and values[name] for name, p in type.parameters.items()):
+        yield "files"

@@ -1,0 +1,113 @@
+"""A curve through points, played once at each start: a level and a frequency over time, straight lines between."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Layout, Memory
+
+STATE = Layout("breakpoints", "has_begun", "is_playing", "onset", "strength", "segment", "level", "glide")
+"""Of the curve that plays: its onset (session frames) and strength, the point behind which it is, the level that was
+put out last, and the level from which a start in the middle of another curve glides (0: from silence, at once)."""
+
+GLIDE_S = 5e-3
+"""A start while the curve plays comes to its own level in this time: a step would click."""
+
+TIME, LEVEL, FREQUENCY = 0, 1, 2
+"""The columns of a table of points."""
+
+
+@kernel
+def begin(onset: float, strength: float, state: Memory) -> None:
+    """Play from the first point on: `onset` in session frames, with parts of a frame."""
+    state.has_begun = state.is_playing = 1.0
+    state.onset, state.strength = onset, strength
+    state.segment, state.glide = 0.0, state.level
+
+
+@kernel
+def run(
+    points: Floats, frame: int, rate: float, starts: Memory, state: Memory, level: Floats, frequency: Floats
+) -> None:
+    """Fill `level` and `frequency` from the table `points` [point, 3] (seconds, level, hertz).
+
+    Both are exactly 0 where nothing plays: before a start, and behind the last point. Of points at one time the last
+    counts from there on. `starts` are events; the level is multiplied by the strength of the one that began it.
+
+    >>> from underfoot.models.signals.events import event_list
+    >>> state, level, frequency = STATE.zeros(), np.empty(5), np.empty(5)
+    >>> points = np.array([[0.0, 0.0, 50.0], [0.002, 1.0, 50.0], [0.004, 0.0, 70.0]])
+    >>> run(points, 0, 1000.0, event_list((0.0, 2.0)), state, level, frequency)
+    >>> level, frequency
+    (array([0., 1., 2., 1., 0.]), array([50., 50., 50., 60., 70.]))
+    """
+    last, following = points.shape[0] - 1, 0
+    glide_frames = max(GLIDE_S * rate, 1.0)
+    for i in range(level.size):
+        now = frame + i
+        while following < len(starts) and math.floor(starts.time[following]) <= now:
+            begin(starts.time[following], starts.strength[following], state)
+            following += 1
+        level[i] = frequency[i] = 0.0
+        if state.is_playing == 0.0:
+            continue
+        age = (now - state.onset) / rate
+        at = int(state.segment)
+        while at < last and points[at + 1, TIME] <= age:
+            at += 1
+        state.segment = float(at)
+        if last < 0 or (at == last and age > points[last, TIME]):
+            state.is_playing = state.level = 0.0
+            continue
+        share = 0.0
+        if at < last and age > points[at, TIME]:
+            share = (age - points[at, TIME]) / (points[at + 1, TIME] - points[at, TIME])
+        after = min(at + 1, last)
+        ahead = points[at, LEVEL] + share * (points[after, LEVEL] - points[at, LEVEL])
+        if age < points[0, TIME]:
+            ahead = 0.0
+        off = 0.0
+        if state.glide != 0.0:
+            first = points[0, LEVEL] if points[0, TIME] == 0.0 else 0.0
+            off = (state.glide - state.strength * first) * min(max(1.0 - (now - state.onset) / glide_frames, 0.0), 1.0)
+        level[i] = state.level = state.strength * ahead + off
+        frequency[i] = points[at, FREQUENCY] + share * (points[after, FREQUENCY] - points[at, FREQUENCY])
+
+
+def thinned(points: NDArray[np.float64], tolerances: NDArray[np.float64], most: int) -> NDArray[np.float64]:
+    """Fewer rows of `points` [point, column] (the first column is time) that a straight line between them replaces.
+
+    No row that is left out is further from the line than `tolerances` [column - 1] (Douglas and Peucker 1973, distances
+    upright); where more than `most` rows would stay, the tolerances are doubled until they do not.
+
+    >>> thinned(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.1], [3.0, 0.0]]), np.array([0.2]), 10).tolist()
+    [[0.0, 0.0], [2.0, 2.1], [3.0, 0.0]]
+    """
+    kept = _kept(points, tolerances)
+    while kept.sum() > max(most, 2):
+        tolerances = 2.0 * np.maximum(tolerances, 1e-9)
+        kept = _kept(points, tolerances)
+    return points[kept]
+
+
+def _kept(points: NDArray[np.float64], tolerances: NDArray[np.float64]) -> NDArray[np.bool_]:
+    kept = np.zeros(len(points), bool)
+    kept[[0, -1]] = True
+    waiting = [(0, len(points) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        inner = points[first + 1 : last]
+        span = points[last, 0] - points[first, 0]
+        share = (inner[:, 0] - points[first, 0]) / span if span > 0.0 else np.zeros(len(inner))
+        line = points[first, 1:] + share[:, None] * (points[last, 1:] - points[first, 1:])
+        off = (np.abs(inner[:, 1:] - line) / np.maximum(tolerances, 1e-300)).max(axis=1)
+        worst = int(off.argmax())
+        if off[worst] > 1.0:
+            at = first + 1 + worst
+            kept[at] = True
+            waiting += [(first, at), (at, last)]
+    return kept
