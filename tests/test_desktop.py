@@ -1,0 +1,52 @@
+"""The desktop's files: written where a desktop looks for them, and valid by its own tools where those are there."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="menus of Linux desktops")
+
+
+@pytest.fixture
+def written(tmp_path, monkeypatch):
+    from click.testing import CliRunner
+
+    from underfoot.commands.desktop import desktop
+
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    result = CliRunner().invoke(desktop)
+    assert result.exit_code == 0
+    yield tmp_path
+    assert CliRunner().invoke(desktop, ["--remove"]).exit_code == 0
+    assert not [path for path in tmp_path.rglob("underfoot.*") if path.is_file()]
+
+
+def test_the_menu_starts_this_installation_with_the_file_that_was_clicked(written):
+    entry = (written / "applications/underfoot.desktop").read_text()
+    command = next(line for line in entry.splitlines() if line.startswith("Exec="))
+    assert command.endswith(" %f")
+    assert Path(command.removeprefix("Exec=").removesuffix(" %f").split(" -m ")[0].strip('"')).exists()
+    if shutil.which("desktop-file-validate"):
+        path = written / "applications/underfoot.desktop"
+        checked = subprocess.run(["desktop-file-validate", path], capture_output=True, text=True, check=False)
+        assert checked.stdout == ""
+
+
+def test_recordings_and_patches_are_kinds_of_files(written):
+    root = ElementTree.parse(written / "mime/packages/underfoot.xml").getroot()
+    space = "{http://www.freedesktop.org/standards/shared-mime-info}"
+    kinds = {kind.get("type") for kind in root.iter(f"{space}mime-type")}
+    entry = (written / "applications/underfoot.desktop").read_text()
+    offered = next(line for line in entry.splitlines() if line.startswith("MimeType=")).removeprefix("MimeType=")
+    assert kinds == set(offered.strip(";").split(";"))
+
+
+def test_the_icon_is_a_picture(written, qtbot):
+    from PySide6.QtGui import QIcon
+
+    icon = QIcon(str(written / "icons/hicolor/scalable/apps/underfoot.svg"))
+    assert not icon.pixmap(64, 64).isNull()
