@@ -47,8 +47,6 @@ LEVELS = (
     {"floor", "patch"},
     {"nodes", "devices", "calibration", "records", "experiments"},
     {"engine", "bench", "network", "studies", "exchange"},
-||||||| parent of a696704 (Contacts go to other programs as TUIO 1.1 and 2.0, and cues come in by OSC: underfoot serve, because a floor is one instrument among several)
-    {"engine", "bench", "network", "studies"},
     {"commands", "monitoring"},
     {"widgets"},
     {"__main__"},

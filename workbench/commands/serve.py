@@ -74,6 +74,7 @@ def serve(options: ServeOptions) -> None:
     from underfoot.network.server import NetworkServer
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
+    from underfoot.studies.markers import lsl_library
 
     if options.seconds is not None and not options.seconds > 0.0:
         raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
@@ -83,6 +84,8 @@ def serve(options: ServeOptions) -> None:
     plan = NetworkPlan.of(options.tuio, options.tuio2, options.listen, options.send, options.lsl)
     target = _target(options)
     require_source(target)
+    if plan.lsl:
+        lsl_library()
     patch = Patch.load(options.patch, REGISTRY) if options.patch else Patch(title="serve")
     with ExitStack() as stack, compiling_told():
         session = Session(target, patch, REGISTRY, options.patch.parent if options.patch else None)

@@ -51,9 +51,12 @@ class CuePlayer:
         self._strikes: list[Received] = []
 
     def over(self, base: Patch) -> Patch:
-        """What is to be played where the floor's own patch is `base` from now on."""
+        """What is to be played where the floor's own patch is `base` from now on. Cues that do not go with it end."""
         self._base = base
-        played = self._composed(self.cued)
+        try:
+            played = self._composed(self.cued)
+        except UnderfootError:
+            self.cued, played = Cued(), base
         self._note(played)
         return played
 

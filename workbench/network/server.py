@@ -38,6 +38,8 @@ from underfoot.patch import library
 NAME = "underfoot"
 FRAME_HZ, IDLE_S = 60.0, 1.0
 """How often contacts are sent; and how often it is said that there are none."""
+STALE_S = 0.5
+"""Where nothing was told of contacts for so long, there are none: a session has ended, or stands still."""
 MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S = 2048, 2000.0, 200.0
 _BURST_S = 0.25  # so much of each rate may come at once
 _HELLO_COSTS = 10.0  # its answer is long
@@ -71,7 +73,7 @@ class Received:
 
 
 class NetworkServer:
-    """Carries out a `NetworkPlan`. `DeviceError` where a port is taken, `BadValue` where LSL is not installed."""
+    """Carries out a `NetworkPlan`. `DeviceError` where a port is taken; where LSL is missing `trouble` says so."""
 
     def __init__(
         self,
@@ -88,36 +90,35 @@ class NetworkServer:
         self._live = LiveContacts(floor, before._live.last_id if before else 0)
         self._sequence = before._sequence if before else 0
         self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
-        self._shown: tuple[float, Sequence[OngoingContact]] = (0.0, ())
+        self._shown: tuple[float, float, Sequence[OngoingContact]] = (-math.inf, 0.0, ())
         self._jobs: deque[Callable[[], None]] = deque(maxlen=_WAITING)
         self._cues: deque[Received] = deque(maxlen=_WAITING)
         self._was_empty, self._sent_s = False, -math.inf
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
         self._ended = False
-        self._lsl = LslStreams(floor, force_hz) if plan.lsl else None
+        self.trouble = ""
+        self._lsl: LslStreams | None = None
         self._listening = _bound(plan.listen) if plan.listen is not None else None
         self._out = _udp()
         self._wake, self._woken = socket.socketpair()
         self._wake.setblocking(False)
-        self._thread = threading.Thread(target=self._run, name="network", daemon=True)
+        self._thread = threading.Thread(target=self._run, args=(floor, force_hz), name="network", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
         """Say that no contact is left, and end."""
         self._ended = True
-        self._do(lambda: None)
+        self._do(_nothing)
         self._thread.join()
         for one in (self._listening, self._out, self._wake, self._woken):
             if one is not None:
                 one.close()
-        if self._lsl is not None:
-            self._lsl.close()
 
     # --- what goes out ---
 
     def show(self, time_s: float, contacts: Sequence[OngoingContact]) -> None:
         """The contacts at the sample at `time_s`, in seconds of the session."""
-        self._shown = (time_s, contacts)
+        self._shown = (time.monotonic(), time_s, contacts)
 
     def tell_force(self, load_n: NDArray[np.float64], ago_s: float) -> None:
         """Loads (n, tiles) for LSL, the last of them so long ago."""
@@ -176,7 +177,12 @@ class NetworkServer:
 
     # --- the thread ---
 
-    def _run(self) -> None:
+    def _run(self, floor: Floor, force_hz: float) -> None:
+        if self.plan.lsl:
+            try:
+                self._lsl = LslStreams(floor, force_hz)  # here, because it takes longer than a frame
+            except BadValue as error:
+                self.trouble = str(error)
         due_s = time.monotonic()
         while not self._ended:
             now_s = time.monotonic()
@@ -193,13 +199,14 @@ class NetworkServer:
                 self._receive()
             while self._jobs:
                 self._jobs.popleft()()
-        self._shown = (math.inf, ())
         self._send_frame(math.inf)
+        if self._lsl is not None:
+            self._lsl.close()
 
     def _send_frame(self, now_s: float) -> None:
         """Send the contacts as they are; when there are none, now and then that there are none."""
-        time_s, ongoing = self._shown
-        contacts = self._live.update(time_s, ongoing)
+        at_s, time_s, ongoing = self._shown
+        contacts = self._live.update(time_s, ongoing if now_s - at_s < STALE_S else ())
         if not contacts and self._was_empty and now_s - self._sent_s < IDLE_S:
             return
         self._was_empty, self._sent_s = not contacts, now_s
@@ -317,6 +324,10 @@ class _Allowance:
             return False
         self._left -= cost
         return True
+
+
+def _nothing() -> None:
+    """A job that only wakes the thread."""
 
 
 def _udp() -> socket.socket:
