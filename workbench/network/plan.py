@@ -1,6 +1,6 @@
 """What is sent where, and what is listened to."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from underfoot.network.addresses import LOOPBACK, Address
 
@@ -27,8 +27,8 @@ class NetworkPlan:
     def of(tuio: str = OFF, tuio2: str = OFF, listen: str = OFF, send: str = OFF, lsl: bool = False) -> "NetworkPlan":
         """The plan that these texts say: HOST:PORT, or "off". `BadValue` for anything else."""
         texts = {"tuio": tuio, "tuio2": tuio2, "listen": listen, "send": send}
-        given = {name: Address.parse(text, name) for name, text in texts.items() if text != OFF}
-        return replace(NetworkPlan(lsl=lsl), **given)
+        ways = (None if text == OFF else Address.parse(text, name) for name, text in texts.items())
+        return NetworkPlan(*ways, lsl=lsl)
 
     @property
     def is_anything(self) -> bool:

@@ -85,10 +85,10 @@ class NetworkServer:
     ) -> None:
         """`rate_hz` are session frames a second. Ids, frames and counts go on from those of a server `before`."""
         self.plan = plan
-        self.counts = before.counts if before else Counts()
+        self.counts: Counts = before.counts if before else Counts()
         self._rate_hz = rate_hz
-        self._live = LiveContacts(floor, before._live.last_id if before else 0)
-        self._sequence = before._sequence if before else 0
+        self._live: LiveContacts = LiveContacts(floor, before._live.last_id if before else 0)
+        self._sequence: int = before._sequence if before else 0
         self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
         self._shown: tuple[float, float, Sequence[OngoingContact]] = (-math.inf, 0.0, ())
         self._jobs: deque[Callable[[], None]] = deque(maxlen=_WAITING)
