@@ -1,5 +1,6 @@
 """OSC: the same bytes as another library makes, and nothing accepted that is not exactly OSC."""
 
+import contextlib
 import struct
 
 import pytest
@@ -50,10 +51,8 @@ def test_a_time_tag_counts_from_1900():
 
 @given(st.binary(max_size=96))
 def test_whatever_comes_is_read_or_refused(datagram):
-    try:
+    with contextlib.suppress(BadValue):
         read(datagram)
-    except BadValue:
-        pass
 
 
 @given(st.data())
@@ -61,10 +60,8 @@ def test_a_message_with_bytes_changed_is_read_or_refused(data):
     good = bytearray(bundle([message("/underfoot/play", "gravel", "t1", -6.0, 3)]))
     for place in data.draw(st.lists(st.integers(0, len(good) - 1), min_size=1, max_size=4)):
         good[place] = data.draw(st.integers(0, 255))
-    try:
+    with contextlib.suppress(BadValue):
         read(bytes(good))
-    except BadValue:
-        pass
 
 
 def nested(depth):

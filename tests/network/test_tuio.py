@@ -1,5 +1,6 @@
 """Contacts as others get them: at once, under ids that last, decoded by other libraries as the specifications say."""
 
+import itertools
 from contextlib import closing
 
 import numpy as np
@@ -105,7 +106,7 @@ def test_velocities_are_those_of_the_place():
         tracker.feed(time_s[at : at + 20], forces[at : at + 20])
         now_s = float(time_s[at + 19])
         found += [(now_s, contact) for contact in live.update(now_s, tracker.ongoing())]
-    for (before_s, before), (now_s, now) in zip(found, found[1:], strict=False):
+    for (before_s, before), (now_s, now) in itertools.pairwise(found):
         assert now.x_velocity == pytest.approx((now.x - before.x) / (now_s - before_s))
         assert now.x == pytest.approx(now.x_m / 0.6, abs=1e-9)
         assert now.y == pytest.approx(1.0 - now.y_m / 0.3, abs=1e-9)

@@ -106,7 +106,9 @@ class NetworkServer:
         self._thread.start()
 
     def close(self) -> None:
-        """Say that no contact is left, and end."""
+        """Say that no contact is left, and end; what has ended stays so."""
+        if self._ended:
+            return
         self._ended = True
         self._do(_nothing)
         self._thread.join()
