@@ -26,9 +26,9 @@ class NetworkPlan:
     @staticmethod
     def of(tuio: str = OFF, tuio2: str = OFF, listen: str = OFF, send: str = OFF, lsl: bool = False) -> "NetworkPlan":
         """The plan that these texts say: HOST:PORT, or "off". `BadValue` for anything else."""
-        texts = {"tuio": tuio, "tuio2": tuio2, "listen": listen, "send": send}
-        ways = (None if text == OFF else Address.parse(text, name) for name, text in texts.items())
-        return NetworkPlan(*ways, lsl=lsl)
+        return NetworkPlan(
+            _address(tuio, "tuio"), _address(tuio2, "tuio2"), _address(listen, "listen"), _address(send, "send"), lsl
+        )
 
     @property
     def is_anything(self) -> bool:
@@ -50,6 +50,10 @@ class NetworkPlan:
                 "can see where people stand"
             )
         return said
+
+
+def _address(text: str, name: str) -> Address | None:
+    return None if text == OFF else Address.parse(text, name)
 
 
 def loopback(port: int) -> str:
