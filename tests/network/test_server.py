@@ -6,6 +6,7 @@ import struct
 import time
 from contextlib import closing
 
+import numpy as np
 import pytest
 from osc_ends import LOOPBACK, CursorDecoder, OscEnd, free_port
 from pythonosc.osc_message_builder import build_msg
@@ -100,6 +101,38 @@ def test_a_step_names_the_contact_under_which_it_was_sent(serve, end, until):
     server.tell_step(Step(2, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9), 0.7)
     (step,) = until(lambda: end.hear("/underfoot/step"), "the step is sent")
     assert step == [2, 1, 0, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
+
+
+def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
+    pylsl = pytest.importorskip("pylsl")
+    server = serve(lsl=True)
+    inlets = {}
+    for name in ("contacts", "steps", "marks", "force"):
+        (found,) = pylsl.resolve_byprop("source_id", f"underfoot-live-{name}", timeout=20.0)
+        inlets[name] = pylsl.StreamInlet(found)
+        inlets[name].open_stream(timeout=20.0)
+    assert inlets["force"].channel_count == 4
+
+    def heard(name, tell):
+        """The first sample of a stream, of which it is told until it comes."""
+
+        def look():
+            tell()
+            return inlets[name].pull_sample(timeout=0.02)[0]
+
+        return until(look, name)
+
+    person = heard("contacts", lambda: server.show(0.6, [contact(load=4, id=9)]))
+    assert person == [1.0, 0.1, 0.1, 700.0, 3.0]
+    step = Step(2, "t3", "right", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9, person=3)
+    told = heard("steps", lambda: server.tell_step(step, 0.7))
+    assert told == [2.0, 1.0, 3.0, 1.0, 2.0, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
+    assert heard("marks", lambda: server.tell_mark("begin", 0, 0.0)) == ["begin"]
+    loads = np.arange(8.0).reshape(2, 4)
+    assert heard("force", lambda: server.tell_force(loads, 0.01)) in loads.tolist()
+    assert server.trouble == ""
+    for inlet in inlets.values():
+        inlet.close_stream()
 
 
 def test_hello_is_answered_with_all_that_a_client_needs(serve, end, until):

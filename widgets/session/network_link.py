@@ -58,23 +58,27 @@ class NetworkLink(QObject):
         self._serve(plan)
         self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
 
-    def close(self) -> None:
-        """Serve no more."""
+    def close(self, wait: bool = True) -> None:
+        """Serve no more; `wait` until all has ended."""
         if self._server is not None:
-            self._server.close()
+            self._server.close(wait)
             self._counts, self._server = self._server.counts, None
 
     def _open(self) -> None:
-        """A session was opened: begin to serve it."""
+        """A session was opened: begin to serve it, and say what leaves this computer."""
         try:
-            self._serve(_plan({**WAYS, **self._settings.network_addresses}, self._settings.network_on))
+            plan = _plan({**WAYS, **self._settings.network_addresses}, self._settings.network_on)
+            self._serve(plan)
         except UnderfootError as error:
             self._controller.said.emit(f"Nothing is sent to other programs: {error}")
+            return
+        for line in plan.warnings():
+            self._controller.said.emit(f"Network: {line}.")
 
     def _serve(self, plan: NetworkPlan) -> None:
         """Serve as planned, or, where that cannot be, as before."""
         session, before = self._controller.session, self._server
-        self.close()
+        self.close(wait=False)
         if session is None or not plan.is_anything:
             self._end_cues()
             return

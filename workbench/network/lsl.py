@@ -36,8 +36,8 @@ class LslStreams:
         self._floor = floor
         tiles = [(tile.id, "N") for tile in floor.tiles]
         self._force = self._outlet("force", "Force", force_hz, "float32", tiles)
-        self._contacts = self._outlet("contacts", "Contacts", 0.0, "float64", CONTACT)
-        self._steps = self._outlet("steps", "Gait", 0.0, "float64", STEP)
+        self._contacts = self._outlet("contacts", "Contacts", 0.0, "double64", CONTACT)
+        self._steps = self._outlet("steps", "Gait", 0.0, "double64", STEP)
         self._marks = self._outlet("marks", "Markers", 0.0, "string", [("mark", "")])
 
     def now(self) -> float:

@@ -95,7 +95,7 @@ class NetworkServer:
         self._cues: deque[Received] = deque(maxlen=_WAITING)
         self._was_empty, self._sent_s = False, -math.inf
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
-        self._ended = False
+        self._ended, self._let_go = False, threading.Event()
         self.trouble = ""
         self._lsl: LslStreams | None = None
         self._listening = _bound(plan.listen) if plan.listen is not None else None
@@ -105,16 +105,14 @@ class NetworkServer:
         self._thread = threading.Thread(target=self._run, args=(floor, force_hz), name="network", daemon=True)
         self._thread.start()
 
-    def close(self) -> None:
-        """Say that no contact is left, and end; what has ended stays so."""
-        if self._ended:
-            return
-        self._ended = True
-        self._do(_nothing)
-        self._thread.join()
-        for one in (self._listening, self._out, self._wake, self._woken):
-            if one is not None:
-                one.close()
+    def close(self, wait: bool = True) -> None:
+        """Say that no contact is left, and let ports go. Streams of LSL end later: `wait` for them, too."""
+        if not self._ended:
+            self._ended = True
+            self._do(_nothing)
+        self._let_go.wait()
+        if wait or not self.plan.lsl:
+            self._thread.join()
 
     # --- what goes out ---
 
@@ -174,7 +172,7 @@ class NetworkServer:
     def _do(self, job: Callable[[], None]) -> None:
         """Let the thread do this now."""
         self._jobs.append(job)
-        with suppress(BlockingIOError):  # it has been woken often enough
+        with suppress(OSError):  # it has been woken often enough, or has ended
             self._wake.send(b"\0")
 
     # --- the thread ---
@@ -183,8 +181,20 @@ class NetworkServer:
         if self.plan.lsl:
             try:
                 self._lsl = LslStreams(floor, force_hz)  # here, because it takes longer than a frame
-            except BadValue as error:
+            except (BadValue, RuntimeError) as error:
                 self.trouble = str(error)
+        try:
+            self._mind_sockets()
+            self._send_frame(math.inf)
+        finally:
+            for one in (self._listening, self._out, self._wake, self._woken):
+                if one is not None:
+                    one.close()
+            self._let_go.set()
+            if self._lsl is not None:
+                self._lsl.close()
+
+    def _mind_sockets(self) -> None:
         due_s = time.monotonic()
         while not self._ended:
             now_s = time.monotonic()
@@ -201,9 +211,6 @@ class NetworkServer:
                 self._receive()
             while self._jobs:
                 self._jobs.popleft()()
-        self._send_frame(math.inf)
-        if self._lsl is not None:
-            self._lsl.close()
 
     def _send_frame(self, now_s: float) -> None:
         """Send the contacts as they are; when there are none, now and then that there are none."""
