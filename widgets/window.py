@@ -185,6 +185,10 @@ class MainWindow(QMainWindow):
     def _open_network(self) -> None:
         from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 
+        opened = self.findChild(NetworkDialog)
+        if opened is not None:
+            opened.activateWindow()
+            return
         settings, network = self.settings, self.network
         dialog = NetworkDialog(
             network.apply, lambda: network.counts, lambda: network.trouble,
