@@ -71,7 +71,9 @@ def stage(until, recorded):
     """A hum on four simulated tiles, recorded, on which nobody walks."""
     port = free_port()
     plan = NetworkPlan.of(listen=f"{LOOPBACK}:{port}")
-    with live(hum(), until, record=recorded, walker=False) as playing, closing(OscEnd()) as client:
+    with live(hum(), until, record=recorded, start=False, walker=False) as playing, closing(OscEnd()) as client:
+        until(recorded.exists, "the recorder is there before the first frame")
+        playing.session.start()
         target = playing.session.target
         with closing(NetworkServer(plan, target.floor, target.rate, playing.session.force_rate_hz)) as server:
             playing.complete()
