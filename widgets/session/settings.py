@@ -27,8 +27,8 @@ class Settings(msgspec.Struct):
     `simulation` is the file of what simulated tiles are made of, "" for ideal ones. `sound` is "" for the default
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
-    metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those of
-    `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them.
+    metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
+    of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
