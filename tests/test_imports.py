@@ -46,7 +46,7 @@ LEVELS = (
     {"parameters"},
     {"floor", "patch"},
     {"nodes", "devices", "calibration", "records", "experiments"},
-    {"engine", "bench", "studies", "exchange"},
+    {"engine", "bench", "network", "studies", "exchange"},
     {"commands", "monitoring"},
     {"widgets"},
     {"__main__"},

@@ -23,8 +23,9 @@ from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import DroppedFiles
 from underfoot.widgets.session.exchange import Exchange
+from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.session.open_patch import OpenPatch
-from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.settings import WAYS, Settings
 from underfoot.widgets.session.target_chooser import TargetChooser
 from underfoot.widgets.session.target_selection import TargetSelection
 from underfoot.widgets.session.target_settings import remembered_target, target_in_words
@@ -71,6 +72,7 @@ class MainWindow(QMainWindow):
             REGISTRY, self.settings, target or remembered_target(self.settings), folder / "profiles", self, engine
         )
         self.bridge = self.controller.bridge
+        self.network = NetworkLink(self.controller, self.settings, self.panic)
         self.target_selection = TargetSelection(self.controller, self.settings)
         files = FileQuestion(self, lambda: self.settings.folder, self.say)
         self._target_chooser = TargetChooser(self, self.controller, self.target_selection, files, self.say)
@@ -180,6 +182,20 @@ class MainWindow(QMainWindow):
         dialog.pulse_wanted.connect(lambda tile: self.controller.send(Pulse(tile)))
         dialog.open()
 
+    def _open_network(self) -> None:
+        from underfoot.widgets.dialogs.network_dialog import NetworkDialog
+
+        opened = self.findChild(NetworkDialog)
+        if opened is not None:
+            opened.activateWindow()
+            return
+        settings, network = self.settings, self.network
+        dialog = NetworkDialog(
+            network.apply, lambda: network.counts, lambda: network.trouble,
+            {**WAYS, **settings.network_addresses}, settings.network_on, self,
+        )  # fmt: skip
+        dialog.show()
+
     def _open_cost(self) -> None:
         from underfoot.bench.cost_process import CostRequest
         from underfoot.widgets.dialogs.cost_dialog import CostDialog
@@ -247,6 +263,7 @@ class MainWindow(QMainWindow):
         for workspace in self.workspaces.values():
             workspace.close_down()
         self._exchange.close()
+        self.network.close()
         self.controller.close()
         self.open_patch.close()
         self.settings.save(self._folder)
@@ -315,6 +332,7 @@ class MainWindow(QMainWindow):
             "panic": self._act("Panic: silence at once", "Ctrl+.", self.panic),
             "record": self._act("Record", "Ctrl+R", lambda: controller.record(not self.transport.record.isChecked())),
             "audio": self._act("Audio…", "Ctrl+,", self._open_audio),
+            "network": self._act("Network…", "Ctrl+Shift+N", self._open_network),
             "cost": self._act("Cost of a block…", "Ctrl+Shift+B", self._open_cost),
             "keys": self._act("Keyboard shortcuts", "F1", self._show_shortcuts),
             "about": self._act("About Underfoot", "", self._show_about),

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from underfoot.devices.transports import split_target, target_forms
 from underfoot.engine.loss_concealment import LossConcealment
-from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Started
+from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Report, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
-from underfoot.floor.contacts import ContactRows, ContactTracker
+from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
@@ -52,7 +52,7 @@ class FileStream:
         if seconds is not None:
             end = int(np.searchsorted(forces.time_s, forces.time_s[0] + seconds))
         self._time_s, self._force_n = forces.time_s[:end], forces.force_n[:end]
-        self._finder = _StepFinder(floor, forces.rate_hz)
+        self._finder = StepFinder(floor, forces.rate_hz)
         self._stopped = False
 
     def __iter__(self) -> Iterator[Found]:
@@ -85,7 +85,7 @@ class SessionStream:
         self._rate = target.rate
         played = Patch.load(patch, REGISTRY) if patch else Patch(title="monitor")
         self._session = Session(target, played, REGISTRY, patch.parent if patch else None)
-        self._finder = _StepFinder(target.floor, self._session.force_rate_hz)
+        self._finder = StepFinder(target.floor, self._session.force_rate_hz)
         self._record = record
         self._stopped = False
 
@@ -126,21 +126,26 @@ class SessionStream:
 
     def _news(self) -> Iterator[str]:
         for report in self._session.poll():
-            match report:
-                case Notice(text) if not self._session.health.running:
-                    raise DeviceError(text)
-                case Notice(text) | Started(notice=text) if text:
-                    yield text
-                case Compiling(ready, total):
-                    yield f"first use: compiling kernels: {ready} of {total} parts ready"
-                case ProcessDied(process, reason):
-                    yield f"the {process} was lost and is started again: {reason}"
-                case Fault(node, tile, frame):
-                    yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
+            yield from news_of(report, self._session.health.running)
 
 
-class _StepFinder:
-    """Contacts and footsteps from chunks of force samples."""
+def news_of(report: Report, running: bool) -> Iterator[str]:
+    """What a person is told of a report; `DeviceError` for one of an engine that cannot run."""
+    match report:
+        case Notice(text) if not running:
+            raise DeviceError(text)
+        case Notice(text) | Started(notice=text) if text:
+            yield text
+        case Compiling(ready, total):
+            yield f"first use: compiling kernels: {ready} of {total} parts ready"
+        case ProcessDied(process, reason):
+            yield f"the {process} was lost and is started again: {reason}"
+        case Fault(node, tile, frame):
+            yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
+
+
+class StepFinder:
+    """Contacts and footsteps from chunks of force samples, at `rate_hz`."""
 
     def __init__(self, floor: Floor, rate_hz: float) -> None:
         self._floor = floor
@@ -150,6 +155,7 @@ class _StepFinder:
         self._untared = np.zeros(len(floor.tiles), bool)
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
+        """What the next samples brought: `time_s` (n,) and `force_n` (n, tiles, 4), NaN where one was lost."""
         if not np.isfinite(force_n).all():
             force_n = force_n.copy()
             self._concealment.fill(time_s, force_n, len(time_s))
@@ -158,11 +164,26 @@ class _StepFinder:
         now = float(time_s[-1]) if len(time_s) else -math.inf
         return Found(followed.rows, self._counter.feed(followed.finished, now))
 
+    def ongoing(self) -> tuple[OngoingContact, ...]:
+        """The contacts at the latest sample, each with the person who stands there, if that is known."""
+        person_at = self._counter.person_at
+        return tuple(
+            replace(contact, person=person_at(contact.start_s, (contact.x_m, contact.y_m)))
+            for contact in self._tracker.ongoing()
+        )
+
+    @property
+    def baseline_n(self) -> NDArray[np.float64]:
+        """What each sensor reads unloaded: shape (tiles, 4)."""
+        return self._tracker.baseline_n
+
     def finish(self) -> Found:
+        """What was held back when the stream ends."""
         followed = self._tracker.finish()
         return Found(followed.rows, self._counter.feed(followed.finished, math.inf) + self._counter.finish())
 
     def warnings(self) -> list[str]:
+        """What the person should know of the data."""
         names = [tile.id for tile, untared in zip(self._floor.tiles, self._untared, strict=True) if untared]
         return [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
 

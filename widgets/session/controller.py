@@ -1,6 +1,7 @@
 """The session that the window plays: on which target, whether sound is let out, at what level, and into which file."""
 
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -73,6 +74,8 @@ class SessionController(QObject):
         self._registry, self._settings = registry, settings
         self._patch = Patch()
         self._patch_folder: Path | None = None
+        self.played_as: Callable[[Patch], Patch] = as_it_is
+        """What this session plays for the window's patch: that with what other programs asked for."""
         self._preview_ticket, self._preview_node = 0, ""
         self._worker: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = False
@@ -95,9 +98,23 @@ class SessionController(QObject):
     def edit(self, patch: Patch, folder: Path | None) -> None:
         """Play this patch from now on; `folder` is where it lies, from which paths of sound files are told."""
         self._patch, self._patch_folder = patch, folder
+        self.play_patch()
+
+    def play_patch(self) -> None:
+        """Play the patch of the last `edit`, as `played_as` has it now."""
         if self.session is not None and not self._is_lent:
-            self.session.folder = folder
-            self.session.edit(patch)
+            self.session.folder = self._patch_folder
+            self.session.edit(self.played_as(self._patch))
+
+    @property
+    def patch(self) -> Patch:
+        """The patch of the last `edit`."""
+        return self._patch
+
+    @property
+    def is_lent(self) -> bool:
+        """Whether a study has the session."""
+        return self._is_lent
 
     def set_target(self, target: Target) -> None:
         """Close the session and open one on another target. Nobody waits for the old one to end."""
@@ -237,7 +254,7 @@ class SessionController(QObject):
         """Follow a session no more, and end it."""
         self.record(False)
         self.bridge.leave()
-        self.session = None
+        self.session, self.played_as = None, as_it_is
         self._end(session)
 
     def _end(self, session: Session) -> None:
@@ -343,6 +360,11 @@ class SessionController(QObject):
             session.end_recording()
             self.said.emit(f"The recording was saved as {path}")
         self.recording_changed.emit(session.recording)
+
+
+def as_it_is(patch: Patch) -> Patch:
+    """The window's patch, when nobody else asks for anything."""
+    return patch
 
 
 def _recording_path() -> Path:

@@ -7,6 +7,15 @@ import msgspec
 
 from underfoot.errors import UnderfootError
 from underfoot.files import read_file, write_file
+from underfoot.network.plan import LISTEN_PORT, SEND_PORT, TUIO_PORT, loopback
+
+WAYS = {
+    "tuio": loopback(TUIO_PORT),
+    "tuio2": loopback(TUIO_PORT),
+    "send": loopback(SEND_PORT),
+    "listen": loopback(LISTEN_PORT),
+}
+"""The ways to other programs, each with its address on this computer."""
 
 LOW_LEVEL_DB = -30.0
 """The output level of the very first start."""
@@ -18,7 +27,8 @@ class Settings(msgspec.Struct):
     `simulation` is the file of what simulated tiles are made of, "" for ideal ones. `sound` is "" for the default
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
-    metres right of and above the screen's. `stars` are the files of presets with a star.
+    metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
+    of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -45,6 +55,8 @@ class Settings(msgspec.Struct):
     references: dict[str, str] = {}
     projector_scale: float = 1.0
     projector_at: tuple[float, float] = (0.0, 0.0)
+    network_addresses: dict[str, str] = {}
+    network_on: list[str] = []
     geometry: str = ""
     recent: list[str] = []
     stars: list[str] = []

@@ -204,6 +204,13 @@ class Pulse(Command):
 
 
 @dataclass(frozen=True)
+class Mark(Command):
+    """Words at a moment: they do nothing, and are recorded with their frame."""
+
+    text: str
+
+
+@dataclass(frozen=True)
 class TileEqualiser(Command, kind="Correct"):
     """How a tile is driven from now on, as its profile says: m/s^2 a full-scale unit, and its equaliser.
 

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from underfoot.engine.child_process import ChildProcess
-from underfoot.engine.rings import Reader, Ring, RingName
+from underfoot.engine.rings import Reader, Ring, RingName, load_reading
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.records.recording import Writer
 
@@ -104,6 +104,7 @@ class Job:
 def run(connection: Connection, job: Job) -> None:
     """The process's main function: writes until the connection ends, then closes the file."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
+    load_reading()  # before there is a file: whoever sees that knows that nothing is missed from now on
     try:
         writer = Writer(Path(job.path), job.about, job.resume)
         readers = {

@@ -151,6 +151,7 @@ class Session:
         else:
             for command in moved:
                 self.send(command)
+            self.patch = patch  # as it was given: `send` has written defaults out
 
     def send(self, command: Command) -> None:
         """Send one command to the engine; what it sets outlives the engine.

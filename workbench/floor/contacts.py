@@ -21,7 +21,7 @@ Where no sample comes for 40 ms there is a gap. A contact ends at it, and one be
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -104,7 +104,8 @@ class Contact:
 class OngoingContact:
     """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own.
 
-    `person` is who stands there, as far as somebody has said so (`walks.StepCounter.person_at`), else 0.
+    `person` is who stands there, as far as somebody has said so (`walks.StepCounter.person_at`), else 0. `loads` are
+    the numbers of what presses on its tiles, which stay while they last.
     """
 
     id: int
@@ -114,6 +115,7 @@ class OngoingContact:
     tiles: tuple[int, ...]
     start_s: float = math.nan
     person: int = 0
+    loads: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -220,12 +222,17 @@ class ContactTracker:
         on: dict[int, list[int]] = {}
         foot_of: dict[int, int] = {}
         start_s: dict[int, float] = {}
+        tokens: dict[int, list[int]] = {}
         for load, earlier in sorted(self._feet.standing(), key=lambda found: found[0].sample):
             foot = load.foot or (foot_of.get(earlier.token, earlier.foot) if earlier else 0) or -1 - load.tile
             foot_of[load.token] = foot
             on.setdefault(foot, []).append(load.tile)
             start_s.setdefault(foot, load.start_s)
-        return tuple(self._ongoing_contact(max(foot, 0), sorted(on[foot]), start_s[foot]) for foot in on)
+            tokens.setdefault(foot, []).append(load.token)
+        return tuple(
+            replace(self._ongoing_contact(max(foot, 0), sorted(on[foot]), start_s[foot]), loads=tuple(tokens[foot]))
+            for foot in on
+        )
 
     @property
     def loads_n(self) -> NDArray[np.float64]:

@@ -365,11 +365,14 @@ class FootFinder:
         return load.end + bridged > later.sample
 
     def _provisional(self, load: Load) -> Load | None:
-        """An earlier load of the same foot, as far as can be said at once: what comes a swing later is another foot."""
+        """An earlier load of the same foot, as far as can be said at once.
+
+        What comes a swing later, or presses further away now than a foot reaches, is another foot until it is decided.
+        """
         for other in self._candidates(load):
             if other.end is None:
                 cost = self._judge(load, other.foot, False) if other.foot else math.nan
-                at_once = load.start_s - other.start_s < SWING_S
+                at_once = load.start_s - other.start_s < SWING_S and _now_apart_m(load, other) <= APART_M
                 if cost is not None and (at_once or not math.isnan(cost)):
                     return other
         return None
@@ -448,6 +451,12 @@ def _centre(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
 
 def _distance(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
     return float(np.hypot(*(first[1:3] - _centre(track, float(first[0])))))
+
+
+def _now_apart_m(load: Load, other: Load) -> float:
+    """How far two loads press from each other now; 0 where one has just begun."""
+    track, others = load.track(), other.track()
+    return math.dist(track[-1, 1:3], others[-1, 1:3]) if len(track) and len(others) else 0.0
 
 
 def _nearest(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:

@@ -40,7 +40,7 @@ class LslMarkers:
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
         """`BadValue` where the package pylsl is not installed."""
-        self._lsl = _pylsl()
+        self._lsl = lsl_library()
         markers = self._lsl.StreamInfo("Underfoot markers", "Markers", 1, 0, "string", "underfoot-markers")
         force = self._lsl.StreamInfo(
             "Underfoot force", "Force", len(floor.tiles), force_hz, "float32", "underfoot-force"
@@ -93,7 +93,8 @@ class SerialTrigger:
         self._port.close()
 
 
-def _pylsl() -> Any:
+def lsl_library() -> Any:
+    """The package pylsl; `BadValue` where it is not installed."""
     try:
         import pylsl
     except (ImportError, RuntimeError):

@@ -1,0 +1,226 @@
+"""Cues in a running session: from which frame on they are played, what they leave alone, and that they are recorded."""
+
+from contextlib import closing
+
+import numpy as np
+import pytest
+from live import live
+from osc_ends import LOOPBACK, OscEnd, free_port
+
+from underfoot.engine.commands import Level, Mark, Panic, Set, Strike, Swap
+from underfoot.engine.reports import CommandApplied
+from underfoot.engine.session_replay import replay
+from underfoot.errors import BadValue
+from underfoot.network.cue_player import CuePlayer
+from underfoot.network.plan import NetworkPlan
+from underfoot.network.server import NetworkServer
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.records.recording import Recording
+
+
+def hum():
+    """80 Hz on all tiles."""
+    patch = Patch(title="hum").add("tone", REGISTRY, frequency=80.0).add("tile-output", REGISTRY)
+    return patch.connect("tone.out", "tile-output.acceleration", REGISTRY)
+
+
+class Stage:
+    """A session with a server and a client of it."""
+
+    def __init__(self, playing, server, port, client):
+        self.playing, self.server, self.port, self.client = playing, server, port, client
+        self.player = CuePlayer(playing.session, server, hum())
+        self._taken = 0
+
+    def poll(self):
+        self.playing.poll()
+        reports, self._taken = self.playing.reports[self._taken :], len(self.playing.reports)
+        self.player.tick(reports)
+
+    def until(self, holds, what):
+        def look():
+            self.poll()
+            return holds()
+
+        return self.playing.until(look, what)
+
+    def say(self, address, *arguments):
+        self.client.say(self.port, address, *arguments)
+
+    def answer(self, address, number):
+        """The answer to the cue of this number."""
+
+        def found():
+            return next((rest for n, *rest in self.client.hear(address) if n == number), None)
+
+        return self.until(found, f"{address} {number}")
+
+    def frame_of(self, holds):
+        """The frame of the newest command of which something holds."""
+        return [done.frame for done in self.playing.of(CommandApplied) if holds(done.command)][-1]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    return tmp_path_factory.mktemp("cues") / "session.underfoot"
+
+
+@pytest.fixture(scope="module")
+def stage(until, recorded):
+    """A hum on four simulated tiles, recorded, on which nobody walks."""
+    port = free_port()
+    plan = NetworkPlan.of(listen=f"{LOOPBACK}:{port}")
+    with live(hum(), until, record=recorded, start=False, walker=False) as playing, closing(OscEnd()) as client:
+        until(recorded.exists, "the recorder is there before the first frame")
+        playing.session.start()
+        target = playing.session.target
+        with closing(NetworkServer(plan, target.floor, target.rate, playing.session.force_rate_hz)) as server:
+            playing.complete()
+            playing.session.send(Level(0.0))
+            yield Stage(playing, server, port, client)
+
+
+def test_a_preset_on_one_tile_is_answered_with_the_frame_from_which_it_plays(stage):
+    stage.say("/underfoot/play", "stimulus-sp", "t2", -6.0, 11)
+    frame, time_s, ago_s = stage.answer("/underfoot/played", 11)
+    assert frame == stage.frame_of(lambda command: isinstance(command, Swap))
+    assert time_s == frame / 48_000.0
+    assert 0.0 <= ago_s < 60.0
+    stage.playing.play(20_000)
+    played = stage.playing.played(frame + 4_800, 9_600)
+    assert np.abs(played[:, [0, 2, 3]]).max() > 0.0, "the others play on"
+    assert not np.isnan(played).any()
+    assert np.abs(played[2_400:, 1]).max() < 1e-3, "nobody stands on it: the stimulus waits for a foot"
+
+
+def test_a_strike_behind_a_preset_waits_until_that_plays(stage):
+    stage.say("/underfoot/play", "tacton-ws1", "t2", 0.0, 21)
+    stage.say("/underfoot/strike", "t2", 1.0, 22)
+    frame, _, _ = stage.answer("/underfoot/played", 21)
+    struck, _, _ = stage.answer("/underfoot/played", 22)
+    assert struck >= frame
+    stage.playing.play(40_000)
+    played = stage.playing.played(struck, 24_000)
+    assert np.abs(played[:, 1]).max() > 0.01
+
+
+def test_another_gain_moves_in_a_ramp_without_a_new_program(stage):
+    swaps = len([done for done in stage.playing.of(CommandApplied) if isinstance(done.command, Swap)])
+    stage.say("/underfoot/play", "tacton-ws1", "t2", -12.0, 31)
+    frame, _, _ = stage.answer("/underfoot/played", 31)
+    assert frame == stage.frame_of(lambda command: isinstance(command, Set) and command.name == "gain")
+    assert swaps == len([done for done in stage.playing.of(CommandApplied) if isinstance(done.command, Swap)])
+    stage.say("/underfoot/play", "tacton-ws1", "t2", -12.0, 32)
+    again, _, ago_s = stage.answer("/underfoot/played", 32)
+    assert again >= frame
+    assert abs(ago_s) < 5.0, "nothing had to be done"
+
+
+def test_a_value_is_set_and_stop_undoes_it(stage):
+    stage.say("/underfoot/set", "tone", "frequency", 160, 41)
+    frame, _, _ = stage.answer("/underfoot/played", 41)
+    assert frame == stage.frame_of(lambda command: command == Set("tone", "frequency", 160.0))
+    assert stage.player.cued.values
+    stage.say("/underfoot/stop", "all", 42)
+    frame, _, _ = stage.answer("/underfoot/played", 42)
+    assert frame == stage.frame_of(lambda command: isinstance(command, Swap))
+    assert stage.playing.session.patch == hum()
+
+
+def test_a_mark_is_told_and_recorded_at_its_frame(stage):
+    stage.say("/underfoot/mark", "trial 1", 51)
+    frame, _, _ = stage.answer("/underfoot/played", 51)
+    assert frame == stage.frame_of(lambda command: command == Mark("trial 1"))
+
+
+REFUSED = (
+    ("/underfoot/play", "granite", "t1", 0.0, 61),
+    ("/underfoot/play", "gravel", "t9", 0.0, 62),
+    ("/underfoot/set", "nothing", "frequency", 1.0, 63),
+    ("/underfoot/set", "tone", "colour", 1.0, 64),
+    ("/underfoot/set", "tone", "frequency", 1e9, 65),
+    ("/underfoot/set", "tile-output", "tiles", "t1", 66),
+    ("/underfoot/strike", "t9", 1.0, 67),
+    ("/underfoot/stop", "t9", 68),
+)
+
+
+@pytest.mark.parametrize("cue", REFUSED, ids=lambda cue: " ".join(map(str, cue[:3])))
+def test_what_cannot_be_is_refused_and_changes_nothing(stage, cue):
+    before = stage.playing.session.patch
+    stage.say(*cue)
+    address, reason = stage.answer("/underfoot/refused", cue[-1])
+    assert address == cue[0]
+    assert "allowed: " in reason
+    assert stage.playing.session.patch == before
+
+
+def test_a_bad_cue_does_not_spoil_the_good_ones_with_it(stage):
+    stage.say("/underfoot/set", "tone", "frequency", 90.0, 71)
+    stage.say("/underfoot/set", "tone", "frequency", 1e9, 72)
+    stage.say("/underfoot/set", "tone", "amplitude", 0.5, 73)
+    stage.answer("/underfoot/refused", 72)
+    for number in (71, 73):
+        stage.answer("/underfoot/played", number)
+    tone = stage.playing.session.patch.node("tone")
+    assert tone.parameters == {"frequency": 90.0, "amplitude": 0.5}
+
+
+def test_an_edit_of_the_floors_own_patch_keeps_the_cues(stage):
+    stage.playing.session.edit(stage.player.over(hum().set("tile-output", "level", 0.5, REGISTRY)))
+    assert stage.playing.session.patch.node("tone").parameters["frequency"] == 90.0
+    assert stage.playing.session.patch.node("tile-output").parameters["level"] == 0.5
+    stage.playing.session.edit(stage.player.over(Patch()))
+    assert stage.playing.session.patch == Patch()
+    stage.playing.session.edit(stage.player.over(hum()))
+    stage.say("/underfoot/stop")
+    stage.until(lambda: stage.playing.session.patch == hum(), "all is as it was")
+
+
+def test_while_a_study_has_the_floor_cues_are_refused(stage):
+    before = stage.server.counts.received
+    stage.say("/underfoot/mark", "m", 81)
+    stage.playing.until(lambda: stage.server.counts.received > before, "it came")
+    stage.player.tick([], "a study has the floor")
+    _, reason = stage.answer("/underfoot/refused", 81)
+    assert reason == "a study has the floor"
+
+
+def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
+    stage.say("/underfoot/panic")
+    stage.until(lambda: any(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied)), "panic")
+    assert stage.playing.session.panicked
+    stage.say("/underfoot/play", "gravel", "t1", 0.0, 91)
+    frame, _, _ = stage.answer("/underfoot/played", 91)
+    stage.playing.play(12_000)
+    assert not stage.playing.played(frame, 9_000).any()
+    stage.playing.session.play()
+
+
+def test_the_recording_of_all_this_has_the_cues_and_replays_to_the_same_bytes(stage, recorded):
+    stage.playing.play(9_600)
+    stage.playing.session.stop_recording()
+    with Recording(recorded) as recording:
+        kinds = {kind for _, kind, _ in recording.commands()}
+        first, played = recording.vibration()
+        assert (first, recording.gaps()) == (0, [])
+    assert {"Swap", "Set", "Strike", "Mark", "Panic"} <= kinds
+    assert replay(recorded, REGISTRY, 333).samples.tobytes() == played.tobytes()
+
+
+def test_a_node_that_is_called_as_a_cue_would_be_is_said(stage):
+    from underfoot.network.cue_patch import Cued, with_cues
+
+    cued = Cued().playing(["t1"], "gravel", 0.0)
+    taken = next(node for node in with_cues(Patch(), cued, ("t1",), REGISTRY).nodes)
+    with pytest.raises(BadValue, match=f"{taken.id}.*another id"):
+        with_cues(Patch(nodes=(taken,)), cued, ("t1",), REGISTRY)
+
+
+def test_strikes_are_commands_of_the_engine_for_each_tile(stage):
+    before = len([done for done in stage.playing.of(CommandApplied) if isinstance(done.command, Strike)])
+    stage.say("/underfoot/strike", "all", 0.5, 95)
+    stage.answer("/underfoot/played", 95)
+    struck = [done.command for done in stage.playing.of(CommandApplied) if isinstance(done.command, Strike)][before:]
+    assert struck == [Strike("", tile, 0.5) for tile in ("t1", "t2", "t3", "t4")]

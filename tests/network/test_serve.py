@@ -1,0 +1,90 @@
+"""`underfoot serve`, and the clients of docs/network.md against it: their code as it stands, but for the ports."""
+
+import contextlib
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from osc_ends import LOOPBACK, free_port
+
+from underfoot.records.recording import Recording
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "network.md"
+
+
+class Served:
+    """A served session in a process of its own, with somebody who walks on it."""
+
+    def __init__(self, folder):
+        self.cues, self.messages, self.recording = free_port(), free_port(), folder / "served.underfoot"
+        command = [
+            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--record", self.recording,
+            "--listen", f"{LOOPBACK}:{self.cues}", "--send", f"{LOOPBACK}:{self.messages}", "--seconds", "300",
+        ]  # fmt: skip
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ.copy())
+
+    def code(self, what):
+        """The block of Python of the page that has these words, for our ports."""
+        blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.MULTILINE | re.DOTALL)
+        (block,) = (block for block in blocks if what in block)
+        return block.replace("9701", str(self.messages)).replace("9700", str(self.cues))
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    made = Served(tmp_path_factory.mktemp("served"))
+    yield made
+    if made.process.poll() is None:
+        made.process.kill()
+        made.process.communicate()
+
+
+def test_the_client_of_thirty_lines_hears_a_foot_and_plays(served):
+    code = served.code("Hears contacts")
+    assert len([line for line in code.splitlines() if line]) <= 30
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        variables = {}
+        exec(code, variables)
+    variables["heard"].close()
+    variables["asks"].close()
+    contact, played = said.getvalue().splitlines()
+    assert re.fullmatch(r"contact \d+ at 0\.\d\d, 0\.\d\d m with \d+ N", contact)
+    assert re.fullmatch(r"/underfoot/played \d+ \[\d+, [\d.]+, -?[\d.]+\]", played)
+
+
+def test_the_trial_for_psychopy_gets_its_onset(served):
+    variables = {}
+    exec(served.code("PsychoPy trial"), variables)
+    floor = variables["Floor"](port=served.cues)
+    before_s = time.perf_counter()
+    first = variables["trial"](floor, time.perf_counter, "tacton-ws1", "t2", -6.0)
+    second = variables["trial"](floor, time.perf_counter, "tacton-ws2", "t2", -6.0)
+    with pytest.raises(RuntimeError, match="allowed: -80 to 20 dB"):
+        variables["trial"](floor, time.perf_counter, "tacton-ws2", "t2", 60.0)
+    floor.socket.close()
+    assert before_s < first["onset_s"] < second["onset_s"] < time.perf_counter()
+    apart_s = (second["frame"] - first["frame"]) / 48_000.0
+    assert second["onset_s"] - first["onset_s"] == pytest.approx(apart_s, abs=0.5)
+
+
+def test_it_ends_when_asked_to_and_has_recorded_the_cues(served):
+    served.process.send_signal(signal.SIGINT)
+    _, error = served.process.communicate(timeout=60.0)
+    assert served.process.returncode == 0, error
+    assert re.search(r"\d+ datagrams sent, \d+ cues received, 1 refused", error)
+    with Recording(served.recording) as recording:
+        marks = [body for _, kind, body in recording.commands() if kind == "Mark"]
+    assert marks == ['{"text":"tacton-ws1 on t2"}', '{"text":"tacton-ws2 on t2"}']
+
+
+def test_what_cannot_be_served_is_one_line(refused):
+    assert "HOST:PORT" in refused("serve", "simulator", "--tuio", "somewhere:3333")
+    assert "above 0" in refused("serve", "simulator", "--seconds", "0")
+    assert "--level" in refused("serve", "simulator", "--level", "6")
+    assert "there.json" in refused("serve", "simulator", "--patch", "there.json")

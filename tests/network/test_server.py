@@ -1,0 +1,241 @@
+"""The server over real sockets: what it sends and how often, and that nothing malformed is accepted."""
+
+import json
+import random
+import struct
+import time
+from contextlib import closing
+
+import numpy as np
+import pytest
+from osc_ends import LOOPBACK, CursorDecoder, OscEnd, free_port
+from pythonosc.osc_message_builder import build_msg
+
+from underfoot import __version__
+from underfoot.errors import DeviceError
+from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import default_floor
+from underfoot.network.cues import MarkCue, PanicCue, PlayCue
+from underfoot.network.osc import bundle, message
+from underfoot.network.plan import NetworkPlan
+from underfoot.network.server import IDLE_S, MOST_BYTES, MOST_CUES_S, NetworkServer
+
+RATE, FORCE_HZ = 48_000.0, 1000.0
+
+
+@pytest.fixture
+def end():
+    with closing(OscEnd()) as made:
+        yield made
+
+
+@pytest.fixture
+def serve():
+    """`serve(**ways)`: a server of a 2 x 2 floor."""
+    made = []
+
+    def start(before=None, **ways):
+        made.append(NetworkServer(NetworkPlan.of(**ways), default_floor(), RATE, FORCE_HZ, before))
+        return made[-1]
+
+    yield start
+    for server in made:
+        server.close()
+
+
+def listening():
+    port = free_port()
+    return port, f"{LOOPBACK}:{port}"
+
+
+def contact(load=0, x_m=0.1, id=0):
+    return OngoingContact(id, x_m, 0.1, 700.0, (0,), 0.0, 3, (load,))
+
+
+def test_contacts_go_out_sixty_times_a_second_until_they_end(serve, end, until):
+    server, decoder, frames = serve(tuio=end.text), CursorDecoder(), []
+
+    def hear():
+        frames.extend(end.datagrams())
+        return frames
+
+    for k in range(40):
+        server.show(k / 60.0, [contact(x_m=0.1 + 0.001 * k)])
+        time.sleep(1.0 / 60.0)
+    until(lambda: len(hear()) >= 30, "frames come")
+    server.show(1.0, [])
+    until(lambda: hear()[-1][1][1] == ["alive"], "the contact has ended")
+    for frame in frames:
+        decoder.take(frame)
+    assert decoder.sources == {"underfoot@127.0.0.1"}
+    assert (decoder.added, decoder.removed) == ([1], [1])
+    assert decoder.sequences == list(range(decoder.sequences[0], decoder.sequences[0] + len(decoder.sequences)))
+
+
+def test_contacts_that_nobody_tells_of_any_more_end(serve, end, until):
+    server = serve(send=end.text)
+    server.show(0.5, [contact()])
+    until(lambda: end.hear("/underfoot/contact") and end.hear("/underfoot/contact")[0][3] == 700.0, "it is sent")
+    until(lambda: end.hear("/underfoot/contacts")[-1][1] == 0, "nobody is there any more", seconds=10 * IDLE_S)
+
+
+def test_the_last_word_is_that_nobody_is_there_and_ids_go_on(serve, end, until):
+    first = serve(tuio=end.text)
+    first.show(0.5, [contact()])
+    until(lambda: ["alive", 1] in end.hear("/tuio/2Dcur"), "the contact is sent")
+    first.close()
+    assert end.hear("/tuio/2Dcur")[-2:-1] == [["alive"]]
+    last = end.hear("/tuio/2Dcur")[-1][1]
+    second = serve(before=first, tuio=end.text)
+    second.show(0.1, [contact()])
+    until(lambda: ["alive", 2] in end.hear("/tuio/2Dcur"), "the next id")
+    assert last + 1 in [arguments[1] for arguments in end.hear("/tuio/2Dcur") if arguments[0] == "fseq"]
+    assert second.counts.sent > 0
+
+
+def test_a_step_names_the_contact_under_which_it_was_sent(serve, end, until):
+    server = serve(send=end.text)
+    server.show(0.5, [contact(load=4, id=9)])
+    until(lambda: end.hear("/underfoot/contact"), "the contact is sent")
+    server.tell_step(Step(2, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9), 0.7)
+    (step,) = until(lambda: end.hear("/underfoot/step"), "the step is sent")
+    assert step == [2, 1, 0, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
+
+
+def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
+    pylsl = pytest.importorskip("pylsl")
+    server = serve(lsl=True)
+    inlets = {}
+    for name in ("contacts", "steps", "marks", "force"):
+        (found,) = pylsl.resolve_byprop("source_id", f"underfoot-live-{name}", timeout=20.0)
+        inlets[name] = pylsl.StreamInlet(found)
+        inlets[name].open_stream(timeout=20.0)
+    assert inlets["force"].channel_count == 4
+
+    def heard(name, tell):
+        """The first sample of a stream, of which it is told until it comes."""
+
+        def look():
+            tell()
+            return inlets[name].pull_sample(timeout=0.02)[0]
+
+        return until(look, name)
+
+    person = heard("contacts", lambda: server.show(0.6, [contact(load=4, id=9)]))
+    assert person == [1.0, 0.1, 0.1, 700.0, 3.0]
+    step = Step(2, "t3", "right", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9, person=3)
+    told = heard("steps", lambda: server.tell_step(step, 0.7))
+    assert told == [2.0, 1.0, 3.0, 1.0, 2.0, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
+    assert heard("marks", lambda: server.tell_mark("begin", 0, 0.0)) == ["begin"]
+    loads = np.arange(8.0).reshape(2, 4)
+    assert heard("force", lambda: server.tell_force(loads, 0.01)) in loads.tolist()
+    assert server.trouble == ""
+    for inlet in inlets.values():
+        inlet.close_stream()
+
+
+def test_hello_is_answered_with_all_that_a_client_needs(serve, end, until):
+    port, address = listening()
+    serve(listen=address, tuio="127.0.0.1:3333")
+    end.say(port, "/underfoot/hello")
+    ((name, version, text),) = until(lambda: end.hear("/underfoot/hello"), "an answer")
+    about = json.loads(text)
+    assert (name, version) == ("underfoot", __version__)
+    assert about["ways"] == {"tuio": "127.0.0.1:3333", "listen": address}
+    assert [tile["id"] for tile in about["tiles"]] == ["t1", "t2", "t3", "t4"]
+    assert about["box_m"] == pytest.approx([0.615, 0.615])
+    assert "gravel" in about["presets"]
+
+
+def test_cues_come_in_the_order_in_which_they_were_sent(serve, end, until):
+    port, address = listening()
+    server = serve(listen=address)
+    end.send(port, bundle([message("/underfoot/mark", "one", 1), bundle([message("/underfoot/mark", "two")])]))
+    end.say(port, "/underfoot/play", "gravel", "t1", -6.0, 4)
+    end.say(port, "/underfoot/panic")
+    until(lambda: server.counts.received == 4, "all came")
+    found = server.cues()
+    assert [one.cue for one in found] == [
+        MarkCue("one", 1), MarkCue("two"), PlayCue("gravel", "t1", -6.0, 4), PanicCue(),
+    ]  # fmt: skip
+    server.answer_played(found[2], 96_000, 0.125)
+    server.answer_refused(found[0], "no")
+    assert until(lambda: end.hear("/underfoot/played")) == [[4, 96_000, 2.0, 0.125]]
+    assert until(lambda: end.hear("/underfoot/refused")) == [[1, "/underfoot/mark", "no"]]
+
+
+def test_what_is_osc_but_no_cue_is_refused_with_a_reason(serve, end, until):
+    port, address = listening()
+    server = serve(listen=address)
+    end.say(port, "/underfoot/play", "gravel", "t1", float("nan"))
+    ((number, refused, reason),) = until(lambda: end.hear("/underfoot/refused"))
+    assert (number, refused, reason) == (-1, "/underfoot/play", "gain_db is nan; allowed: -80 to 20 dB")
+    assert server.counts.refused == 1
+    assert not server.cues()
+
+
+def malformed(rng):
+    """A datagram that no server may accept."""
+    good = bytearray(build_msg("/underfoot/play", ["gravel", "t1", -6.0]).dgram)
+    kind = rng.randrange(8)
+    if kind == 0:
+        return rng.randbytes(rng.randrange(1, 200))
+    if kind == 1:
+        return bytes(good[: rng.randrange(1, len(good))])
+    if kind == 2:
+        return bytes(good) + rng.randbytes(4 * rng.randrange(1, 9))
+    if kind == 3:
+        return build_msg("/underfoot/play", ["gravel", "t1", rng.choice([float("nan"), float("inf"), 1e9])]).dgram
+    if kind == 4:
+        packet = message("/underfoot/panic")
+        for _ in range(rng.randrange(5, 100)):
+            packet = bundle([packet])
+        return packet
+    if kind == 5:
+        return b"#bundle\0" + bytes(8) + struct.pack(">i", rng.choice([-4, -1, 0, 3, 2**31 - 1])) + bytes(good)
+    if kind == 6:
+        return b"/underfoot/mark\0,b\0\0" + struct.pack(">i", rng.randrange(1000)) + rng.randbytes(rng.randrange(4_000))
+    return b"/underfoot/mark\0,s\0\0\xff\xfe" + rng.randbytes(1) + b"\0"
+
+
+def test_malformed_datagrams_are_counted_and_nothing_else(serve, end, until):
+    """By hand it was tried with 1e5."""
+    port, address = listening()
+    server, rng, count = serve(listen=address), random.Random(7), 2000
+    for k in range(count):
+        end.send(port, malformed(rng))
+        if k % 20 == 19:  # the system keeps so many until they are read
+            until(lambda sent=k + 1: server.counts.refused >= sent, "all are refused", every=0.001)
+    assert (server.counts.refused, server.counts.received, server.cues()) == (count, 0, [])
+    end.datagrams()
+    time.sleep(0.3)
+    end.say(port, "/underfoot/hello")
+    until(lambda: end.hear("/underfoot/hello"), "it still answers")
+
+
+def test_more_than_so_many_cues_a_second_are_refused_but_panic_is_heard(serve, end, until):
+    port, address = listening()
+    server = serve(listen=address)
+    for k in range(300):
+        end.say(port, "/underfoot/mark", "m", k)
+    end.say(port, "/underfoot/panic")
+    until(lambda: server.counts.received + server.counts.refused >= 301, "all were read")
+    heard = server.cues()
+    assert heard[-1].cue == PanicCue()
+    assert 0.2 * MOST_CUES_S < len(heard) < 300
+    assert "a second" in server.counts.reason
+
+
+def test_a_long_datagram_is_refused_unread(serve, end, until):
+    port, address = listening()
+    server = serve(listen=address)
+    for k, length in enumerate((MOST_BYTES, 60_000), 1):
+        end.send(port, message("/underfoot/mark", "m" * length))
+        until(lambda k=k: server.counts.refused == k, "it is refused")
+    assert str(MOST_BYTES) in server.counts.reason
+
+
+def test_a_port_that_is_taken_is_said(serve, end):
+    with pytest.raises(DeviceError, match=f"127.0.0.1:{end.port}.*choose another port"):
+        serve(listen=end.text)

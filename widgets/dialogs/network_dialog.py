@@ -1,0 +1,131 @@
+"""The network dialog: what goes to other programs and where, and whether these may send cues."""
+
+from collections.abc import Callable
+from importlib.util import find_spec
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QGridLayout, QLineEdit, QVBoxLayout, QWidget
+
+from underfoot.errors import UnderfootError
+from underfoot.network.plan import NetworkPlan
+from underfoot.network.server import Counts
+from underfoot.quantities import number
+from underfoot.widgets import theme
+
+_LOOK_MS = 250
+_DIGITS = 9
+ROWS = (
+    ("tuio", "TUIO &1.1 to", "Contacts as cursors, 60 times a second, for tables, screens and game engines."),
+    ("tuio2", "TUIO &2.0 to", "The same as pointers, with force as pressure: 1 is 1000 N."),
+    ("send", "&Messages to", "OSC: contacts in metres and newtons, steps, health, marks."),
+    ("listen", "&Cues at", "OSC: other programs play presets on tiles, set values, mark, silence."),
+)
+LSL = "lsl"
+
+
+class NetworkDialog(QDialog):
+    """Edits addresses and what is used; Apply hands them to `apply(addresses, on)`, which may refuse them.
+
+    `counts` and `trouble` are asked for while the dialog is open.
+    """
+
+    def __init__(
+        self,
+        apply: Callable[[dict[str, str], list[str]], None],
+        counts: Callable[[], Counts],
+        trouble: Callable[[], str],
+        addresses: dict[str, str],
+        on: list[str],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Network")
+        self._apply_to, self._counts, self._trouble = apply, counts, trouble
+        self.used: dict[str, QCheckBox] = {}
+        self.addresses: dict[str, QLineEdit] = {}
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(2 * theme.GRID)
+        grid.setVerticalSpacing(theme.GRID // 2)
+        for row, (name, words, help) in enumerate(ROWS):
+            self._add(grid, 3 * row, name, words, help, name in on)
+            field = self.addresses[name] = QLineEdit(addresses[name])
+            field.setAccessibleName(words.replace("&", ""))
+            field.setToolTip("HOST:PORT; HOST is an IPv4 address or localhost")
+            field.textEdited.connect(self._explain)
+            grid.addWidget(field, 3 * row, 1)
+        self._add(grid, 3 * len(ROWS), LSL, "&LSL streams", _lsl_words(), LSL in on)
+        grid.setColumnStretch(1, 1)
+        self.note = theme.label("", "alarm")
+        self.note.setWordWrap(True)
+        self.counters, self.refusal = theme.label("", "value"), theme.label("", "small")
+        self.refusal.setWordWrap(True)
+        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
+        self.apply = self.buttons.button(QDialogButtonBox.StandardButton.Apply)
+        self.apply.clicked.connect(self._apply)
+        self.apply.setDefault(True)
+        self.buttons.rejected.connect(self.reject)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(2 * theme.GRID)
+        column.addLayout(grid)
+        for widget in (self.note, self.counters, self.refusal):
+            column.addWidget(widget)
+        column.addStretch(1)
+        column.addWidget(self.buttons)
+        self.resize(80 * theme.GRID, 60 * theme.GRID)
+        self._timer = QTimer(self)
+        self._timer.setInterval(_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+        self._timer.start()
+        self._look()
+        self._explain()
+
+    def _add(self, grid: QGridLayout, row: int, name: str, words: str, help: str, on: bool) -> None:
+        box = self.used[name] = QCheckBox(words)
+        box.setChecked(on)
+        box.toggled.connect(self._explain)
+        said = theme.label(help, "small")
+        said.setWordWrap(True)
+        grid.addWidget(box, row, 0)
+        grid.addWidget(said, row + (0 if name == LSL else 1), 1)
+        grid.setRowMinimumHeight(row + 2, theme.GRID)
+
+    def values(self) -> tuple[dict[str, str], list[str]]:
+        """The addresses, and the names of what is to be used."""
+        texts = {name: field.text().strip() for name, field in self.addresses.items()}
+        return texts, [name for name, box in self.used.items() if box.isChecked()]
+
+    def _explain(self) -> None:
+        """Say what the choice means before it is applied: what leaves this computer, or why it cannot be."""
+        addresses, on = self.values()
+        try:
+            plan = NetworkPlan.of(**{name: addresses[name] for name in addresses if name in on}, lsl=LSL in on)
+        except UnderfootError as error:
+            self._say(str(error))
+            return
+        self._say("\n".join(f"{line[0].upper()}{line[1:]}." for line in plan.warnings()))
+
+    def _apply(self) -> None:
+        self._explain()
+        try:
+            self._apply_to(*self.values())
+        except UnderfootError as error:
+            self._say(str(error))
+
+    def _say(self, text: str) -> None:
+        self.note.setText(text)
+        self.note.setVisible(bool(text))
+
+    def _look(self) -> None:
+        counts = self._counts()
+        sent, received, refused = (number(n, _DIGITS) for n in (counts.sent, counts.received, counts.refused))
+        self.counters.setText(f"Sent {sent}   Cues received {received}   Refused {refused}")
+        last = f"Last refused: {counts.reason}" if counts.refused else counts.reason
+        self.refusal.setText(self._trouble() or last)
+
+
+def _lsl_words() -> str:
+    if find_spec("pylsl") is None:
+        return 'Needs the package pylsl: pip install "underfoot[lsl]".'
+    return "Streams of the Lab Streaming Layer: force, contacts, steps, marks. Its discovery is open to the network."

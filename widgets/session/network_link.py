@@ -1,0 +1,136 @@
+"""Between the window's session and other programs: what the window follows is sent, what comes in is carried out."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject
+
+from underfoot.engine.reports import Health, Report
+from underfoot.engine.session import Session
+from underfoot.errors import UnderfootError
+from underfoot.floor.footsteps import Step
+from underfoot.network.cue_player import CuePlayer
+from underfoot.network.plan import OFF, NetworkPlan
+from underfoot.network.server import Counts, NetworkServer
+from underfoot.widgets.session.controller import SessionController, as_it_is
+from underfoot.widgets.session.footstep_tracker import ForceUpdate
+from underfoot.widgets.session.settings import WAYS, Settings
+
+_HEALTH_EVERY = 5  # of those that come ten times a second
+LENT = "a study has the floor, which takes no cues meanwhile"
+
+
+class NetworkLink(QObject):
+    """Serves the window's session as the settings say: `apply` changes these. Sockets are minded by another thread."""
+
+    def __init__(self, controller: SessionController, settings: Settings, panic: Callable[[], None]) -> None:
+        """`panic` silences all that the window plays."""
+        super().__init__(controller)
+        self._controller, self._settings, self._panic = controller, settings, panic
+        self._server: NetworkServer | None = None
+        self._player: CuePlayer | None = None
+        self._counts = Counts()
+        self._reports: list[Report] = []
+        self._healths = 0
+        bridge = controller.bridge
+        controller.opened.connect(self._open)
+        bridge.reported.connect(self._reports.extend)
+        bridge.forces.connect(self._tell_forces)
+        bridge.stepped.connect(self._tell_steps)
+        bridge.health.connect(self._tell_health)
+        bridge.ticked.connect(self._tick)
+
+    @property
+    def counts(self) -> Counts:
+        """What was sent, received and refused since the window was opened."""
+        return self._server.counts if self._server is not None else self._counts
+
+    @property
+    def trouble(self) -> str:
+        """Why something of the plan cannot be; "" where all is well."""
+        return self._server.trouble if self._server is not None else ""
+
+    def apply(self, addresses: dict[str, str], on: list[str]) -> None:
+        """Use these addresses of `WAYS`, and keep them; those named in `on`, which may also name "lsl", are used.
+
+        `UnderfootError` where that cannot be: then nothing has changed.
+        """
+        plan = _plan(addresses, on)
+        self._serve(plan)
+        self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
+
+    def close(self, wait: bool = True) -> None:
+        """Serve no more; `wait` until all has ended."""
+        if self._server is not None:
+            self._server.close(wait)
+            self._counts, self._server = self._server.counts, None
+
+    def _open(self) -> None:
+        """A session was opened: begin to serve it, and say what leaves this computer."""
+        try:
+            plan = _plan({**WAYS, **self._settings.network_addresses}, self._settings.network_on)
+            self._serve(plan)
+        except UnderfootError as error:
+            self._controller.said.emit(f"Nothing is sent to other programs: {error}")
+            return
+        for line in plan.warnings():
+            self._controller.said.emit(f"Network: {line}.")
+
+    def _serve(self, plan: NetworkPlan) -> None:
+        """Serve as planned, or, where that cannot be, as before."""
+        session, before = self._controller.session, self._server
+        self.close(wait=False)
+        if session is None or not plan.is_anything:
+            self._end_cues()
+            return
+        try:
+            self._server = self._made(plan, session, before)
+        except UnderfootError:
+            self._server = self._made(before.plan, session, before) if before is not None else None
+            raise
+        finally:
+            if self._server is not None:
+                self._play_cues_of(self._server, session)
+
+    def _made(self, plan: NetworkPlan, session: Session, before: NetworkServer | None) -> NetworkServer:
+        return NetworkServer(plan, session.target.floor, session.target.rate, session.force_rate_hz, before)
+
+    def _play_cues_of(self, server: NetworkServer, session: Session) -> None:
+        if self._player is not None and self._player.session is session:
+            self._player.server = server
+            return
+        self._reports.clear()
+        self._player = CuePlayer(session, server, self._controller.patch, self._panic)
+        self._controller.played_as = self._player.over
+
+    def _end_cues(self) -> None:
+        """Play the window's own patch again."""
+        if self._player is not None and self._player.session is self._controller.session:
+            self._controller.played_as = as_it_is
+            self._controller.play_patch()
+        self._player = None
+
+    def _tick(self) -> None:
+        if self._server is not None and self._player is not None:
+            self._player.tick(self._reports, LENT if self._controller.is_lent else "")
+        self._reports.clear()
+
+    def _tell_forces(self, update: ForceUpdate) -> None:
+        session = self._controller.session
+        if self._server is not None and session is not None:
+            now_s = float(update.time_s[-1])
+            self._server.show(now_s, update.contacts)
+            self._server.tell_force(update.force_n.sum(axis=2), self._controller.played_s - now_s)
+
+    def _tell_steps(self, steps: list[Step]) -> None:
+        if self._server is not None:
+            for step in steps:
+                self._server.tell_step(step, self._controller.played_s - step.start_s)
+
+    def _tell_health(self, health: Health) -> None:
+        self._healths += 1
+        if self._server is not None and self._healths % _HEALTH_EVERY == 0:
+            self._server.tell_health(health)
+
+
+def _plan(addresses: dict[str, str], on: list[str]) -> NetworkPlan:
+    return NetworkPlan.of(**{name: addresses[name] if name in on else OFF for name in WAYS}, lsl="lsl" in on)

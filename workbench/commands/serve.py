@@ -1,0 +1,163 @@
+"""`underfoot serve`: a session without a window that tells other programs of contacts, and takes cues from them."""
+
+import math
+import signal
+import sys
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from underfoot.commands.compiling import compiling_told
+from underfoot.commands.files import FILE, require_room
+from underfoot.commands.options import grouped
+from underfoot.devices.transports import split_target, target_forms
+from underfoot.errors import BadValue
+
+if TYPE_CHECKING:
+    from underfoot.engine.session import Session
+    from underfoot.engine.target import Target
+    from underfoot.network.server import NetworkServer
+    from underfoot.patch.patch import Patch
+
+_WAIT_S, _HEALTH_S = 0.005, 0.5
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """What the command line says of serving; None is what was not given."""
+
+    target: str
+    floor: Path | None
+    patch: Path | None
+    record: Path | None
+    profiles: Path | None
+    sound: str | None
+    level: float
+    tuio: str
+    tuio2: str
+    listen: str
+    send: str
+    lsl: bool
+    seconds: float | None
+
+
+@click.command(
+    help=f"""Tell other programs of contacts and steps, and play what they ask for (docs/network.md).
+
+    TARGET is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
+    or a force CSV. Each way is HOST:PORT, or "off"; HOST is an IPv4 address or localhost.
+    """
+)
+@click.argument("target")
+@click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
+@click.option("--patch", type=FILE, help="Patch that the floor plays of its own; none by default.")
+@click.option("--record", type=FILE, help="Record the session to this file.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
+@click.option("--sound", help='Sound device to play on: a name, or "default"; none by default.')
+@click.option("--level", type=float, default=-20.0, show_default=True, help="Output level in dB of full scale.")
+@click.option("--tuio", default="127.0.0.1:3333", show_default=True, help="Where TUIO 1.1 cursors go.")
+@click.option("--tuio2", default="off", show_default=True, help="Where TUIO 2.0 pointers go.")
+@click.option("--listen", default="127.0.0.1:9700", show_default=True, help="Where cues are taken.")
+@click.option("--send", default="127.0.0.1:9701", show_default=True, help="Where contacts, steps, health, marks go.")
+@click.option("--lsl", is_flag=True, help="Streams of the Lab Streaming Layer, too.")
+@click.option("--seconds", type=float, help="Stop after this long.")
+@grouped(ServeOptions)
+def serve(options: ServeOptions) -> None:
+    """Tell other programs of contacts and steps, and play what they ask for."""
+    from underfoot.engine.session import Session
+    from underfoot.engine.target import require_source
+    from underfoot.network.plan import NetworkPlan
+    from underfoot.network.server import NetworkServer
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.patch import Patch
+    from underfoot.studies.markers import lsl_library
+
+    if options.seconds is not None and not options.seconds > 0.0:
+        raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
+    if not -120.0 <= options.level <= 0.0:
+        raise BadValue(f"--level is {options.level:g}; allowed: -120 to 0 dB")
+    require_room(options.record, inputs=(options.target, options.floor, options.patch))
+    plan = NetworkPlan.of(options.tuio, options.tuio2, options.listen, options.send, options.lsl)
+    target = _target(options)
+    require_source(target)
+    if plan.lsl:
+        lsl_library()
+    patch = Patch.load(options.patch, REGISTRY) if options.patch else Patch(title="serve")
+    with ExitStack() as stack, compiling_told():
+        session = Session(target, patch, REGISTRY, options.patch.parent if options.patch else None)
+        stack.callback(session.close)
+        server = NetworkServer(plan, target.floor, target.rate, session.force_rate_hz)
+        stack.callback(server.close)
+        for line in plan.warnings():
+            _say(f"warning: {line}")
+        _say("; ".join(_ways(plan.__dict__)))
+        if options.record is not None:
+            session.record(options.record)
+        _run(session, server, patch, options, stack)
+
+
+def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: ServeOptions, stack: ExitStack) -> None:
+    """Serve until the time is over, or a signal ends it."""
+    from underfoot.engine.commands import Level
+    from underfoot.monitoring import StepFinder, news_of
+    from underfoot.network.cue_player import CuePlayer
+
+    floor, rate = session.target.floor, session.target.rate
+    finder, player = StepFinder(floor, session.force_rate_hz), CuePlayer(session, server, patch)
+    stopped: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        stack.callback(signal.signal, number, signal.signal(number, lambda number, _: stopped.append(number)))
+    session.send(Level(options.level))
+    session.start()
+    end_frame = math.inf if options.seconds is None else options.seconds * rate
+    told_s = -math.inf
+    while session.health.frame < end_frame and not stopped:
+        reports = session.poll()
+        for line in (line for report in reports for line in news_of(report, session.health.running)):
+            _say(line)
+        player.tick(reports)
+        frames, forces = session.force.read()
+        health = session.health
+        if len(frames):
+            found = finder.feed(frames / rate, forces)
+            server.show(float(frames[-1]) / rate, finder.ongoing())
+            server.tell_force((forces - finder.baseline_n).sum(axis=2), (health.frame - float(frames[-1])) / rate)
+            for step in found.steps:
+                server.tell_step(step, health.frame / rate - step.start_s)
+        if health.running and time.monotonic() - told_s > _HEALTH_S:
+            told_s = time.monotonic()
+            server.tell_health(health)
+        time.sleep(_WAIT_S)
+    counts = server.counts
+    _say(f"{counts.sent} datagrams sent, {counts.received} cues received, {counts.refused} refused")
+
+
+def _target(options: ServeOptions) -> "Target":
+    from underfoot.engine.target import Target, simulation_of
+    from underfoot.floor.forces import floor_beside
+    from underfoot.floor.layout import Floor, default_floor
+
+    simulation, hardware = simulation_of(options.target), split_target(options.target)
+    if simulation is None and hardware is None:
+        floor = Floor.load(options.floor or floor_beside(options.target))
+        target = Target(floor, kind="replay", source=options.target)
+    else:
+        floor = Floor.load(options.floor) if options.floor else default_floor()
+        target = Target(floor, simulation=simulation or "", profiles=str(options.profiles or ""))
+    if hardware is not None:
+        target = replace(target, kind=hardware[0], source=hardware[1])
+    return replace(target, sound={None: None, "default": ""}.get(options.sound, options.sound))
+
+
+def _ways(plan: dict[str, object]) -> list[str]:
+    words = {"tuio": "TUIO 1.1 to", "tuio2": "TUIO 2.0 to", "listen": "cues at", "send": "messages to"}
+    found = [f"{said} {plan[name]}" for name, said in words.items() if plan[name] is not None]
+    return [*found, *(["LSL streams"] if plan["lsl"] else [])] or ["nothing is sent and nothing is taken"]
+
+
+def _say(line: str) -> None:
+    print(f"underfoot: {line}", file=sys.stderr, flush=True)

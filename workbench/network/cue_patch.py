@@ -1,0 +1,144 @@
+"""The patch that a floor plays with cues: its own, and on some tiles presets instead, each at a gain.
+
+This is a patch like any other, so that what a cue does is swapped in, recorded and replayed as every edit is. A preset
+is in it once, however many tiles play it; each gain has an output of its own.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import msgspec
+
+from underfoot.errors import BadValue, require
+from underfoot.network.cues import ALL
+from underfoot.parameters import Tiles
+from underfoot.patch import library
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch, PlacedNode
+
+SETTABLE = ("number", "count", "choice")
+"""The kinds of parameters that a cue may set: none of them names a file."""
+
+
+@dataclass(frozen=True)
+class Cued:
+    """What cues have asked for: by tile, a preset and its gain in decibels; and values by node and parameter."""
+
+    presets: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    values: Mapping[tuple[str, str], Any] = field(default_factory=dict)
+
+    def playing(self, tiles: Iterable[str], preset: str, gain_db: float) -> "Cued":
+        """With a preset on these tiles."""
+        return replace(self, presets={**self.presets, **dict.fromkeys(tiles, (preset, gain_db))})
+
+    def stopped(self, tiles: Iterable[str]) -> "Cued":
+        """Without presets on these tiles, and without values."""
+        gone = set(tiles)
+        return Cued({tile: cue for tile, cue in self.presets.items() if tile not in gone})
+
+    def setting(self, node: str, parameter: str, value: Any) -> "Cued":
+        """With a value of a parameter."""
+        return replace(self, values={**self.values, (node, parameter): value})
+
+
+def with_cues(patch: Patch, cued: Cued, tiles: tuple[str, ...], registry: Registry) -> Patch:
+    """The patch to play on a floor of these `tiles`. Values of nodes that there are not any more are passed over."""
+    if cued.presets:
+        patch = _on_tiles(patch, [tile for tile in tiles if tile not in cued.presets], tiles, registry)
+        for preset in dict.fromkeys(preset for preset, _ in cued.presets.values()):
+            by_gain: dict[float, list[str]] = {}
+            for tile in tiles:
+                name, gain_db = cued.presets.get(tile, ("", 0.0))
+                if name == preset:
+                    by_gain.setdefault(gain_db, []).append(tile)
+            patch = _joined(patch, _preset_on(preset, by_gain, tiles, registry), registry)
+    for (node, parameter), value in cued.values.items():
+        if any(one.id == node for one in patch.nodes):
+            patch = patch.set(node, parameter, value, registry)
+    return patch
+
+
+def require_settable(patch: Patch, node: str, parameter: str, value: Any, registry: Registry) -> Any:
+    """The value of a parameter as it is played; `BadValue` for one that a cue may not set."""
+    parameters = registry[patch.node(node).type].parameters
+    allowed = [name for name, one in parameters.items() if one.kind in SETTABLE]
+    require(parameter in allowed, "parameter", parameter, ", ".join(allowed) or f"none of {node}")
+    return parameters[parameter].check(value)
+
+
+def _preset_on(preset: str, by_gain: Mapping[float, list[str]], tiles: tuple[str, ...], registry: Registry) -> Patch:
+    """A preset for the tiles of each gain, its nodes under ids that tell whose they are."""
+    known = library.patches()
+    require(preset in known, "preset", preset, "the presets of Underfoot")
+    loaded = Patch.load(known[preset], registry)
+    names = {node.id: f"{node.id}--{preset}" for node in loaded.nodes}
+    nodes = [msgspec.structs.replace(node, id=names[node.id]) for node in loaded.nodes]
+    wires = [tuple(".".join((names[end.partition(".")[0]], end.partition(".")[2])) for end in wire)
+             for wire in loaded.wires]  # fmt: skip
+    renamed = msgspec.structs.replace(loaded, nodes=tuple(nodes), wires=tuple(wires))
+    parts = _listening(renamed, [tile for some in by_gain.values() for tile in some], tiles, registry)
+    for gain_db, some in by_gain.items():
+        parts = _with_outputs(parts, renamed, gain_db, some, tiles, registry)
+    return parts
+
+
+def _listening(patch: Patch, some: list[str], tiles: tuple[str, ...], registry: Registry) -> Patch:
+    """A patch without its outputs, which listens to some tiles only."""
+    kept = patch.remove(node.id for node in patch.nodes if registry[node.type].is_sink)
+    nodes = (_for_tiles(node, some, tiles, registry) or node for node in kept.nodes)
+    return msgspec.structs.replace(kept, nodes=tuple(nodes))
+
+
+def _with_outputs(
+    parts: Patch, preset: Patch, gain_db: float, some: list[str], tiles: tuple[str, ...], registry: Registry
+) -> Patch:
+    """A preset's parts with its outputs for some tiles, at a gain."""
+    nodes, wires = list(parts.nodes), list(parts.wires)
+    for node in preset.nodes:
+        kind = registry[node.type]
+        wired = {target: source for source, target in preset.wires if target.startswith(f"{node.id}.")}
+        output = _for_tiles(node, some, tiles, registry) if kind.is_sink else None
+        if output is None or not wired:
+            continue
+        first = f"{node.id}.{kind.inputs[0].name}"
+        output = msgspec.structs.replace(output, id=f"{node.id}--{some[0]}")
+        gain = PlacedNode(f"gain--{output.id}", "gain", node.at, {"gain": 10.0 ** (gain_db / 20.0)})
+        nodes += [gain, output]
+        for target, source in wired.items():
+            port = target.partition(".")[2]
+            wires.append((source, f"{gain.id}.signal" if target == first else f"{output.id}.{port}"))
+        wires.append((f"{gain.id}.out", f"{output.id}.{kind.inputs[0].name}"))
+    return msgspec.structs.replace(parts, nodes=tuple(nodes), wires=tuple(wires))
+
+
+def _on_tiles(patch: Patch, some: list[str], tiles: tuple[str, ...], registry: Registry) -> Patch:
+    """A patch whose outputs are for some tiles only; one that is left with none is taken away."""
+    changed = {node.id: _for_tiles(node, some, tiles, registry) for node in patch.nodes if registry[node.type].is_sink}
+    kept = patch.remove(id for id, node in changed.items() if node is None)
+    return msgspec.structs.replace(kept, nodes=tuple(changed.get(node.id) or node for node in kept.nodes))
+
+
+def _for_tiles(node: PlacedNode, some: list[str], tiles: tuple[str, ...], registry: Registry) -> PlacedNode | None:
+    """A node for those of some tiles that it was for before; None for none of them. One for all rows stays."""
+    name = next((name for name, one in registry[node.type].parameters.items() if one.kind == "tiles"), "")
+    if not name:
+        return node
+    before = registry[node.type].values(node.parameters)[name]
+    left = [tile for tile in some if Tiles.has(before, tile)]
+    if not left:
+        return None
+    return msgspec.structs.replace(
+        node, parameters={**node.parameters, name: ALL if len(left) == len(tiles) else "+".join(left)}
+    )
+
+
+def _joined(patch: Patch, other: Patch, registry: Registry) -> Patch:
+    """Both patches as one; `BadValue` where ids are in both."""
+    taken = {node.id for node in patch.nodes}
+    both = [node.id for node in other.nodes if node.id in taken]
+    if both:
+        raise BadValue(f"the patch has a node {both[0]!r}, as a preset that is played; give it another id")
+    return msgspec.structs.replace(patch, nodes=patch.nodes + other.nodes, wires=patch.wires + other.wires).check(
+        registry
+    )

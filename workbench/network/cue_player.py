@@ -1,0 +1,200 @@
+"""Carries out cues in a running session, and knows from which frame on each is played.
+
+A cue never edits the document: what is played is the floor's own patch with what cues asked for (`cue_patch.py`). All
+goes to the engine as commands, so that a recording has it. Cues take effect in the order in which they came: a strike
+waits until the preset before it is played.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from underfoot.engine.commands import Command, Mark, Panic, Strike, Swap
+from underfoot.engine.patch_edits import moved_numbers
+from underfoot.engine.reports import CommandApplied, Notice, Report, Started
+from underfoot.engine.session import Session
+from underfoot.errors import UnderfootError, require
+from underfoot.network.cue_patch import Cued, require_settable, with_cues
+from underfoot.network.cues import ALL, MarkCue, PanicCue, PlayCue, SetCue, StopCue, StrikeCue
+from underfoot.network.server import NetworkServer, Received
+from underfoot.patch.patch import Patch
+
+_REMEMBERED = 64  # texts of patches that may still be swapped in
+
+
+@dataclass
+class _Pending:
+    """Cues that are answered when this happens: a `command`, or the swap to edit number `edit` or a later one."""
+
+    cues: list[Received]
+    command: Command | None = None
+    edit: int = 0
+
+
+class CuePlayer:
+    """Plays the cues that a server received. `tick` never waits; call it with all that the session reports.
+
+    `panic` silences, by default the session; an owner with a window shows it, too.
+    """
+
+    def __init__(
+        self, session: Session, server: NetworkServer, base: Patch, panic: Callable[[], None] | None = None
+    ) -> None:
+        self.session, self.server, self._base = session, server, base
+        self._panic = panic or session.panic
+        self.cued = Cued()
+        """What cues have asked for so far."""
+        self._tiles = session.target.floor.ids
+        self._edits = 0
+        self._texts: deque[tuple[int, bytes]] = deque(maxlen=_REMEMBERED)
+        self._pending: list[_Pending] = []
+        self._strikes: list[Received] = []
+
+    def over(self, base: Patch) -> Patch:
+        """What is to be played where the floor's own patch is `base` from now on. Cues that do not go with it end."""
+        self._base = base
+        try:
+            played = self._composed(self.cued)
+        except UnderfootError:
+            self.cued, played = Cued(), base
+        self._note(played)
+        return played
+
+    def tick(self, reports: Iterable[Report], refusal: str = "") -> None:
+        """Hear what the session reports, and carry out the cues that came; with a `refusal`, refuse all but panic."""
+        for report in reports:
+            self._hear(report)
+        received = self.server.cues()
+        panics = [one for one in received if isinstance(one.cue, PanicCue)]
+        if panics:
+            self._panic()
+            self._pending.append(_Pending(panics, Panic()))
+        others = [one for one in received if one not in panics]
+        if others and (refusal or not self.session.health.running):
+            for one in others:
+                self.server.answer_refused(one, refusal or "the engine has not started yet; ask again")
+            return
+        self._carry_out(others)
+
+    # --- carrying out ---
+
+    def _carry_out(self, received: Sequence[Received]) -> None:
+        """Carry out what came in one tick: edits together, with strikes behind those that came before them."""
+        cued, edits = self.cued, list[Received]()
+        for one in received:
+            try:
+                match one.cue:
+                    case StrikeCue():
+                        self._edit(cued, edits)
+                        edits = []
+                        self._strike(one)
+                    case MarkCue(text):
+                        self._send(Mark(text), one)
+                    case cue:
+                        cued = self._asked(cued, cue)
+                        edits.append(one)
+            except UnderfootError as error:
+                self.server.answer_refused(one, str(error))
+        self._edit(cued, edits)
+
+    def _asked(self, cued: Cued, cue: object) -> Cued:
+        """What cues have asked for with this one; `UnderfootError` for one that cannot be."""
+        registry = self.session.registry
+        match cue:
+            case PlayCue(preset, tile, gain_db):
+                cued = cued.playing(self._rows(tile), preset, gain_db)
+            case StopCue(tile):
+                cued = cued.stopped(self._rows(tile))
+            case SetCue(node, parameter, value):
+                checked = require_settable(self._composed(cued), node, parameter, value, registry)
+                cued = cued.setting(node, parameter, checked)
+        self._composed(cued)  # whatever is wrong with it is said of this cue
+        return cued
+
+    def _edit(self, cued: Cued, cues: list[Received]) -> None:
+        """Play what was asked for; the answers follow when it is."""
+        if not cues:
+            return
+        self.cued = cued
+        played = self._composed(cued)
+        moved = moved_numbers(self.session.patch, played, self.session.registry)
+        waits = any(pending.edit for pending in self._pending)
+        self._note(played)
+        self.session.edit(played)
+        if moved is None or waits:
+            self._pending.append(_Pending(cues, edit=self._edits))
+        elif moved:
+            self._pending.append(_Pending(cues, command=moved[-1]))
+        else:
+            self._answer(cues, self.session.health.frame)
+
+    def _strike(self, one: Received) -> None:
+        assert isinstance(one.cue, StrikeCue)
+        rows = self._rows(one.cue.tile)
+        if any(pending.edit for pending in self._pending):
+            self._strikes.append(one)
+            return
+        for tile in rows[:-1]:
+            self.session.send(Strike("", tile, one.cue.strength))
+        self._send(Strike("", rows[-1], one.cue.strength), one)
+
+    def _send(self, command: Command, one: Received) -> None:
+        self.session.send(command)
+        self._pending.append(_Pending([one], command))
+
+    def _composed(self, cued: Cued) -> Patch:
+        return with_cues(self._base, cued, self._tiles, self.session.registry)
+
+    def _note(self, played: Patch) -> None:
+        self._edits += 1
+        self._texts.append((self._edits, played.dumps()))
+
+    def _rows(self, tile: str) -> tuple[str, ...]:
+        require(tile == ALL or tile in self._tiles, "tile", tile, f"{ALL}, {', '.join(self._tiles)}")
+        return self._tiles if tile == ALL else (tile,)
+
+    # --- answering ---
+
+    def _hear(self, report: Report) -> None:
+        match report:
+            case CommandApplied(frame, Swap(patch)):
+                edit = max((number for number, text in self._texts if text == patch), default=0)
+                self._done(lambda one: 0 < one.edit <= edit, frame)
+                self._strike_held()
+            case CommandApplied(frame, command):
+                if isinstance(command, Mark):
+                    self.server.tell_mark(command.text, frame, self._ago_s(frame))
+                done = next((one for one in self._pending if one.command == command), None)
+                if done is not None:
+                    self._done(lambda one: one is done, frame)
+            case Notice(text) if "the patch is not played" in text:
+                self._fail(text)
+            case Started():
+                self._fail("the engine was started again; ask again")
+
+    def _done(self, holds: Callable[[_Pending], bool], frame: int) -> None:
+        done = [one for one in self._pending if holds(one)]
+        self._pending = [one for one in self._pending if not holds(one)]
+        for one in done:
+            self._answer(one.cues, frame)
+
+    def _strike_held(self) -> None:
+        if not any(pending.edit for pending in self._pending):
+            held, self._strikes = self._strikes, []
+            for one in held:
+                self._strike(one)
+
+    def _fail(self, reason: str) -> None:
+        """What waited for a swap will not be; what was struck behind it neither."""
+        failed = [received for one in self._pending for received in one.cues] + self._strikes
+        self._pending, self._strikes = [], []
+        for one in failed:
+            self.server.answer_refused(one, reason)
+
+    def _answer(self, cues: Iterable[Received], frame: int) -> None:
+        for one in cues:
+            self.server.answer_played(one, frame, self._ago_s(frame))
+
+    def _ago_s(self, frame: int) -> float:
+        """How long ago a frame was computed; below 0 for one that is to come."""
+        return (self.session.health.frame - frame) / self.session.target.rate

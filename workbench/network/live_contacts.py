@@ -1,0 +1,114 @@
+"""Contacts for others, at once: under ids that last as long as the load does, with places from 0 to 1 and their motion.
+
+`ContactTracker` decides within 0.7 s which loads are one foot's; nobody who plays with the floor can wait for that.
+Here a contact is what stands together as far as can be said now. It keeps its id while any load of it lasts: a foot
+that rolls over a seam stays one contact, two that were taken for one become two, and the older keeps the id. Where two
+turn out to be one foot, the younger id ends.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.layout import Floor
+
+_KEPT = 256  # decided contacts of which it is remembered under which id they were sent
+
+
+@dataclass(frozen=True)
+class LiveContact:
+    """A contact as others are told of it.
+
+    `x` and `y` are of the floor's bounding box, from 0 to 1: x along the floor's x axis, y against its y axis, as on a
+    screen that lies on the floor. Velocities are in boxes a second, `acceleration` is the change of speed, in boxes a
+    second squared. `x_m` and `y_m` are in the floor's frame. `person` is 0 as long as nobody is known.
+    """
+
+    id: int
+    x: float
+    y: float
+    x_m: float
+    y_m: float
+    force_n: float
+    person: int = 0
+    x_velocity: float = 0.0
+    y_velocity: float = 0.0
+    acceleration: float = 0.0
+    force_rate_n_s: float = 0.0
+
+
+class LiveContacts:
+    """Gives the contacts of each update ids that last.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> live = LiveContacts(default_floor(1, 1))
+    >>> live.update(0.1, [OngoingContact(0, 0.1525, 0.1525, 300.0, (0,), loads=(0,))])[0].id
+    1
+    >>> moved, = live.update(0.2, [OngoingContact(7, 0.2135, 0.1525, 300.0, (0,), loads=(0,))])
+    >>> moved.id, round(moved.x_velocity, 9)
+    (1, 2.0)
+    >>> live.sent_as(7)
+    1
+    """
+
+    def __init__(self, floor: Floor, after_id: int = 0) -> None:
+        """The first id is the one behind `after_id`."""
+        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
+        self._low, high = corners.min(axis=0).tolist(), corners.max(axis=0)
+        self.size_m: tuple[float, float] = tuple((high - corners.min(axis=0)).tolist())
+        """Width and depth of the box that 0 to 1 stand for."""
+        self._owner: dict[int, int] = {}
+        self._before: dict[int, LiveContact] = {}
+        self._time_s = -math.inf
+        self.last_id = after_id
+        self._sent_as: dict[int, int] = {}
+        self._decided: deque[int] = deque()
+
+    def update(self, time_s: float, contacts: Sequence[OngoingContact]) -> tuple[LiveContact, ...]:
+        """The contacts at the sample at `time_s`, in the order of their ids."""
+        if time_s < self._time_s:  # an engine that was started again
+            self._owner.clear()
+            self._before.clear()
+        taken: dict[int, OngoingContact] = {}
+        for contact in sorted(contacts, key=lambda one: (one.start_s, one.tiles)):
+            known = sorted({self._owner[load] for load in contact.loads if load in self._owner} - taken.keys())
+            if not known:
+                self.last_id += 1
+            taken[known[0] if known else self.last_id] = contact
+        self._owner = {load: id for id, contact in taken.items() for load in contact.loads}
+        for id, contact in taken.items():
+            self._remember(contact.id, id)
+        passed_s = time_s - self._time_s
+        live = {id: self._live(id, taken[id], passed_s) for id in sorted(taken)}
+        self._before, self._time_s = live, time_s
+        return tuple(live.values())
+
+    def sent_as(self, contact: int) -> int:
+        """The id under which a contact of the tracker was last sent; 0 for one that never was."""
+        return self._sent_as.get(contact, 0)
+
+    def _remember(self, contact: int, id: int) -> None:
+        if contact and contact not in self._sent_as:
+            self._decided.append(contact)
+            if len(self._decided) > _KEPT:
+                del self._sent_as[self._decided.popleft()]
+        if contact:
+            self._sent_as[contact] = id
+
+    def _live(self, id: int, now: OngoingContact, passed_s: float) -> LiveContact:
+        """A contact with its motion since the update before, by the times of the samples."""
+        x = min(max((now.x_m - self._low[0]) / self.size_m[0], 0.0), 1.0)
+        y = 1.0 - min(max((now.y_m - self._low[1]) / self.size_m[1], 0.0), 1.0)
+        before = self._before.get(id)
+        motion = (0.0, 0.0, 0.0, 0.0)
+        if before is not None and passed_s > 0.0:
+            vx, vy = (x - before.x) / passed_s, (y - before.y) / passed_s
+            faster = math.hypot(vx, vy) - math.hypot(before.x_velocity, before.y_velocity)
+            motion = (vx, vy, faster / passed_s, (now.force_n - before.force_n) / passed_s)
+        elif before is not None:
+            motion = (before.x_velocity, before.y_velocity, before.acceleration, before.force_rate_n_s)
+        return LiveContact(id, x, y, now.x_m, now.y_m, now.force_n, now.person, *motion)

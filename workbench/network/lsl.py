@@ -1,0 +1,82 @@
+"""Contacts, steps and forces as streams of the Lab Streaming Layer (`pip install "underfoot[lsl]"`)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
+from underfoot.network.live_contacts import LiveContact
+from underfoot.studies.markers import lsl_library
+
+SIDES = {"left": -1.0, "unknown": 0.0, "right": 1.0}
+
+Channel = tuple[str, str]
+"""Label and unit."""
+
+CONTACT: tuple[Channel, ...] = (("contact", ""), ("x", "m"), ("y", "m"), ("force", "N"), ("person", ""))
+STEP: tuple[Channel, ...] = (
+    ("step", ""), ("contact", ""), ("person", ""), ("side", "-1 left, 1 right"), ("tile", "place in the floor"),
+    ("contact_ms", "ms"), ("peak1_n", "N"), ("valley_n", "N"), ("peak2_n", "N"), ("impulse_ns", "N s"),
+    ("loading_kn_s", "kN/s"),
+)  # fmt: skip
+
+
+class LslStreams:
+    """Four outlets: `Underfoot live force`, `... contacts`, `... steps` and `... marks`.
+
+    `at_s` is when something was so, by the clock of LSL, which `now` tells.
+    """
+
+    def __init__(self, floor: Floor, force_hz: float) -> None:
+        """`BadValue` where the package pylsl is not installed."""
+        self._lsl = lsl_library()
+        self._floor = floor
+        tiles = [(tile.id, "N") for tile in floor.tiles]
+        self._force = self._outlet("force", "Force", force_hz, "float32", tiles)
+        self._contacts = self._outlet("contacts", "Contacts", 0.0, "double64", CONTACT)
+        self._steps = self._outlet("steps", "Gait", 0.0, "double64", STEP)
+        self._marks = self._outlet("marks", "Markers", 0.0, "string", [("mark", "")])
+
+    def now(self) -> float:
+        """The time by the clock of LSL."""
+        return float(self._lsl.local_clock())
+
+    def force(self, force_n: NDArray[np.float64], at_s: float) -> None:
+        """Loads (n, tiles), the last of them at this time."""
+        if len(force_n):
+            rows = np.ascontiguousarray(force_n, np.float32).tolist()
+            self._force.push_chunk(rows, at_s)
+
+    def contacts(self, contacts: Sequence[LiveContact], at_s: float) -> None:
+        """A sample for each contact, all of one time."""
+        for one in contacts:
+            self._contacts.push_sample([one.id, one.x_m, one.y_m, one.force_n, one.person], at_s)
+
+    def step(self, step: Step, contact: int, at_s: float) -> None:
+        """A step, of a contact that was sent under this id, which began then."""
+        figures = [getattr(step, name) for name, _ in STEP[5:]]
+        place = self._floor.index(step.tile)
+        sample = [step.step, contact, step.person, SIDES.get(step.side, 0.0), place, *figures]
+        self._steps.push_sample([float(value) for value in sample], at_s)
+
+    def mark(self, text: str, at_s: float) -> None:
+        """A mark, set then."""
+        self._marks.push_sample([text], at_s)
+
+    def close(self) -> None:
+        """End all streams."""
+        del self._force, self._contacts, self._steps, self._marks
+
+    def _outlet(self, name: str, kind: str, rate_hz: float, format: str, channels: Sequence[Channel]) -> Any:
+        info = self._lsl.StreamInfo(
+            f"Underfoot live {name}", kind, len(channels), rate_hz, format, f"underfoot-live-{name}"
+        )
+        described = info.desc().append_child("channels")
+        for label, unit in channels:
+            channel = described.append_child("channel")
+            channel.append_child_value("label", label)
+            channel.append_child_value("unit", unit)
+        return self._lsl.StreamOutlet(info)

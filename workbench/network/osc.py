@@ -1,0 +1,168 @@
+"""Open Sound Control 1.0: messages and bundles to bytes and back.
+
+What comes from a network is read strictly: whatever is not exactly as the specification has it is refused whole, with
+a reason. Nothing nests deeper than `MOST_DEPTH`, and no datagram holds more than `MOST_MESSAGES`.
+"""
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from underfoot.errors import BadValue
+
+MOST_DEPTH, MOST_MESSAGES, MOST_ARGUMENTS = 4, 32, 32
+"""How deep bundles may lie in one another, and how many messages a datagram may hold, and arguments a message."""
+
+IMMEDIATELY = 1
+"""The time tag that means now."""
+
+_BUNDLE = b"#bundle\0"
+_NTP_1970_S = 2_208_988_800  # seconds from 1900, where OSC's time begins, to 1970
+
+Argument = int | float | str | bool
+
+
+class Long(int):
+    """A whole number that is sent with 64 bits."""
+
+
+class Double(float):
+    """A number that is sent with 64 bits."""
+
+
+class TimeTag(int):
+    """A time: seconds since 1900 times 2^32."""
+
+    @staticmethod
+    def of(unix_s: float) -> "TimeTag":
+        """The time tag of a time in seconds since 1970.
+
+        >>> TimeTag.of(0.5) >> 32, TimeTag.of(0.5) & 0xFFFFFFFF == 1 << 31
+        (2208988800, True)
+        """
+        return TimeTag(round((unix_s + _NTP_1970_S) * 4294967296.0))
+
+
+@dataclass(frozen=True)
+class Message:
+    """An address and its arguments."""
+
+    address: str
+    arguments: tuple[Argument, ...] = ()
+
+
+_TYPES: dict[type, tuple[str, Callable[[Any], bytes]]] = {
+    str: ("s", lambda value: _text(value)),
+    bool: ("", lambda value: b""),
+    int: ("i", struct.Struct(">i").pack),
+    float: ("f", struct.Struct(">f").pack),
+    Long: ("h", struct.Struct(">q").pack),
+    Double: ("d", struct.Struct(">d").pack),
+    TimeTag: ("t", struct.Struct(">Q").pack),
+}
+
+
+def message(address: str, *arguments: Argument) -> bytes:
+    """A message. Text is sent as s, bool as T or F, int as i, float as f, `Long` as h, `Double` as d, `TimeTag` as t.
+
+    >>> message("/a", 1)
+    b'/a\\x00\\x00,i\\x00\\x00\\x00\\x00\\x00\\x01'
+    """
+    tags, parts = [","], []
+    for argument in arguments:
+        tag, pack = _TYPES[type(argument)]
+        tags.append(tag or ("T" if argument else "F"))
+        parts.append(pack(argument))
+    return _text(address) + _text("".join(tags)) + b"".join(parts)
+
+
+def bundle(messages: Sequence[bytes]) -> bytes:
+    """Messages that belong together, to be acted on at once."""
+    elements = (struct.pack(">i", len(element)) + element for element in messages)
+    return _BUNDLE + struct.pack(">Q", IMMEDIATELY) + b"".join(elements)
+
+
+def read(datagram: bytes) -> list[Message]:
+    """The messages of a datagram, in order; `BadValue` says why it is refused. Time tags of bundles are passed over.
+
+    >>> read(bundle([message("/a", 1, 0.5, "b", True)]))
+    [Message(address='/a', arguments=(1, 0.5, 'b', True))]
+    """
+    found = list(_messages(datagram, 0))
+    if len(found) > MOST_MESSAGES:
+        raise BadValue(f"a datagram has {len(found)} messages; allowed: {MOST_MESSAGES}")
+    return found
+
+
+def _messages(packet: bytes, depth: int) -> Iterator[Message]:
+    if len(packet) % 4:
+        raise BadValue(f"an OSC packet has {len(packet)} bytes; allowed: a multiple of 4")
+    if not packet.startswith(_BUNDLE):
+        yield _message(packet)
+        return
+    if depth == MOST_DEPTH:
+        raise BadValue(f"bundles lie deeper in one another than {MOST_DEPTH}")
+    if len(packet) < 16:
+        raise BadValue("a bundle ends before its time tag")
+    at = 16
+    while at < len(packet):
+        size = struct.unpack_from(">i", packet, at)[0]
+        at += 4
+        if not 0 < size <= len(packet) - at:
+            raise BadValue(f"a bundle's element has {size} bytes; allowed: 4 to what the bundle holds")
+        yield from _messages(packet[at : at + size], depth + 1)
+        at += size
+
+
+def _message(packet: bytes) -> Message:
+    address, at = _read_text(packet, 0)
+    if not address.startswith("/"):
+        raise BadValue("an OSC address begins with a slash")
+    tags, at = _read_text(packet, at)
+    if not tags.startswith(","):
+        raise BadValue("an OSC message's types begin with a comma")
+    if len(tags) > 1 + MOST_ARGUMENTS:
+        raise BadValue(f"a message has {len(tags) - 1} arguments; allowed: {MOST_ARGUMENTS}")
+    arguments: list[Argument] = []
+    for tag in tags[1:]:
+        argument: Argument
+        if tag == "s":
+            argument, at = _read_text(packet, at)
+        elif tag in "TF":
+            argument = tag == "T"
+        elif tag in _NUMBERS:
+            number = _NUMBERS[tag]
+            if at + number.size > len(packet):
+                raise BadValue("a message ends before its arguments do")
+            (argument,) = number.unpack_from(packet, at)
+            at += number.size
+        else:
+            raise BadValue(f"an argument is of type {tag!r}; allowed: i, f, s, h, d, T, F")
+        arguments.append(argument)
+    if at != len(packet):
+        raise BadValue("a message is longer than its arguments")
+    return Message(address, tuple(arguments))
+
+
+_NUMBERS = {tag: struct.Struct(f">{code}") for tag, code in (("i", "i"), ("f", "f"), ("h", "q"), ("d", "d"))}
+
+
+def _text(text: str) -> bytes:
+    data = text.encode()
+    return data + b"\0" * (4 - len(data) % 4)
+
+
+def _read_text(packet: bytes, at: int) -> tuple[str, int]:
+    """A text that begins at a place, and where it ends."""
+    end = packet.find(b"\0", at)
+    behind = end + 4 - (end - at) % 4
+    if end < 0 or behind > len(packet) or packet[end:behind].strip(b"\0"):
+        raise BadValue("a text in an OSC message has no end")
+    try:
+        text = packet[at:end].decode()
+    except UnicodeDecodeError:
+        raise BadValue("a text in an OSC message is not UTF-8") from None
+    if not text.isprintable():
+        raise BadValue("a text in an OSC message has characters that cannot be printed")
+    return text, behind

@@ -1,0 +1,355 @@
+"""Sockets, and the thread that minds them: contacts go out 60 times a second, cues come in.
+
+Whoever owns the session gives it what is new (`show`, `tell_...`), takes the cues that came (`cues`) and answers them
+(`answer`); none of that waits. What comes in is bounded: `MOST_BYTES` a datagram, `MOST_DATAGRAMS_S` read a second
+(more stays with the system, which drops it), `MOST_CUES_S` carried out. What is not a cue is counted and dropped.
+"""
+
+import math
+import select
+import socket
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot import __version__
+from underfoot.engine.reports import Health
+from underfoot.errors import BadValue, DeviceError
+from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
+from underfoot.network.addresses import Address
+from underfoot.network.cues import NO_NUMBER, Cue, HelloCue, PanicCue, cue_of
+from underfoot.network.live_contacts import LiveContacts
+from underfoot.network.lsl import LslStreams
+from underfoot.network.osc import Argument, Double, Long, Message, message, read
+from underfoot.network.plan import NetworkPlan
+from underfoot.network.tuio import contact_messages, cursor_frame, pointer_frame
+from underfoot.patch import library
+
+NAME = "underfoot"
+FRAME_HZ, IDLE_S = 60.0, 1.0
+"""How often contacts are sent; and how often it is said that there are none."""
+STALE_S = 0.5
+"""Where nothing was told of contacts for so long, there are none: a session has ended, or stands still."""
+MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S = 2048, 2000.0, 200.0
+_BURST_S = 0.25  # so much of each rate may come at once
+_HELLO_COSTS = 10.0  # its answer is long
+_LONGEST_HELLO, _WAITING, _REASON = 60_000, 256, 300
+_LAST_OF_SEQUENCE = 0x7FFFFFFF
+
+Sender = tuple[str, int]
+
+
+@dataclass
+class Counts:
+    """How many datagrams went out, came in as cues, and were refused; and why the last of these was."""
+
+    sent: int = 0
+    received: int = 0
+    refused: int = 0
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Received:
+    """A cue and who sent it."""
+
+    cue: Cue
+    sender: Sender
+
+    @property
+    def number(self) -> int:
+        """The sender's own number for it."""
+        return int(getattr(self.cue, "number", NO_NUMBER))
+
+
+class NetworkServer:
+    """Carries out a `NetworkPlan`. `DeviceError` where a port is taken; where LSL is missing `trouble` says so."""
+
+    def __init__(
+        self,
+        plan: NetworkPlan,
+        floor: Floor,
+        rate_hz: float,
+        force_hz: float,
+        before: "NetworkServer | None" = None,
+    ) -> None:
+        """`rate_hz` are session frames a second. Ids, frames and counts go on from those of a server `before`."""
+        self.plan = plan
+        self.counts: Counts = before.counts if before else Counts()
+        self._rate_hz = rate_hz
+        self._live: LiveContacts = LiveContacts(floor, before._live.last_id if before else 0)
+        self._sequence: int = before._sequence if before else 0
+        self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
+        self._shown: tuple[float, float, Sequence[OngoingContact]] = (-math.inf, 0.0, ())
+        self._jobs: deque[Callable[[], None]] = deque(maxlen=_WAITING)
+        self._cues: deque[Received] = deque(maxlen=_WAITING)
+        self._was_empty, self._sent_s = False, -math.inf
+        self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
+        self._ended, self._let_go = False, threading.Event()
+        self.trouble = ""
+        self._lsl: LslStreams | None = None
+        self._listening = _bound(plan.listen) if plan.listen is not None else None
+        self._out = _udp()
+        self._wake, self._woken = socket.socketpair()
+        self._wake.setblocking(False)
+        self._thread = threading.Thread(target=self._run, args=(floor, force_hz), name="network", daemon=True)
+        self._thread.start()
+
+    def close(self, wait: bool = True) -> None:
+        """Say that no contact is left, and let ports go. Streams of LSL end later: `wait` for them, too."""
+        if not self._ended:
+            self._ended = True
+            self._do(_nothing)
+        self._let_go.wait()
+        if wait or not self.plan.lsl:
+            self._thread.join()
+
+    # --- what goes out ---
+
+    def show(self, time_s: float, contacts: Sequence[OngoingContact]) -> None:
+        """The contacts at the sample at `time_s`, in seconds of the session."""
+        self._shown = (time.monotonic(), time_s, contacts)
+
+    def tell_force(self, load_n: NDArray[np.float64], ago_s: float) -> None:
+        """Loads (n, tiles) for LSL, the last of them so long ago."""
+        if self._lsl is not None:
+            self._do(partial(self._lsl.force, load_n, self._lsl.now() - ago_s))
+
+    def tell_step(self, step: Step, ago_s: float) -> None:
+        """A step that is known now, and began so long ago."""
+        contact = self._live.sent_as(step.contact)
+        figures = (step.contact_ms, step.peak1_n, step.valley_n, step.peak2_n, step.impulse_ns, step.loading_kn_s)
+        self._tell(
+            "step", step.step, contact, step.person, step.tile, step.side, Double(step.start_s), *map(float, figures)
+        )
+        if self._lsl is not None:
+            self._do(partial(self._lsl.step, step, contact, self._lsl.now() - ago_s))
+
+    def tell_health(self, health: Health) -> None:
+        """How the engine is; call it once or twice a second."""
+        self._tell(
+            "health", health.running, Long(health.frame), float(health.load), health.xruns, health.lost,
+            float(health.latency_s), float(health.stream_latency_s),
+        )  # fmt: skip
+
+    def tell_mark(self, text: str, frame: int, ago_s: float) -> None:
+        """A mark that was set at a session frame, so long ago."""
+        self._tell("mark", text, Long(frame), Double(frame / self._rate_hz))
+        if self._lsl is not None:
+            self._do(partial(self._lsl.mark, text, self._lsl.now() - ago_s))
+
+    def answer_played(self, received: Received, frame: int, ago_s: float) -> None:
+        """Answer a cue: from this session frame on it is played, which was so long ago."""
+        time_s = Double(frame / self._rate_hz)
+        self._answer(received.sender, "played", received.number, Long(frame), time_s, float(ago_s))
+
+    def answer_refused(self, received: Received, reason: str) -> None:
+        """Answer a cue: it is not carried out."""
+        self._refuse(reason)
+        self._answer(received.sender, "refused", received.number, received.cue.address, reason[:_REASON])
+
+    def cues(self) -> list[Received]:
+        """The cues that came since the last call."""
+        return [self._cues.popleft() for _ in range(len(self._cues))]
+
+    def _tell(self, name: str, *arguments: Argument) -> None:
+        if self.plan.send is not None:
+            self._do(partial(self._send, message(f"/{NAME}/{name}", *arguments), self.plan.send))
+
+    def _answer(self, sender: Sender, name: str, *arguments: Argument) -> None:
+        self._do(partial(self._send_by, self._listening, message(f"/{NAME}/{name}", *arguments), sender))
+
+    def _do(self, job: Callable[[], None]) -> None:
+        """Let the thread do this now."""
+        self._jobs.append(job)
+        with suppress(OSError):  # it has been woken often enough, or has ended
+            self._wake.send(b"\0")
+
+    # --- the thread ---
+
+    def _run(self, floor: Floor, force_hz: float) -> None:
+        if self.plan.lsl:
+            try:
+                self._lsl = LslStreams(floor, force_hz)  # here, because it takes longer than a frame
+            except (BadValue, RuntimeError) as error:
+                self.trouble = str(error)
+        try:
+            self._mind_sockets()
+            self._send_frame(math.inf)
+        finally:
+            for one in (self._listening, self._out, self._wake, self._woken):
+                if one is not None:
+                    one.close()
+            self._let_go.set()
+            if self._lsl is not None:
+                self._lsl.close()
+
+    def _mind_sockets(self) -> None:
+        due_s = time.monotonic()
+        while not self._ended:
+            now_s = time.monotonic()
+            if now_s >= due_s:
+                self._send_frame(now_s)
+                due_s = max(due_s + 1.0 / FRAME_HZ, now_s)
+            sources = [self._woken]
+            if self._listening is not None and self._reads.left >= 1.0:
+                sources.append(self._listening)
+            ready, _, _ = select.select(sources, [], [], max(due_s - now_s, 0.0))
+            if self._woken in ready:
+                self._woken.recv(4096)
+            if self._listening in ready:
+                self._receive()
+            while self._jobs:
+                self._jobs.popleft()()
+
+    def _send_frame(self, now_s: float) -> None:
+        """Send the contacts as they are; when there are none, now and then that there are none."""
+        at_s, time_s, ongoing = self._shown
+        contacts = self._live.update(time_s, ongoing if now_s - at_s < STALE_S else ())
+        if not contacts and self._was_empty and now_s - self._sent_s < IDLE_S:
+            return
+        self._was_empty, self._sent_s = not contacts, now_s
+        self._sequence = self._sequence % _LAST_OF_SEQUENCE + 1
+        plan = self.plan
+        if plan.tuio is not None:
+            self._send(cursor_frame(contacts, self._sequence, f"{NAME}@{plan.tuio.host}"), plan.tuio)
+        if plan.tuio2 is not None:
+            frame = pointer_frame(contacts, self._sequence, NAME, time.time(), self._live.size_m)
+            self._send(frame, plan.tuio2)
+        if plan.send is not None:
+            self._send(contact_messages(contacts, time_s), plan.send)
+        if self._lsl is not None:
+            self._lsl.contacts(contacts, self._lsl.now())
+
+    def _send(self, datagram: bytes, to: Address) -> None:
+        self._send_by(self._out, datagram, (to.host, to.port))
+
+    def _send_by(self, way: socket.socket | None, datagram: bytes, to: Sender) -> None:
+        try:
+            (way or self._out).sendto(datagram, to)
+        except OSError as error:  # no way there, or no room now: the next one brings what this one would have
+            self.counts.reason = f"nothing can be sent to {to[0]}:{to[1]}: {error.strerror}"
+        else:
+            self.counts.sent += 1
+
+    # --- what comes in ---
+
+    def _receive(self) -> None:
+        """Read what waits, as long as that is allowed."""
+        listening = self._listening
+        while listening is not None and self._reads.spends(1.0):
+            try:
+                datagram, sender = listening.recvfrom(MOST_BYTES + 1)
+            except BlockingIOError:
+                return
+            except OSError:  # an answer did not arrive; longer than what fits, on some systems
+                self._refuse("a datagram could not be read")
+                return
+            self._take(datagram, sender)
+
+    def _take(self, datagram: bytes, sender: Sender) -> None:
+        if len(datagram) > MOST_BYTES:
+            self._refuse(f"a datagram is longer than {MOST_BYTES} bytes")
+            return
+        try:
+            messages = read(datagram)
+        except BadValue as error:
+            self._refuse(str(error))
+            return
+        for one in messages:
+            self._take_message(one, sender)
+
+    def _take_message(self, one: Message, sender: Sender) -> None:
+        try:
+            cue = cue_of(one)
+        except BadValue as error:
+            self._refuse(str(error))
+            if self._acts.spends(1.0):
+                self._answer(sender, "refused", NO_NUMBER, one.address[:_REASON], str(error)[:_REASON])
+            return
+        if not self._acts.spends({HelloCue: _HELLO_COSTS, PanicCue: 0.0}.get(type(cue), 1.0)):
+            self._refuse(f"more than {MOST_CUES_S:g} cues came in a second")
+            return
+        self.counts.received += 1
+        if isinstance(cue, HelloCue):
+            self._send_by(self._listening, self._hello, sender)
+        else:
+            self._cues.append(Received(cue, sender))
+
+    def _refuse(self, reason: str) -> None:
+        self.counts.refused += 1
+        self.counts.reason = reason
+
+    def _about(self, floor: Floor, force_hz: float) -> str:
+        """What a client may want to know, as JSON; without the tiles where these are too many for a datagram."""
+        plan = self.plan
+        ways = {name: getattr(plan, name) for name in ("tuio", "tuio2", "listen", "send")}
+        about = {
+            "rate_hz": self._rate_hz,
+            "force_hz": force_hz,
+            "ways": {name: str(way) for name, way in ways.items() if way is not None},
+            "lsl": plan.lsl,
+            "box_m": self._live.size_m,
+            "floor": floor.title,
+            "tiles": [
+                {"id": tile.id, "centre_m": tile.centre_m, "size_m": tile.size_m, "rotation_deg": tile.rotation_deg}
+                for tile in floor.tiles
+            ],
+            "presets": list(library.patches()),
+        }
+        text = msgspec.json.encode(about)
+        if len(text) > _LONGEST_HELLO:
+            text = msgspec.json.encode({**about, "tiles": None})
+        return text.decode()
+
+
+class _Allowance:
+    """So much a second, of which a quarter of a second's worth may come at once."""
+
+    def __init__(self, rate_s: float) -> None:
+        self._rate_s, self._left, self._at_s = rate_s, rate_s * _BURST_S, time.monotonic()
+
+    @property
+    def left(self) -> float:
+        """How much may be spent now."""
+        now_s = time.monotonic()
+        self._left = min(self._left + (now_s - self._at_s) * self._rate_s, self._rate_s * _BURST_S)
+        self._at_s = now_s
+        return self._left
+
+    def spends(self, cost: float) -> bool:
+        """Spend so much, if there is so much left; whether there was."""
+        if self.left < cost:
+            return False
+        self._left -= cost
+        return True
+
+
+def _nothing() -> None:
+    """A job that only wakes the thread."""
+
+
+def _udp() -> socket.socket:
+    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    made.setblocking(False)
+    return made
+
+
+def _bound(address: Address) -> socket.socket:
+    made = _udp()
+    try:
+        made.bind((address.host, address.port))
+    except OSError as error:
+        made.close()
+        raise DeviceError(f"cues cannot be taken at {address}: {error.strerror}; choose another port") from None
+    return made

@@ -1,0 +1,76 @@
+"""TUIO 1.1 and 2.0: the contacts of a floor as tables, screens and game engines take them (https://www.tuio.org).
+
+A frame is one datagram, and holds all contacts: one that is lost loses nothing that the next one does not bring. Of
+TUIO 1.1 there is the profile `/tuio/2Dcur`, which has no place for force: `/underfoot/contact` brings that. Of TUIO 2.0
+there are pointers, whose pressure is the force over `FULL_PRESSURE_N`, and whose user is the person.
+"""
+
+from collections.abc import Sequence
+
+from underfoot.network.live_contacts import LiveContact
+from underfoot.network.osc import Double, TimeTag, bundle, message
+
+FULL_PRESSURE_N = 1000.0
+"""The force of pressure 1. Pressure is not cut off there: a jump goes above."""
+
+MOST_CONTACTS = 64
+"""So many contacts go into a frame at most, the oldest first: it stays one datagram of less than 8 kB."""
+
+_CURSOR = "/tuio/2Dcur"
+_UNTYPED, _MOST_USER = 0, 0xFFFF
+
+
+def cursor_frame(contacts: Sequence[LiveContact], sequence: int, source: str) -> bytes:
+    """A frame of TUIO 1.1: source, alive, set for each contact, and fseq.
+
+    >>> from underfoot.network.osc import read
+    >>> [one.arguments[:2] for one in read(cursor_frame([LiveContact(3, 0.5, 0.5, 1.0, 1.0, 700.0)], 9, "a@b"))]
+    [('source', 'a@b'), ('alive', 3), ('set', 3), ('fseq', 9)]
+    """
+    sent = contacts[:MOST_CONTACTS]
+    sets = [
+        message(_CURSOR, "set", one.id, one.x, one.y, one.x_velocity, one.y_velocity, one.acceleration) for one in sent
+    ]
+    alive = message(_CURSOR, "alive", *(one.id for one in sent))
+    return bundle([message(_CURSOR, "source", source), alive, *sets, message(_CURSOR, "fseq", sequence)])
+
+
+def pointer_frame(
+    contacts: Sequence[LiveContact], sequence: int, source: str, unix_s: float, size_m: tuple[float, float]
+) -> bytes:
+    """A frame of TUIO 2.0: frm, ptr for each contact, and alv. `size_m` is sent as the sensor's, in millimetres.
+
+    >>> from underfoot.network.osc import read
+    >>> frame = pointer_frame([LiveContact(3, 0.5, 0.5, 1.0, 1.0, 700.0)], 9, "a", 0.0, (2.0, 1.0))
+    >>> len(frame)
+    172
+    """
+    sent = contacts[:MOST_CONTACTS]
+    width, depth = (min(round(1e3 * side), 0xFFFF) for side in size_m)
+    frm = message("/tuio2/frm", sequence, TimeTag.of(unix_s), _signed(width << 16 | depth), source)
+    pointers = [
+        message(
+            "/tuio2/ptr", one.id, _signed(min(one.person, _MOST_USER) << 16 | _UNTYPED), 0, one.x, one.y,
+            0.0, 0.0, 0.0, one.force_n / FULL_PRESSURE_N,
+            one.x_velocity, one.y_velocity, one.force_rate_n_s / FULL_PRESSURE_N, one.acceleration, 0.0,
+        )
+        for one in sent
+    ]  # fmt: skip
+    return bundle([frm, *pointers, message("/tuio2/alv", *(one.id for one in sent))])
+
+
+def contact_messages(contacts: Sequence[LiveContact], time_s: float) -> bytes:
+    """All contacts in metres and newtons: `/underfoot/contacts` with the session's time and their number, then
+    `/underfoot/contact` for each.
+    """
+    head = message("/underfoot/contacts", Double(time_s), len(contacts[:MOST_CONTACTS]))
+    each = (
+        message("/underfoot/contact", one.id, one.x_m, one.y_m, one.force_n, one.person)
+        for one in contacts[:MOST_CONTACTS]
+    )
+    return bundle([head, *each])
+
+
+def _signed(number: int) -> int:
+    """Bits of 32 as OSC's signed whole number."""
+    return number - (1 << 32) if number >= 1 << 31 else number
