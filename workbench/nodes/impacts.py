@@ -50,8 +50,8 @@ class Impact:
     exponent = Number(1.5, 1.0, 4.0, doc="a: 1 a spring, 1.5 a sphere")
     damping = Number(0.3, 0.0, 10.0, unit="s/m", doc="mu = lambda / k: the loss in contact")
     error = Number(1e-3, 1e-7, 0.1, scale="log", doc="relative error asked of the displacement")
-    pitch = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all frequencies")
-    decay = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all decays: more is drier")
+    pitch = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all frequencies")
+    decay = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all decays: more is drier")
     level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the acceleration")
     modes = Rows(
         WOODEN,

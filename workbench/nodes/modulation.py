@@ -3,7 +3,7 @@
 import math
 
 from underfoot.layouts import Layout
-from underfoot.models.signals import low_frequency, polyline, random_walk, steps
+from underfoot.models.signals import low_frequency, polyline, random_walk, ranges, steps
 from underfoot.models.signals.glide import glided
 from underfoot.parameters import Choice, Number, Numbers, Rows
 from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
@@ -153,25 +153,16 @@ class Map:
     out_high = Number(1.0, -FARTHEST, FARTHEST, doc="output at high and above")
     exponent = Number(1.0, 0.1, 10.0, scale="log", doc="of the curve: 1 straight, 2 late, 0.5 early")
     out = Output(doc="held between out low and out high")
-    state = Layout("map", "has_begun", "low", "high", "out_low", "out_high", "exponent")
+    state, coefficients = ranges.STATE, ranges.RANGES
 
-    def run(signal, low, high, out_low, out_high, exponent, frame, state, out):
-        s = state
-        if s.has_begun == 0.0:
-            s.has_begun = 1.0
-            s.low, s.high, s.out_low, s.out_high, s.exponent = low, high, out_low, out_high, exponent
-        for i in range(out.size):
-            now = frame + i
-            s.low, s.high = glided(s.low, low, now), glided(s.high, high, now)
-            s.out_low, s.out_high = glided(s.out_low, out_low, now), glided(s.out_high, out_high, now)
-            s.exponent = glided(s.exponent, exponent, now)
-            slope = 0.0 if s.high == s.low else 1.0 / (s.high - s.low)
-            share = min(max((signal[i] - s.low) * slope, 0.0), 1.0) ** s.exponent
-            out[i] = s.out_low + share * (s.out_high - s.out_low)
+    def design(low, high, out_low, out_high, exponent, coefficients):
+        ranges.design(low, high, out_low, out_high, exponent, coefficients)
 
-    def tail(low, high, out_low, out_high, exponent):
-        slope = 0.0 if high == low else 1.0 / (high - low)
-        return abs(out_low + min(max(-low * slope, 0.0), 1.0) ** exponent * (out_high - out_low))
+    def run(signal, coefficients, frame, state, out):
+        ranges.run(signal, coefficients, frame, state, out)
+
+    def tail(low, high, out_low, out_high, exponent, state):
+        return max(abs(ranges.curve(0.0, low, high, out_low, out_high, exponent)), ranges.tail(state))
 
 
 @node("sample-and-hold", "Modulation", "Sample and hold")

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.array_cache import ArrayCache
+from underfoot.layouts import Layout
+from underfoot.models.signals.glide import glided
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import Input, Output, node, prepared
@@ -39,7 +41,8 @@ class StickSlip:
     level = Number(0.1, 0.0, 100.0, scale="gain", wire="audio", doc="share of the block's acceleration that is put out")
     acceleration = Output("m/s^2", doc="of the block: one cycle of a sine a slip")
     events = Output(kind="event", doc="slips as they begin, stronger the farther they go")
-    state, coefficients = texture.STATE, texture.COEFFICIENTS
+    state = Layout("stick_slip_node", "per_newton", slips=texture.STATE)
+    coefficients = texture.COEFFICIENTS
     muted_by = ("force", "velocity")
 
     @prepared
@@ -55,10 +58,13 @@ class StickSlip:
         texture.design(2.0 * math.pi * frequency, rate, coefficients)
 
     def run(force, velocity, reference, loudness, level, table, key, frame, coefficients, state, acceleration, events):
-        drive, first = acceleration, len(events)
+        drive, first, per_newton = acceleration, len(events), 1.0 / reference
+        if state.per_newton == 0.0:
+            state.per_newton = per_newton
         for i in range(drive.size):
-            drive[i] = force[i] / reference * velocity[i] if force[i] > 0.0 else 0.0
-        texture.run(drive, table, key, frame, coefficients, state, acceleration, events)
+            state.per_newton = glided(state.per_newton, per_newton, frame + i)
+            drive[i] = force[i] * state.per_newton * velocity[i] if force[i] > 0.0 else 0.0
+        texture.run(drive, table, key, frame, coefficients, state.slips, acceleration, events)
         for k in range(first, len(events)):
             events.strength[k] *= 10.0 * loudness
         for i in range(acceleration.size):

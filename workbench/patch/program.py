@@ -200,7 +200,7 @@ class Program:
     def _same_memory(self, k: int, old: "Program", j: int) -> bool:
         here, there = self.tables.nodes[k], old.tables.nodes[j]
         same = all(here[size] == there[size] for size in ("state_size", "coefficients_size"))
-        structural = [n for n, p in self._types[k].parameters.items() if p.kind not in ("number", "tiles")]
+        structural = [n for n, p in self._types[k].parameters.items() if not p.moves and p.kind != "tiles"]
         return same and all(self._values[k][n] == old._values[j][n] for n in structural)
 
     def _take_control(self, old: "Program", k: int, j: int, name: str, frame: int) -> None:

@@ -6,8 +6,8 @@ process is a bridge, whose middle, h from both, is normal with
 
     mean (a + b) / (2 cosh(h / tau)),   variance sigma^2 tanh(h / tau),
 
-which follows from its covariance sigma^2 exp(-|t| / tau). Halving an interval of 2^21 points 21 times leads to any point.
-This is exact in law, and each value is a smooth function of tau: the time constant may move.
+which follows from its covariance sigma^2 exp(-|t| / tau). An interval of 2^21 points, halved 21 times,
+leads to any point. This is exact in law, and each value is a smooth function of tau: the time constant may move.
 """
 
 import math

@@ -5,33 +5,33 @@ import math
 from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 
-HELD = Layout("held", "has_begun", "begin", "target", "since")
-"""What a glide comes from, where it goes, and how many frames ago it began."""
+HELD = Layout("held", "has_begun", "begin", "target", "since", "glide")
+"""What a glide comes from, where it goes, how many frames ago it began, and how many it takes."""
 SEQUENCE = Layout("sequence", "has_begun", "phase", "step", held=HELD)
 """The place in the sequence in steps, and the step that is held."""
 
 
 @kernel
-def value(held: Memory, glide_frames: float) -> float:
-    """What is put out now: on a straight line to what is held, which takes `glide_frames`.
+def value(held: Memory) -> float:
+    """What is put out now: on a straight line to what is held.
 
     >>> held = HELD.zeros()
     >>> take(held, 2.0, 0.0, 10.0)
     >>> take(held, 4.0, 0.0, 10.0)
     >>> held.since = 5.0
-    >>> value(held, 10.0)
+    >>> value(held)
     3.0
     """
-    if held.since >= glide_frames:
+    if held.since >= held.glide:
         return held.target
-    return held.begin + (held.target - held.begin) * (held.since / glide_frames)
+    return held.begin + (held.target - held.begin) * (held.since / held.glide)
 
 
 @kernel
 def take(held: Memory, target: float, since: float, glide_frames: float) -> None:
-    """Hold another value, since so many frames; the first of all is there at once."""
-    held.begin = value(held, glide_frames) if held.has_begun == 1.0 else target
-    held.has_begun, held.target, held.since = 1.0, target, since
+    """Hold another value, since so many frames, after a glide of so many; the first of all is there at once."""
+    held.begin = value(held) if held.has_begun == 1.0 else target
+    held.has_begun, held.target, held.since, held.glide = 1.0, target, since, glide_frames
 
 
 @kernel
@@ -45,7 +45,7 @@ def sample(
         while k < len(triggers) and math.floor(triggers.time[k]) <= frame + i:
             take(held, signal[i], 0.0, glide)
             k += 1
-        out[i] = value(held, glide)
+        out[i] = value(held)
         held.since += 1.0
 
 
@@ -84,6 +84,6 @@ def play(
             state.step = step
             since = (state.phase - step) / steps_a_frame if steps_a_frame > 0.0 else 0.0
             take(state.held, values[int(step)], min(since, 1.0), glide_frames)
-        out[i] = value(state.held, glide_frames)
+        out[i] = value(state.held)
         state.held.since += 1.0
         state.phase = (state.phase + steps_a_frame) % values.size
