@@ -2,7 +2,8 @@
 
 import math
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import BadValue
@@ -25,6 +26,9 @@ class NumberEditor(ParameterEditor):
     disconnect_wanted = Signal()
     """The wire that drives the value is to go."""
 
+    drive_wanted = Signal(QPoint)
+    """A menu of what may drive the value is wanted, at this place of the screen."""
+
     def __init__(self, parameter: Number | Count, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
         self._is_whole = isinstance(parameter, Count)
@@ -45,6 +49,10 @@ class NumberEditor(ParameterEditor):
         self.slider.setVisible(parameter.high - parameter.low <= WIDEST or not self._is_whole)
         if parameter.low < 0.0 < parameter.high:
             self.slider.set_zero(self._place(0.0))
+        self.may_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
+        if self.may_be_driven:
+            self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has one
+            self.label.setToolTip(f"{help_text(parameter)}\nRight-click: drive it with a signal")
         self.slider.grasped.connect(self.began)
         self.slider.moved.connect(self._slid)
         self.field.entered.connect(lambda: self._show(EXACT))
@@ -52,16 +60,45 @@ class NumberEditor(ParameterEditor):
         self.field.given.connect(self._typed)
         self.set_value(parameter.default)
 
-    def set_driven(self, by: str, colour: str = "") -> None:
-        """Show that a wire gives the value; an empty `by` takes that back."""
+    def set_driven(self, by: str, colour: str = "", reach: tuple[float, float] | None = None) -> None:
+        """Show that a wire gives the value, and from where to where it goes if that is known.
+
+        An empty `by` takes that back.
+        """
         self.slider.setEnabled(not by)
         self.slider.set_accent(colour or theme.VIBRATION)
         self.field.setVisible(not by)
         self.driver.setVisible(bool(by))
         self.back.setVisible(not by and self._value != self.parameter.default)
-        self.driver.set_full_text(f"driven by {by}", "  ×")
-        self.driver.setToolTip(f"Driven by {by}. Click to disconnect the wire.")
+        words, ends = f"driven by {by}", ""
+        if by and reach is not None:
+            low, high = (min(max(end, self.parameter.low), self.parameter.high) for end in reach)
+            ends = self._way(low, high)
+            words = f"{by}: {ends}"
+            self.slider.set_band((self._place(low), self._place(high)))
+        else:
+            self.slider.set_band(None)
+        self.driver.set_full_text(words, "  ×")
+        self.driver.setToolTip(
+            f"Driven by {by}{', ' if ends else ''}{ends}. Click to disconnect the wire; right-click for others."
+        )
         self.driver.setStyleSheet(f"color: {colour}; text-align: right;")
+
+    def _way(self, low: float, high: float) -> str:
+        """A range in words: as one value where nothing moves."""
+        ends = [gain(end) if self._is_gain else quantity(end, self._unit) for end in (low, high)]
+        if ends[0] == ends[1]:
+            return ends[0]
+        if not self._is_gain and ends[0].partition(" ")[2] == ends[1].partition(" ")[2]:
+            ends[0] = ends[0].partition(" ")[0]
+        return " to ".join(ends)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        if self.may_be_driven:
+            self.drive_wanted.emit(event.globalPos())
+            event.accept()
+        else:
+            super().contextMenuEvent(event)
 
     def _show(self, digits: int = 4) -> None:
         if digits == EXACT or not self.field.hasFocus():

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.models.signals.rhythm import Rhythm
@@ -39,6 +39,9 @@ class Inspector(QScrollArea):
     disconnect_wanted = Signal(str)
     """The input ("node.port") whose wire is to be taken away."""
 
+    drive_wanted = Signal(str, str, QPoint)
+    """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen."""
+
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._registry = registry
@@ -50,6 +53,7 @@ class Inspector(QScrollArea):
         self._gesture = 0
         self._share: Mapping[str, float] = {}
         self._awake: Mapping[str, int] = {}
+        self._reach: Mapping[str, tuple[float, float]] = {}
         self.editors: dict[str, ParameterEditor] = {}
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -90,6 +94,12 @@ class Inspector(QScrollArea):
         """What nodes cost, and for how many tiles they are awake; None when nothing runs."""
         self._share, self._awake = share or {}, awake
         self._show_cost()
+
+    def show_reach(self, reach: Mapping[str, tuple[float, float]]) -> None:
+        """From where to where the outputs ("node.port") went in their last preview: what drives shows it."""
+        self._reach = reach
+        if len(self._ids) == 1:
+            self._refresh(drivers(self._patch).get(self._ids[0], {}))
 
     # --- building ---
 
@@ -141,6 +151,7 @@ class Inspector(QScrollArea):
             )
             if isinstance(editor, NumberEditor):
                 editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
+                editor.drive_wanted.connect(lambda place, name=name: self.drive_wanted.emit(id, name, place))
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
@@ -219,7 +230,7 @@ class Inspector(QScrollArea):
         type = self._registry[self._patch.node(id).type]
         output = type.output_ports[port]
         name = type.label if len(type.outputs) == 1 else f"{type.label}, {shown(port)}"
-        editor.set_driven(name, theme.signal_colour(output.kind, output.unit))
+        editor.set_driven(name, theme.signal_colour(output.kind, output.unit), self._reach.get(source))
 
     def _show_cost(self) -> None:
         ids = self._ids or [node.id for node in self._patch.nodes]

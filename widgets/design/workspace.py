@@ -60,6 +60,7 @@ class DesignWorkspace(Workspace):
         self._previewed = ""
         self._waiting = ""
         self._stale: list[str] = []
+        self._reach: dict[str, tuple[float, float]] = {}
         self.palette_panel = Palette(registry, self)
         self.canvas = Canvas(self.document, registry, self)
         self.inspector = Inspector(registry, self)
@@ -216,6 +217,7 @@ class DesignWorkspace(Workspace):
         self.inspector.edited.connect(self._set)
         self.inspector.patch_edited.connect(self._set_patch_field)
         self.inspector.disconnect_wanted.connect(self._disconnect)
+        self.inspector.drive_wanted.connect(self.canvas.driving.open_menu)
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
@@ -313,6 +315,12 @@ class DesignWorkspace(Workspace):
             return
         if node in self._stale:
             self._stale.remove(node)
+        for signal in item.node_type.outputs:
+            if signal.kind == "signal":
+                values = np.asarray(pick(preview.signals, node, signal.name), float)
+                if values.size:
+                    self._reach[f"{node}.{signal.name}"] = (float(values.min()), float(values.max()))
+        self.inspector.show_reach(self._reach)
         port = item.node_type.outputs[0]
         if port.kind == "event":
             events = event_rows(pick(preview.events, node, port.name))
