@@ -17,7 +17,7 @@ DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "value")
 """What may be put beside a parameter to drive it."""
 SWING = 0.1
 """A new driver goes so far to both sides of the present value, of it; or of the control's way where it is 0."""
-_WIDE, _HIGH, _GAP = 176.0, 128.0, 48.0
+_WIDE, _HIGH, _GAP = 176.0, 160.0, 48.0
 
 
 def drivable_parameters(registry: Registry, type: str) -> tuple[Number, ...]:
@@ -86,7 +86,7 @@ class Driving:
         menu.popup(place)
 
     def offer(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
-        """Put first into a node's menu what may drive the parameter whose port is at `place`; elsewhere, all of them."""
+        """Put first into a node's menu what may drive the parameter whose port is at `place`; else all of them."""
         id, known = item.node.id, drivable_parameters(self._scene.registry, item.node.type)
         if not known:
             return
