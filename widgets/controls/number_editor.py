@@ -20,6 +20,10 @@ WIDEST = 100_000_000
 """A whole number from a wider range than this is only typed: no slider could aim at one."""
 
 
+WIDEST_EVEN = 100_000.0
+"""So is a number whose control would be spaced evenly over more than this."""
+
+
 class NumberEditor(ParameterEditor):
     """A slider, and a field that takes a number with or without its unit. Whole numbers too."""
 
@@ -46,7 +50,7 @@ class NumberEditor(ParameterEditor):
         self.grid.addWidget(self.field, 0, 2)
         self.grid.addWidget(self.driver, 0, 1, 1, 2)
         self._put(self.slider)
-        self.slider.setVisible(parameter.high - parameter.low <= WIDEST or not self._is_whole)
+        self.slider.setVisible(not self._is_too_wide(parameter))
         if parameter.low < 0.0 < parameter.high:
             self.slider.set_zero(self._place(0.0))
         self.may_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
@@ -157,6 +161,14 @@ class NumberEditor(ParameterEditor):
         if self._is_wide(parameter):
             return parameter.low + round(math.expm1(place * math.log1p(parameter.high - parameter.low)))
         return round(parameter.low + place * (parameter.high - parameter.low))
+
+    @staticmethod
+    def _is_too_wide(parameter: Number | Count) -> bool:
+        """Whether no slider could aim at a value that is meant."""
+        span = parameter.high - parameter.low
+        return span > (WIDEST if isinstance(parameter, Count) else WIDEST_EVEN) and (
+            isinstance(parameter, Count) or parameter.scale == "linear"
+        )
 
     @staticmethod
     def _is_wide(parameter: Count) -> bool:

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
-from underfoot.engine.reports import Costs, Fault, Health, Preview
+from underfoot.engine.reports import Costs, Fault, Health, Laws, Preview
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.node import Registry
@@ -92,7 +92,7 @@ class DesignWorkspace(Workspace):
         controller.bridge.health.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
         controller.previewed.connect(self.show_preview)
-        controller.lawful.connect(self.preview.show_laws)
+        controller.lawful.connect(self.show_laws)
         self.preview_wanted.connect(controller.request_preview)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
@@ -142,6 +142,11 @@ class DesignWorkspace(Workspace):
         if node == self._previewed:
             self.preview.show_preview(preview)
         self._idle.start()
+
+    def show_laws(self, laws: Laws) -> None:
+        """Show the laws of the node that is previewed."""
+        self.preview.show_laws(laws)
+        self.inspector.show_laws(laws)
 
     def show_costs(self, costs: Costs | None) -> None:
         """Show what each node costs, and which are asleep; None when nothing runs."""
@@ -287,7 +292,8 @@ class DesignWorkspace(Workspace):
     def _want(self, id: str) -> None:
         self._waiting = id
         self._again.start()
-        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and self.preview.wants_laws)
+        wants_laws = self.preview.wants_laws or self.inspector.wants_laws
+        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and wants_laws)
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):

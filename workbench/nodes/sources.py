@@ -59,6 +59,11 @@ class Texture:
     muted_by = ("amplitude",)
     tail = math.inf
 
+    def laws(values):
+        from underfoot.models.signals.interval_laws import interval_laws
+
+        return interval_laws(values["interval"])
+
     def design(interval, burst, centre, width, rate, coefficients):
         noise.design_texture(interval, burst, centre, width, rate, coefficients)
 
