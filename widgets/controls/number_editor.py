@@ -166,9 +166,9 @@ class NumberEditor(ParameterEditor):
     def _is_too_wide(parameter: Number | Count) -> bool:
         """Whether no slider could aim at a value that is meant."""
         span = parameter.high - parameter.low
-        return span > (WIDEST if isinstance(parameter, Count) else WIDEST_EVEN) and (
-            isinstance(parameter, Count) or parameter.scale == "linear"
-        )
+        if isinstance(parameter, Count):
+            return span > WIDEST
+        return parameter.scale == "linear" and span > WIDEST_EVEN
 
     @staticmethod
     def _is_wide(parameter: Count) -> bool:

@@ -18,9 +18,17 @@ class Delay:
 
     accuracy = "exact at whole frames; straight between"
     signal = Input()
-    time = Number(0.12, 0.001, LONGEST_S, unit="s", scale="log", doc="from a sound to its echo; it glides to a new one")
-    feedback = Number(0.4, 0.0, 0.95, doc="an echo, of the one before; 0 is a single one")
-    damping = Number(0.2, 0.0, 0.99, doc="what each echo loses of its high frequencies: 0 nothing")
+    time = Number(
+        0.12,
+        0.001,
+        LONGEST_S,
+        unit="s",
+        scale="log",
+        wire="span",
+        doc="from a sound to its echo; it glides to a new one",
+    )
+    feedback = Number(0.4, 0.0, 0.95, wire="span", doc="an echo, of the one before; 0 is a single one")
+    damping = Number(0.2, 0.0, 0.99, wire="span", doc="what each echo loses of its high frequencies: 0 nothing")
     out = Output(doc="the echoes, without the signal itself")
     state = Layout(
         "delay", "has_begun", "frames", "place", "low_passed", "quiet", "feedback", "damping", line=("length",)

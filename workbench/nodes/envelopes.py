@@ -22,10 +22,12 @@ class AttackDecay:
 
     accuracy = "exact: the closed form, to 1e-9"
     strike = Input(kind="event", doc="begins a note; an event's own duration is used where it has one")
-    attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", doc="time to rise")
-    decay = Number(0.05, 0.0005, 10.0, unit="s", scale="log", doc="time to fall at the end")
-    duration = Number(0.2, 0.001, 20.0, unit="s", scale="log", doc="length of a note that does not know its own")
-    amplitude = Number(1.0, 0.0, 10.0, doc="height at strength 1")
+    attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", wire="span", doc="time to rise")
+    decay = Number(0.05, 0.0005, 10.0, unit="s", scale="log", wire="span", doc="time to fall at the end")
+    duration = Number(
+        0.2, 0.001, 20.0, unit="s", scale="log", wire="span", doc="length of a note that does not know its own"
+    )
+    amplitude = Number(1.0, 0.0, 10.0, wire="span", doc="height at strength 1")
     out = Output()
     state, coefficients = envelopes.NOTE_STATE, envelopes.NOTE_COEFFICIENTS
 
@@ -100,7 +102,9 @@ class ForceEnvelope:
 
     accuracy = "exact: rounding"
     force = Input("N")
-    full_force = Number(envelopes.FULL_FORCE_N, 10.0, 10_000.0, unit="N", scale="log", doc="force that gives 1")
+    full_force = Number(
+        envelopes.FULL_FORCE_N, 10.0, 10_000.0, unit="N", scale="log", wire="span", doc="force that gives 1"
+    )
     out = Output()
     state = Layout("force_envelope", "gain")
     muted_by = ("force",)
@@ -120,7 +124,9 @@ class StrainRateEnvelope:
 
     accuracy = "exact: SciPy's bilinear, to 1e-9; the step's response within 1e-5 of the continuous one"
     force = Input("N")
-    frequency = Number(envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", doc="natural frequency of the layer")
+    frequency = Number(
+        envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", wire="span", doc="natural frequency of the layer"
+    )
     damping = Number(envelopes.STRAIN_DAMPING, 0.05, 10.0, scale="log", doc="damping ratio of the layer")
     mass = Number(envelopes.STRAIN_MASS_KG, 0.01, 1000.0, unit="kg", scale="log", doc="more mass, less of it")
     part = Choice("absolute", options=STRAIN_RATES, doc="what to make of unloading, where the rate is negative")
