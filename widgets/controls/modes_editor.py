@@ -15,8 +15,8 @@ from underfoot.widgets.controls.list_editors import RowsEditor
 
 Mode = tuple[float, ...]
 """Frequency (Hz), decay (1/s), then an amplitude, or modal mass (kg) and shape."""
-LOWEST_HZ, HIGHEST_HZ = 10.0, 10_000.0
-"""The ends of the picture; beyond them a mode stands at its edge."""
+LOWEST_HZ, USUAL_HZ, HIGHEST_HZ = 20.0, 4000.0, 20_000.0
+"""The ends of the picture: it goes to the highest where a mode lies beyond what is usual."""
 LEAST_DB, MOST_DB = -40.0, 20.0
 FREQUENCY, DECAY = 0, 1
 _SEMITONE, _FASTER = 2.0 ** (1.0 / 12.0), 1.1
@@ -57,6 +57,7 @@ class ModesSpectrum(HandlePad):
         super().__init__(parent)
         self._columns, self._most = parameter.columns, parameter.most
         self._modes: list[Mode] = []
+        self._extent = math.log(USUAL_HZ / LOWEST_HZ)
         self.setAccessibleName("Modes as a spectrum")
 
     def modes(self) -> list[Mode]:
@@ -66,12 +67,15 @@ class ModesSpectrum(HandlePad):
         """Show these modes, without saying that they changed."""
         self._modes = [tuple(mode) for mode in modes]
         self.chosen = min(self.chosen, len(self._modes) - 1)
+        if not self.is_dragged:
+            beyond = any(mode[FREQUENCY] > USUAL_HZ for mode in self._modes)
+            self._extent = math.log(HIGHEST_HZ / LOWEST_HZ if beyond else USUAL_HZ / LOWEST_HZ)
         self.update()
 
     def place(self, frequency_hz: float, db: float) -> QPointF:
         """Where in the picture a partial stands."""
         area = self.area()
-        across = math.log(frequency_hz / LOWEST_HZ) / math.log(HIGHEST_HZ / LOWEST_HZ)
+        across = math.log(frequency_hz / LOWEST_HZ) / self._extent
         up = (db - LEAST_DB) / (MOST_DB - LEAST_DB)
         return QPointF(
             area.x() + min(max(across, 0.0), 1.0) * area.width(),
@@ -86,7 +90,7 @@ class ModesSpectrum(HandlePad):
         area = self.area()
         across = min(max((place.x() - area.x()) / area.width(), 0.0), 1.0)
         up = min(max((area.bottom() - place.y()) / area.height(), 0.0), 1.0)
-        frequency_hz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ) ** across
+        frequency_hz = LOWEST_HZ * math.exp(across * self._extent)
         return float(f"{frequency_hz:.3g}"), round(LEAST_DB + up * (MOST_DB - LEAST_DB), 1)
 
     def drag(self, index: int, place: QPointF) -> None:
@@ -138,9 +142,11 @@ class ModesSpectrum(HandlePad):
         return f"{quantity(mode[FREQUENCY], 'Hz')}, {strength} dB, {number(mode[DECAY])}/s: 60 dB in {ring}"
 
     def paint_picture(self, painter: QPainter, area: QRectF) -> None:
-        for frequency_hz in (10, 30, 100, 300, 1000, 3000, 10_000):
-            named = {10: "10", 100: "100", 1000: "1k", 10_000: "10 kHz"}
-            self.axis(painter, self.place(frequency_hz, 0.0).x(), named.get(frequency_hz, ""))
+        last_hz = round(LOWEST_HZ * math.exp(self._extent))
+        for frequency_hz in (20, 50, 100, 200, 500, 1000, 2000, 4000, 10_000, 20_000):
+            named = {20: "20", 100: "100", 500: "500", last_hz: quantity(last_hz, "Hz")}
+            if frequency_hz <= last_hz:
+                self.axis(painter, self.place(frequency_hz, 0.0).x(), named.get(frequency_hz, ""))
         painter.setFont(theme.font(theme.SMALL_PX))
         for db in (-20, 0):
             y = self.place(100.0, db).y()

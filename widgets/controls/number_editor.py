@@ -76,8 +76,10 @@ class NumberEditor(ParameterEditor):
         self.back.setVisible(not by and self._value != self.parameter.default)
         words, ends = f"driven by {by}", ""
         if by and reach is not None:
-            low, high = (min(max(end, self.parameter.low), self.parameter.high) for end in reach)
-            ends = self._way(low, high)
+            parameter = self.parameter
+            assert isinstance(parameter, Number)
+            low, high = (min(max(end, parameter.low), parameter.high) for end in reach)
+            ends = self._way(*((low, high) if parameter.wire == "span" else reach))
             words = f"{by}: {ends}"
             self.slider.set_band((self._place(low), self._place(high)))
         else:
