@@ -58,27 +58,36 @@ def run(
     array([ 0.,  1.,  0., -1.,  0.])
     """
     turn = frequency_hz / rate
-    edge = min(EDGE_S * frequency_hz, _WIDEST_EDGE)
-    edge_frames = EDGE_S * rate
+    edge, edge_frames = min(EDGE_S * frequency_hz, _WIDEST_EDGE), EDGE_S * rate
     if state.has_begun == 0.0:
         state.has_begun, state.phase, state.shift = 1.0, (frame * turn) % 1.0, shift
         state.since = edge_frames
-    k = 0
+    phase, at, left, since = state.phase, state.shift, state.left, state.since
+    k, count = 0, len(restarts)
     for i in range(out.size):
         now = frame + i
-        state.shift = glided(state.shift, shift, now)
-        while k < len(restarts) and math.floor(restarts.time[k]) <= now:
-            was = _value(state, shape, edge, edge_frames)
-            state.phase = (max(now - restarts.time[k], 0.0) * turn) % 1.0
-            state.since = 0.0
-            state.left = was - wave(shape, (state.phase + state.shift) % 1.0, edge)
+        if at != shift:
+            at = glided(at, shift, now)
+        while k < count and math.floor(restarts.time[k]) <= now:
+            was = wave(shape, _turned(phase + at), edge) + _made_up(left, since, edge_frames)
+            phase, since = (max(now - restarts.time[k], 0.0) * turn) % 1.0, 0.0
+            left = was - wave(shape, _turned(phase + at), edge)
             k += 1
-        out[i] = _value(state, shape, edge, edge_frames)
-        state.phase = (state.phase + turn) % 1.0
-        state.since = min(state.since + 1.0, edge_frames)
+        out[i] = wave(shape, _turned(phase + at), edge)
+        if since < edge_frames:
+            out[i] += _made_up(left, since, edge_frames)
+            since += 1.0
+        phase = _turned(phase + turn)
+    state.phase, state.shift, state.left, state.since = phase, at, left, since
 
 
 @kernel
-def _value(state: Memory, shape: int, edge: float, edge_frames: float) -> float:
-    made_up = 1.0 - state.since / edge_frames
-    return wave(shape, (state.phase + state.shift) % 1.0, edge) + state.left * max(made_up, 0.0)
+def _turned(phase: float) -> float:
+    """A phase below 2, from 0 to 1: a division would cost more than all else."""
+    return phase - 1.0 if phase >= 1.0 else phase
+
+
+@kernel
+def _made_up(left: float, since: float, edge_frames: float) -> float:
+    """What is left of a restart's step, so many frames later."""
+    return left * (1.0 - since / edge_frames) if since < edge_frames else 0.0

@@ -86,4 +86,6 @@ def play(
             take(state.held, values[int(step)], min(since, 1.0), glide_frames)
         out[i] = value(state.held)
         state.held.since += 1.0
-        state.phase = (state.phase + steps_a_frame) % values.size
+        state.phase += steps_a_frame
+        if state.phase >= values.size:
+            state.phase -= values.size
