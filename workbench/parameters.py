@@ -32,6 +32,11 @@ class Parameter:
             object.__setattr__(self, "label", name.replace("_", " ").capitalize())
 
     @property
+    def moves(self) -> bool:
+        """Whether it goes to another value in a ramp; without one a change makes the program anew, faded in."""
+        return False
+
+    @property
     def allowed(self) -> str:
         """What may be given, in words."""
         raise AssertionError(f"{type(self).__name__} says nothing of what it allows")
@@ -49,6 +54,8 @@ class Parameter:
 class Number(Parameter):
     """A real number from `low` to `high`, in `unit`. It moves in a ramp; `wire` says whether a wire may drive it.
 
+    One that `fades` cannot be moved without a step: changing it makes the program anew, faded in.
+
     `wire` is "" (no), "span" (read once a span) or "audio" (one value a frame). `scale` is how a control spaces it:
     "linear", "log", or "gain": a factor that a hand sets in decibels, from silence at its low end, and that stops at 0
     dB. Files and wires have the factor.
@@ -63,7 +70,12 @@ class Number(Parameter):
     unit: str = field(default="", kw_only=True)
     scale: str = field(default="linear", kw_only=True)
     wire: str = field(default="", kw_only=True)
+    fades: bool = field(default=False, kw_only=True)
     kind: ClassVar[str] = "number"
+
+    @property
+    def moves(self) -> bool:
+        return not self.fades
 
     @property
     def allowed(self) -> str:

@@ -51,7 +51,7 @@ def test_a_bundle_bears_what_a_large_one_bears_when_loaded_slowly():
 @pytest.mark.parametrize("type", [name for name, one in REGISTRY.items() if one.laws is not None])
 def test_every_node_with_laws_draws_them_at_its_defaults(type):
     found = REGISTRY[type].laws(values(type))
-    assert len(found) == 3
+    assert len(found) in (1, 3)
     assert all(drawing.series for drawing in found)
     assert all(np.isfinite(one.y).all() for drawing in found for one in drawing.series)
 

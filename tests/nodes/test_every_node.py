@@ -138,6 +138,21 @@ def test_moving_numbers_give_the_same_bytes_and_stay_finite(type):
 
 
 @pytest.mark.parametrize("type", EVERY)
+def test_numbers_that_wires_drive_give_the_same_bytes_and_stay_finite(type):
+    patch = alone(type)
+    driven = [p for p in REGISTRY[type].parameters.values() if isinstance(p, Number) and p.wire]
+    for turn, parameter in enumerate(driven):
+        ends = {"low": parameter.value(0.3), "high": parameter.value(0.6), "frequency": 7.0 + turn}
+        patch = patch.add("lfo", REGISTRY, **ends)
+        patch = patch.connect(f"{patch.nodes[-1].id}.out", f"{type}.{parameter.name}", REGISTRY)
+    hosts = one_step()
+    whole, program = run(patch, hosts, [LENGTH], type)
+    assert program.fault() is None
+    assert all(np.isfinite(signal).all() for signal in whole.values())
+    assert same(whole, run(patch, hosts, [64, 500, 7], type)[0])
+
+
+@pytest.mark.parametrize("type", EVERY)
 def test_other_tiles_change_nothing(type):
     patch = alone(type)
     here, _ = run(patch, one_step(0), [256], type)

@@ -27,6 +27,9 @@ MOST_SEEN = 8
 class RowsEditor(ParameterEditor):
     """Rows of numbers as a table; the last row is new."""
 
+    TABLE_ROW = 1
+    """Where in the grid the table is: heirs put a picture above it."""
+
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
         self._columns, self._most = parameter.columns, parameter.most
@@ -41,13 +44,14 @@ class RowsEditor(ParameterEditor):
         self.table.verticalHeader().setDefaultSectionSize(ROW_PX)
         self.table.setTabKeyNavigation(False)
         self._put(self.table)
+        self.grid.addWidget(self.table, self.TABLE_ROW, 0, 1, 3)
         line = QHBoxLayout()
         self.adding = self._button("+", "Add a row", self._add)
         self.removing = self._button("−", "Remove the row", self._remove)
         line.addWidget(self.adding)
         line.addWidget(self.removing)
         line.addStretch()
-        self.grid.addLayout(line, 2, 0, 1, 3)
+        self.grid.addLayout(line, self.TABLE_ROW + 1, 0, 1, 3)
         self.table.itemChanged.connect(self._typed)
         self.set_value(parameter.default)
 

@@ -2,7 +2,8 @@
 
 import math
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import BadValue
@@ -19,11 +20,18 @@ WIDEST = 100_000_000
 """A whole number from a wider range than this is only typed: no slider could aim at one."""
 
 
+WIDEST_EVEN = 100_000.0
+"""So is a number whose control would be spaced evenly over more than this."""
+
+
 class NumberEditor(ParameterEditor):
     """A slider, and a field that takes a number with or without its unit. Whole numbers too."""
 
     disconnect_wanted = Signal()
     """The wire that drives the value is to go."""
+
+    drive_wanted = Signal(QPoint)
+    """A menu of what may drive the value is wanted, at this place of the screen."""
 
     def __init__(self, parameter: Number | Count, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
@@ -42,9 +50,13 @@ class NumberEditor(ParameterEditor):
         self.grid.addWidget(self.field, 0, 2)
         self.grid.addWidget(self.driver, 0, 1, 1, 2)
         self._put(self.slider)
-        self.slider.setVisible(parameter.high - parameter.low <= WIDEST or not self._is_whole)
+        self.slider.setVisible(not self._is_too_wide(parameter))
         if parameter.low < 0.0 < parameter.high:
             self.slider.set_zero(self._place(0.0))
+        self.may_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
+        if self.may_be_driven:
+            self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has one
+            self.label.setToolTip(f"{help_text(parameter)}\nRight-click: drive it with a signal")
         self.slider.grasped.connect(self.began)
         self.slider.moved.connect(self._slid)
         self.field.entered.connect(lambda: self._show(EXACT))
@@ -52,16 +64,47 @@ class NumberEditor(ParameterEditor):
         self.field.given.connect(self._typed)
         self.set_value(parameter.default)
 
-    def set_driven(self, by: str, colour: str = "") -> None:
-        """Show that a wire gives the value; an empty `by` takes that back."""
+    def set_driven(self, by: str, colour: str = "", reach: tuple[float, float] | None = None) -> None:
+        """Show that a wire gives the value, and from where to where it goes if that is known.
+
+        An empty `by` takes that back.
+        """
         self.slider.setEnabled(not by)
         self.slider.set_accent(colour or theme.VIBRATION)
         self.field.setVisible(not by)
         self.driver.setVisible(bool(by))
         self.back.setVisible(not by and self._value != self.parameter.default)
-        self.driver.set_full_text(f"driven by {by}", "  ×")
-        self.driver.setToolTip(f"Driven by {by}. Click to disconnect the wire.")
+        words, ends = f"driven by {by}", ""
+        if by and reach is not None:
+            parameter = self.parameter
+            assert isinstance(parameter, Number)
+            low, high = (min(max(end, parameter.low), parameter.high) for end in reach)
+            ends = self._way(*((low, high) if parameter.wire == "span" else reach))
+            words = f"{by}: {ends}"
+            self.slider.set_band((self._place(low), self._place(high)))
+        else:
+            self.slider.set_band(None)
+        self.driver.set_full_text(words, "  ×")
+        self.driver.setToolTip(
+            f"Driven by {by}{', ' if ends else ''}{ends}. Click to disconnect the wire; right-click for others."
+        )
         self.driver.setStyleSheet(f"color: {colour}; text-align: right;")
+
+    def _way(self, low: float, high: float) -> str:
+        """A range in words: as one value where nothing moves."""
+        ends = [gain(end) if self._is_gain else quantity(end, self._unit) for end in (low, high)]
+        if ends[0] == ends[1]:
+            return ends[0]
+        if not self._is_gain and ends[0].partition(" ")[2] == ends[1].partition(" ")[2]:
+            ends[0] = ends[0].partition(" ")[0]
+        return " to ".join(ends)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        if self.may_be_driven:
+            self.drive_wanted.emit(event.globalPos())
+            event.accept()
+        else:
+            super().contextMenuEvent(event)
 
     def _show(self, digits: int = 4) -> None:
         if digits == EXACT or not self.field.hasFocus():
@@ -120,6 +163,14 @@ class NumberEditor(ParameterEditor):
         if self._is_wide(parameter):
             return parameter.low + round(math.expm1(place * math.log1p(parameter.high - parameter.low)))
         return round(parameter.low + place * (parameter.high - parameter.low))
+
+    @staticmethod
+    def _is_too_wide(parameter: Number | Count) -> bool:
+        """Whether no slider could aim at a value that is meant."""
+        span = parameter.high - parameter.low
+        if isinstance(parameter, Count):
+            return span > WIDEST
+        return parameter.scale == "linear" and span > WIDEST_EVEN
 
     @staticmethod
     def _is_wide(parameter: Count) -> bool:

@@ -26,6 +26,7 @@ class Slider(QSlider):
         self._zero = 0.0
         self._place = 0.0
         self._accent = theme.VIBRATION
+        self._band: tuple[float, float] | None = None
         self.valueChanged.connect(self._changed)
         self._quiet = False
 
@@ -47,6 +48,12 @@ class Slider(QSlider):
     def set_accent(self, colour: str) -> None:
         self._accent = colour
         self.update()
+
+    def set_band(self, band: tuple[float, float] | None) -> None:
+        """Show where between two places it is moved to and fro, instead of the one place."""
+        if band != self._band:
+            self._band = band
+            self.update()
 
     def _changed(self, value: int) -> None:
         if not self._quiet:
@@ -101,6 +108,11 @@ class Slider(QSlider):
         left = 0.0 if self._zero == 0.0 else min(x, zero)
         accent = self._accent if self.isEnabled() else theme.mixed(self._accent, theme.PANEL, 0.5)
         painter.setBrush(QColor(accent))
+        if self._band is not None:
+            low, high = (KNOB + min(max(place, 0.0), 1.0) * room for place in self._band)
+            painter.setBrush(QColor(self._accent))
+            painter.drawRoundedRect(QRectF(low - 2, middle - 3, high - low + 4, 6.0), 3.0, 3.0)
+            return
         painter.drawRoundedRect(QRectF(left, middle - 2, max(x, zero) - left, 4.0), 2.0, 2.0)
         if not self.isEnabled():
             return

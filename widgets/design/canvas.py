@@ -23,6 +23,7 @@ from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.design.actions import connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
+from underfoot.widgets.design.driving import Driving
 from underfoot.widgets.design.editing import aligned, copied, joined, pasted, refusal, snapped
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.message import Message
@@ -75,6 +76,7 @@ class Canvas(QGraphicsView):
         self._keeps_all = False
         self.search = NodeSearch(registry, self)
         self.map = MiniMap(self.patch_scene, self)
+        self.driving = Driving(document, self.patch_scene, self)
         self._message = Message(self)
         self.actions_by_name = make_actions(self, self._handlers())
         self.addActions(list(self.actions_by_name.values()))
@@ -343,6 +345,8 @@ class Canvas(QGraphicsView):
         wire_chosen = bool(self.patch_scene.chosen_wires())
         search = partial(self.open_search, event.pos())
         menu = context_menu(self, self.actions_by_name, search, len(self.selected_ids()), wire_chosen)
+        if node is not None and len(self.selected_ids()) == 1:
+            self.driving.offer(menu, node, self._new_at)
         menu.popup(event.globalPos())
 
     # --- drops from the palette ---

@@ -4,24 +4,33 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
+from underfoot.engine.reports import Laws
 from underfoot.models.signals.rhythm import Rhythm
-from underfoot.parameters import Count, Rows, Text
+from underfoot.parameters import Count, Numbers, Parameter, Rows, Text
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
+from underfoot.widgets.controls.bars_editor import BarsEditor
+from underfoot.widgets.controls.curve_editor import CurveEditor, is_curve
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.list_editors import TilesEditor
+from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
 from underfoot.widgets.design.editing import drivers
+from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shape import accent, shown
+from underfoot.widgets.plots.plot import Plot
 
+OF_INTERVALS = ("poisson", "texture")
+"""Nodes that begin anew at random moments: the inspector shows their intervals. Others' laws take too long for that."""
+LAW_PX = 200
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
 SEED = Count(0, 0, 2**31 - 1, doc="the same seed gives the same random draws", label="Seed")
@@ -39,6 +48,9 @@ class Inspector(QScrollArea):
     disconnect_wanted = Signal(str)
     """The input ("node.port") whose wire is to be taken away."""
 
+    drive_wanted = Signal(str, str, QPoint)
+    """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen."""
+
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._registry = registry
@@ -50,7 +62,10 @@ class Inspector(QScrollArea):
         self._gesture = 0
         self._share: Mapping[str, float] = {}
         self._awake: Mapping[str, int] = {}
+        self._reach: Mapping[str, tuple[float, float]] = {}
         self.editors: dict[str, ParameterEditor] = {}
+        self.picture: NodePicture | None = None
+        self.law: Plot | None = None
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -91,10 +106,26 @@ class Inspector(QScrollArea):
         self._share, self._awake = share or {}, awake
         self._show_cost()
 
+    def show_reach(self, reach: Mapping[str, tuple[float, float]]) -> None:
+        """From where to where the outputs ("node.port") went in their last preview: what drives shows it."""
+        self._reach = reach
+        if len(self._ids) == 1:
+            self._refresh(drivers(self._patch).get(self._ids[0], {}))
+
+    @property
+    def wants_laws(self) -> bool:
+        """Whether the law of the node's intervals is shown."""
+        return self.law is not None
+
+    def show_laws(self, laws: Laws) -> None:
+        """Show the law of the node's intervals: the last of its laws."""
+        if self.law is not None and laws.drawings:
+            self.law.show_drawing(laws.drawings[-1])
+
     # --- building ---
 
     def _build(self) -> None:
-        self.editors = {}
+        self.editors, self.picture, self.law = {}, None, None
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
@@ -123,14 +154,19 @@ class Inspector(QScrollArea):
         if type.accuracy:
             column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
         column.addSpacing(8)
+        if type.type in PICTURES:
+            self.picture = PICTURES[type.type](type)
+            self.picture.setToolTip(TIPS[type.type])
+            self.picture.setAccessibleName(f"{type.label} as a picture")
+            self.picture.began.connect(self._begin)
+            self.picture.edited.connect(
+                lambda name, value: self.edited.emit(id, name, value, f"{id} picture {self._gesture}")
+            )
+            column.addWidget(self.picture)
         for name, parameter in type.parameters.items():
-            editor: ParameterEditor
-            if is_rhythm(parameter):
-                assert isinstance(parameter, Rows)
-                editor = RhythmEditor(parameter)
+            editor = _editor_of(parameter)
+            if isinstance(editor, RhythmEditor):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
-            else:
-                editor = editor_for(parameter)
             if isinstance(editor, TilesEditor):
                 editor.set_tiles(self._tiles)
             if isinstance(editor, FileEditor):
@@ -141,6 +177,11 @@ class Inspector(QScrollArea):
             )
             if isinstance(editor, NumberEditor):
                 editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
+                editor.drive_wanted.connect(lambda place, name=name: self.drive_wanted.emit(id, name, place))
+        if type.type in OF_INTERVALS:
+            self.law = Plot()
+            self.law.setFixedHeight(LAW_PX)
+            column.addWidget(self.law)
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
@@ -197,6 +238,8 @@ class Inspector(QScrollArea):
     def _refresh(self, wired: Mapping[str, str]) -> None:
         if len(self._ids) == 1:
             node = self._patch.node(self._ids[0])
+            if self.picture is not None:
+                self.picture.set_values(self._registry[node.type].values(node.parameters))
             for name, editor in self.editors.items():
                 value = node.parameters.get(name, editor.parameter.default)
                 if editor.parameter.check(value) != editor.value():
@@ -219,7 +262,7 @@ class Inspector(QScrollArea):
         type = self._registry[self._patch.node(id).type]
         output = type.output_ports[port]
         name = type.label if len(type.outputs) == 1 else f"{type.label}, {shown(port)}"
-        editor.set_driven(name, theme.signal_colour(output.kind, output.unit))
+        editor.set_driven(name, theme.signal_colour(output.kind, output.unit), self._reach.get(source))
 
     def _show_cost(self) -> None:
         ids = self._ids or [node.id for node in self._patch.nodes]
@@ -232,6 +275,17 @@ class Inspector(QScrollArea):
         awake = max((self._awake.get(id, 0) for id in known), default=0)
         of = f" of {len(self._tiles)}" if self._tiles else ""
         self._tiles_awake.setText(f"{awake}{of} tiles" if awake else "asleep")
+
+
+def _editor_of(parameter: Parameter) -> ParameterEditor:
+    """The control of a node's parameter: a picture where there is one for what it holds."""
+    if isinstance(parameter, Numbers):
+        return BarsEditor(parameter)
+    if isinstance(parameter, Rows):
+        for fits, editor in ((is_rhythm, RhythmEditor), (is_modes, ModesEditor), (is_curve, CurveEditor)):
+            if fits(parameter):
+                return editor(parameter)
+    return editor_for(parameter)
 
 
 def edited_patch(patch: Patch, field: str, value: object) -> Patch:

@@ -39,6 +39,7 @@ class NodeItem(QGraphicsItem):
         self.wires: list[WireItem] = []
         self.shape_now: Shape = node_shape(type, (), False)
         self.driven: tuple[str, ...] = ()
+        self.asked: tuple[str, ...] = ()
         self.opened = False
         self.cost = ""
         self.state = ""
@@ -55,11 +56,19 @@ class NodeItem(QGraphicsItem):
 
     def set_ports(self, driven: tuple[str, ...], opened: bool) -> None:
         """Show these parameters as ports; `opened` shows all that a wire may drive."""
-        if (driven, opened) == (self.driven, self.opened):
-            return
+        if (driven, opened) != (self.driven, self.opened):
+            self.driven, self.opened = driven, opened
+            self._take_shape()
+
+    def ask_port(self, name: str, wanted: bool) -> None:
+        """Keep the port of a parameter in sight, also while it has no wire; or no longer."""
+        self.asked = tuple(one for one in self.asked if one != name) + ((name,) if wanted else ())
+        self._take_shape()
+
+    def _take_shape(self) -> None:
+        opened = self.opened
         self.prepareGeometryChange()
-        self.driven, self.opened = driven, opened
-        self.shape_now = node_shape(self.node_type, driven, opened)
+        self.shape_now = node_shape(self.node_type, self.driven + self.asked, opened)
         self.setZValue(1.0 if opened else 0.0)
         for wire in self.wires:
             wire.follow()

@@ -20,7 +20,10 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.shape import accent
 
 MIME = "application/x-underfoot-node"
-FAMILIES = ("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters", "Outputs")
+FAMILIES = (
+    *("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters"),
+    *("Modulation", "Outputs"),
+)
 """The order of the families; others follow."""
 _ROW, _HEADING = 24, 28
 _TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2

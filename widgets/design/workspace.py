@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
-from underfoot.engine.reports import Costs, Fault, Health, Preview
+from underfoot.engine.reports import Costs, Fault, Health, Laws, Preview
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.node import Registry
@@ -60,6 +60,7 @@ class DesignWorkspace(Workspace):
         self._previewed = ""
         self._waiting = ""
         self._stale: list[str] = []
+        self._reach: dict[str, tuple[float, float]] = {}
         self.palette_panel = Palette(registry, self)
         self.canvas = Canvas(self.document, registry, self)
         self.inspector = Inspector(registry, self)
@@ -91,7 +92,7 @@ class DesignWorkspace(Workspace):
         controller.bridge.health.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
         controller.previewed.connect(self.show_preview)
-        controller.lawful.connect(self.preview.show_laws)
+        controller.lawful.connect(self.show_laws)
         self.preview_wanted.connect(controller.request_preview)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
@@ -141,6 +142,11 @@ class DesignWorkspace(Workspace):
         if node == self._previewed:
             self.preview.show_preview(preview)
         self._idle.start()
+
+    def show_laws(self, laws: Laws) -> None:
+        """Show the laws of the node that is previewed."""
+        self.preview.show_laws(laws)
+        self.inspector.show_laws(laws)
 
     def show_costs(self, costs: Costs | None) -> None:
         """Show what each node costs, and which are asleep; None when nothing runs."""
@@ -216,6 +222,7 @@ class DesignWorkspace(Workspace):
         self.inspector.edited.connect(self._set)
         self.inspector.patch_edited.connect(self._set_patch_field)
         self.inspector.disconnect_wanted.connect(self._disconnect)
+        self.inspector.drive_wanted.connect(self.canvas.driving.open_menu)
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
@@ -285,7 +292,8 @@ class DesignWorkspace(Workspace):
     def _want(self, id: str) -> None:
         self._waiting = id
         self._again.start()
-        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and self.preview.wants_laws)
+        wants_laws = self.preview.wants_laws or self.inspector.wants_laws
+        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and wants_laws)
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):
@@ -313,6 +321,12 @@ class DesignWorkspace(Workspace):
             return
         if node in self._stale:
             self._stale.remove(node)
+        for signal in item.node_type.outputs:
+            if signal.kind == "signal":
+                values = np.asarray(pick(preview.signals, node, signal.name), float)
+                if values.size:
+                    self._reach[f"{node}.{signal.name}"] = (float(values.min()), float(values.max()))
+        self.inspector.show_reach(self._reach)
         port = item.node_type.outputs[0]
         if port.kind == "event":
             events = event_rows(pick(preview.events, node, port.name))

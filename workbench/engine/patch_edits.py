@@ -27,7 +27,7 @@ def moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | Non
         was, now = type.values(before.parameters), type.values(after.parameters)
         for name, parameter in type.parameters.items():
             if was[name] != now[name]:
-                if parameter.kind != "number":
+                if not parameter.moves:
                     return None
                 moved.append(Set(after.id, name, now[name]))
     return moved

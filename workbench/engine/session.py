@@ -171,7 +171,7 @@ class Session:
                 self._equalisers[tile] = command
             case Set(node, name, value):
                 self.patch = self.patch.set(node, name, value, self.registry)
-                if self.registry[self.patch.node(node).type].parameters[name].kind != "number":
+                if not self.registry[self.patch.node(node).type].parameters[name].moves:
                     self._request_compile()
                     return
         if self._started:

@@ -3,6 +3,7 @@
 import math
 
 from underfoot.layouts import Layout
+from underfoot.models.signals.glide import glided
 from underfoot.parameters import Number
 from underfoot.patch.node import Input, Output, node
 
@@ -17,27 +18,40 @@ class Delay:
 
     accuracy = "exact at whole frames; straight between"
     signal = Input()
-    time = Number(0.12, 0.001, LONGEST_S, unit="s", scale="log", doc="from a sound to its echo; it glides to a new one")
-    feedback = Number(0.4, 0.0, 0.95, doc="an echo, of the one before; 0 is a single one")
-    damping = Number(0.2, 0.0, 0.99, doc="what each echo loses of its high frequencies: 0 nothing")
+    time = Number(
+        0.12,
+        0.001,
+        LONGEST_S,
+        unit="s",
+        scale="log",
+        wire="span",
+        doc="from a sound to its echo; it glides to a new one",
+    )
+    feedback = Number(0.4, 0.0, 0.95, wire="span", doc="an echo, of the one before; 0 is a single one")
+    damping = Number(0.2, 0.0, 0.99, wire="span", doc="what each echo loses of its high frequencies: 0 nothing")
     out = Output(doc="the echoes, without the signal itself")
-    state = Layout("delay", "has_begun", "frames", "place", "low_passed", "quiet", line=("length",))
+    state = Layout(
+        "delay", "has_begun", "frames", "place", "low_passed", "quiet", "feedback", "damping", line=("length",)
+    )
 
     def sizes(values, rate):
         return {"length": math.ceil(LONGEST_S * rate) + 2}
 
-    def run(signal, time, feedback, damping, rate, state, out):
+    def run(signal, time, feedback, damping, rate, frame, state, out):
         line, length = state.line, state.length
         frames = state.frames if state.has_begun != 0.0 else time * rate
-        state.has_begun = 1.0
+        if state.has_begun == 0.0:
+            state.has_begun, state.feedback, state.damping = 1.0, feedback, damping
         place, low_passed, quiet = int(state.place), state.low_passed, state.quiet
         for i in range(out.size):
             frames += min(max(time * rate - frames, -_FASTEST), _FASTEST)
             whole = int(frames)
             later, earlier = line[(place - whole) % length], line[(place - whole - 1) % length]
             echo = later + (frames - whole) * (earlier - later)
-            low_passed += (1.0 - damping) * (echo - low_passed)
-            line[place] = signal[i] + feedback * low_passed
+            state.feedback = glided(state.feedback, feedback, frame + i)
+            state.damping = glided(state.damping, damping, frame + i)
+            low_passed += (1.0 - state.damping) * (echo - low_passed)
+            line[place] = signal[i] + state.feedback * low_passed
             out[i] = low_passed
             quiet = quiet + 1.0 if max(abs(line[place]), abs(low_passed)) < _INAUDIBLE else 0.0
             place = (place + 1) % length

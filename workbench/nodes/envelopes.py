@@ -4,7 +4,10 @@ import math
 
 import numpy as np
 
+from underfoot.layouts import Layout
+from underfoot.models.filtering import second_order
 from underfoot.models.signals import breakpoints, envelopes
+from underfoot.models.signals.glide import glided
 from underfoot.parameters import Choice, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared_columns
 
@@ -19,10 +22,12 @@ class AttackDecay:
 
     accuracy = "exact: the closed form, to 1e-9"
     strike = Input(kind="event", doc="begins a note; an event's own duration is used where it has one")
-    attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", doc="time to rise")
-    decay = Number(0.05, 0.0005, 10.0, unit="s", scale="log", doc="time to fall at the end")
-    duration = Number(0.2, 0.001, 20.0, unit="s", scale="log", doc="length of a note that does not know its own")
-    amplitude = Number(1.0, 0.0, 10.0, doc="height at strength 1")
+    attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", wire="span", doc="time to rise")
+    decay = Number(0.05, 0.0005, 10.0, unit="s", scale="log", wire="span", doc="time to fall at the end")
+    duration = Number(
+        0.2, 0.001, 20.0, unit="s", scale="log", wire="span", doc="length of a note that does not know its own"
+    )
+    amplitude = Number(1.0, 0.0, 10.0, wire="span", doc="height at strength 1")
     out = Output()
     state, coefficients = envelopes.NOTE_STATE, envelopes.NOTE_COEFFICIENTS
 
@@ -97,12 +102,20 @@ class ForceEnvelope:
 
     accuracy = "exact: rounding"
     force = Input("N")
-    full_force = Number(envelopes.FULL_FORCE_N, 10.0, 10_000.0, unit="N", scale="log", doc="force that gives 1")
+    full_force = Number(
+        envelopes.FULL_FORCE_N, 10.0, 10_000.0, unit="N", scale="log", wire="span", doc="force that gives 1"
+    )
     out = Output()
+    state = Layout("force_envelope", "gain")
     muted_by = ("force",)
 
-    def run(force, full_force, out):
-        envelopes.proportional(force, full_force, out)
+    def run(force, full_force, frame, state, out):
+        gain = 1.0 / full_force
+        if state.gain == 0.0:
+            state.gain = gain
+        for i in range(out.size):
+            state.gain = glided(state.gain, gain, frame + i)
+            out[i] = force[i] * state.gain
 
 
 @node("strain-rate-envelope", "Shapes")
@@ -111,18 +124,21 @@ class StrainRateEnvelope:
 
     accuracy = "exact: SciPy's bilinear, to 1e-9; the step's response within 1e-5 of the continuous one"
     force = Input("N")
-    frequency = Number(envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", doc="natural frequency of the layer")
+    frequency = Number(
+        envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", wire="span", doc="natural frequency of the layer"
+    )
     damping = Number(envelopes.STRAIN_DAMPING, 0.05, 10.0, scale="log", doc="damping ratio of the layer")
     mass = Number(envelopes.STRAIN_MASS_KG, 0.01, 1000.0, unit="kg", scale="log", doc="more mass, less of it")
     part = Choice("absolute", options=STRAIN_RATES, doc="what to make of unloading, where the rate is negative")
     out = Output()
-    state, coefficients = envelopes.STRAIN_STATE, envelopes.STRAIN_COEFFICIENTS
+    state, coefficients = second_order.MOVING_STATE, envelopes.STRAIN_COEFFICIENTS
 
     def design(frequency, damping, mass, rate, coefficients):
         envelopes.design_strain_rate(frequency, damping, mass, rate, coefficients)
 
-    def run(force, part, coefficients, state, out):
-        envelopes.run_strain_rate(force, part, coefficients, state, out)
+    def run(force, part, coefficients, frame, state, out):
+        second_order.run_moving(force, coefficients, frame, state, out)
+        envelopes.take_part(part, out)
 
     def tail(state, coefficients):
-        return envelopes.tail_strain_rate(state, coefficients)
+        return second_order.tail_moving(state, coefficients)

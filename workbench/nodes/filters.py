@@ -9,13 +9,13 @@ class _Section:
     """What all of them have: a section whose coefficients may move while it runs."""
 
     accuracy = "exact: SciPy's design, to 1e-9"
-    state, coefficients = second_order.STATE, second_order.COEFFICIENTS
+    state, coefficients = second_order.MOVING_STATE, second_order.COEFFICIENTS
 
-    def run(signal, coefficients, state, out):
-        second_order.run(signal, coefficients, state, out)
+    def run(signal, coefficients, frame, state, out):
+        second_order.run_moving(signal, coefficients, frame, state, out)
 
     def tail(state, coefficients):
-        return second_order.tail(state, coefficients)
+        return second_order.tail_moving(state, coefficients)
 
 
 @node("low-pass", "Filters", "Low-pass")

@@ -44,14 +44,14 @@ class Impact:
 
     accuracy = "asked: the error below, of the displacement; energy never gains more than 1e-11"
     strike = Input(kind="event", doc="a blow; its strength scales the velocity")
-    velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", doc="of the hammer at strength 1")
+    velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", wire="span", doc="of the hammer at strength 1")
     mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="of the hammer")
     stiffness = Number(1e5, 1e3, 1e13, unit="N/m^a", scale="log", doc="of the contact: soft 1e4, hard 1e11")
     exponent = Number(1.5, 1.0, 4.0, doc="a: 1 a spring, 1.5 a sphere")
     damping = Number(0.3, 0.0, 10.0, unit="s/m", doc="mu = lambda / k: the loss in contact")
     error = Number(1e-3, 1e-7, 0.1, scale="log", doc="relative error asked of the displacement")
-    pitch = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all frequencies")
-    decay = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all decays: more is drier")
+    pitch = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all frequencies")
+    decay = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all decays: more is drier")
     level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the acceleration")
     modes = Rows(
         WOODEN,
@@ -102,8 +102,8 @@ class ModalBank:
 
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="rings all modes, by its strength")
-    pitch = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all frequencies")
-    decay = Number(1.0, 0.1, 10.0, scale="log", doc="factor on all decays: more is drier")
+    pitch = Number(1.0, 0.1, 10.0, scale="log", wire="span", doc="factor on all frequencies")
+    decay = Number(1.0, 0.1, 10.0, scale="log", wire="span", doc="factor on all decays: more is drier")
     level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the output")
     modes = Rows(
         ((180.0, 90.0, 1.0), (310.0, 140.0, 0.8), (470.0, 200.0, 0.6), (690.0, 300.0, 0.4)),

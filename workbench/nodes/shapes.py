@@ -1,5 +1,6 @@
 """Nodes that shape and join signals."""
 
+from underfoot.models.signals import ranges
 from underfoot.parameters import Number
 from underfoot.patch.node import Input, Output, node
 
@@ -66,12 +67,13 @@ class Scale:
     out_high = Number(1.0, -1e6, 1e6, doc="output at high and above")
     out = Output(doc="held between out low and out high")
 
-    def run(signal, low, high, out_low, out_high, out):
-        slope = 0.0 if high == low else 1.0 / (high - low)
-        for i in range(out.size):
-            share = min(max((signal[i] - low) * slope, 0.0), 1.0)
-            out[i] = out_low + share * (out_high - out_low)
+    state, coefficients = ranges.STATE, ranges.RANGES
 
-    def tail(low, high, out_low, out_high):
-        slope = 0.0 if high == low else 1.0 / (high - low)
-        return abs(out_low + min(max(-low * slope, 0.0), 1.0) * (out_high - out_low))
+    def design(low, high, out_low, out_high, coefficients):
+        ranges.design(low, high, out_low, out_high, 1.0, coefficients)
+
+    def run(signal, coefficients, frame, state, out):
+        ranges.run(signal, coefficients, frame, state, out)
+
+    def tail(low, high, out_low, out_high, state):
+        return max(abs(ranges.curve(0.0, low, high, out_low, out_high, 1.0)), ranges.tail(state))

@@ -8,6 +8,7 @@ import numpy as np
 from underfoot.errors import BadFile
 from underfoot.kernels import Floats
 from underfoot.layouts import Layout
+from underfoot.models.filtering import second_order
 from underfoot.models.signals import noise
 from underfoot.parameters import Choice, FilePath, Number
 from underfoot.patch.node import Input, Output, node, prepared
@@ -54,15 +55,21 @@ class Texture:
     width = Number(noise.WIDTH_HZ, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="width of the band at -3 dB")
     amplitude = Number(1.0, 0.0, 100.0, unit="", wire="audio", doc="RMS over time, in m/s^2")
     out = Output("m/s^2")
-    state, coefficients = noise.TEXTURE_STATE, noise.TEXTURE_COEFFICIENTS
+    state, coefficients = second_order.MOVING_STATE, noise.TEXTURE_COEFFICIENTS
     muted_by = ("amplitude",)
     tail = math.inf
+
+    def laws(values):
+        from underfoot.models.signals.interval_laws import interval_laws
+
+        return interval_laws(values["interval"])
 
     def design(interval, burst, centre, width, rate, coefficients):
         noise.design_texture(interval, burst, centre, width, rate, coefficients)
 
     def run(amplitude, key, frame, coefficients, state, out):
-        noise.run_texture(key, frame, coefficients, state, out)
+        noise.bursts(key, frame, coefficients, out)
+        second_order.run_moving(out, coefficients.band_pass, frame, state, out)
         for i in range(out.size):
             out[i] *= amplitude[i]
 

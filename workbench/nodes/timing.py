@@ -57,6 +57,11 @@ class Poisson:
     muted_by = ("strength",)
     tail = math.inf
 
+    def laws(values):
+        from underfoot.models.signals.interval_laws import interval_laws
+
+        return interval_laws(values["interval"])
+
     def run(interval, strength, key, rate, frame, end, out):
         first = len(out)
         noise.impulses(key, interval, rate, frame, end, out)

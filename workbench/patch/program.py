@@ -67,7 +67,10 @@ class Program:
         self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
         self._struck, self._lists, self.hosts = made.struck, made.lists, made.hosts
         self._where = tables.addresses(self.tables)
-        for k in np.flatnonzero(self.tables.nodes["sleep_rule"] == tables.ALL).tolist():
+        nodes = self.tables.nodes
+        self._stirred = set(np.flatnonzero((nodes["sleep_rule"] == tables.ALL) & (nodes["tail"] != 0)).tolist())
+        """Nodes that a moved number wakes: with it, they may have something to say without an input."""
+        for k in np.flatnonzero(nodes["sleep_rule"] == tables.ALL).tolist():
             if driver.tail(self._where, k) > driver.INAUDIBLE:
                 self.tables.asleep[k] = 0
         # No frames, and an event for nobody: these load their kernels, so that the first block and strike need not.
@@ -102,6 +105,8 @@ class Program:
         p = self.tables
         if (k, name) in self._controls:
             q = self._controls[k, name]
+            if k in self._stirred:
+                p.asleep[k], p.idle[:] = 0, 0
             p.ramp[q, 0] = driver.on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame - p.ramp_start[q])
             p.ramp[q, 1], p.ramp_start[q] = value, frame
             p.moving[k] = 1
@@ -195,7 +200,7 @@ class Program:
     def _same_memory(self, k: int, old: "Program", j: int) -> bool:
         here, there = self.tables.nodes[k], old.tables.nodes[j]
         same = all(here[size] == there[size] for size in ("state_size", "coefficients_size"))
-        structural = [n for n, p in self._types[k].parameters.items() if p.kind not in ("number", "tiles")]
+        structural = [n for n, p in self._types[k].parameters.items() if not p.moves and p.kind != "tiles"]
         return same and all(self._values[k][n] == old._values[j][n] for n in structural)
 
     def _take_control(self, old: "Program", k: int, j: int, name: str, frame: int) -> None:

@@ -14,10 +14,14 @@ import math
 
 from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
+from underfoot.models.signals.glide import glided
 
 STATE = Layout("section", "x1", "x2")
 COEFFICIENTS = Layout("section_coefficients", "a1", "a2", "a3", "gain_input", "gain_x1", "gain_x2", "g", "k")
 """Of a section: what the recursion takes, the gains of input, x1 and x2 in the output, then g and k."""
+
+MOVING_STATE = Layout("moving_section", section=STATE, now=COEFFICIENTS)
+"""Of a section whose coefficients go to others frame by frame: those as they stand now."""
 
 BUTTERWORTH = math.sqrt(0.5)
 """The Q of a maximally flat second-order low-pass or high-pass."""
@@ -85,6 +89,40 @@ def run(signal: Floats, coefficients: Memory, state: Memory, out: Floats) -> Non
         x2 = 2.0 * v2 - x2
         out[i] = gain_input * u + gain_x1 * v1 + gain_x2 * v2
     state.x1, state.x2 = x1, x2
+
+
+@kernel
+def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, out: Floats) -> None:
+    """As `run`, from session frame `frame` on, of a `MOVING_STATE`; no coefficient steps where they are designed anew.
+
+    g, k and the gains go to their new values along a span: steps of the gains would be steps of the output.
+    """
+    now = state.now
+    if now.k == 0.0:
+        now.values[:] = coefficients.values
+    done = 0
+    while done < out.size and not _same(now, coefficients):
+        at = frame + done
+        g, k = glided(now.g, coefficients.g, at), glided(now.k, coefficients.k, at)
+        gain_input = glided(now.gain_input, coefficients.gain_input, at)
+        gain_x1 = glided(now.gain_x1, coefficients.gain_x1, at)
+        gain_x2 = glided(now.gain_x2, coefficients.gain_x2, at)
+        design(g, k, gain_input, gain_x1, gain_x2, now)
+        run(signal[done : done + 1], now, state.section, out[done : done + 1])
+        done += 1
+    run(signal[done:], coefficients, state.section, out[done:])
+
+
+@kernel
+def _same(a: Memory, b: Memory) -> bool:
+    gains = a.gain_input == b.gain_input and a.gain_x1 == b.gain_x1 and a.gain_x2 == b.gain_x2
+    return gains and a.g == b.g and a.k == b.k
+
+
+@kernel
+def tail_moving(state: Memory, coefficients: Memory) -> float:
+    """As `tail`, of a `MOVING_STATE`."""
+    return max(tail(state.section, coefficients), tail(state.section, state.now))
 
 
 @kernel

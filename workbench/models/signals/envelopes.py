@@ -156,6 +156,18 @@ def run_strain_rate(force_n: Floats, part: int, coefficients: Memory, state: Mem
     A step's response is `t exp(-w0 t) / M`: it peaks 1 / w0 = 12.73 ms after the step (the thesis's 80 ms is 1 / f0).
     """
     second_order.run(force_n, coefficients, state, out)
+    take_part(part, out)
+
+
+@kernel
+def take_part(part: int, out: Floats) -> None:
+    """Of a strain rate, what is asked for: all of it, its size, or only where it is positive.
+
+    >>> rate = np.array([-1.0, 2.0])
+    >>> take_part(ABSOLUTE, rate)
+    >>> rate
+    array([1., 2.])
+    """
     if part == ABSOLUTE:
         for i in range(out.size):
             out[i] = abs(out[i])

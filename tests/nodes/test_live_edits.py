@@ -1,0 +1,185 @@
+"""An edit while a node sounds: no step in its output that neither the signal before nor the one after has.
+
+A number goes by `Set`, in its ramp; all else goes by `Swap`, which fades the new program in over the old one.
+"""
+
+import numpy as np
+import pytest
+import soundfile
+
+from underfoot.clock import FADE, RAMP, SPAN
+from underfoot.engine.patch_edits import moved_numbers
+from underfoot.engine.program_fade import ProgramFader
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import Choice, Count, Number, Numbers, Rows
+from underfoot.patch.building import HOSTS
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
+
+RATE, BLOCK, FRAMES, EDIT = 48_000, 480, 9_600, 4_800
+SOUND = "hum.wav"
+
+ANSWERS = {
+    "fibre-bundle": "ground whose constants move under a load gives way: its failures are what it is there to make",
+    "fibre-grid": "likewise",
+    "slip": "likewise: a threshold or a stiffness that moves under a load makes it slip",
+    "stick-slip": "every slip is drawn anew, and strong ones are rare: there is no largest one to compare with",
+}
+"""Nodes whose own events follow an edit, and why; what they put out between events is tried all the same."""
+MADE_OF_EVENTS = ("events", "energy", "damage", "acceleration")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def folder(tmp_path_factory):
+    """Where nodes that play files find one."""
+    where = tmp_path_factory.mktemp("sounds")
+    soundfile.write(where / SOUND, 0.5 * np.sin(np.arange(RATE) * 2.0 * np.pi * 100.0 / RATE), RATE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(where)
+        yield where
+
+
+def sounding(type):
+    """A patch in which the node sounds: a foot that stands, a tone, blows at random; and what is listened to.
+
+    Events are made audible by a bank that they ring.
+    """
+    node = REGISTRY[type]
+    files = {name: SOUND for name, parameter in node.parameters.items() if parameter.kind == "file"}
+    patch, scopes, feeds = Patch(seed=3).add(type, REGISTRY, **files), [], {}
+    for port in node.inputs:
+        kind = port.kind if port.kind == "event" else port.unit
+        if kind not in feeds:
+            feeder, out, values = {
+                "event": ("poisson", "out", {"interval": 0.03}),
+                "N": ("tile-force", "force", {}),
+                "m": ("contact", "x", {}),
+            }.get(kind, ("tone", "out", {"harmonics": [1.0], "frequency": 60.0, "amplitude": 1.0}))
+            patch = patch.add(feeder, REGISTRY, **values)
+            feeds[kind] = f"{patch.nodes[-1].id}.{out}"
+        patch = patch.connect(feeds[kind], f"{type}.{port.name}", REGISTRY)
+    for port in node.outputs:
+        if port.kind == "signal":
+            scopes.append(f"{type}.{port.name}")
+        elif type not in ANSWERS:
+            patch = patch.add("modal-bank", REGISTRY)
+            bank = patch.nodes[-1].id
+            patch = patch.connect(f"{type}.{port.name}", f"{bank}.strike", REGISTRY)
+            scopes.append(f"{bank}.out")
+    return patch, [scope for scope in scopes if type not in ANSWERS or scope.split(".")[1] not in MADE_OF_EVENTS]
+
+
+def hosts(at):
+    """What the engine brings in the block at `at`."""
+    share = np.arange(at, at + BLOCK) / FRAMES
+    brought = {"force_n": 600.0 * np.sqrt(np.sin(np.pi * share)) + 1.0, "x_m": 0.1 * np.cos(3.0 * share)}
+    return tuple(brought.get(name, 0.1 * np.sin(3.0 * share))[None] for name in HOSTS)
+
+
+def build(patch, scopes):
+    program = Program(patch, REGISTRY, ("t1",), rate=RATE, block=BLOCK, scopes=scopes)
+    for frame in range(0, FRAMES, 600):
+        program.strike("", "t1", frame + 0.5, 1.0)
+    return program
+
+
+def played(patch, scopes, edited=None):
+    """The scopes' frames; with `edited`, of that patch from `EDIT` on, as the engine would get there."""
+    fader, out = ProgramFader(build(patch, scopes)), {scope: np.zeros(FRAMES) for scope in scopes}
+    for at in range(0, FRAMES, BLOCK):
+        fader.update(at)
+        if edited is not None and at == EDIT:
+            for move in moved_numbers(patch, edited, REGISTRY):
+                fader.set(move.node, move.name, move.value, at)
+        fader.run(hosts(at), at, BLOCK)
+        for scope, frames in out.items():
+            frames[at : at + BLOCK] = fader.current.scope[scope][0]
+    return out
+
+
+def largest_step(frames):
+    return np.abs(np.diff(frames[EDIT - RAMP :])).max()
+
+
+def numbers(type):
+    return [p for p in REGISTRY[type].parameters.values() if isinstance(p, Number) and p.moves]
+
+
+def beside(parameter, share):
+    """Another value: this share of the control's way to the side that has more room; or the number's own tenth."""
+    if parameter.high >= 1e5 and parameter.scale == "linear":
+        return parameter.default + max(abs(parameter.default), 1.0) * share
+    at = parameter.position(parameter.default)
+    value = parameter.value(at + share if at < 0.5 else at - share)
+    return min(max(value, parameter.low), parameter.high)
+
+
+@pytest.mark.parametrize("type", [type for type in sorted(REGISTRY) if numbers(type)])
+def test_a_number_that_is_moved_steps_no_more_than_the_signals_before_and_after(type):
+    """A tenth of the control's way may add what the whole swing adds in half a ramp; three tenths, in half a span."""
+    patch, scopes = sounding(type)
+    if not scopes:
+        pytest.skip(ANSWERS[type])
+    before = played(patch, scopes)
+    for parameter in numbers(type):
+        if type == "stick-slip":
+            continue
+        for share, frames in ((0.1, RAMP / 2), (0.3, SPAN / 2)):
+            edited = patch.set(type, parameter.name, beside(parameter, share), REGISTRY)
+            after, moved = played(edited, scopes), played(patch, scopes, edited)
+            for scope in scopes:
+                if type in ANSWERS and share > 0.1:
+                    continue
+                own = max(largest_step(before[scope]), largest_step(after[scope]))
+                swing = max(np.abs(before[scope]).max(), np.abs(after[scope]).max())
+                most = 1.05 * own + swing / frames
+                assert largest_step(moved[scope]) <= most, f"{parameter.name} by {share}: {scope}"
+
+
+def another(parameter):
+    """Another value of a parameter that does not move."""
+    if isinstance(parameter, Choice):
+        return parameter.options[-1] if parameter.default != parameter.options[-1] else parameter.options[0]
+    if isinstance(parameter, Count):
+        return min(max(parameter.low, 2 * parameter.default), parameter.high)
+    if isinstance(parameter, Numbers | Rows):
+        return parameter.default[1:]
+    return parameter.value(0.4)
+
+
+FADED = [
+    (type, parameter)
+    for type in sorted(REGISTRY)
+    for parameter in REGISTRY[type].parameters.values()
+    if isinstance(parameter, Choice | Count | Numbers | Rows) or (isinstance(parameter, Number) and parameter.fades)
+]
+
+
+def heard(programs):
+    """The first tile's output: of one program, or of one that is faded over to another from `EDIT` on."""
+    fader, out = ProgramFader(programs[0]), []
+    for at in range(0, FRAMES, BLOCK):
+        fader.update(at)
+        if at == EDIT and len(programs) > 1:
+            fader.crossfade(programs[1], at)
+        fader.run(hosts(at), at, BLOCK)
+        out.append(fader.current.output[0].copy())
+    return np.concatenate(out)
+
+
+@pytest.mark.parametrize(("type", "parameter"), FADED, ids=[f"{type}.{p.name}" for type, p in FADED])
+def test_what_cannot_be_moved_is_faded_over(type, parameter):
+    patch, _ = sounding(type)
+    assert moved_numbers(patch, patch.set(type, parameter.name, another(parameter), REGISTRY), REGISTRY) is None
+    outputs = [port.name for port in REGISTRY[type].outputs if port.kind == "signal"]
+    if not outputs or type in ANSWERS:
+        return
+    patch = patch.add("gain", REGISTRY).add("tile-output", REGISTRY)
+    patch = patch.connect(f"{type}.{outputs[0]}", "gain.signal", REGISTRY)
+    patch = patch.connect("gain.out", "tile-output.acceleration", REGISTRY)
+    edited = patch.set(type, parameter.name, another(parameter), REGISTRY)
+    alone = [heard([build(one, [])]) for one in (patch, edited)]
+    both = heard([build(one, []) for one in (patch, edited)])
+    own = max(np.abs(np.diff(one)).max() for one in alone)
+    swing = max(np.abs(one).max() for one in alone)
+    assert largest_step(both) <= 1.05 * own + 2.0 * swing / FADE

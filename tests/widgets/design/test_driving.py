@@ -1,0 +1,126 @@
+"""Driving a parameter from its context menu, in the inspector and on the canvas."""
+
+import numpy as np
+import pytest
+from design_samples import send
+from on_screen import show
+from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
+
+from underfoot.engine.reports import Preview
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
+from underfoot.widgets.design.driving import DRIVERS, driven_with, swing
+from underfoot.widgets.design.workspace import DesignWorkspace
+
+
+@pytest.fixture
+def desk(qtbot):
+    """A tone through a low-pass to the tile, with the filter selected."""
+    made = DesignWorkspace(REGISTRY)
+    qtbot.addWidget(made)
+    made.resize(1280, 748)
+    show(qtbot, made)
+    patch = Patch().add("tone", REGISTRY, (0, 0)).add("low-pass", REGISTRY, (240, 0))
+    patch = patch.add("tile-output", REGISTRY, (480, 0)).connect("tone.out", "low-pass.signal", REGISTRY)
+    made.set_patch(patch.connect("low-pass.out", "tile-output.acceleration", REGISTRY))
+    made.canvas.patch_scene.select(["low-pass"])
+    return made
+
+
+def ask(widget, place):
+    """The menu key, or a right click, at a place of a widget."""
+    reason = QContextMenuEvent.Reason.Mouse
+    QApplication.sendEvent(widget, QContextMenuEvent(reason, place, widget.mapToGlobal(place)))
+    return QApplication.activePopupWidget()
+
+
+def click(qtbot, menu, *words):
+    """Click through a menu that is open, and through those within it."""
+    for word in words:
+        action = next(action for action in menu.actions() if action.text() == word)
+        into = action.menu()
+        QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(action).center())
+        if into is not None:
+            qtbot.waitUntil(into.isVisible, timeout=10_000)
+        menu = into
+    for open_menu in [w for w in QApplication.topLevelWidgets() if isinstance(w, QMenu)]:
+        open_menu.close()
+
+
+@pytest.mark.parametrize("type", DRIVERS)
+def test_each_driver_stands_beside_and_moves_by_a_tenth_in_one_step_of_undo(qtbot, desk, type):
+    before = desk.patch()
+    editor = desk.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.field, editor.field.rect().center()), REGISTRY[type].label)
+    after = desk.patch()
+    driver = next(node for node in after.nodes if node.type == type)
+    assert (f"{driver.id}.out", "low-pass.cutoff") in after.wires
+    assert desk.document.stack.count() == 1
+    program = Program(after, REGISTRY, ("t1",), scopes=(f"{driver.id}.out",))
+    out = []
+    for at in range(0, 96_000, 960):
+        for name, signal in program.hosts.items():
+            signal[:] = 500.0 if name == "force_n" else 0.0
+        program.run(at, 960)
+        out.append(program.scope[f"{driver.id}.out"][0, :960].copy())
+    heard = np.concatenate(out)
+    if type == "random-walk":
+        assert driver.parameters == {"centre": 300.0, "deviation": 15.0}
+    else:
+        assert heard.min() >= 270.0 - 1e-9
+        assert heard.max() <= 330.0 + 1e-9
+    if type not in ("random-walk", "value"):
+        assert heard.max() - heard.min() == pytest.approx(60.0, abs=0.5)
+    desk.undo_action.trigger()
+    assert desk.patch() == before
+
+
+def test_new_drivers_never_lie_on_other_nodes():
+    patch = Patch().add("low-pass", REGISTRY, (240, 0)).add("tone", REGISTRY, (0, 0))
+    for name, type in (("cutoff", "lfo"), ("q", "stance-curve")):
+        patch = driven_with(patch, REGISTRY, "low-pass", name, type)
+    places = [node.at for node in patch.nodes]
+    for i, a in enumerate(places):
+        assert all(abs(a[0] - b[0]) >= 176 or abs(a[1] - b[1]) >= 160 for b in places[:i])
+    again = driven_with(patch, REGISTRY, "tone", "amplitude", "stance-curve")
+    assert sum(node.type == "tile-force" for node in again.nodes) == 1
+
+
+@pytest.mark.parametrize(
+    "type", [type for type in REGISTRY if any(p.kind == "number" for p in REGISTRY[type].parameters.values())]
+)
+def test_a_swing_lies_in_the_range_and_is_none_of_its_ends_alone(type):
+    for parameter in REGISTRY[type].parameters.values():
+        if parameter.kind == "number":
+            low, high = swing(parameter, parameter.default)
+            assert parameter.low <= low < high <= parameter.high
+
+
+def test_a_port_is_shown_on_asking_and_hidden_again(qtbot, desk):
+    item = desk.canvas.patch_scene.nodes["low-pass"]
+    canvas = desk.canvas
+    place = canvas.mapFromScene(item.mapToScene(item.shape_now.plot.center()))
+    click(qtbot, ask(canvas.viewport(), place), "Drive", "Q", "A wire: show its port")
+    assert [port.name for port in item.shape_now.ports if port.side == "in"] == ["signal", "q"]
+    canvas.patch_scene.select([])
+    assert item.shape_now.port("in", "q") is not None
+    at = canvas.mapFromScene(item.port_place("in", "q"))
+    click(qtbot, ask(canvas.viewport(), at), "Drive q with", "Hide its port")
+    assert item.shape_now.port("in", "q") is None
+    assert desk.document.stack.count() == 0
+
+
+def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, desk):
+    editor = desk.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.slider, editor.slider.rect().center()), "LFO")
+    curve = np.linspace(270.0, 330.0, 480)
+    desk.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
+    assert editor.driver.full_text() == "LFO: 270 to 330 Hz"
+    send(editor.driver, QEvent.Type.MouseButtonPress, QPoint(20, 8), Qt.MouseButton.LeftButton)
+    send(editor.driver, QEvent.Type.MouseButtonRelease, QPoint(20, 8), Qt.MouseButton.LeftButton)
+    assert not any(target == "low-pass.cutoff" for _, target in desk.patch().wires)
+    assert "300 Hz" in editor.field.text()

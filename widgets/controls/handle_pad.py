@@ -1,0 +1,225 @@
+"""A small picture with handles that are dragged, or moved by keys: what editors of modes, bars and curves share."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from underfoot.widgets import theme
+
+NEAR_PX = 9.0
+"""How far beside a handle the mouse still means it."""
+_ARROWS = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, 1),
+    Qt.Key.Key_Down: (0, -1),
+}
+
+
+class HandlePad(QWidget):
+    """Handles on a picture. What they mean, and how they are drawn, is its heirs'.
+
+    Mouse: a drag moves a handle, a double click adds one, the wheel turns the chosen one, a right click takes it away.
+    Keys: N and P choose, arrows move, with Shift finely, Page Up and Down turn, Enter adds, Delete takes away.
+    """
+
+    began = Signal()
+    """A new change begins: those that follow belong to it."""
+    changed = Signal()
+    """A person has changed something."""
+
+    HEIGHT = 128
+    HEAD, FOOT = 17.0, 15.0
+    """Room for words above the picture, and for the axis below."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.chosen = -1
+        self._dragged = False
+        self._doing = ""
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    # --- what heirs say ---
+
+    def handles(self) -> Sequence[QPointF]:
+        """Where the handles are, in pixels."""
+        raise AssertionError(f"{type(self).__name__} has no handles")
+
+    def drag(self, index: int, place: QPointF) -> None:
+        """Take a handle to a place."""
+
+    def nudge(self, index: int, across: float, up: float) -> None:
+        """Take a handle some steps across and up: 1 for an arrow key, 0.1 with Shift."""
+
+    def turn(self, index: int, steps: float) -> None:
+        """What the wheel does to a handle."""
+
+    def add(self, place: QPointF | None) -> None:
+        """A new handle here, or where there is room; it becomes the chosen one."""
+
+    def remove(self, index: int) -> None:
+        """Without this handle."""
+
+    def words(self) -> str:
+        """What is said above the picture."""
+        return ""
+
+    def paint_picture(self, painter: QPainter, area: QRectF) -> None:
+        """All but frame, words and handles."""
+
+    # --- what they may use ---
+
+    @property
+    def is_dragged(self) -> bool:
+        """Whether a handle is being dragged: no time to change the axes."""
+        return self._dragged
+
+    def area(self) -> QRectF:
+        """The picture, in pixels."""
+        return QRectF(self.rect()).adjusted(1.0, self.HEAD, -1.0, -self.FOOT)
+
+    def begin(self, doing: str) -> None:
+        """Before a change: those in a row that do the same are one."""
+        if doing != self._doing:
+            self._doing = doing
+            self.began.emit()
+
+    def tell(self) -> None:
+        """After a change."""
+        self.changed.emit()
+        self.update()
+
+    def axis(self, painter: QPainter, x: float, text: str) -> None:
+        """A line at a place of the horizontal axis, and what it means."""
+        area = self.area()
+        painter.setPen(QPen(QColor(theme.LINE), 1.0))
+        painter.drawLine(QPointF(round(x) + 0.5, area.top()), QPointF(round(x) + 0.5, area.bottom()))
+        painter.setPen(QColor(theme.MUTED))
+        painter.setFont(theme.font(theme.SMALL_PX))
+        wide = painter.fontMetrics().horizontalAdvance(text) + 2.0
+        left = min(max(x - 0.5 * wide, area.left()), area.right() - wide)
+        painter.drawText(QRectF(left, area.bottom() + 1.0, wide, 14.0), Qt.AlignmentFlag.AlignCenter, text)
+
+    def sizeHint(self) -> QSize:
+        return QSize(240, self.HEIGHT)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(192, self.HEIGHT)
+
+    # --- mouse ---
+
+    def _at(self, place: QPointF) -> int:
+        """The handle that is meant: the nearest that is near."""
+        away = [(QPointF(place - at).manhattanLength(), i) for i, at in enumerate(self.handles())]
+        near = [(far, i) for far, i in away if far <= NEAR_PX]
+        return min(near)[1] if near else -1
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        found = self._at(event.position())
+        self._doing = ""
+        self.chosen = found
+        if found >= 0 and event.button() == Qt.MouseButton.RightButton:
+            self._take_away()
+        elif found >= 0 and event.button() == Qt.MouseButton.LeftButton:
+            self._dragged = True
+        self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._dragged and 0 <= self.chosen < len(self.handles()):
+            self.begin(f"drag {self.chosen}")
+            self.drag(self.chosen, event.position())
+            self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._dragged = False
+        self._doing = ""
+        self.update()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) < 0:
+            self._doing = ""
+            self.begin("add")
+            self.add(event.position())
+            self._doing = ""
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        # Wheeling through the inspector must change nothing on its way.
+        if self.hasFocus() and 0 <= self.chosen < len(self.handles()):
+            self.begin(f"turn {self.chosen}")
+            self.turn(self.chosen, event.angleDelta().y() / 120.0)
+            event.accept()
+        else:
+            event.ignore()
+
+    # --- keys ---
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        key, count = Qt.Key(event.key()), len(self.handles())
+        is_chosen = 0 <= self.chosen < count
+        step = 0.1 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
+        if key in (Qt.Key.Key_N, Qt.Key.Key_P) and count:
+            first, by = (0, 1) if key == Qt.Key.Key_N else (count - 1, -1)
+            self.chosen = (self.chosen + by) % count if is_chosen else first
+        elif key in _ARROWS and is_chosen:
+            self.begin(f"nudge {self.chosen}")
+            across, up = _ARROWS[key]
+            self.nudge(self.chosen, step * across, step * up)
+        elif key in (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown) and is_chosen:
+            self.begin(f"turn {self.chosen}")
+            self.turn(self.chosen, step if key == Qt.Key.Key_PageUp else -step)
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._doing = ""
+            self.begin("add")
+            self.add(None)
+            self._doing = ""
+        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and is_chosen:
+            self._take_away()
+        else:
+            super().keyPressEvent(event)
+        self.update()
+
+    def _take_away(self) -> None:
+        self._doing = ""
+        self.begin("remove")
+        self.remove(self.chosen)
+        self._doing = ""
+        self.chosen = min(self.chosen, len(self.handles()) - 1)
+        self.update()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self._doing = ""
+        self.update()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self._doing = ""
+        self.update()
+
+    # --- drawing ---
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        area = self.area()
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.RAISED))
+        painter.drawRoundedRect(area, 3.0, 3.0)
+        self.paint_picture(painter, area)
+        for i, place in enumerate(self.handles()):
+            is_chosen = i == self.chosen
+            painter.setPen(QPen(QColor(theme.GROUND), 1.5))
+            painter.setBrush(QColor(theme.TEXT if is_chosen else theme.VIBRATION))
+            painter.drawEllipse(place, 4.5 if is_chosen else 3.5, 4.5 if is_chosen else 3.5)
+        painter.setFont(theme.font(theme.SMALL_PX))
+        painter.setPen(QColor(theme.TEXT if 0 <= self.chosen < len(self.handles()) else theme.MUTED))
+        line = QRectF(0.0, 0.0, self.width(), self.HEAD - 1.0)
+        text = painter.fontMetrics().elidedText(self.words(), Qt.TextElideMode.ElideRight, self.width())
+        painter.drawText(line, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+        if self.hasFocus():
+            painter.setPen(QPen(QColor(theme.VIBRATION), 1.0))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(area, 3.0, 3.0)

@@ -1,0 +1,196 @@
+"""The modes of an object as a spectrum: partials are dragged by frequency and gain, and decay by the wheel."""
+
+import math
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import QWidget
+
+from underfoot.parameters import Parameter, Rows
+from underfoot.quantities import number, quantity
+from underfoot.widgets import theme
+from underfoot.widgets.controls.handle_pad import HandlePad
+from underfoot.widgets.controls.list_editors import RowsEditor
+
+Mode = tuple[float, ...]
+"""Frequency (Hz), decay (1/s), then an amplitude, or modal mass (kg) and shape."""
+LOWEST_HZ, USUAL_HZ, HIGHEST_HZ = 20.0, 4000.0, 20_000.0
+"""The ends of the picture: it goes to the highest where a mode lies beyond what is usual."""
+LEAST_DB, MOST_DB = -40.0, 20.0
+FREQUENCY, DECAY = 0, 1
+_SEMITONE, _FASTER = 2.0 ** (1.0 / 12.0), 1.1
+
+
+def is_modes(parameter: Parameter) -> bool:
+    """Whether a parameter's rows are modes."""
+    return isinstance(parameter, Rows) and [n for n, _, _ in parameter.columns[:2]] == ["frequency Hz", "decay 1/s"]
+
+
+def gain_db(mode: Mode) -> float:
+    """How strong a mode is, in dB: of its amplitude, or of shape squared over mass, to 1.
+
+    >>> gain_db((180.0, 90.0, -10.0)), round(gain_db((92.0, 22.0, 0.5, 1.0)), 2)
+    (20.0, 6.02)
+    """
+    size = abs(mode[2]) if len(mode) == 3 else mode[3] ** 2 / mode[2]
+    return 20.0 * math.log10(max(size, 1e-9))
+
+
+def with_gain(mode: Mode, db: float) -> Mode:
+    """The mode at another gain: by its amplitude, or by its shape at the struck point.
+
+    >>> with_gain((180.0, 90.0, -1.0), -20.0)
+    (180.0, 90.0, -0.1)
+    """
+    size = 10.0 ** (db / 20.0)
+    value = size if len(mode) == 3 else math.sqrt(size * mode[2])
+    return (*mode[:-1], float(f"{math.copysign(value, mode[-1]):.4g}"))
+
+
+class ModesSpectrum(HandlePad):
+    """Frequency from left to right, gain upwards; the wider a partial's peak is, the faster it decays."""
+
+    HEIGHT = 152
+
+    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._columns, self._most = parameter.columns, parameter.most
+        self._modes: list[Mode] = []
+        self._extent = math.log(USUAL_HZ / LOWEST_HZ)
+        self.setAccessibleName("Modes as a spectrum")
+
+    def modes(self) -> list[Mode]:
+        return list(self._modes)
+
+    def set_modes(self, modes: Sequence[Sequence[float]]) -> None:
+        """Show these modes, without saying that they changed."""
+        self._modes = [tuple(mode) for mode in modes]
+        self.chosen = min(self.chosen, len(self._modes) - 1)
+        if not self.is_dragged:
+            beyond = any(mode[FREQUENCY] > USUAL_HZ for mode in self._modes)
+            self._extent = math.log(HIGHEST_HZ / LOWEST_HZ if beyond else USUAL_HZ / LOWEST_HZ)
+        self.update()
+
+    def place(self, frequency_hz: float, db: float) -> QPointF:
+        """Where in the picture a partial stands."""
+        area = self.area()
+        across = math.log(frequency_hz / LOWEST_HZ) / self._extent
+        up = (db - LEAST_DB) / (MOST_DB - LEAST_DB)
+        return QPointF(
+            area.x() + min(max(across, 0.0), 1.0) * area.width(),
+            area.bottom() - min(max(up, 0.0), 1.0) * area.height(),
+        )
+
+    def handles(self) -> list[QPointF]:
+        return [self.place(mode[FREQUENCY], gain_db(mode)) for mode in self._modes]
+
+    def _meant(self, place: QPointF) -> tuple[float, float]:
+        """Frequency and gain at a place."""
+        area = self.area()
+        across = min(max((place.x() - area.x()) / area.width(), 0.0), 1.0)
+        up = min(max((area.bottom() - place.y()) / area.height(), 0.0), 1.0)
+        frequency_hz = LOWEST_HZ * math.exp(across * self._extent)
+        return float(f"{frequency_hz:.3g}"), round(LEAST_DB + up * (MOST_DB - LEAST_DB), 1)
+
+    def drag(self, index: int, place: QPointF) -> None:
+        frequency_hz, db = self._meant(place)
+        self._set(index, with_gain((frequency_hz, *self._modes[index][1:]), db))
+
+    def nudge(self, index: int, across: float, up: float) -> None:
+        mode = self._modes[index]
+        frequency_hz = float(f"{mode[FREQUENCY] * _SEMITONE**across:.5g}")
+        mode = (frequency_hz, *mode[1:])
+        self._set(index, with_gain(mode, gain_db(mode) + up) if up else mode)
+
+    def turn(self, index: int, steps: float) -> None:
+        mode = self._modes[index]
+        self._set(index, (mode[FREQUENCY], float(f"{mode[DECAY] * _FASTER**steps:.4g}"), *mode[2:]))
+
+    def add(self, place: QPointF | None) -> None:
+        if len(self._modes) >= self._most:
+            return
+        if place is None:
+            last = max((mode[FREQUENCY] for mode in self._modes), default=100.0)
+            place = self.place(min(1.5 * last, HIGHEST_HZ), 0.0)
+        frequency_hz, db = self._meant(place)
+        like = min(self._modes, key=lambda m: abs(math.log(m[FREQUENCY] / frequency_hz)), default=None)
+        rest = like[1:] if like else (50.0, *(1.0 for _ in self._columns[2:]))
+        self._modes.append(self._held(with_gain((frequency_hz, *rest), db)))
+        self.chosen = len(self._modes) - 1
+        self.tell()
+
+    def remove(self, index: int) -> None:
+        del self._modes[index]
+        self.tell()
+
+    def _held(self, mode: Mode) -> Mode:
+        return tuple(min(max(v, low), high) for v, (_, low, high) in zip(mode, self._columns, strict=True))
+
+    def _set(self, index: int, mode: Mode) -> None:
+        mode = self._held(mode)
+        if mode != self._modes[index]:
+            self._modes[index] = mode
+            self.tell()
+
+    def words(self) -> str:
+        if not 0 <= self.chosen < len(self._modes):
+            return f"{len(self._modes)} modes; double-click adds one"
+        mode = self._modes[self.chosen]
+        ring = quantity(math.log(1e3) / mode[DECAY], "s")
+        strength = number(round(gain_db(mode), 1))
+        return f"{quantity(mode[FREQUENCY], 'Hz')}, {strength} dB, {number(mode[DECAY])}/s: 60 dB in {ring}"
+
+    def paint_picture(self, painter: QPainter, area: QRectF) -> None:
+        last_hz = round(LOWEST_HZ * math.exp(self._extent))
+        for frequency_hz in (20, 50, 100, 200, 500, 1000, 2000, 4000, 10_000, 20_000):
+            named = {20: "20", 100: "100", 500: "500", last_hz: quantity(last_hz, "Hz")}
+            if frequency_hz <= last_hz:
+                self.axis(painter, self.place(frequency_hz, 0.0).x(), named.get(frequency_hz, ""))
+        painter.setFont(theme.font(theme.SMALL_PX))
+        for db in (-20, 0):
+            y = self.place(100.0, db).y()
+            painter.setPen(QPen(QColor(theme.LINE), 1.0))
+            painter.drawLine(QPointF(area.left(), y), QPointF(area.right(), y))
+            painter.setPen(QColor(theme.MUTED))
+            painter.drawText(QPointF(area.left() + 3.0, y - 2.0), f"{number(db)} dB")
+        for i, mode in enumerate(self._modes):
+            self._paint_peak(painter, mode, i == self.chosen)
+
+    def _paint_peak(self, painter: QPainter, mode: Mode, is_chosen: bool) -> None:
+        """A line down from the partial, as wide at its foot as the resonance is at half its power."""
+        top = self.place(mode[FREQUENCY], gain_db(mode))
+        half = mode[DECAY] / (2.0 * math.pi)
+        left = self.place(max(mode[FREQUENCY] - half, LOWEST_HZ), LEAST_DB)
+        right = self.place(mode[FREQUENCY] + half, LEAST_DB)
+        colour = QColor(theme.mixed(theme.VIBRATION, theme.RAISED, 0.8 if is_chosen else 0.45))
+        painter.setPen(QPen(colour, 1.5))
+        painter.setBrush(QColor(theme.mixed(theme.VIBRATION, theme.RAISED, 0.3)))
+        painter.drawPolygon([left, top, right])
+
+
+class ModesEditor(RowsEditor):
+    """The spectrum above the table of the same modes."""
+
+    TABLE_ROW = 2
+
+    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
+        self.spectrum = ModesSpectrum(parameter)
+        super().__init__(parameter, parent)
+        self.spectrum.setParent(self)
+        self.spectrum.setToolTip(
+            "Drag a partial: frequency and gain. Wheel: decay. Double-click: add one. Right click: take it away.\n"
+            "Keys: N and P choose, arrows move (with Shift finely), Page Up and Down change the decay,\n"
+            "Enter adds, Delete takes away. The numbers are below."
+        )
+        self.grid.addWidget(self.spectrum, 1, 0, 1, 3)
+        self.spectrum.began.connect(self.began)
+        self.spectrum.changed.connect(self._drawn)
+
+    def _drawn(self) -> None:
+        self._give(self.spectrum.modes())
+        super()._show()
+
+    def _show(self) -> None:
+        super()._show()
+        self.spectrum.set_modes(self._value)

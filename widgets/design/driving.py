@@ -1,0 +1,131 @@
+"""A parameter that a signal drives: the node that is made for it, and the menu that offers it."""
+
+from functools import partial
+
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtWidgets import QMenu, QWidget
+
+from underfoot.parameters import Number
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.editing import drivers, snapped
+from underfoot.widgets.design.items import NodeItem
+from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.design.undo import Document
+
+DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "value")
+"""What may be put beside a parameter to drive it."""
+SWING = 0.1
+"""A new driver goes so far to both sides of the present value, of it; or of the control's way where it is 0."""
+_WIDE, _HIGH, _GAP = 176.0, 160.0, 48.0
+
+
+def drivable_parameters(registry: Registry, type: str) -> tuple[Number, ...]:
+    """The numbers of a node that a wire may drive."""
+    return tuple(p for p in registry[type].parameters.values() if isinstance(p, Number) and p.wire)
+
+
+def swing(parameter: Number, value: float) -> tuple[float, float]:
+    """From where to where a new driver moves a parameter that stands at `value`: a tenth of it to both sides.
+
+    >>> swing(Number(300.0, 1.0, 20_000.0, scale="log"), 300.0)
+    (270.0, 330.0)
+    >>> swing(Number(0.0, -10.0, 10.0), 0.0)
+    (-2.0, 2.0)
+    """
+    if value == 0.0:
+        at = parameter.position(0.0)
+        low, high = (parameter.value(min(max(at + side * SWING, 0.0), 1.0)) for side in (-1.0, 1.0))
+    else:
+        low, high = sorted((value * (1.0 - SWING), value * (1.0 + SWING)))
+    low, high = (round(min(max(end, parameter.low), parameter.high), 9) for end in (low, high))
+    return low, high
+
+
+def driven_with(patch: Patch, registry: Registry, id: str, name: str, type: str) -> Patch:
+    """With a new node of `type` beside node `id`, wired to its parameter `name`, which it moves by a tenth.
+
+    A node that needs a force gets it from the patch's Tile force, or from a new one.
+    """
+    node = patch.node(id)
+    parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
+    low, high = swing(parameter, registry[node.type].values(node.parameters)[name])
+    ends = {"low": low, "high": high}
+    if type == "random-walk":
+        ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}
+    at = _free_place(patch, node.at[0] - _WIDE - _GAP, node.at[1])
+    after = patch.add(type, registry, at, **ends)
+    new = after.nodes[-1].id
+    for port in registry[type].inputs:
+        if port.unit == "N":
+            force = next((one.id for one in patch.nodes if one.type == "tile-force"), "")
+            if not force:
+                after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDE - _GAP, at[1]))
+                force = after.nodes[-1].id
+            after = after.connect(f"{force}.force", f"{new}.{port.name}", registry)
+    return after.connect(f"{new}.out", f"{id}.{name}", registry)
+
+
+def _free_place(patch: Patch, x: float, y: float) -> tuple[float, float]:
+    """Here, or as far below as no node lies on it."""
+    while any(abs(one.at[0] - x) < _WIDE and abs(one.at[1] - y) < _HIGH for one in patch.nodes):
+        y += 8.0
+    return snapped(x, y)
+
+
+class Driving:
+    """The menus of what may drive parameters of a document's nodes, and what comes of them: one step of undo each."""
+
+    def __init__(self, document: Document, scene: PatchScene, parent: QWidget) -> None:
+        self._document, self._scene, self._parent = document, scene, parent
+
+    def open_menu(self, id: str, name: str, place: QPoint) -> None:
+        """Offer, at a place of the screen, what may drive a parameter."""
+        menu = self._menu(id, name, self._parent)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(place)
+
+    def offer(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
+        """Put first into a node's menu what may drive the parameter whose port is at `place`; else all of them."""
+        id, known = item.node.id, drivable_parameters(self._scene.registry, item.node.type)
+        if not known:
+            return
+        before, port = menu.actions()[0], item.port_at(place)
+        names = [p.name for p in known if port is not None and port.side == "in" and p.name == port.name]
+        if names or len(known) == 1:
+            menu.insertMenu(before, self._menu(id, (names or [known[0].name])[0], menu))
+        else:
+            into = QMenu("Drive", menu)
+            for parameter in known:
+                one = self._menu(id, parameter.name, into)
+                one.setTitle(parameter.label)
+                into.addMenu(one)
+            menu.insertMenu(before, into)
+        menu.insertSeparator(before)
+
+    def drive(self, id: str, name: str, by: str) -> None:
+        """Let a new node of the type `by` drive a parameter; or show its "port", show "no port", take its wire."""
+        patch, registry = self._document.patch, self._scene.registry
+        if by in registry:
+            label = registry[patch.node(id).type].parameters[name].label.lower()
+            after = driven_with(patch, registry, id, name, by)
+            self._document.edit(after, f"Drive {label} with {registry[by].label}")
+        elif by == "no wire":
+            self._document.edit(patch.disconnect([w for w in patch.wires if w[1] == f"{id}.{name}"]), "Disconnect")
+        else:
+            self._scene.nodes[id].ask_port(name, by == "port")
+
+    def _menu(self, id: str, name: str, parent: QWidget) -> QMenu:
+        patch, registry = self._document.patch, self._scene.registry
+        menu = QMenu(f"Drive {registry[patch.node(id).type].parameters[name].label.lower()} with", parent)
+        for type in DRIVERS:
+            if type in registry:
+                menu.addAction(registry[type].label, partial(self.drive, id, name, type))
+        menu.addSeparator()
+        if name in drivers(patch).get(id, {}):
+            menu.addAction("Disconnect its wire", partial(self.drive, id, name, "no wire"))
+        elif name in self._scene.nodes[id].asked:
+            menu.addAction("Hide its port", partial(self.drive, id, name, "no port"))
+        else:
+            menu.addAction("A wire: show its port", partial(self.drive, id, name, "port"))
+        return menu

@@ -1,0 +1,204 @@
+"""Pictures of a whole node in the inspector: what several of its numbers say together, with handles to drag."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Signal
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import QWidget
+
+from underfoot.models.modal.hunt_crossley import Blow, blow
+from underfoot.models.signals.envelopes import attack_decay
+from underfoot.parameters import Number
+from underfoot.patch.node import NodeType
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
+from underfoot.widgets.controls.handle_pad import HandlePad
+
+_ROOM = 1.25
+"""An axis is so much longer than what it shows."""
+
+
+class NodePicture(HandlePad):
+    """Shows a node's values, and gives those that a hand changed."""
+
+    edited = Signal(str, object)
+    """Parameter and value."""
+
+    def __init__(self, type: NodeType, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._parameters = type.parameters
+        self._values: dict[str, Any] = {}
+        self._ends = (1.0, 1.0)
+
+    def set_values(self, values: Mapping[str, Any]) -> None:
+        """Show these values, without saying that they changed."""
+        if dict(values) != self._values:
+            self._values = dict(values)
+            self._fit()
+
+    def mouseReleaseEvent(self, event: Any) -> None:
+        super().mouseReleaseEvent(event)
+        self._fit()
+
+    def value(self, name: str) -> Any:
+        return self._values[name]
+
+    def ends(self) -> tuple[float, float]:
+        """What the axes have to show."""
+        raise AssertionError(f"{type(self).__name__} has no axes")
+
+    def place(self, x: float, y: float) -> QPointF:
+        """Where in the picture this is."""
+        area = self.area()
+        return QPointF(area.x() + x / self._ends[0] * area.width(), area.bottom() - y / self._ends[1] * area.height())
+
+    def meant(self, place: QPointF) -> tuple[float, float]:
+        """What a place in the picture means."""
+        area = self.area()
+        across, up = (place.x() - area.x()) / area.width(), (area.bottom() - place.y()) / area.height()
+        return max(across, 0.0) * self._ends[0], max(up, 0.0) * self._ends[1]
+
+    def set(self, name: str, value: float) -> None:
+        """Give a number another value, within its range, as a person's change."""
+        parameter = self._parameters[name]
+        assert isinstance(parameter, Number)
+        value = float(f"{min(max(value, parameter.low), parameter.high):.4g}")
+        if value != self._values[name]:
+            self._values[name] = value
+            self._renew()
+            self.edited.emit(name, value)
+            self.tell()
+
+    def _fit(self) -> None:
+        self._renew()
+        if not self.is_dragged and self._values:
+            across, up = self.ends()
+            self._ends = (_ROOM * across, _ROOM * up)
+        self.update()
+
+    def _renew(self) -> None:
+        """Compute anew what is shown."""
+
+    def paint_line(self, painter: QPainter, x: np.ndarray, y: np.ndarray, colour: str) -> None:
+        painter.setPen(QPen(QColor(colour), 1.5))
+        painter.drawPolyline([self.place(a, b) for a, b in zip(x.tolist(), y.tolist(), strict=True)])
+
+    def paint_axis(self, painter: QPainter, unit: str) -> None:
+        for share in (0.0, 0.5, 1.0):
+            x = share * self._ends[0]
+            self.axis(painter, self.place(x, 0.0).x(), quantity(x, unit, 2))
+
+
+class EnvelopePicture(NodePicture):
+    """A note: its attack and height, where its decay begins, and its end."""
+
+    NAMES = ("attack", "decay", "duration")
+
+    def ends(self) -> tuple[float, float]:
+        return self.value("duration"), max(self.value("amplitude"), 0.1)
+
+    def handles(self) -> list[QPointF]:
+        if not self._values:
+            return []
+        attack, decay, duration = self._fitted()
+        height = self.value("amplitude")
+        return [self.place(attack, height), self.place(duration - decay, height), self.place(duration, 0.0)]
+
+    def _fitted(self) -> tuple[float, float, float]:
+        """Attack and decay as they are played, shortened where they do not fit."""
+        attack, decay, duration = (self.value(name) for name in self.NAMES)
+        fit = min(1.0, duration / (attack + decay))
+        return attack * fit, decay * fit, duration
+
+    def drag(self, index: int, place: QPointF) -> None:
+        time, height = self.meant(place)
+        duration = self.value("duration")
+        if index == 0:
+            self.set("attack", min(time, duration - self._fitted()[1]))
+            self.set("amplitude", round(height, 2))
+        elif index == 1:
+            self.set("decay", min(duration - time, duration - self._fitted()[0]))
+        else:
+            self.set("duration", time)
+
+    def nudge(self, index: int, across: float, up: float) -> None:
+        name = self.NAMES[index]
+        way = -across if index == 1 else across
+        if across:
+            self.set(name, self.value(name) * 1.1**way)
+        else:
+            self.set("amplitude", self.value("amplitude") + 0.05 * up)
+
+    def words(self) -> str:
+        if not self._values:
+            return ""
+        attack, decay, duration = (quantity(self.value(name), "s") for name in self.NAMES)
+        return f"up in {attack}, down in {decay}, {duration} long"
+
+    def paint_picture(self, painter: QPainter, area: QRectF) -> None:
+        self.paint_axis(painter, "s")
+        time = np.linspace(0.0, self._ends[0], 240)
+        note = attack_decay(time, 0.0, self.value("duration"), 1.0, self.value("attack"), self.value("decay"))
+        self.paint_line(painter, time, self.value("amplitude") * note, theme.VIBRATION)
+
+
+class ContactPicture(NodePicture):
+    """A blow on a rigid wall: force over penetration, there and back; the loop is what the contact takes away."""
+
+    HEIGHT = 152
+    _blow: Blow
+
+    def _renew(self) -> None:
+        v = self._values
+        self._blow = blow(v["mass"], v["velocity"], v["stiffness"], v["exponent"], v["damping"])
+
+    def ends(self) -> tuple[float, float]:
+        return float(self._blow.penetration_m.max()), float(self._blow.force_n.max())
+
+    def _deepest(self) -> int:
+        return int(self._blow.penetration_m.argmax())
+
+    def handles(self) -> list[QPointF]:
+        if not self._values:
+            return []
+        at = self._deepest()
+        return [self.place(self._blow.penetration_m[at], self._blow.force_n[at])]
+
+    def drag(self, index: int, place: QPointF) -> None:
+        depth = max(self.meant(place)[0], 1e-3 * self._ends[0])
+        now = float(self._blow.penetration_m.max())
+        self.set("stiffness", self.value("stiffness") * (now / depth) ** (self.value("exponent") + 1.0))
+
+    def nudge(self, index: int, across: float, up: float) -> None:
+        if across:
+            self.set("stiffness", self.value("stiffness") * 1.25**-across)
+        else:
+            self.set("exponent", self.value("exponent") + 0.05 * up)
+
+    def words(self) -> str:
+        if not self._values:
+            return ""
+        depth, force = self.ends()
+        back = 100.0 * self._blow.restitution
+        return f"{quantity(force, 'N')} at {quantity(depth, 'm')}; bounces with {back:.0f} %"
+
+    def paint_picture(self, painter: QPainter, area: QRectF) -> None:
+        self.paint_axis(painter, "m")
+        painter.save()
+        painter.setClipRect(area)
+        x, y = self._blow.penetration_m, self._blow.force_n
+        painter.setPen(QPen(QColor(theme.FORCE), 1.5))
+        painter.setBrush(QColor(theme.mixed(theme.FORCE, theme.RAISED, 0.2)))
+        painter.drawPolygon([self.place(a, b) for a, b in zip(x.tolist(), y.tolist(), strict=True)])
+        painter.restore()
+
+
+PICTURES: Mapping[str, type[NodePicture]] = {"attack-decay": EnvelopePicture, "impact": ContactPicture}
+"""The picture of a node, by its type."""
+TIPS = {
+    "attack-decay": "Drag: attack and height, where the decay begins, the end. Keys: N and P choose, arrows move.",
+    "impact": "Force over penetration, on a rigid wall. Drag the tip: stiffness. Keys: N chooses it,\n"
+    "left and right change the stiffness, up and down the exponent.",
+}

@@ -1,0 +1,93 @@
+"""A slow oscillation that moves parameters: sine, triangle, saw and square, from -1 to 1.
+
+Saw and square jump. What they drive would click, so each of their edges is a straight line of `EDGE_S`; so is the way
+from where a wave was to where a restart sends it.
+"""
+
+import math
+
+from underfoot.kernels import Floats, kernel
+from underfoot.layouts import Layout, Memory
+from underfoot.models.signals.glide import glided
+
+STATE = Layout("low_frequency", "has_begun", "phase", "shift", "left", "since")
+"""The phase in periods, without the shift; the shift as it stands; what a restart left to make up, and its age."""
+
+SHAPES = ("sine", "triangle", "saw", "square")
+SINE, TRIANGLE, SAW, SQUARE = range(4)
+EDGE_S = 1e-3
+"""How long an edge takes."""
+_WIDEST_EDGE = 0.25
+
+
+@kernel
+def wave(shape: int, phase: float, edge: float) -> float:
+    """The wave at `phase`, in periods from 0 to 1; `edge` is how long its edges are, in periods up to a quarter.
+
+    Sine and triangle begin in the middle and rise; saw and square begin at -1 and rise, the saw all the way.
+
+    >>> [round(wave(TRIANGLE, phase, 0.01), 6) for phase in (0.0, 0.25, 0.5, 0.75)]
+    [0.0, 1.0, 0.0, -1.0]
+    """
+    if shape == SINE:
+        return math.sin(2.0 * math.pi * phase)
+    if shape == TRIANGLE:
+        return 1.0 - abs(4.0 * ((phase + 0.25) % 1.0) - 2.0)
+    if shape == SAW:
+        falls = 1.0 - edge
+        return 2.0 * phase / falls - 1.0 if phase < falls else 1.0 - 2.0 * (phase - falls) / edge
+    away = phase % 0.5
+    share = 2.0 * away / edge - 1.0 if away < edge else 1.0
+    return share if phase < 0.5 else -share
+
+
+@kernel
+def run(
+    restarts: Memory, shape: int, frequency_hz: float, shift: float, rate: float, frame: int, state: Memory, out: Floats
+) -> None:
+    """Fill `out` with the wave, from -1 to 1. `shift`, in periods, goes to a new value along a span.
+
+    The phase counts from session frame 0, so that a row which slept goes on where it would be; each of the events
+    `restarts` sends it back to its beginning.
+
+    >>> import numpy as np
+    >>> from underfoot.models.signals.events import event_list
+    >>> state, out = STATE.zeros(), np.empty(5)
+    >>> run(event_list(), SINE, 250.0, 0.0, 1000.0, 0, state, out)
+    >>> out.round(6) + 0.0
+    array([ 0.,  1.,  0., -1.,  0.])
+    """
+    turn = frequency_hz / rate
+    edge, edge_frames = min(EDGE_S * frequency_hz, _WIDEST_EDGE), EDGE_S * rate
+    if state.has_begun == 0.0:
+        state.has_begun, state.phase, state.shift = 1.0, (frame * turn) % 1.0, shift
+        state.since = edge_frames
+    phase, at, left, since = state.phase, state.shift, state.left, state.since
+    k, count = 0, len(restarts)
+    for i in range(out.size):
+        now = frame + i
+        if at != shift:
+            at = glided(at, shift, now)
+        while k < count and math.floor(restarts.time[k]) <= now:
+            was = wave(shape, _turned(phase + at), edge) + _made_up(left, since, edge_frames)
+            phase, since = (max(now - restarts.time[k], 0.0) * turn) % 1.0, 0.0
+            left = was - wave(shape, _turned(phase + at), edge)
+            k += 1
+        out[i] = wave(shape, _turned(phase + at), edge)
+        if since < edge_frames:
+            out[i] += _made_up(left, since, edge_frames)
+            since += 1.0
+        phase = _turned(phase + turn)
+    state.phase, state.shift, state.left, state.since = phase, at, left, since
+
+
+@kernel
+def _turned(phase: float) -> float:
+    """A phase below 2, from 0 to 1: a division would cost more than all else."""
+    return phase - 1.0 if phase >= 1.0 else phase
+
+
+@kernel
+def _made_up(left: float, since: float, edge_frames: float) -> float:
+    """What is left of a restart's step, so many frames later."""
+    return left * (1.0 - since / edge_frames) if since < edge_frames else 0.0

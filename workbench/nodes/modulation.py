@@ -1,0 +1,198 @@
+"""What moves the parameters of other nodes: slow signals, in the unit of what they drive."""
+
+import math
+
+from underfoot.layouts import Layout
+from underfoot.models.signals import low_frequency, polyline, random_walk, ranges, steps
+from underfoot.models.signals.glide import glided
+from underfoot.parameters import Choice, Number, Numbers, Rows
+from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
+
+FARTHEST = 1e6
+AT_EVENTS = 1
+"""The place of "at events" among the paces of a sequence."""
+
+
+def _low() -> Number:
+    return Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="lower end, in the unit of what is driven")
+
+
+def _high() -> Number:
+    return Number(1.0, -FARTHEST, FARTHEST, wire="audio", doc="upper end; below the lower one all is upside down")
+
+
+@node("lfo", "Modulation", "LFO")
+class Lfo:
+    """A slow wave from low to high. Its phase counts from the beginning of the session, or from an event.
+
+    The edges of saw and square take 1 ms, and so does a restart: what they drive does not click.
+    """
+
+    accuracy = "exact: the closed form, to 1e-9 after ten seconds"
+    restart = Input(kind="event", doc="sends the wave back to its beginning")
+    shape = Choice("sine", options=low_frequency.SHAPES, doc="of the wave")
+    frequency = Number(1.0, 0.01, 50.0, unit="Hz", scale="log", wire="span", doc="of the wave")
+    phase = Number(0.0, 0.0, 1.0, doc="where in its period it begins: 0.25 is a quarter later")
+    low, high = _low(), _high()
+    out = Output(doc="from low to high")
+    state = low_frequency.STATE
+    tail = math.inf
+
+    def run(restart, shape, frequency, phase, low, high, rate, frame, state, out):
+        low_frequency.run(restart, shape, frequency, phase, rate, frame, state, out)
+        for i in range(out.size):
+            out[i] = low[i] + (high[i] - low[i]) * (0.5 + 0.5 * out[i])
+
+
+@node("random-walk", "Modulation")
+class RandomWalk:
+    """A value that wanders and keeps coming back: the Ornstein-Uhlenbeck process, another one on each tile."""
+
+    accuracy = "exact in law at every 32nd frame, straight between"
+    time = Number(
+        1.0, 0.01, random_walk.LONGEST_S, unit="s", scale="log", wire="span", doc="in which it forgets: e^-1 is left"
+    )
+    centre = Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="its mean, in the unit of what is driven")
+    deviation = Number(
+        1.0, 0.0, FARTHEST, wire="audio", doc="its standard deviation: two thirds of the time it is less"
+    )
+    out = Output()
+    state, coefficients = random_walk.STATE, random_walk.COEFFICIENTS
+    tail = math.inf
+
+    def design(time, rate, coefficients):
+        random_walk.design(time, rate, coefficients)
+
+    def run(centre, deviation, key, frame, coefficients, state, out):
+        random_walk.run(key, frame, coefficients, state, out)
+        for i in range(out.size):
+            out[i] = centre[i] + deviation[i] * out[i]
+
+
+@node("step-sequence", "Modulation")
+class StepSequence:
+    """A list of values, held one after the other and round again: at a frequency, or one at each event."""
+
+    accuracy = "exact: rounding"
+    advance = Input(kind="event", doc="at events: the next step; at its frequency: the first step")
+    values = Numbers((1.0, 0.5, 0.0, 0.5), 0.0, 1.0, most=64, doc="of each step, from 0 (low) to 1 (high)")
+    pace = Choice("at its frequency", options=("at its frequency", "at events"), doc="what brings the next step")
+    frequency = Number(4.0, 0.01, 50.0, unit="Hz", scale="log", wire="span", doc="steps a second")
+    glide = Number(0.005, 0.0, 2.0, unit="s", doc="time from a value to the next; 0 is a jump")
+    low, high = _low(), _high()
+    out = Output(doc="from low to high")
+    state = steps.SEQUENCE
+    tail = math.inf
+
+    @prepared
+    def held(values, rate):
+        return values["values"]
+
+    def run(advance, held, pace, frequency, glide, low, high, rate, frame, state, out):
+        steps_a_frame = 0.0 if pace == AT_EVENTS else frequency / rate
+        steps.play(held, steps_a_frame, advance, glide * rate, frame, state, out)
+        for i in range(out.size):
+            out[i] = low[i] + (high[i] - low[i]) * out[i]
+
+
+@node("stance-curve", "Modulation")
+class StanceCurve:
+    """A curve over the time that a foot is on the tile: 0 % as it comes down, 100 % after the duration.
+
+    It stays at its end until the foot leaves, and goes back to its beginning then. It takes 5 ms to jump.
+    """
+
+    accuracy = "exact: straight between points"
+    force = Input("N", doc="usually from Tile force: the foot is down while it is not 0")
+    curve = Rows(
+        ((0.0, 0.0), (50.0, 1.0), (100.0, 0.0)),
+        (("stance %", 0.0, 100.0), ("value", 0.0, 1.0)),
+        most=64,
+        doc="points of the curve, straight between: 0 is low, 1 is high",
+    )
+    duration = Number(0.7, 0.05, 10.0, unit="s", scale="log", doc="how long a foot is expected to stay")
+    low = Number(0.0, -FARTHEST, FARTHEST, doc="lower end, in the unit of what is driven")
+    high = Number(1.0, -FARTHEST, FARTHEST, doc="upper end; below the lower one all is upside down")
+    out = Output(doc="from low to high")
+    state = Layout("stance_curve", "has_begun", "share", "value", "low", "high")
+
+    @prepared_columns
+    def points(values, rate):
+        return polyline.table([(0.01 * share, value) for share, value in values["curve"]])
+
+    def run(force, points, duration, low, high, rate, frame, state, out):
+        fastest = 1.0 / (0.005 * rate)
+        if state.has_begun == 0.0:
+            state.has_begun, state.value = 1.0, polyline.value_at(points, 0.0)
+            state.low, state.high = low, high
+        for i in range(out.size):
+            # The share is counted on: a duration that moves does not throw it back.
+            state.share = state.share + 1.0 / (duration * rate) if force[i] > 0.0 else 0.0
+            way = polyline.value_at(points, state.share) - state.value
+            state.value += min(max(way, -fastest), fastest)
+            state.low, state.high = glided(state.low, low, frame + i), glided(state.high, high, frame + i)
+            out[i] = state.low + (state.high - state.low) * state.value
+
+    def tail(points, low, high, state):
+        rest = polyline.value_at(points, 0.0)
+        at_rest = abs(low + (high - low) * rest)
+        if state.has_begun == 0.0 or (state.value == rest and state.low == low and state.high == high):
+            return at_rest
+        return max(at_rest, abs(low), abs(high), abs(state.low), abs(state.high))
+
+
+@node("map", "Modulation")
+class Map:
+    """A signal from one range to another, along a curve: a force of 0 to 700 N to a cutoff of 100 to 900 Hz, say."""
+
+    accuracy = "exact: rounding"
+    signal = Input(doc="in any unit")
+    low = Number(0.0, -FARTHEST, FARTHEST, doc="input that gives out low")
+    high = Number(1.0, -FARTHEST, FARTHEST, doc="input that gives out high")
+    out_low = Number(0.0, -FARTHEST, FARTHEST, doc="output at low and below")
+    out_high = Number(1.0, -FARTHEST, FARTHEST, doc="output at high and above")
+    exponent = Number(1.0, 0.1, 10.0, scale="log", doc="of the curve: 1 straight, 2 late, 0.5 early")
+    out = Output(doc="held between out low and out high")
+    state, coefficients = ranges.STATE, ranges.RANGES
+
+    def design(low, high, out_low, out_high, exponent, coefficients):
+        ranges.design(low, high, out_low, out_high, exponent, coefficients)
+
+    def run(signal, coefficients, frame, state, out):
+        ranges.run(signal, coefficients, frame, state, out)
+
+    def tail(low, high, out_low, out_high, exponent, state):
+        return max(abs(ranges.curve(0.0, low, high, out_low, out_high, exponent)), ranges.tail(state))
+
+
+@node("sample-and-hold", "Modulation", "Sample and hold")
+class SampleAndHold:
+    """What a signal was at the last event, held until the next one; 0 before the first."""
+
+    accuracy = "exact: the frame of the event"
+    signal = Input(doc="in any unit")
+    trigger = Input(kind="event", doc="takes the signal's value")
+    glide = Number(0.005, 0.0, 2.0, unit="s", doc="time from a value to the next; 0 is a jump")
+    out = Output()
+    state = steps.HELD
+
+    def run(signal, trigger, glide, rate, frame, state, out):
+        steps.sample(signal, trigger, glide, rate, frame, state, out)
+
+    def tail(state):
+        return max(abs(state.begin), abs(state.target))
+
+
+@node("value", "Modulation")
+class Value:
+    """A value that a hand sets, from low to high: one knob for several parameters."""
+
+    accuracy = "exact: rounding"
+    position = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is low, 1 is high")
+    low, high = _low(), _high()
+    out = Output(doc="from low to high")
+    tail = math.inf
+
+    def run(position, low, high, out):
+        for i in range(out.size):
+            out[i] = low[i] + (high[i] - low[i]) * position[i]
