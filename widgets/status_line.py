@@ -7,6 +7,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 from underfoot.widgets import theme
 
 MESSAGE_MS = 20_000
+MOST_WHY = 64
+"""So many letters of a reason are shown."""
 
 
 class StatusLine(QWidget):
@@ -35,9 +37,11 @@ class StatusLine(QWidget):
         self._message.setToolTip(text)
         self._timer.start()
 
-    def show_session(self, text: str) -> None:
-        """What the session does or plays on."""
-        self._session.setText(text)
+    def show_session(self, text: str, why: str = "") -> None:
+        """What the session does or plays on, and why it is not what was asked for; in full in the tooltip."""
+        short = f"{why[:MOST_WHY]}…" if len(why) > MOST_WHY else why
+        self._session.setText(f"{text} ({short})" if why else text)
+        self._session.setToolTip(why)
 
     @property
     def message(self) -> str:

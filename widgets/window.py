@@ -23,6 +23,7 @@ from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import DroppedFiles
 from underfoot.widgets.session.exchange import Exchange
+from underfoot.widgets.session.listening import Listening
 from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import WAYS, Settings
@@ -36,6 +37,8 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 FIRST_PRESET = "gravel"
 
 COMPILING = "Compiling kernels, which a first start takes half a minute for:"
+WITHOUT_SOUND = "going on without sound"
+"""How a notice ends of a sound card that does not play."""
 EXTRA_SHORTCUTS = (
     ("Play or stop, unless text is being typed", "Space"),
     ("Panic, wherever the focus is", "Esc"),
@@ -65,7 +68,7 @@ class MainWindow(QMainWindow):
         super().__init__()
         self._folder = folder
         self._is_leaving = self._is_painted = False
-        self._playing_on = ""
+        self._playing_on = self._why_silent = ""
         self.settings = Settings.load(folder)
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
         self.controller = SessionController(
@@ -79,7 +82,10 @@ class MainWindow(QMainWindow):
         self._exchange = Exchange(self, self.open_patch, self.controller, files, self.say)
         DroppedFiles(self, self._exchange.handlers)
         self._declarations = discover()
-        self._context = WorkspaceContext(REGISTRY, self.settings, folder, self.open_patch, self.controller)
+        self.listening = Listening(self.controller, self.open_patch, REGISTRY)
+        self._context = WorkspaceContext(
+            REGISTRY, self.settings, folder, self.open_patch, self.controller, self.listening
+        )
         self.workspaces: dict[str, Workspace] = {}
         self.actions_by_name = self._make_actions()
         self._build()
@@ -153,14 +159,24 @@ class MainWindow(QMainWindow):
         self.transport.set_target(target_in_words(target))
 
     def _show_start(self, report: Started) -> None:
-        self._playing_on = f"Playing on: {report.where}"
+        self._playing_on, self._why_silent = f"Playing on: {report.where}", report.notice
         self._show_compiling(1, 1)
+
+    def _show_notice(self, text: str) -> None:
+        """Say it; why there is no sound stays, at the right, when the line has gone."""
+        self.say(text)
+        if text.endswith(WITHOUT_SOUND):
+            self._why_silent = text
+            self._show_compiling(1, 1)
 
     def _show_compiling(self, ready: int, total: int) -> None:
         is_busy = ready < total
         self._progress.setRange(0, max(total, 1))
         self._progress.setValue(ready if is_busy else 0)
-        self.status.show_session(f"{COMPILING} {ready} of {total} parts ready" if is_busy else self._playing_on)
+        if is_busy:
+            self.status.show_session(f"{COMPILING} {ready} of {total} parts ready")
+        else:
+            self.status.show_session(self._playing_on, self._why_silent)
 
     def _show_health(self, health: Health) -> None:
         self.transport.set_health(health, len(self.controller.target.floor.tiles))
@@ -254,9 +270,9 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        if not self._is_leaving and not self.open_patch.is_saved:
+        if not self._is_leaving and not self.open_patch.is_all_saved:
             event.ignore()
-            self.open_patch.when_safe(self._leave)
+            self.open_patch.when_all_safe(self._leave)
             return
         self.settings.window_bytes = bytes(self.saveGeometry().data())
         self.hide()
@@ -314,7 +330,8 @@ class MainWindow(QMainWindow):
             self.resize(1440, 900)
 
     def _show_title(self) -> None:
-        self.setWindowTitle(f"{self.open_patch.name}[*] – Underfoot")
+        slot = f" ({self.open_patch.slot})" if self.open_patch.other is not None else ""
+        self.setWindowTitle(f"{self.open_patch.name}{slot}[*] – Underfoot")
         self.setWindowModified(not self.open_patch.is_saved)
 
     def _make_actions(self) -> dict[str, QAction]:
@@ -374,11 +391,10 @@ class MainWindow(QMainWindow):
         controller.recording_changed.connect(self._show_recording)
         controller.target_locked.connect(transport.target.setDisabled)
         bridge.started.connect(self._show_start)
-        bridge.noticed.connect(self.say)
+        bridge.noticed.connect(self._show_notice)
         bridge.compiling.connect(self._show_compiling)
         bridge.health.connect(self._show_health)
-        open_patch.patch_changed.connect(lambda patch: controller.edit(patch, open_patch.folder))
-        open_patch.folder_changed.connect(lambda folder: controller.edit(open_patch.patch, folder))
+        self.listening.said.connect(self.say)
         open_patch.title_changed.connect(self._show_title)
         open_patch.said.connect(self.say)
 

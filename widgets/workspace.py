@@ -18,6 +18,7 @@ import underfoot.widgets
 from underfoot.patch.node import Registry
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.listening import Listening
 from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import Settings
 
@@ -31,6 +32,7 @@ class WorkspaceContext:
     folder: Path
     open_patch: OpenPatch
     controller: SessionController
+    listening: Listening
 
 
 class Workspace(QWidget):

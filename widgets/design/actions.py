@@ -52,6 +52,10 @@ ACTIONS = (
 )
 
 
+HEARING = ("audition", "audition everywhere", "mute", "bypass", "solo")
+"""What of nodes is heard: `underfoot.widgets.design.hearing` adds these."""
+
+
 def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) -> dict[str, QAction]:
     """The actions by name, each with its handler. Their keys work while `canvas` has the focus."""
     made = {}
@@ -80,6 +84,9 @@ def context_menu(
     for name in ("cut", "copy", "duplicate", "delete"):
         if selected or (name == "delete" and wire_chosen):
             menu.addAction(actions[name])
+    if selected:
+        heard = menu.addMenu("Hear")
+        heard.addActions([actions[name] for name in HEARING if name in actions])
     menu.addAction(actions["paste"])
     menu.addAction(actions["select all"])
     if selected > 1:

@@ -25,7 +25,7 @@ from underfoot.widgets.design.actions import connect_menu, context_menu, make_ac
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import Driving
 from underfoot.widgets.design.editing import aligned, copied, joined, pasted, refusal, snapped
-from underfoot.widgets.design.items import NodeItem
+from underfoot.widgets.design.items import LEGIBLE, NodeItem
 from underfoot.widgets.design.message import Message
 from underfoot.widgets.design.minimap import MiniMap
 from underfoot.widgets.design.node_list import MIME, NodeSearch
@@ -46,6 +46,9 @@ class Canvas(QGraphicsView):
 
     refused = Signal(str)
     """Why a wire was not made, or a paste not taken: what the canvas also shows itself."""
+
+    audition_wanted = Signal(str)
+    """The node whose button to be heard alone was pressed."""
 
     view_moved = Signal()
     """Another part of the patch, or another zoom, is seen."""
@@ -287,6 +290,9 @@ class Canvas(QGraphicsView):
         node = self.patch_scene.node_at(place, 6.0)
         if node is not None and node.more_at(place):
             node.set_ports(node.driven, True)
+            return
+        if node is not None and self.transform().m11() >= LEGIBLE and node.button_at(place):
+            self.audition_wanted.emit(node.node.id)
             return
         wire = None if node else self.patch_scene.wire_at(place)
         self.patch_scene.choose(wire)

@@ -156,13 +156,17 @@ def changed_nodes(before: Patch, after: Patch) -> set[str]:
     old = {node.id: node for node in before.nodes}
     changed = {node.id for node in after.nodes if node.id not in old or not _plays_same(old[node.id], node)}
     changed |= {target.partition(".")[0] for _, target in set(before.wires) ^ set(after.wires)}
-    if before.seed != after.seed:
+    if before.seed != after.seed or _soloed(before) != _soloed(after):
         return {node.id for node in after.nodes}
     return changed & {node.id for node in after.nodes}
 
 
 def _plays_same(a: PlacedNode, b: PlacedNode) -> bool:
-    return a is b or (a.type == b.type and a.parameters == b.parameters)
+    return a is b or (a.type == b.type and a.parameters == b.parameters and a.marks == b.marks)
+
+
+def _soloed(patch: Patch) -> set[str]:
+    return {node.id for node in patch.nodes if node.soloed}
 
 
 def driven_parameters(registry: Registry, type: str, wired: Iterable[str]) -> tuple[str, ...]:

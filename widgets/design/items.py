@@ -15,6 +15,7 @@ from underfoot.patch.patch import PlacedNode, Wire
 from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.design.editing import snapped
+from underfoot.widgets.design.marks import button_at, is_taken_out, paint_far_marks, paint_marks
 from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, PlacedPort, Shape, accent, drivable, node_shape, shown
 
 LEGIBLE = 0.45
@@ -41,6 +42,7 @@ class NodeItem(QGraphicsItem):
         self.driven: tuple[str, ...] = ()
         self.asked: tuple[str, ...] = ()
         self.opened = False
+        self.is_alone = False
         self.cost = ""
         self.state = ""
         self._plot: QPainterPath | None = None
@@ -86,6 +88,12 @@ class NodeItem(QGraphicsItem):
             self._plot = None if values is None else thumbnail(values, self.node_type.outputs[0].kind == "event")
             self.update()
 
+    def set_alone(self, alone: bool) -> None:
+        """Show whether it is heard alone."""
+        if alone != self.is_alone:
+            self.is_alone = alone
+            self.update()
+
     def set_dimmed(self, side: str) -> None:
         """While a wire is dragged: dim the ports of this side."""
         if side != self._dimmed:
@@ -104,6 +112,10 @@ class NodeItem(QGraphicsItem):
         """Whether a mouse at this place of the scene means the dot that shows further ports."""
         more = self.shape_now.more
         return more is not None and QLineF(self.mapFromScene(scene_place), more).length() <= DOT + 3.0
+
+    def button_at(self, scene_place: QPointF) -> bool:
+        """Whether a mouse at this place of the scene means the button that plays the node alone."""
+        return bool(self.node_type.outputs) and button_at(self.shape_now, self.mapFromScene(scene_place))
 
     def port_place(self, side: str, name: str) -> QPointF:
         """Where in the scene a wire at this port ends."""
@@ -139,6 +151,8 @@ class NodeItem(QGraphicsItem):
         elif self.more_at(event.scenePos()):
             names = ", ".join(shown(port.name) for port in drivable(self.node_type) if port.name not in self.driven)
             self.setToolTip(f"A wire may also drive: {names}")
+        elif self.button_at(event.scenePos()):
+            self.setToolTip("Hear this node alone (A; Shift+A on all tiles)")
         elif event.pos().y() < TITLE:
             self.setToolTip(pretty_text(self.node_type.doc))
         else:
@@ -155,11 +169,12 @@ class NodeItem(QGraphicsItem):
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         zoom = option.levelOfDetailFromTransform(painter.worldTransform())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        quiet = self.state in ("asleep", "unused")
+        quiet = self.state in ("asleep", "unused") or is_taken_out(self.node)
         colour = accent(self.node_type)
         self._paint_body(painter, colour, quiet)
         if zoom < LEGIBLE:
             self._paint_far_title(painter, quiet, zoom)
+            paint_far_marks(painter, self.node, self.shape_now, self.is_alone, zoom)
             return
         self._paint_title(painter, quiet)
         if self._plot is not None:
@@ -178,6 +193,8 @@ class NodeItem(QGraphicsItem):
             painter.setPen(QPen(QColor(theme.MUTED if self._hovered else theme.FAINT), 1.0))
             painter.setBrush(QColor(theme.GROUND))
             painter.drawEllipse(self.shape_now.more, 3.0, 3.0)
+        has_button = self._hovered and bool(self.node_type.outputs)
+        paint_marks(painter, self.node, self.shape_now, has_button, self.is_alone)
 
     def _paint_body(self, painter: QPainter, colour: str, quiet: bool) -> None:
         rect = self.shape_now.rect

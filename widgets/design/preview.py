@@ -1,8 +1,8 @@
 """The preview: what the selected node does in one step, as waveform, spectrogram and spectrum."""
 
 import math
-from collections.abc import Mapping, Sequence
-from itertools import zip_longest
+from collections.abc import Sequence
+from itertools import pairwise, zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +18,20 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.drawing import HeatMap
-from underfoot.engine.reports import MEASURED, Laws, Preview
+from underfoot.drawing import HeatMap, Range
+from underfoot.engine.reports import Laws, Preview
 from underfoot.floor.layout import Tile
-from underfoot.models.sole import band_levels, felt
+from underfoot.models.sole import band_levels
 from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.design import preview_drawings
-from underfoot.widgets.design.analysis import Scale, peak_and_rms, shown_levels, spectrogram_db, spectrum_db
+from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
+from underfoot.widgets.design.stretch import SHORTEST_MS, Stretch, event_rows, moved, pick, told, zoomed
 from underfoot.widgets.design.tile_pad import TilePad
 from underfoot.widgets.plots.plot import Plot
+from underfoot.widgets.plots.zoom_plot import ZoomPlot
 
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176
@@ -38,8 +40,6 @@ LAWS = 3
 """How many laws of a node are drawn."""
 LATE_MS = 400
 """A preview that takes longer says that it is being made."""
-
-Array = NDArray[np.float64]
 
 
 class PreviewPanel(QWidget):
@@ -56,11 +56,16 @@ class PreviewPanel(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._ports: dict[str, Port] = {}
         self._preview: Preview | None = None
-        self._values = np.zeros(0)
-        self._felt = ""
-        self._kept: tuple[Array, float] | None = None
+        self._other: tuple[Preview, str, Port] | None = None
+        self._other_slot, self._shows_other = "B", True
+        self._whole: Stretch | None = None
+        self._now: Stretch | None = None
+        self._view_ms: Range | None = None
+        self._levels = self._line = np.zeros((0, 0), np.float32)
+        self._is_late = False
         self.node = ""
         self.title = theme.label("", "title")
+        self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.note = theme.label("", "small")
         self.note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.output = QComboBox(self)
@@ -75,8 +80,6 @@ class PreviewPanel(QWidget):
         self.shows = {
             name: self._toggle(name, f"Show the {name.lower()}") for name in ("Waveform", "Spectrogram", "Spectrum")
         }
-        self.compare = self._toggle("Compare", "Keep what is shown now, and hold what comes against it")
-        self.compare.setChecked(False)
         self.laws = self._toggle(
             "Laws", "The distributions that the node draws from, instead of what it does in a step"
         )
@@ -86,16 +89,16 @@ class PreviewPanel(QWidget):
         self.tiles.setAccessibleName("Tile")
         self.tiles.hide()
         self.pad = TilePad(self)
-        self.waveform = Plot("Waveform", TIMES)
-        self.spectrogram = Plot("Spectrogram", TIMES)
-        self.spectrum = Plot("Spectrum", NO_FREQUENCIES)
+        self.waveform = ZoomPlot("Waveform", TIMES)
+        self.spectrogram = ZoomPlot("Spectrogram", TIMES)
+        self.spectrum = ZoomPlot("Spectrum", NO_FREQUENCIES)
+        self.spectrum.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._lay_out()
         self._late = QTimer(self, singleShot=True, interval=LATE_MS)
-        self._late.timeout.connect(lambda: self.note.setText("being made…"))
+        self._late.timeout.connect(self._be_late)
         self.output.activated.connect(self._draw)
         self.range.activated.connect(self._draw)
         self.log.toggled.connect(self._draw)
-        self.compare.toggled.connect(self._keep)
         for button in self.shows.values():
             button.toggled.connect(self._arrange)
         self.laws.toggled.connect(self._choose_page)
@@ -103,7 +106,13 @@ class PreviewPanel(QWidget):
         self.pad.struck.connect(self.struck)
         self.pad.pressed.connect(self.pressed)
         for plot in (self.waveform, self.spectrogram):
-            plot.hovered.connect(self._point)
+            plot.zoom_wanted.connect(self._zoom)
+            plot.move_wanted.connect(self._move)
+            plot.part_wanted.connect(self._look_at_part)
+            plot.whole_wanted.connect(lambda: self._look_at(None))
+        self.waveform.pointed.connect(self._point_at_time)
+        self.spectrogram.pointed.connect(self._point_at_level)
+        self.spectrum.pointed.connect(self._point_at_spectrum)
         self._arrange()
         self.clear()
 
@@ -122,10 +131,9 @@ class PreviewPanel(QWidget):
         head.setSpacing(4)
         for box in (self.output, self.range, self.tiles):
             box.setProperty("role", "chip")
-        head.addWidget(self.title)
-        head.addSpacing(8)
-        head.addWidget(self.note, 1)
-        for widget in (self.output, self.laws, *self.shows.values(), self.compare, self.log, self.range, self.tiles):
+        head.addWidget(self.title, 1)
+        in_line = (self.output, self.laws, *self.shows.values(), self.log, self.range, self.tiles)
+        for widget in in_line:
             head.addWidget(widget)
         self._plots = QGridLayout()
         self._plots.setContentsMargins(8, 0, 8, 8)
@@ -152,7 +160,13 @@ class PreviewPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
+        told = QHBoxLayout()
+        told.setContentsMargins(16, 0, 8, 2)
+        told.addWidget(self.note)
+        column.addLayout(told)
         column.addWidget(self._pages, 1)
+        for one, following in pairwise((*in_line, self.waveform, self.spectrogram, self.pad)):
+            QWidget.setTabOrder(one, following)
 
     # --- what it shows ---
 
@@ -163,16 +177,17 @@ class PreviewPanel(QWidget):
         self.note.setText("select a node")
         self.output.hide()
         self._late.stop()
+        self._other = self._view_ms = None
         self._draw()
 
     def expect(self, node: str, type: NodeType) -> None:
-        """A preview of this node will come; what is shown of it now stays until then."""
+        """A preview of this node will come; what is shown of it now stays a moment, but not for long."""
         self._late.start()
         if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
             return
         self.node = node
         self._ports = {port.name: port for port in type.outputs}
-        self._preview = None
+        self._preview = self._other = self._view_ms = None
         self.title.setText(type.label)
         self.note.setText("")
         self.laws.setVisible(type.laws is not None)
@@ -185,7 +200,23 @@ class PreviewPanel(QWidget):
     def show_preview(self, preview: Preview) -> None:
         """Show what came."""
         self._late.stop()
-        self._preview = preview
+        self._is_late, self._preview = False, preview
+        self._draw()
+
+    def show_other(self, preview: Preview, node: str, port: Port, slot: str) -> None:
+        """Draw another slot's output over this one's: of this node of its patch."""
+        self._other, self._other_slot = (preview, node, port), slot
+        self._draw()
+
+    def forget_other(self) -> None:
+        """There is nothing to be drawn over it, until it comes."""
+        if self._other is not None:
+            self._other = None
+            self._draw()
+
+    def overlay(self, on: bool) -> None:
+        """Whether the other slot's output is drawn."""
+        self._shows_other = on
         self._draw()
 
     @property
@@ -206,7 +237,7 @@ class PreviewPanel(QWidget):
         """What the node does in a step, or its laws."""
         wanted = self.wants_laws
         self._pages.setCurrentWidget(self._law_page if wanted else self._step_page)
-        for widget in (*self.shows.values(), self.compare, self.log, self.range):
+        for widget in (*self.shows.values(), self.log, self.range):
             widget.setEnabled(not wanted)
         if wanted:
             self.laws_wanted.emit()
@@ -242,69 +273,74 @@ class PreviewPanel(QWidget):
         self._plots.addWidget(self.spectrum, 1, 0 if alone else 1, 1, 2 if alone else 1)
         self._draw()
 
+    # --- drawing ---
+
     def _draw(self) -> None:
         port, preview = self.port, self._preview
-        self._values = np.zeros(0)
-        self._felt = ""
+        self._whole = self._now = None
         if port is None or preview is None or preview.error:
-            self.waveform.show_drawing(preview_drawings.no_waveform())
+            self.waveform.show_drawing(preview_drawings.no_waveform("being made…" if self._is_late else ""))
             self._show_no_levels()
             if preview is not None and preview.error:
                 self.note.setText(preview.error)
             elif self.node and port is None:
                 self.note.setText("it has no output to be seen")
-        elif port.kind == "event":
-            self._draw_events(preview, port)
+            return
+        self._whole = Stretch.of(preview, self.node, port)
+        if self._view_ms is not None and self._view_ms[1] > self._whole.end_ms:
+            self._view_ms = None
+        self._now = self._whole.cut(self._view_ms)
+        if port.kind == "event":
+            self._draw_events(preview, port, self._now)
         else:
-            self._draw_signal(preview, port)
+            self._draw_signal(port, self._now, self._other_now())
 
-    def _draw_events(self, preview: Preview, port: Port) -> None:
-        rate = preview.rate_hz
-        force = summed(preview.force_n)
+    def _other_now(self) -> Stretch | None:
+        """What is in view of the other slot's signal."""
+        other = self._other
+        if other is None or not self._shows_other or other[0].error or other[2].kind == "event":
+            return None
+        return Stretch.of(*other).cut(self._view_ms)
+
+    def _draw_events(self, preview: Preview, port: Port, now: Stretch) -> None:
         rows = event_rows(pick(preview.events, self.node, port.name))
-        times_s, strengths = rows[:, 0] / rate, rows[:, 1]
-        self.waveform.show_drawing(preview_drawings.events(times_s, strengths, force, rate, force.size / rate))
+        self.waveform.show_drawing(preview_drawings.events(rows[:, 0] * (1e3 / now.rate_hz), rows[:, 1], now))
         self._show_no_levels("events have no spectrum")
         came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
         count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
         self.note.setText(count if came else "the preview holds no events")
 
-    def _draw_signal(self, preview: Preview, port: Port) -> None:
-        rate = preview.rate_hz
-        force = summed(preview.force_n)
-        self._values = values = np.nan_to_num(np.asarray(pick(preview.signals, self.node, port.name), np.float64))
-        seconds = max(force.size, values.size) / rate
-        is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
-        done_by_tile = preview.signals.get(MEASURED)
-        measured = None if done_by_tile is None else np.nan_to_num(done_by_tile.astype(np.float64))
-        self.waveform.show_drawing(
-            preview_drawings.waveform(values, port.unit, force, rate, seconds, is_force, measured),
-        )
-        self._felt = "" if measured is None else f"\n{felt_in_words(measured, rate)}"
-        self._tell(values, port)
+    def _draw_signal(self, port: Port, now: Stretch, other: Stretch | None) -> None:
+        self.waveform.show_drawing(preview_drawings.waveform(now, other))
+        self._tell(now, other)
         range_db = float(RANGES_DB[self.range.currentIndex()])
-        scale = self._scale
+        scale, rate = self._scale, now.rate_hz
         if self.shows["Spectrogram"].isChecked():
-            levels = spectrogram_db(values, rate, scale)
-            shown = shown_levels(levels, top_of(levels), range_db)
-            heat = HeatMap(shown, (0.0, 1e3 * seconds), scale.range_hz)
-            self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale, seconds))
+            self._levels = spectrogram_db(now.values, rate, scale)
+            shown = shown_levels(self._levels, top_of(self._levels), range_db)
+            heat = HeatMap(shown, (now.begin_ms, max(now.end_ms, now.begin_ms + 1.0)), scale.range_hz)
+            self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale))
         if self.shows["Spectrum"].isChecked():
-            line = spectrum_db(values, rate, scale)
-            kept = spectrum_db(*self._kept, scale) if self._kept else None
-            ends = (top_of(line) - range_db, top_of(line))
-            drawing, more = preview_drawings.spectrum(line, kept, scale, ends), "the colours are the spectrogram's"
-            if measured is not None:
-                bands = (band_levels(values, rate), band_levels(measured, rate))
-                drawing = preview_drawings.sensation(*bands, scale, range_db)
+            self._line = line = spectrum_db(now.values, rate, scale)
+            beside = spectrum_db(other.values, rate, scale) if other is not None else None
+            top = max(top_of(line), top_of(beside) if beside is not None else -math.inf)
+            drawing = preview_drawings.spectrum(line, beside, scale, (top - range_db, top))
+            more = "the colours are the spectrogram's"
+            if now.measured is not None:
+                bands = band_levels(now.values, rate), band_levels(now.measured, rate)
+                theirs = band_levels(other.values, rate) if other is not None else None
+                drawing = preview_drawings.sensation(*bands, theirs, scale, range_db)
                 more = (
                     "filled: what is asked of the tile; green: what it does; dashed: felt from here on in a hard shoe"
                 )
+            if other is not None:
+                more += "; violet: the other slot"
             self.spectrum.show_drawing(drawing)
             reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
             self.spectrum.setToolTip(f"Amplitude in dB of {reference}; {more}")
 
     def _show_no_levels(self, why: str = "") -> None:
+        self._levels = self._line = np.zeros((0, 0), np.float32)
         self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, note=why))
         self.spectrum.show_drawing(preview_drawings.no_spectrum(self._scale))
 
@@ -312,56 +348,80 @@ class PreviewPanel(QWidget):
     def _scale(self) -> Scale:
         return Scale(self.log.isChecked())
 
-    def _point(self, time_ms: float) -> None:
-        """Tell the values under the mouse."""
-        self.waveform.point_at(time_ms)
-        self.spectrogram.point_at(time_ms)
-        preview, port = self._preview, self.port
-        if preview is None or port is None or not self._values.size:
-            return
-        if math.isnan(time_ms):
-            self._tell(self._values, port)
-            return
-        i = min(max(round(1e-3 * time_ms * preview.rate_hz), 0), self._values.size - 1)
-        force = summed(preview.force_n)
-        text = f"{time_ms:.0f} ms: {quantity(float(self._values[i]), port.unit)}"
-        measured = preview.signals.get(MEASURED)
-        if measured is not None and i < measured.size:
-            text += f", the tile {quantity(float(measured[i]), 'm/s^2')}"
-        self.note.setText(text + (f", {quantity(float(force[i]), 'N')}" if i < force.size else ""))
+    def _be_late(self) -> None:
+        """What is awaited takes its time: what was shown is of a patch that is no more."""
+        self._is_late, self._preview = True, None
+        self._draw()
+        self.note.setText("being made…")
 
-    def _tell(self, values: Array, port: Port) -> None:
-        peak, rms = peak_and_rms(values)
-        text = f"peak {quantity(peak, port.unit)}, RMS {quantity(rms, port.unit)}"
-        if self._kept:
-            before = peak_and_rms(self._kept[0])[1]
-            if before > 0.0 and rms > 0.0:
-                text += f" ({20.0 * math.log10(rms / before):+.1f} dB)".replace("-", "−")
-        text += self._felt
+    # --- zoom and cursor ---
+
+    def _zoom(self, factor: float, about_ms: float) -> None:
+        if self._whole is not None:
+            self._look_at(zoomed(self._view_ms, self._whole.end_ms, factor, about_ms))
+
+    def _move(self, share: float) -> None:
+        if self._whole is not None and self._view_ms is not None:
+            by_ms = share * (self._view_ms[1] - self._view_ms[0])
+            self._look_at(moved(self._view_ms, self._whole.end_ms, by_ms))
+
+    def _look_at_part(self, low_ms: float, high_ms: float) -> None:
+        if self._whole is not None:
+            middle, width = 0.5 * (low_ms + high_ms), max(high_ms - low_ms, SHORTEST_MS)
+            view = max(middle - width / 2, 0.0), min(middle + width / 2, self._whole.end_ms)
+            self._look_at(view if view[1] - view[0] >= SHORTEST_MS / 2 else None)
+
+    def _look_at(self, view_ms: Range | None) -> None:
+        """Show this stretch, or all; levels and spectrum are those of the stretch."""
+        if view_ms != self._view_ms:
+            self._view_ms = view_ms
+            self._draw()
+
+    def _point_at_time(self, time_ms: float, level: float) -> None:
+        """Tell the values under the mouse in the waveform."""
+        self._mark(time_ms)
+        if self._now is None or not self._now.values.size:
+            return
+        told = "" if math.isnan(time_ms) else self._now.told_at(time_ms)
+        if told:
+            self.note.setText(told)
+        else:
+            self._tell(self._now, self._other_now())
+
+    def _point_at_level(self, time_ms: float, frequency_hz: float) -> None:
+        """Tell the level under the mouse in the spectrogram."""
+        self._mark(time_ms)
+        now, levels = self._now, self._levels
+        if now is None or not levels.size or math.isnan(time_ms):
+            self._point_at_time(math.nan, math.nan)
+            return
+        column = int((time_ms - now.begin_ms) / (now.end_ms - now.begin_ms) * levels.shape[1])
+        at = levels[self._row(frequency_hz, len(levels)), min(max(column, 0), levels.shape[1] - 1)]
+        self.note.setText(f"{time_ms:.1f} ms, {quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}")
+
+    def _point_at_spectrum(self, level_db: float, frequency_hz: float) -> None:
+        """Tell the level of the frequency under the mouse in the spectrum."""
+        if self._now is None or not self._line.size or math.isnan(frequency_hz):
+            self._point_at_time(math.nan, math.nan)
+            return
+        at = self._line[self._row(frequency_hz, self._line.size)]
+        words = f"{quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}"
+        amplitude = quantity(10.0 ** (float(at) / 20.0), self._now.unit)
+        self.note.setText(f"{words} ({amplitude})")
+
+    def _row(self, frequency_hz: float, rows: int) -> int:
+        return int(np.abs(np.log(self._scale.rows_hz(rows) / frequency_hz)).argmin())
+
+    def _mark(self, time_ms: float) -> None:
+        for plot in (self.waveform, self.spectrogram):
+            plot.point_at(time_ms)
+
+    def _tell(self, now: Stretch, other: Stretch | None) -> None:
+        text = told(now, other, self._other_slot)
+        if self._view_ms is not None:
+            text = f"{self._view_ms[0]:.0f} to {self._view_ms[1]:.0f} ms: {text}"
         self.note.setText(text)
         self.note.setToolTip(text)
-
-    def _keep(self, on: bool) -> None:
-        """Hold what is shown now, or let it go."""
-        shown = self._values.size > 0 and self._preview is not None
-        self._kept = (self._values, self._preview.rate_hz) if on and shown and self._preview else None
-        self._draw()
-
-
-def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
-    """The peak of what the tile does, and what a sole in a hard shoe feels of it.
-
-    >>> felt_in_words(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
-    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %'
-    """
-    found = felt(measured_m_s2, rate_hz)
-    db = found.level_db["shoe"]
-    peak = quantity(float(np.abs(measured_m_s2).max(initial=0.0)), "m/s^2")
-    if not math.isfinite(db):
-        return f"tile {peak}"
-    side = "over" if db >= 0.0 else "under"
-    chance = f"noticed by {100.0 * found.noticed:.0f} %"
-    return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}"
 
 
 def top_of(levels_db: NDArray[np.float32]) -> float:
@@ -371,20 +431,3 @@ def top_of(levels_db: NDArray[np.float32]) -> float:
     -30.0
     """
     return max(10.0 * math.ceil(float(levels_db.max()) / 10.0), -120.0)
-
-
-def pick(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:
-    """What a preview holds of an output, under its own name or behind its node's."""
-    found = values.get(f"{node}.{port}")
-    return found if found is not None else values.get(port, np.zeros(0))
-
-
-def summed(force_n: NDArray[np.floating]) -> Array:
-    """The force on the tile, whether the four corners came or their sum."""
-    total_n = np.asarray(force_n, np.float64)
-    return total_n.sum(axis=1) if total_n.ndim == 2 else total_n
-
-
-def event_rows(events: NDArray[np.floating]) -> Array:
-    """Events as rows of frame, strength and duration."""
-    return np.asarray(events, np.float64).reshape(-1, 3)

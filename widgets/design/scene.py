@@ -7,10 +7,11 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QBrush, QColor, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
+from underfoot.patch.heard import as_heard
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
 from underfoot.widgets import theme
-from underfoot.widgets.design.editing import driven_parameters, drivers
+from underfoot.widgets.design.editing import driven_parameters, drivers, upstream
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
 from underfoot.widgets.design.shape import REACH, PlacedPort
 
@@ -50,8 +51,11 @@ class PatchScene(QGraphicsScene):
                 self.nodes[id] = NodeItem(node, self.registry[node.type])
                 self.addItem(self.nodes[id])
             elif self.nodes[id].node is not node:
+                is_marked_otherwise = self.nodes[id].node.marks != node.marks
                 self.nodes[id].node = node
                 self.nodes[id].setPos(*node.at)
+                if is_marked_otherwise:
+                    self.nodes[id].update()
         wired = drivers(patch)
         for id, item in self.nodes.items():
             item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.opened)
@@ -134,13 +138,18 @@ class PatchScene(QGraphicsScene):
     # --- what the engine says ---
 
     def show_costs(self, share: Mapping[str, float] | None, awake: Mapping[str, int]) -> None:
-        """Each node's share of a block, and for how many tiles it is awake; None when nothing runs."""
+        """Each node's share of a block, and for how many tiles it is awake; None when nothing runs.
+
+        A node is unused where it leads to no output that plays; one that is only not built yet is not.
+        """
+        heard = as_heard(self.patch, self.registry)
+        used = upstream(heard, (node.id for node in heard.nodes if self.registry[node.type].is_sink))
         for id, item in self.nodes.items():
             if item.state == "fault":
                 continue
             if share is None or id not in share:
                 self._costs.pop(id, None)
-                item.set_cost("", "" if share is None else "unused")
+                item.set_cost("", "" if share is None or id in used else "unused")
                 continue
             # Figures that tremble would have every node drawn anew twice a second.
             before = self._costs.get(id, -1.0)
@@ -155,6 +164,11 @@ class PatchScene(QGraphicsScene):
                 item.set_cost("", "fault")
             elif item.state == "fault":
                 item.set_cost("", "")
+
+    def show_alone(self, id: str) -> None:
+        """Mark the node that is heard alone; "" for none."""
+        for other, item in self.nodes.items():
+            item.set_alone(other == id)
 
     def show_curve(self, id: str, values: np.ndarray | None) -> None:
         if id in self.nodes and self.nodes[id].node_type.outputs:

@@ -1,59 +1,89 @@
-"""The document that is being edited: one patch, and the patches it was before."""
+"""The document that is being edited: a patch in each of two slots, A and B, and the patches it was before."""
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoCommand, QUndoStack
+from PySide6.QtGui import QUndoCommand, QUndoGroup, QUndoStack
 
 from underfoot.patch.patch import Patch
+from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LIMIT = 500
 """Edits that can be taken back. Patches share what did not change, so each costs little."""
 
 
 class Document(QObject):
-    """Holds the patch. Whoever edits it hands over the next patch; whoever shows it listens to `changed`."""
+    """Holds the patch. Whoever edits it hands over the next patch; whoever shows it listens to `changed`.
+
+    `slot` is the one that is edited. The other has its own patch and its own list of undo, and waits.
+    """
 
     changed = Signal(object)
-    """The patch, after every edit, undo, redo and load."""
+    """The patch, after every edit, undo, redo, load and switch."""
+    other_changed = Signal(object)
+    """The patch of the slot that waits, when it was given another one."""
 
     def __init__(self, patch: Patch, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._patch = patch
-        self.stack = QUndoStack(self)
-        self.stack.setUndoLimit(LIMIT)
+        self.slot = SLOTS[0]
+        self._patches = dict.fromkeys(SLOTS, patch)
+        self.group = QUndoGroup(self)
+        self._stacks = {slot: QUndoStack(self.group) for slot in SLOTS}
+        for stack in self._stacks.values():
+            stack.setUndoLimit(LIMIT)
+        self.group.setActiveStack(self.stack)
 
     @property
     def patch(self) -> Patch:
-        return self._patch
+        return self._patches[self.slot]
+
+    @property
+    def stack(self) -> QUndoStack:
+        """What can be undone in the slot that is edited."""
+        return self._stacks[self.slot]
 
     def load(self, patch: Patch) -> None:
         """Begin anew with another patch; there is nothing to undo."""
-        self._patch = patch
+        self._patches[self.slot] = patch
         self.stack.clear()
         self.changed.emit(patch)
 
+    def switch(self, slot: str, patch: Patch) -> None:
+        """Edit this slot from now on. Its undo list goes on where `patch` is the one that it holds, else anew."""
+        self.slot = slot
+        self.group.setActiveStack(self.stack)
+        if patch == self.patch:
+            self.changed.emit(patch)
+        else:
+            self.load(patch)
+
     def edit(self, after: Patch, text: str, merge: str = "") -> None:
         """Go on to `after` as one step of undo, called `text`. Steps in a row with the same `merge` become one."""
-        if after != self._patch:
-            self.stack.push(_Edit(self, after, text, merge))
+        if after != self.patch:
+            self.stack.push(_Edit(self, self.slot, after, text, merge))
 
-    def _take(self, patch: Patch) -> None:
-        self._patch = patch
-        self.changed.emit(patch)
+    def edit_other(self, after: Patch, text: str) -> None:
+        """The same in the slot that waits."""
+        other = other_slot(self.slot)
+        if after != self._patches[other]:
+            self._stacks[other].push(_Edit(self, other, after, text, ""))
+
+    def _take(self, slot: str, patch: Patch) -> None:
+        self._patches[slot] = patch
+        (self.changed if slot == self.slot else self.other_changed).emit(patch)
 
 
 class _Edit(QUndoCommand):
-    def __init__(self, document: Document, after: Patch, text: str, merge: str) -> None:
+    def __init__(self, document: Document, slot: str, after: Patch, text: str, merge: str) -> None:
         super().__init__(text)
-        self._document = document
-        self._before = document.patch
+        self._document, self._slot = document, slot
+        self._before = document._patches[slot]
         self._after = after
         self._merge = merge
 
     def undo(self) -> None:
-        self._document._take(self._before)
+        self._document._take(self._slot, self._before)
 
     def redo(self) -> None:
-        self._document._take(self._after)
+        self._document._take(self._slot, self._after)
 
     def id(self) -> int:
         return 1 if self._merge else -1

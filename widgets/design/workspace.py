@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
 from underfoot.engine.reports import Costs, Fault, Health, Laws, Preview
@@ -17,9 +17,13 @@ from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.editing import changed_nodes, downstream
 from underfoot.widgets.design.first_steps import FirstSteps
+from underfoot.widgets.design.hearing import Hearing
 from underfoot.widgets.design.inspector import Inspector, edited_patch
+from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.palette import Palette
-from underfoot.widgets.design.preview import PreviewPanel, event_rows, pick
+from underfoot.widgets.design.preview import PreviewPanel
+from underfoot.widgets.design.slot_listening import OTHER, SlotListening
+from underfoot.widgets.design.stretch import event_rows, pick
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
@@ -41,6 +45,9 @@ class DesignWorkspace(Workspace):
     preview_wanted = Signal(str, str, bool)
     """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
     laws should be drawn for `show_laws`."""
+
+    other_wanted = Signal(str, str)
+    """The same of a node of the patch in the other slot; `show_preview` is to call it `OTHER` and the node."""
 
     struck = Signal(str, float)
     """Tile and strength: the person clicked on the tile."""
@@ -65,6 +72,9 @@ class DesignWorkspace(Workspace):
         self.canvas = Canvas(self.document, registry, self)
         self.inspector = Inspector(registry, self)
         self.preview = PreviewPanel(self)
+        self.listen_bar = ListenBar(self)
+        self.hearing = Hearing(self.canvas, registry)
+        self.slots: SlotListening | None = None
         self._lay_out()
         self._soon = QTimer(self, singleShot=True, interval=SOON_MS)
         self._soon.timeout.connect(self._ask)
@@ -72,8 +82,8 @@ class DesignWorkspace(Workspace):
         self._again.timeout.connect(self._ask_again)
         self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._idle.timeout.connect(self._renew_one)
-        self.undo_action = self._history("undo", self.document.stack.createUndoAction(self, "Undo"))
-        self.redo_action = self._history("redo", self.document.stack.createRedoAction(self, "Redo"))
+        self.undo_action = self._history("undo", self.document.group.createUndoAction(self, "Undo"))
+        self.redo_action = self._history("redo", self.document.group.createRedoAction(self, "Redo"))
         self._connect()
         self.set_floor(default_floor().tiles)
 
@@ -93,7 +103,16 @@ class DesignWorkspace(Workspace):
         controller.bridge.faulted.connect(self.show_fault)
         controller.previewed.connect(self.show_preview)
         controller.lawful.connect(self.show_laws)
-        self.preview_wanted.connect(controller.request_preview)
+        self.preview_wanted.connect(
+            lambda node, tile, laws: controller.request_preview(
+                self.patch(), node, tile, self.listen_bar.seconds, laws=laws
+            )
+        )
+        self.slots = SlotListening(self.canvas, self.hearing, self.preview, self.listen_bar, context)
+        self.other_wanted.connect(self.slots.request_other)
+        self.slots.preview_wanted.connect(self._want)
+        self.slots.renewal_wanted.connect(self._idle.start)
+        self.slots.slot_chosen.connect(self.show_slot)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
         self._prepare_first_steps(context)
@@ -109,10 +128,11 @@ class DesignWorkspace(Workspace):
         steps.closed.connect(lambda: setattr(settings, "first_steps_done", True))
 
     def menu_actions(self) -> Sequence[QAction]:
-        return self.undo_action, self.redo_action
+        return self.undo_action, self.redo_action, *self.listen_bar.actions_by_name.values()
 
     def shortcuts(self) -> Keys:
-        return keys_of([self.undo_action, self.redo_action, *self.canvas.actions_by_name.values()])
+        own = (self.undo_action, self.redo_action, *self.listen_bar.actions_by_name.values())
+        return keys_of([*own, *self.canvas.actions_by_name.values()])
 
     # --- the document ---
 
@@ -137,6 +157,11 @@ class DesignWorkspace(Workspace):
         if node == self._waiting:
             self._waiting = ""
             self._again.stop()
+        if self.slots is not None:
+            self.slots.take_preview(preview, node, node == self._previewed)
+        if node.startswith(OTHER):
+            self._idle.start()
+            return
         if not preview.error:
             self._show_curve(node, preview)
         if node == self._previewed:
@@ -188,10 +213,16 @@ class DesignWorkspace(Workspace):
     def _lay_out(self) -> None:
         self._middle = QSplitter(Qt.Orientation.Vertical)
         self._middle.addWidget(self.canvas)
-        self._middle.addWidget(self.preview)
+        below = QWidget()
+        column = QVBoxLayout(below)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.listen_bar)
+        column.addWidget(self.preview, 1)
+        self._middle.addWidget(below)
         self._middle.setStretchFactor(0, 3)
         self._middle.setStretchFactor(1, 1)
-        self._middle.setSizes([440, 300])
+        self._middle.setSizes([420, 320])
         self._across = QSplitter(Qt.Orientation.Horizontal)
         for widget in (self.palette_panel, self._middle, self.inspector):
             self._across.addWidget(widget)
@@ -227,12 +258,16 @@ class DesignWorkspace(Workspace):
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
         self.preview.laws_wanted.connect(self._tile_changed)
+        self.listen_bar.length_chosen.connect(self._tile_changed)
+        self.listen_bar.overlay_wanted.connect(self.preview.overlay)
 
     def _set_target(self, target: Target) -> None:
         self.set_floor(target.floor.tiles)
 
     def _tile_changed(self) -> None:
-        """All previews were of another tile: ask for that of the selected node, then for the small plots."""
+        """All previews were of another tile or length: ask for the selected node's, then for the small plots."""
+        if self.slots is not None:
+            self.slots.forget()
         self._stale = [node.id for node in self.patch().nodes]
         self._soon.start()
         self._idle.start()
@@ -252,6 +287,8 @@ class DesignWorkspace(Workspace):
     def _changed(self, patch: Patch) -> None:
         before, self._shown = self._shown, patch
         changed = downstream(patch, changed_nodes(before, patch))
+        if self.slots is not None:
+            self.slots.patch_changed(patch, changed)
         ids = {node.id for node in patch.nodes}
         self._stale = [id for id in self._stale if id in ids and id not in changed] + sorted(changed)
         if self._previewed not in ids:
@@ -266,6 +303,15 @@ class DesignWorkspace(Workspace):
     def _selected(self, ids: list[str]) -> None:
         self.inspector.show_selection(self.patch(), ids)
         self._choose_previewed(ids)
+
+    def show_slot(self, slot: str, patch: Patch) -> None:
+        """Edit this slot from now on, which holds this patch."""
+        shared = {node.id for node in patch.nodes} & {node.id for node in self.patch().nodes}
+        self._loading = True
+        self.document.switch(slot, patch)
+        self._loading = False
+        if not shared:
+            self.canvas.frame(everything=True)
 
     def _choose_previewed(self, ids: Sequence[str]) -> None:
         """Preview the selected node; with none selected, what the tile plays."""
@@ -292,12 +338,18 @@ class DesignWorkspace(Workspace):
     def _want(self, id: str) -> None:
         self._waiting = id
         self._again.start()
+        if id.startswith(OTHER):
+            self.other_wanted.emit(id.removeprefix(OTHER), self.preview_tile())
+            return
         wants_laws = self.preview.wants_laws or self.inspector.wants_laws
         self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and wants_laws)
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):
             self._want(self._waiting)
+        elif self._waiting.startswith(OTHER):
+            self._waiting = ""
+            self._idle.start()
         else:
             self._waiting = ""
 
@@ -306,8 +358,12 @@ class DesignWorkspace(Workspace):
             self._idle.start()
 
     def _renew_one(self) -> None:
-        """Ask for the small plot of one node that is in view and has changed."""
+        """Ask for what a comparison needs, then for the small plot of one node that is in view and has changed."""
         if self._waiting or self._soon.isActive():
+            return
+        needed = self.slots.needed_preview(self._previewed) if self.slots is not None else ""
+        if needed:
+            self._want(needed)
             return
         seen = set(self.canvas.visible_ids())
         id = next((id for id in self._stale if id in seen and id != self._previewed), "")

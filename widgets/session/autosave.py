@@ -1,7 +1,8 @@
 """The copy of unsaved work that survives a crash."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from PySide6.QtCore import QLockFile
@@ -20,6 +21,8 @@ class Rescued:
 
     patch: Patch
     path: Path | None
+    other: "Rescued | None" = None
+    """What was in the other slot, if there was anything."""
 
 
 class Autosave:
@@ -40,10 +43,12 @@ class Autosave:
                 self._lock = lock
                 return
 
-    def keep(self, patch: Patch, path: Path | None) -> None:
+    def keep(self, patch: Patch, path: Path | None, other: Rescued | None = None) -> None:
         """Write the work down. Without a free slot (16 windows) nothing is kept."""
         if self._lock is not None:
-            work = {"format": "underfoot-work", "path": str(path or ""), "patch": patch}
+            work: dict[str, object] = {"format": "underfoot-work", "path": str(path or ""), "patch": patch}
+            if other is not None:
+                work["other"] = {"path": str(other.path or ""), "patch": other.patch}
             write_file(self._path, msgspec.json.encode(work))
 
     def forget(self) -> None:
@@ -57,10 +62,14 @@ class Autosave:
             return None
         try:
             work = msgspec.json.decode(read_file(self._path))
-            patch = Patch.loads(msgspec.json.encode(work["patch"]), registry, str(self._path))
-            return Rescued(patch, Path(work["path"]) if work["path"] else None)
+            other = self._read(work["other"], registry) if "other" in work else None
+            return replace(self._read(work, registry), other=other)
         except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
             return None
+
+    def _read(self, work: dict[str, Any], registry: Registry) -> Rescued:
+        patch = Patch.loads(msgspec.json.encode(work["patch"]), registry, str(self._path))
+        return Rescued(patch, Path(work["path"]) if work["path"] else None)
 
     def put_aside(self) -> None:
         """Move the work that was left here to another slot, for a later start."""

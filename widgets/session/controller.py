@@ -10,7 +10,7 @@ import platformdirs
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
-from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
+from underfoot.engine.commands import Command, Level, Strike, Tare, TileEqualiser
 from underfoot.engine.reports import SOUND_CARD, Laws, Preview, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
@@ -95,16 +95,19 @@ class SessionController(QObject):
             self._is_silent_start = True
         self._open()
 
-    def edit(self, patch: Patch, folder: Path | None) -> None:
-        """Play this patch from now on; `folder` is where it lies, from which paths of sound files are told."""
-        self._patch, self._patch_folder = patch, folder
-        self.play_patch()
+    def edit(self, patch: Patch, folder: Path | None, *, anew: bool = False, settle_s: float = 0.0) -> None:
+        """Play this patch from now on; `folder` is where it lies, from which paths of sound files are told.
 
-    def play_patch(self) -> None:
+        `anew` plays it from its start; `settle_s` as in `Swap`.
+        """
+        self._patch, self._patch_folder = patch, folder
+        self.play_patch(anew=anew, settle_s=settle_s)
+
+    def play_patch(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Play the patch of the last `edit`, as `played_as` has it now."""
         if self.session is not None and not self._is_lent:
             self.session.folder = self._patch_folder
-            self.session.edit(self.played_as(self._patch))
+            self.session.edit(self.played_as(self._patch), anew=anew, settle_s=settle_s)
 
     @property
     def patch(self) -> Patch:
@@ -276,6 +279,14 @@ class SessionController(QObject):
         if self.session is not None and not self._is_lent:
             self.session.play()
 
+    def play_from_start(self, tile: str) -> None:
+        """Play the patch from its start, and strike what can be struck on a tile."""
+        if not self.playing:
+            self.play()
+        if self.session is not None and not self._is_lent:
+            self.session.restart()
+            self.session.send(Strike("", tile))
+
     def stop(self) -> None:
         """Ramp the sound down; the session goes on."""
         self._is_silent_start = False
@@ -311,14 +322,17 @@ class SessionController(QObject):
         if self.session is not None:
             self.session.send(command)
 
-    def request_preview(self, node: str, tile: str, laws: bool = False) -> None:
-        """Ask what a node of the patch does in one step on a tile: `previewed` brings the newest that was asked for.
+    def request_preview(
+        self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, laws: bool = False, name: str = ""
+    ) -> None:
+        """Ask what a node of a patch does in one step on a tile: `previewed` brings the newest that was asked for.
 
-        With `laws`, `lawful` brings the node's laws after it.
+        `seconds` as in `Session.preview`. With `laws`, `lawful` brings the node's laws after it. `previewed` calls it
+        by its `name`, by default the node's id.
         """
         if self.session is not None:
-            self._preview_ticket = self.session.preview(self._patch, node, tile=tile, laws=laws)
-            self._preview_node = node
+            self._preview_ticket = self.session.preview(patch, node, seconds, tile, laws)
+            self._preview_node = name or node
 
     def _take_laws(self, laws: Laws) -> None:
         if laws.ticket == self._preview_ticket:

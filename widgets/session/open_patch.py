@@ -1,7 +1,8 @@
-"""The patch that is open: where it lies, whether it is saved, and its copy that survives a crash."""
+"""The patches that are open, A and B: where they lie, whether they are saved, and their copy that survives a crash."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -12,18 +13,46 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
-from underfoot.widgets.session.autosave import Autosave
+from underfoot.widgets.session.autosave import Autosave, Rescued
 from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000
 """How long after the last edit unsaved work is written down."""
 
+SLOTS = ("A", "B")
+
 FILTER = "Patches (*.json);;All files (*)"
 _Answer = QMessageBox.StandardButton
 
 
+def other_slot(slot: str) -> str:
+    """The slot beside this one.
+
+    >>> other_slot("A")
+    'B'
+    """
+    return SLOTS[1 - SLOTS.index(slot)]
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """The patch of the slot that is not edited, its file, and what is in that."""
+
+    patch: Patch
+    path: Path | None
+    saved: Patch
+
+    @property
+    def folder(self) -> Path | None:
+        """The folder that it lies in; None while it has no file."""
+        return self.path.absolute().parent if self.path else None
+
+
 class OpenPatch(QObject):
-    """One patch and its file. Whoever edits it calls `take`; who shows it listens to the signals."""
+    """A patch and its file; and beside it another one, in the other of two slots, once it was asked for.
+
+    Whoever edits it calls `take`; who shows it listens to the signals.
+    """
 
     opened = Signal(object)
     """Another `Patch`, to be edited from now on."""
@@ -33,6 +62,8 @@ class OpenPatch(QObject):
     """The `Patch` with other paths to the same files, when it was saved in another folder; to be edited on."""
     folder_changed = Signal(object)
     """The folder that the patch lies in, or None."""
+    switched = Signal(str, object)
+    """The slot that is edited from now on, and its `Patch`."""
     title_changed = Signal()
     """Name or unsaved mark may have changed."""
     said = Signal(str)
@@ -43,6 +74,8 @@ class OpenPatch(QObject):
         super().__init__(window)
         self.patch = Patch()
         self.path: Path | None = None
+        self.slot = SLOTS[0]
+        self.other: Waiting | None = None
         self.keeps_unsaved = False
         self.autosave = Autosave(folder)
         self._saved = self.patch
@@ -58,6 +91,11 @@ class OpenPatch(QObject):
     def is_saved(self) -> bool:
         """Whether the patch is on disk as it is now, or was never edited."""
         return self.patch == self._saved
+
+    @property
+    def is_all_saved(self) -> bool:
+        """The same, of both slots."""
+        return self.is_saved and (self.other is None or self.other.patch == self.other.saved)
 
     @property
     def name(self) -> str:
@@ -76,6 +114,34 @@ class OpenPatch(QObject):
         self.patch_changed.emit(patch)
         self.title_changed.emit()
 
+    # --- A and B ---
+
+    def switch(self) -> None:
+        """Edit and play the other slot. B begins as a copy of A without a file."""
+        other = self.other or Waiting(self._without_folder(), None, self._without_folder())
+        self.other = Waiting(self.patch, self.path, self._saved)
+        self.slot = other_slot(self.slot)
+        self.patch, self._saved = other.patch, other.saved
+        self._set_path(other.path)
+        self.switched.emit(self.slot, self.patch)
+        self.patch_changed.emit(self.patch)
+        self.title_changed.emit()
+        self._timer.start()
+
+    def copy_to_other(self) -> Patch:
+        """The patch as the other slot is to have it, with files that are found from there."""
+        return self._without_folder()
+
+    def take_other(self, patch: Patch) -> None:
+        """The patch of the other slot after an edit, such as a copy."""
+        other = self.other or Waiting(patch, None, patch)
+        self.other = replace(other, patch=patch)
+        self._timer.start()
+        self.patch_changed.emit(self.patch)
+
+    def _without_folder(self) -> Patch:
+        return with_files_kept(self.patch, self._registry, self.folder, None)
+
     # --- begin ---
 
     def begin(self, path: Path | None, otherwise: Patch) -> None:
@@ -86,6 +152,8 @@ class OpenPatch(QObject):
                 self.autosave.put_aside()
                 self.said.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
         elif rescued is not None:
+            other = rescued.other
+            self.other = Waiting(other.patch, other.path, self._on_disk(other.path)) if other is not None else None
             self._begin_with(rescued.patch, rescued.path, saved=self._on_disk(rescued.path))
             self.said.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
         else:
@@ -200,6 +268,12 @@ class OpenPatch(QObject):
         box.finished.connect(box.deleteLater)
         box.open()
 
+    def when_all_safe(self, then: Callable[[], object]) -> None:
+        """The same for both slots, one after the other."""
+        if self.is_saved and not self.is_all_saved:
+            self.switch()
+        self.when_safe(then if self.is_all_saved or self.other is None else lambda: self.when_all_safe(then))
+
     def _answered(self, answer: _Answer, then: Callable[[], object]) -> None:
         if answer == _Answer.Save:
             self.save(then)
@@ -211,10 +285,11 @@ class OpenPatch(QObject):
 
     def keep(self) -> None:
         """Write unsaved work down, or take the copy away where all is saved: in a thread, for disks can be slow."""
-        if self.is_saved:
+        if self.is_all_saved:
             self._writer.submit(self.autosave.forget)
         else:
-            self._writer.submit(self.autosave.keep, self.patch, self.path)
+            other = Rescued(self.other.patch, self.other.path) if self.other is not None else None
+            self._writer.submit(self.autosave.keep, self.patch, self.path, other)
 
     def close(self) -> None:
         """The window closes. Unsaved work is forgotten, for the person was asked; or kept, if nobody was."""

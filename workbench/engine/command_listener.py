@@ -82,7 +82,7 @@ class CommandListener:
         both = 1.0 + len(swap.program.node_ids) / max(len(self._loop.program.node_ids), 1)
         together = self._runner.load * both <= MOST_LOAD
         command = replace(swap.command, together=together) if swap.command is not None else None
-        return ProgramSwap(swap.program, together, command)
+        return replace(swap, together=together, command=command)
 
     def _report_costs(self) -> None:
         source = self._loop.source

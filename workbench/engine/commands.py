@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol
 import msgspec
 import numpy as np
 
-from underfoot.clock import RATE_HZ
+from underfoot.clock import RATE_HZ, next_span
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.equaliser_bank import EqualiserBank, coefficients_of
@@ -96,16 +96,21 @@ class Swap(Command):
     """Play this patch instead (JSON text): built beside, states kept, faded in. Kernels are in the cache already.
 
     The engine fades the old patch out first, not `together` with the new one, where both at once would cost too much.
+    A patch that begins `anew` plays from its start: of states, only those are kept that follow the floor. Where states
+    cannot be kept, the patch runs unheard for `settle_s` before it is faded in: feet that stand are no step to it.
     """
 
     patch: bytes
     scopes: tuple[str, ...] = ()
     together: bool = True
+    anew: bool = False
+    settle_s: float = 0.0
 
     def prepared(self, loop: LoopParts) -> "ProgramSwap":
         """The program, built."""
         program = loop.build(Patch.loads(self.patch, loop.registry), self.scopes)
-        return ProgramSwap(program, self.together, self)
+        program.begins_anew = self.anew
+        return ProgramSwap(program, self.together, self, next_span(round(self.settle_s * loop.rate_hz)))
 
 
 @dataclass(frozen=True)
@@ -276,15 +281,16 @@ class ProgramSwap(Action):
     program: Program
     together: bool = True
     command: Swap | None = None
+    settle_frames: int = 0
 
     def free_from(self, loop: LoopParts) -> int:
         return loop.programs.free_from
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         if self.together:
-            loop.programs.crossfade(self.program, frame)
+            loop.programs.crossfade(self.program, frame, self.settle_frames)
         else:
-            loop.programs.fade_through_silence(self.program, frame)
+            loop.programs.fade_through_silence(self.program, frame, self.settle_frames)
 
     def reported(self) -> Swap | None:
         return self.command

@@ -1,6 +1,7 @@
 """What of an edited patch the engine is told as single numbers, and what needs a new program."""
 
 from underfoot.engine.commands import Set
+from underfoot.patch.heard import as_heard
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -15,6 +16,7 @@ def moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | Non
     >>> moved_numbers(patch, patch.add("gain", REGISTRY), REGISTRY) is None
     True
     """
+    old, new = as_heard(old, registry), as_heard(new, registry)
     if old.wires != new.wires or old.seed != new.seed or len(old.nodes) != len(new.nodes):
         return None
     moved = []

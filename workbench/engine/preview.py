@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from underfoot.devices.replay import Replay
 from underfoot.engine.commands import Play, Strike
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.reports import MEASURED
+from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, Tile
 from underfoot.models import gait
@@ -17,6 +17,11 @@ from underfoot.patch.patch import Patch
 
 STEP_S = 0.05
 """When the foot of a preview comes down."""
+WHOLE_STEP_S = 0.9
+"""A step, with what rings on after it: the least that a preview lasts which has no length of its own."""
+LONGEST_S = 10.0
+_RINGING_S = 1.0
+"""How long a patch may ring on after the last of its notes."""
 _FORCE_HZ = 1000.0
 _BLOCK = 480  # the strike falls between two blocks
 
@@ -31,12 +36,17 @@ def previewed(
     *,
     measures: bool = False,
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
-    """The step's force in newtons (frames,), and what comes from each scope ("node.port").
+    """The step's force in newtons (frames,), and what comes from each scope ("node.port"), for so many seconds.
+
+    0 seconds are until the patch has come to its own end: until all of its nodes sleep after the step, and at most
+    `LONGEST_S`.
 
     By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
-    `measures`, there is `MEASURED` among the signals: what a simulated tile of the usual kind does, m/s^2.
+    `measures`, there are `COMMANDED` and `MEASURED` among the signals: what is asked of a simulated tile of the usual
+    kind, and what it does, m/s^2.
     """
-    force_n, source = one_step(tile, seconds, rate_hz)
+    ends_by_itself = seconds == 0.0
+    force_n, source = one_step(tile, seconds or longest_s(patch), rate_hz)
     options = LoopOptions(
         rate_hz=rate_hz,
         block=_BLOCK,
@@ -49,7 +59,7 @@ def previewed(
     loop.send(Strike("", tile), round(STEP_S * rate_hz))
     frames = len(force_n)
     signals = {name: np.zeros(frames, np.float32) for name in loop.program.scope_names}
-    measured = np.zeros(frames if measures else 0, np.float32)
+    measured, commanded = (np.zeros(frames if measures else 0, np.float32) for _ in range(2))
     events: dict[str, list[NDArray[np.float64]]] = {name: [] for name in scopes if name not in signals}
     for at in range(0, frames, _BLOCK):
         n = min(_BLOCK, frames - at)
@@ -58,13 +68,40 @@ def previewed(
             frames_of[at : at + n] = loop.program.scope[name][0, :n]
         if measures:
             measured[at : at + n] = loop.plates["accelerometer"].out[:n, 0]
+            commanded[at : at + n] = loop.commanded[:n, 0]
         for name, found in events.items():
             found.append(loop.program.events(name))
+        if ends_by_itself and at + n >= WHOLE_STEP_S * rate_hz and not any(loop.program.awake().values()):
+            frames = at + n
+            break
+    force_n, done = force_n[:frames], {MEASURED: measured[:frames], COMMANDED: commanded[:frames]}
     return (
         force_n,
-        {_port(name): frames_of for name, frames_of in signals.items()} | ({MEASURED: measured} if measures else {}),
+        {_port(name): frames_of[:frames] for name, frames_of in signals.items()} | (done if measures else {}),
         {_port(name): np.concatenate(found) for name, found in events.items()},
     )
+
+
+def longest_s(patch: Patch) -> float:
+    """How long what happens in a patch at most goes on after the step, s, by its rhythms, notes and delays.
+
+    >>> longest_s(Patch().add("tone", REGISTRY))
+    0.9
+    >>> longest_s(Patch().add("rhythm", REGISTRY, bar=0.6, repeats=3))
+    2.9
+    """
+    seconds = 0.0
+    for node in patch.nodes:
+        values = REGISTRY[node.type].values(node.parameters)
+        if node.type == "rhythm":
+            seconds = max(seconds, values["bar"] * (values["repeats"] or LONGEST_S))
+        elif node.type == "attack-decay":
+            seconds = max(seconds, values["duration"])
+        elif node.type == "breakpoints":
+            seconds = max([seconds, *(point[0] for point in values["points"])])
+        elif node.type == "wav-player" and values["file"]:
+            seconds = LONGEST_S
+    return min(round(seconds + _RINGING_S + 2 * STEP_S, 3), LONGEST_S) if seconds else WHOLE_STEP_S
 
 
 def one_tile(id: str) -> Floor:

@@ -29,6 +29,7 @@ class ProgramFader:
         self.retired: deque[Program] = deque(maxlen=8)
         self.spent_s = 0.0
         self._fade, self._from_frame = "", 0  # "cross", or "out" and then "in"
+        self._settle_frames = 0  # of the one that waits
         self._old = self._next = program  # what is faded out beside the current one, or waits to be faded in
         _load_kernels()
 
@@ -37,14 +38,18 @@ class ProgramFader:
         """The first frame at which another program may be faded to: one fade after the other."""
         return self._from_frame + FADE if self._fade else 0
 
-    def crossfade(self, program: Program, frame: int) -> None:
-        """Fade over to a program from `frame` on; both run meanwhile."""
-        self._exchange(program, frame)
-        self._fade, self._from_frame = "cross", frame
+    def crossfade(self, program: Program, frame: int, settle_frames: int = 0) -> None:
+        """Fade over to a program from `frame` on; both run meanwhile.
 
-    def fade_through_silence(self, program: Program, frame: int) -> None:
+        One that has nodes which did not run yet runs for `settle_frames` before.
+        """
+        is_settled = self._exchange(program, frame)
+        self._fade, self._from_frame = "cross", frame if is_settled else frame + settle_frames
+
+    def fade_through_silence(self, program: Program, frame: int, settle_frames: int = 0) -> None:
         """Fade the current program out from `frame` on, and then a program in, where both at once cost too much."""
         self._next, self._fade, self._from_frame = program, "out", frame
+        self._settle_frames = settle_frames
 
     def set(self, node: str, name: str, value: float, frame: int) -> None:
         """Let a number of a node go to a value, in the current program and in one that waits.
@@ -60,8 +65,8 @@ class ProgramFader:
         if not self._fade or frame < self._from_frame + FADE:
             return
         if self._fade == "out":
-            self._exchange(self._next, frame)
-            self._fade, self._from_frame = "in", frame
+            is_settled = self._exchange(self._next, frame)
+            self._fade, self._from_frame = "in", frame if is_settled else frame + self._settle_frames
         else:
             self._fade = ""
         if self._old is not self.current:
@@ -91,9 +96,11 @@ class ProgramFader:
                 _ramp(program.sound, program.tables.no_sound, self._fade == "in", self._from_frame, frame, n)
         return program
 
-    def _exchange(self, program: Program, frame: int) -> None:
-        program.take_over(self.current, frame)
+    def _exchange(self, program: Program, frame: int) -> bool:
+        """Whether all nodes go on from where they were."""
+        all_stayed = program.take_over(self.current, frame)
         self._old, self.current = self.current, program
+        return all_stayed
 
 
 def _copy_signals(signals: Signals, program: Program, n: int) -> None:

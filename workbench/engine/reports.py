@@ -85,6 +85,10 @@ MEASURED = "measured"
 """Under this name a preview of an output has, among its signals, what the tile does, m/s^2."""
 
 
+COMMANDED = "commanded"
+"""Under this name a preview of what a tile plays has all that the patch asks of it, m/s^2."""
+
+
 @dataclass(frozen=True)
 class Preview:
     """What a patch does for one step on one tile: force in newtons, and the frames of each output asked for."""

@@ -83,6 +83,8 @@ class Session:
         self._started = False  # whether it plays that
         self._compiler_due = math.inf
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what can be played at once
+        self._settle_s = 0.0
+        self._begins_anew = False  # whether the patch that is compiled is to keep no states
         self._is_compiled = True  # whether that is the present patch; the engine compiles the first one by itself
         self._ticket = self._compile_ticket = 0
         self._preview_request: PreviewRequest | None = None
@@ -142,9 +144,16 @@ class Session:
 
     # --- playing ---
 
-    def edit(self, patch: Patch, scopes: tuple[str, ...] = ()) -> None:
-        """Play this patch from now on: moved numbers go in ramps, anything else is built beside and faded in."""
-        moved = moved_numbers(self.patch, patch, self.registry) if scopes == self.scopes else None
+    def edit(self, patch: Patch, scopes: tuple[str, ...] = (), *, anew: bool = False, settle_s: float = 0.0) -> None:
+        """Play this patch from now on: moved numbers go in ramps, anything else is built beside and faded in.
+
+        `anew` plays it from its start, however little it differs. `settle_s` as in `Swap`.
+        """
+        moved = moved_numbers(self.patch, patch, self.registry) if scopes == self.scopes and not anew else None
+        if self._is_compiled:
+            self._begins_anew, self._settle_s = anew, settle_s
+        else:  # what an edit before this one asked for was not done yet
+            self._begins_anew, self._settle_s = anew or self._begins_anew, max(settle_s, self._settle_s)
         self.patch, self.scopes = patch, scopes
         if moved is None:
             self._request_compile()
@@ -177,6 +186,11 @@ class Session:
         if self._started:
             self._engine.send(command)
 
+    def restart(self) -> None:
+        """Play the patch from its start; a rhythm that begins at once begins again. Nothing, while one is compiled."""
+        if self._started and self._is_compiled:
+            self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=True))
+
     def play(self) -> None:
         """Let sound out, also after a panic."""
         self.memory.status.panic = False
@@ -197,8 +211,10 @@ class Session:
         """Whether a panic holds."""
         return self.memory.status.panic
 
-    def preview(self, patch: Patch, node: str, seconds: float = 0.9, tile: str = "", laws: bool = False) -> int:
+    def preview(self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", laws: bool = False) -> int:
         """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for.
+
+        It lasts so many seconds; 0: until the patch has come to its own end.
 
         With `laws`, the node's `Laws` follow that, if it has any.
         """
@@ -294,7 +310,9 @@ class Session:
                         continue
                     self._compiled, self._is_compiled = (self.patch, self.scopes), True
                     if self._started:
-                        self._engine.send(Swap(self.patch.dumps(), self.scopes))
+                        anew, settle_s = self._begins_anew, self._settle_s
+                        self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=anew, settle_s=settle_s))
+                    self._begins_anew = False
                 case Compiled():
                     pass  # of a patch that was edited since, or that the engine loads by itself
                 case Compiling():

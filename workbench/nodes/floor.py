@@ -45,6 +45,7 @@ class Footfall:
     """An event as a foot comes down: when the force rises through the threshold, and again only after it fell to half.
 
     The event comes a short wait later, so that its strength can say how fast the foot was loaded: 1 at the reference.
+    A foot that stands there already when the patch begins to play makes none.
     """
 
     accuracy = "within one force sample"
@@ -59,7 +60,9 @@ class Footfall:
         wait = max(1.0, wait * rate)
         for i in range(force.size):
             now, before = force[i], state.force_before
-            if state.is_down == 0.0 and now >= threshold:
+            if before == 0.0 and now >= threshold:
+                state.is_down = 1.0
+            elif state.is_down == 0.0 and now >= threshold:
                 state.is_down = 1.0
                 rise = now - before
                 crossed = (threshold - before) / rise if rise > 0.0 else 1.0

@@ -49,6 +49,7 @@ class Mix:
     level_c = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on c")
     level_d = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on d")
     out = Output()
+    is_sum = True
 
     def run(a, b, c, d, level_a, level_b, level_c, level_d, out):
         for i in range(out.size):

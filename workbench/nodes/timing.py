@@ -34,6 +34,7 @@ class Join:
     a = Input(kind="event")
     b = Input(kind="event")
     out = Output(kind="event")
+    is_sum = True
 
     def run(a, b, out):
         i = j = 0

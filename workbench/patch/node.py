@@ -102,6 +102,8 @@ class NodeType:
     """Whether what it plays goes to the channel for ears, not to a tile."""
     is_struck: bool
     """Whether the engine may bring it events, as the last of its event inputs."""
+    is_sum: bool = False
+    """Whether its inputs are added, so that solo silences those that lead from nothing soloed."""
     accuracy: str = ""
     """How exact it is, with the bound that is tested; or that it keeps an error that a parameter asks for."""
     laws: Callable[[Values], tuple[Drawing, ...]] | None = None
@@ -157,8 +159,9 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
     what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
-    output exactly zero; `is_sink`, when its output is played: by the tile, or with `to_sound` for ears; `accuracy`, how
-    exact it is; and `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
+    output exactly zero; `is_sink`, when its output is played: by the tile, or with `to_sound` for ears; `is_sum`, when
+    its inputs are added; `accuracy`, how exact it is; and `laws(values)`, what draws distributions. `BadValue` for a
+    function that names what is not there.
     """
 
     def declare(cls: Any) -> NodeType:
@@ -195,6 +198,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             is_sink=body.get("is_sink", False),
             to_sound=body.get("to_sound", False),
             is_struck=any(port.kind == "event" for port in brought.values()),
+            is_sum=body.get("is_sum", False),
             accuracy=body.get("accuracy", ""),
             laws=body.get("laws"),
         )

@@ -19,13 +19,28 @@ FURTHEST = 1e6
 """Pixels from the canvas's middle beyond which nothing stands."""
 
 
+MARKS = ("muted", "bypassed", "soloed")
+"""How a node can be taken out of what is heard, or all else beside it (`underfoot.patch.heard`)."""
+
+
 class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A node of a patch: its id, its type, where it stands on the canvas, and the parameters that were set."""
+    """A node of a patch: its id, its type, where it stands on the canvas, and the parameters that were set.
+
+    `muted`, `bypassed` and `soloed` are marks. One that was never set is not in the file.
+    """
 
     id: str
     type: str
     at: tuple[float, float] = (0.0, 0.0)
     parameters: Mapping[str, Any] = {}
+    muted: bool | msgspec.UnsetType = msgspec.UNSET
+    bypassed: bool | msgspec.UnsetType = msgspec.UNSET
+    soloed: bool | msgspec.UnsetType = msgspec.UNSET
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """Those of `MARKS` that are set."""
+        return tuple(name for name in MARKS if getattr(self, name))
 
 
 Wire = tuple[str, str]
@@ -88,6 +103,19 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: value})
         return self._with(changed).check(registry)
+
+    def mark(self, ids: Iterable[str], name: str, on: bool) -> "Patch":
+        """With one of `MARKS` set on these nodes, or taken away.
+
+        >>> from underfoot.nodes import REGISTRY
+        >>> Patch().add("tone", REGISTRY).mark(["tone"], "muted", True).node("tone").marks
+        ('muted',)
+        """
+        require(name in MARKS, "mark", name, ", ".join(MARKS))
+        marked = set(ids)
+        value = {name: True if on else msgspec.UNSET}
+        nodes = tuple(msgspec.structs.replace(n, **value) if n.id in marked else n for n in self.nodes)
+        return msgspec.structs.replace(self, nodes=nodes)
 
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
         """With nodes at other places."""

@@ -14,6 +14,7 @@ from underfoot.parameters import Number
 from underfoot.patch import driver, tables
 from underfoot.patch.building import Builder, Part
 from underfoot.patch.guards import guarded
+from underfoot.patch.heard import as_heard
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 
@@ -24,6 +25,7 @@ _COUNT = list(EVENTS.parts).index("count")
 class Program:
     """What `patch` does for each of `tiles`, ready to run in blocks of up to `block` frames.
 
+    It is built of the patch as its marks have it heard (`underfoot.patch.heard`).
     Only nodes that reach a sink, or an output named in `scopes` ("node.port"), are built; the others are in `left_out`.
     `output` is float64 [tiles, block] in m/s^2; `sound` float64 [1, block] is what all tiles together give to ears, of
     full scale, where the patch `has_sound`; `hosts[name]` is what the engine fills before each run, `scope[name]` the
@@ -44,6 +46,7 @@ class Program:
     ) -> None:
         patch.check(registry)
         self.patch, self.tiles, self.rate, self.block = patch, tuple(tiles), rate, block
+        patch = as_heard(patch, registry)
         kinds = {f"{node.id}.{n}": p.kind for node in patch.nodes for n, p in registry[node.type].output_ports.items()}
         self.scope_names = tuple(scope for scope in scopes if kinds.get(scope) == "signal")
         alive = _alive(patch, registry, scopes)
@@ -79,6 +82,9 @@ class Program:
         self.output, self.sound = self.tables.output, self.tables.sound
         self.has_sound = self.tables.sound_sinks.size > 0
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
+        self.begins_anew = False
+        """Whether it takes nothing over from the program before it, but of nodes that follow the floor."""
+        self._follow_floor = _follow_floor(patch, registry)
 
     # --- running ---
 
@@ -123,14 +129,21 @@ class Program:
                 self._pending.append((k, self.tiles.index(tile), float(time), float(strength), float(duration)))
         self._pending.sort(key=lambda event: event[2])
 
-    def take_over(self, old: "Program", frame: int) -> None:
-        """Take the states of nodes that stayed (same id, type and sizes); their controls go on from where they are."""
+    def take_over(self, old: "Program", frame: int) -> bool:
+        """Take the states of nodes that stayed (same id, type and sizes); their controls go on from where they are.
+
+        Whether all nodes stayed.
+        """
         p, q = self.tables, old.tables
         if old.tiles != self.tiles:
-            return
+            return False
+        all_stayed = True
         for id, k in self.index.items():
+            if self.begins_anew and id not in self._follow_floor:
+                continue
             j = old.index.get(id)
             if j is None or old._types[j] is not self._types[k] or not self._same_memory(k, old, j):
+                all_stayed = False
                 continue
             for memory in ("state", "coefficients"):
                 count = p.nodes[k][f"{memory}_size"] * len(self.tiles)
@@ -142,6 +155,7 @@ class Program:
             p.was_nonzero[here : here + outs] = q.was_nonzero[there : there + outs]
             for name in self._types[k].parameters:
                 self._take_control(old, k, j, name, frame)
+        return all_stayed
 
     # --- reading ---
 
@@ -238,6 +252,18 @@ def _alive(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:
                 alive.add(source)
                 frontier.append(source)
     return alive
+
+
+def _follow_floor(patch: Patch, registry: Registry) -> set[str]:
+    """The nodes that the floor tells something, or to which a wire leads from such a node."""
+    found = {node.id for node in patch.nodes if registry[node.type].hosts}
+    into: dict[str, set[str]] = {}
+    for source, target in patch.wires:
+        into.setdefault(target.partition(".")[0], set()).add(source.partition(".")[0])
+    for id in patch.order():
+        if into.get(id, set()) & found:
+            found.add(id)
+    return found
 
 
 def _placed(values: dict[str, Any], type: NodeType, folder: Path | None) -> dict[str, Any]:

@@ -5,11 +5,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from underfoot.errors import BadMeasurement, require
-from underfoot.experiments.analysis import bayesian, constant, identification, labels, ratings, staircase, targets
+from underfoot.experiments.analysis import abx, bayesian, constant, identification, labels, ratings, staircase, targets
 from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.blind_comparison import METHOD
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, grouped
@@ -26,6 +27,8 @@ class Analysis:
     estimates: Callable[[Sequence[Row], Settings], list[Estimate]]
     findings: Callable[[Sequence[Row], Settings], Findings]
     needs: tuple[str, ...]
+    name: str = ""
+    """What it is called where no protocol has the method."""
 
 
 ANALYSES: Mapping[str, Analysis] = {
@@ -38,6 +41,7 @@ ANALYSES: Mapping[str, Analysis] = {
         targets.estimates, targets.findings, ("selected", "time_s", "width_m", "distance_m", "bearing_rad")
     ),
     "bayesian": Analysis(bayesian.estimates, bayesian.findings, ("level_db",)),
+    METHOD: Analysis(abx.estimates, abx.findings, ("correct", "answered"), "Blind comparison"),
 }
 
 
@@ -66,7 +70,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         for name in analysis.needs:
             require(name in have, "columns", name, f"a table of {method} has the columns {', '.join(analysis.needs)}")
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
-        findings.title = f"{METHODS[method].name}: {stage}"
+        findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
         _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:

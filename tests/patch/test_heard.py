@@ -1,0 +1,118 @@
+"""Muted, bypassed and soloed nodes: what is heard of a patch."""
+
+import msgspec
+import numpy as np
+import pytest
+from loops import loop_of, played
+from made_patches import patch_of
+
+from underfoot.engine.patch_edits import moved_numbers
+from underfoot.errors import BadFile, BadValue
+from underfoot.nodes import REGISTRY
+from underfoot.patch.heard import as_heard
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
+
+FRAMES = 9600
+
+
+def two_tones(*, marks=()):
+    """A tone of 50 Hz through a filter, and one of 300 Hz as loud as an envelope says, added."""
+    patch = patch_of(
+        ("tone.out", "low-pass.signal"),
+        ("low-pass.out", "mix.a"),
+        ("scale.out", "noise.amplitude"),
+        ("noise.out", "mix.b"),
+        ("mix.out", "tile-output.acceleration"),
+        scale={"out_low": 2.0, "out_high": 2.0},
+    )
+    for id, mark in marks:
+        patch = patch.mark([id], mark, True)
+    return patch
+
+
+def heard(patch):
+    return played(loop_of(patch, walking=False), FRAMES)[:, 0]
+
+
+def test_a_muted_branch_is_as_if_its_wire_were_not_there():
+    without = two_tones().disconnect([("noise.out", "mix.b")])
+    assert np.array_equal(heard(two_tones(marks=[("noise", "muted")])), heard(without))
+    assert np.any(heard(without))
+
+
+def test_a_muted_output_plays_nothing_and_can_still_be_looked_at():
+    patch = two_tones(marks=[("tile-output", "muted")])
+    assert not heard(patch).any()
+    assert Program(patch, REGISTRY, ["t1"], scopes=["tile-output.played"]).scope_names == ("tile-output.played",)
+
+
+def test_a_muted_envelope_silences_what_it_shapes_instead_of_letting_it_loose():
+    patch = two_tones(marks=[("scale", "muted"), ("tone", "muted")])
+    assert patch.node("noise").parameters == {}
+    assert not heard(patch).any()
+
+
+def test_what_is_muted_costs_nothing():
+    program = Program(two_tones(marks=[("noise", "muted")]), REGISTRY, ["t1"])
+    assert set(program.left_out) == {"noise", "scale"}
+
+
+def test_past_a_bypassed_node_goes_what_came_to_it():
+    straight = two_tones().connect("tone.out", "mix.a", REGISTRY)
+    assert np.array_equal(heard(two_tones(marks=[("low-pass", "bypassed")])), heard(straight))
+    twice = two_tones(marks=[("low-pass", "bypassed"), ("mix", "bypassed")])
+    assert ("tone.out", "tile-output.acceleration") in as_heard(twice, REGISTRY).wires
+
+
+def test_what_fits_nowhere_is_silent_past_a_bypassed_node():
+    struck = patch_of(("strike.out", "modal-bank.strike"), ("modal-bank.out", "tile-output.acceleration"))
+    assert as_heard(struck.mark(["modal-bank"], "bypassed", True), REGISTRY).wires == (
+        ("strike.out", "modal-bank.strike"),
+    )
+    forced = patch_of(("tile-force.force", "gain.signal"), ("gain.out", "tile-output.acceleration"))
+    assert as_heard(forced.mark(["gain"], "bypassed", True), REGISTRY).wires == (("tile-force.force", "gain.signal"),)
+
+
+def test_a_soloed_branch_is_heard_alone_with_what_shapes_it():
+    alone = two_tones().disconnect([("low-pass.out", "mix.a")])
+    for id in ("noise", "scale"):
+        assert np.array_equal(heard(two_tones(marks=[(id, "soloed")])), heard(alone))
+    both = two_tones(marks=[("noise", "soloed"), ("tone", "soloed")])
+    assert np.array_equal(heard(both), heard(two_tones()))
+    assert not heard(two_tones(marks=[("noise", "soloed"), ("noise", "muted")])).any()
+
+
+def test_of_several_outputs_the_one_that_plays_what_is_soloed_is_heard():
+    patch = two_tones().add("tone", REGISTRY).add("tile-output", REGISTRY)
+    patch = patch.connect("tone1.out", "tile-output1.acceleration", REGISTRY)
+    first = as_heard(patch.mark(["tone"], "soloed", True), REGISTRY)
+    assert ("tone1.out", "tile-output1.acceleration") not in first.wires
+    second = as_heard(patch.mark(["tile-output1"], "soloed", True), REGISTRY)
+    assert [target for _, target in second.wires if target.startswith("tile-output")] == ["tile-output1.acceleration"]
+
+
+def test_a_mark_needs_a_new_program_and_a_number_that_nobody_hears_does_not():
+    patch = two_tones()
+    muted = patch.mark(["scale"], "muted", True)
+    assert moved_numbers(patch, muted, REGISTRY) is None
+    assert moved_numbers(muted, muted.set("noise", "amplitude", 3.0, REGISTRY), REGISTRY) == []
+
+
+def test_marks_are_in_the_file_only_where_they_were_set():
+    patch = two_tones()
+    assert b"muted" not in patch.dumps()
+    marked = patch.mark(["tone", "mix"], "soloed", True)
+    assert marked.dumps().count(b'"soloed": true') == 2
+    assert Patch.loads(marked.dumps(), REGISTRY) == marked
+    assert marked.mark(["tone", "mix"], "soloed", False).dumps() == patch.dumps()
+    assert Patch.loads(marked.part(["tone"]).dumps(), REGISTRY).node("tone").marks == ("soloed",)
+
+
+def test_a_mark_that_is_no_mark_is_refused():
+    raw = msgspec.json.decode(two_tones().dumps())
+    raw["nodes"][0]["muted"] = "yes"
+    with pytest.raises(BadFile, match=r"nodes\[0\]\.muted"):
+        Patch.loads(msgspec.json.encode(raw), REGISTRY)
+    with pytest.raises(BadValue, match="muted, bypassed, soloed"):
+        two_tones().mark(["tone"], "quiet", True)

@@ -1,0 +1,89 @@
+"""The preview's panel by itself: axes of silence, what is late, and the way through its buttons."""
+
+import numpy as np
+import pytest
+from design_samples import REGISTRY
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from windows import quiet_window
+
+from underfoot.engine.reports import Costs, Preview
+from underfoot.floor.layout import default_floor
+from underfoot.patch.node import Port
+from underfoot.widgets.design.preview import PreviewPanel
+from underfoot.widgets.design.preview_drawings import waveform
+from underfoot.widgets.design.stretch import Stretch
+
+
+def sine(amplitude, frames=4800):
+    return amplitude * np.sin(2 * np.pi * 250.0 * np.arange(frames) / 48_000.0)
+
+
+@pytest.fixture
+def shown(qtbot):
+    """A panel on the screen with the preview of a tone."""
+    panel = PreviewPanel()
+    qtbot.addWidget(panel)
+    panel.resize(900, 300)
+    panel.set_tiles(default_floor().tiles)
+    show(qtbot, panel)
+    panel.expect("hum", REGISTRY["hum"])
+    panel.show_preview(Preview(1, 48_000.0, np.zeros(4800), {"out": sine(3.0)}))
+    return panel
+
+
+def test_silence_is_drawn_on_an_axis_that_means_something():
+    low, high = waveform(Stretch(np.zeros(480), np.zeros(480), 48_000.0, "m/s^2")).y_range
+    assert low == pytest.approx(-0.06)
+    assert high == pytest.approx(1.06)
+    tiny = waveform(Stretch(np.full(480, 1e-12), np.zeros(480), 48_000.0, "m/s^2"))
+    assert tiny.y_range[1] == pytest.approx(1.06)
+
+
+def test_what_is_awaited_for_long_leaves_no_picture_of_the_patch_before(shown, qtbot):
+    assert len(shown.waveform.drawing.series[0].x) == 4800
+    shown.expect("hum", REGISTRY["hum"])
+    qtbot.waitUntil(lambda: shown.note.text() == "being made…")
+    assert shown.waveform.drawing.note == "being made…"
+    assert all(not line.x.size for line in shown.waveform.drawing.series)
+    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": sine(1.0)}))
+    assert "peak 1 m/s²" in shown.note.text()
+    assert shown.waveform.drawing.note == ""
+
+
+def test_another_slots_signal_lies_over_this_one_until_it_is_forgotten(shown):
+    other = Preview(2, 48_000.0, np.zeros(9600), {"out": sine(1.5, 9600)})
+    shown.show_other(other, "hum", Port("out", "signal", "m/s^2"), "B")
+    assert "+6.0 dB re B" in shown.note.text()
+    assert shown.waveform.ranges[1] == pytest.approx(200.0)
+    shown.forget_other()
+    assert "re B" not in shown.note.text()
+    assert shown.waveform.ranges[1] == pytest.approx(100.0)
+
+
+def test_tab_goes_through_the_header_from_left_to_right(shown):
+    passed = []
+    shown.shows["Waveform"].setFocus()
+    for _ in range(8):
+        passed.append(QApplication.focusWidget())
+        QTest.keyClick(passed[-1], Qt.Key.Key_Tab)
+    order = [*shown.shows.values(), shown.log, shown.range, shown.tiles, shown.waveform, shown.spectrogram]
+    assert passed == order
+    across = [widget.mapTo(shown, widget.rect().topLeft()).x() for widget in order[:6]]
+    assert across == sorted(across)
+
+
+def test_a_node_that_is_not_built_yet_is_not_called_unused(workspace):
+    workspace.document.edit(workspace.patch().connect("hum.out", "shaker.acceleration", REGISTRY), "Connect")
+    workspace.show_costs(Costs({"shaker": 0.3}, {"shaker": 2}))
+    states = {id: item.state for id, item in workspace.canvas.patch_scene.nodes.items()}
+    assert states == {"push": "unused", "step": "unused", "hum": "", "shaker": ""}
+
+
+def test_the_reason_for_playing_without_sound_stays(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.bridge.noticed.emit("sound device 'Card' is gone; going on without sound")
+    window.say("Something else")
+    assert "sound device 'Card' is gone" in window.status.session

@@ -1,0 +1,227 @@
+"""A scripted hand plays from the start, loops, hears one node alone, and compares A with B: on the simulated floor."""
+
+import numpy as np
+import pytest
+from design_samples import NONE, send
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtTest import QTest
+from windows import Heard, design, hiss
+
+from underfoot.engine.commands import Swap
+from underfoot.engine.reports import CommandApplied
+from underfoot.experiments.exchange import read_csv
+from underfoot.nodes import REGISTRY
+from underfoot.widgets.design.blind_test import BlindTest
+
+LONG_MS = 60_000
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def bench(window, qtbot):
+    """The Design workspace of a window that plays, and what its engine did."""
+    workspace = design(window)
+    workspace.swaps = []
+    window.bridge.reported.connect(
+        lambda reports: workspace.swaps.extend(
+            one.command for one in reports if isinstance(one, CommandApplied) and isinstance(one.command, Swap)
+        )
+    )
+    workspace.canvas.setFocus()
+    workspace.canvas.frame(everything=True)
+    yield workspace
+    window.listening.hear_all()
+    window.listening.loop(False)
+
+
+def key(workspace, which, modifiers=NONE):
+    QTest.keyClick(workspace.canvas, which, modifiers)
+
+
+def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot):
+    key(bench, Qt.Key.Key_P)
+    qtbot.waitUntil(lambda: any(swap.anew for swap in bench.swaps), timeout=LONG_MS)
+    window.listening.set_loop_length(0.2)
+    key(bench, Qt.Key.Key_L)
+    assert bench.listen_bar.loop.isChecked()
+    before = len(bench.swaps)
+    qtbot.waitUntil(lambda: len(bench.swaps) > before + 2, timeout=LONG_MS)
+    key(bench, Qt.Key.Key_L)
+    assert not window.listening.is_looping
+
+
+def test_from_start_plays_where_it_was_stopped(window, bench, qtbot):
+    window.controller.stop()
+    QTest.mouseClick(bench.listen_bar.start, LEFT)
+    assert window.controller.playing
+
+
+def test_the_button_on_a_node_and_its_key_play_it_alone(window, bench, qtbot):
+    node = bench.canvas.patch_scene.nodes["noise"]
+    place = bench.canvas.mapFromScene(node.mapToScene(node.shape_now.plot.topRight()))
+    heard = Heard(window)
+    send(bench.canvas.viewport(), QEvent.Type.MouseButtonPress, place, LEFT)
+    send(bench.canvas.viewport(), QEvent.Type.MouseButtonRelease, place, LEFT)
+    qtbot.waitUntil(lambda: window.listening.ear is not None, timeout=LONG_MS)
+    assert "Auditioning noise on t1: as it is, in m/s²" in window.status.message
+    assert node.is_alone
+    assert bench.listen_bar.alone.isVisible()
+    assert bench.patch() == hiss()  # the document is as it was
+    qtbot.waitUntil(lambda: heard.tiles() == ["t1"], timeout=LONG_MS)
+    bench.canvas.patch_scene.select(["noise"])
+    key(bench, Qt.Key.Key_A)
+    assert window.listening.ear is None
+    assert not node.is_alone
+    key(bench, Qt.Key.Key_A, Qt.KeyboardModifier.ShiftModifier)
+    qtbot.waitUntil(lambda: window.listening.ear is not None, timeout=LONG_MS)
+    assert "on all tiles" in window.status.message
+    QTest.mouseClick(bench.listen_bar.alone, LEFT)
+    assert window.listening.ear is None
+
+
+def test_marks_are_set_by_keys_heard_and_undone(window, bench, qtbot):
+    canvas = bench.canvas
+    canvas.patch_scene.select(["noise", "tile-output"])
+    key(bench, Qt.Key.Key_M)
+    assert {node.marks for node in bench.patch().nodes} == {("muted",)}
+    assert window.controller.session.patch == bench.patch()
+    assert bench.document.stack.undoText() == "Mute"
+    key(bench, Qt.Key.Key_M)
+    assert bench.patch() == hiss()
+    canvas.patch_scene.select(["tile-output"])
+    key(bench, Qt.Key.Key_S)
+    assert bench.patch().node("tile-output").marks == ("soloed",)
+    key(bench, Qt.Key.Key_B)
+    assert "cannot be bypassed" in canvas.said
+    for _ in range(3):
+        bench.undo_action.trigger()
+    assert bench.patch() == hiss()
+
+
+def test_a_and_b_have_their_own_patch_file_and_undo(window, bench, qtbot, tmp_path):
+    a = bench.patch()
+    key(bench, Qt.Key.Key_X)
+    assert bench.listen_bar.slots["B"].isChecked()
+    assert "(B)" in window.windowTitle()
+    assert bench.patch() == a  # B begins as a copy
+    assert window.open_patch.path is None
+    louder = a.set("noise", "amplitude", 4.0, REGISTRY)
+    bench.document.edit(louder, "Set amplitude")
+    qtbot.waitUntil(lambda: window.controller.session.patch.node("noise").parameters == {"amplitude": 4.0})
+    QTest.mouseClick(bench.listen_bar.slots["A"], LEFT)
+    assert bench.patch() == a
+    assert not window.isWindowModified()
+    assert not window.open_patch.is_all_saved
+    assert window.open_patch.path is not None
+    assert not bench.undo_action.isEnabled() or bench.document.stack.undoText() != "Set amplitude"
+    QTest.mouseClick(bench.listen_bar.slots["B"], LEFT)
+    assert bench.patch() == louder
+    bench.undo_action.trigger()
+    assert bench.patch() == a
+    bench.redo_action.trigger()
+    # The louder one is played as softly as the other.
+    listening = window.listening
+    qtbot.waitUntil(lambda: listening.factor("B") != 1.0, timeout=LONG_MS)
+    assert listening.factor("A") == 1.0
+    assert listening.factor("B") == pytest.approx(0.25, rel=0.02)
+    assert "B −12" in bench.listen_bar.state.text()
+    assert any(node.type == "gain" for node in window.controller.session.patch.nodes)
+    QTest.mouseClick(bench.listen_bar.match, LEFT)
+    assert listening.factor("B") == 1.0
+    QTest.mouseClick(bench.listen_bar.match, LEFT)
+    # The preview draws A over B, and says by how much B is more.
+    bench.canvas.patch_scene.select(["noise"])
+    qtbot.waitUntil(lambda: "dB re A" in bench.preview.note.text(), timeout=LONG_MS)
+    assert "+12.0 dB re A" in bench.preview.note.text()
+    assert [line.colour for line in bench.preview.waveform.drawing.series].count("events") == 1
+    QTest.mouseClick(bench.listen_bar.overlay, LEFT)
+    assert "re A" not in bench.preview.note.text()
+    QTest.mouseClick(bench.listen_bar.overlay, LEFT)
+    # Copied to A, and taken back there.
+    QTest.mouseClick(bench.listen_bar.copy, LEFT)
+    key(bench, Qt.Key.Key_X)
+    assert bench.patch() == louder
+    bench.undo_action.trigger()
+    assert bench.patch() == a
+
+
+def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
+    if window.open_patch.other is None:
+        key(bench, Qt.Key.Key_X)
+        key(bench, Qt.Key.Key_X)
+    QTest.mouseClick(bench.listen_bar.blind, LEFT)
+    test = window.findChildren(BlindTest)[-1]
+    assert test.isVisible()
+    assert test.size() == window.size()
+    test.trials.setValue(3)
+    test.seed.setValue(7)
+    QTest.mouseClick(test.begin_button, LEFT)
+    assert test.comparison is not None or "not known yet" in test.complaint.text()
+    qtbot.waitUntil(lambda: all(window.listening.level(slot) is not None for slot in "AB"), timeout=LONG_MS)
+    QTest.mouseClick(test.begin_button, LEFT)
+    before = window.controller.session.patch
+    QTest.keyClick(test, Qt.Key.Key_Right)  # nothing was played yet
+    assert test.comparison.number == 1
+    for _ in range(3):
+        swaps = len(bench.swaps)
+        QTest.keyClick(test, Qt.Key.Key_3)
+        qtbot.waitUntil(lambda swaps=swaps: len(bench.swaps) > swaps, timeout=LONG_MS)
+        assert bench.swaps[-1].anew
+        QTest.mouseClick(test.answers["A"], LEFT)
+    rows = read_csv(test.path)
+    assert test.path.parent == tmp_path / "Underfoot"
+    assert [row["answered"] for row in rows] == ["A", "A", "A"]
+    right = sum(row["correct"] == "A" for row in rows)
+    assert test.result.text().startswith(f"{right} of 3 right, p = ")
+    QTest.mouseClick(test.close_button, LEFT)
+    qtbot.waitUntil(lambda: not window.findChildren(BlindTest))
+    assert window.controller.session.patch.title == before.title
+    assert window.controller.session.playing
+
+
+def test_zoom_and_cursor_of_the_preview(window, bench, qtbot):
+    bench.canvas.patch_scene.select(["noise"])
+    qtbot.waitUntil(lambda: "peak" in bench.preview.note.text(), timeout=LONG_MS)
+    plot = bench.preview.waveform
+    area = plot.frame.area
+    middle = (area.top + area.bottom) / 2
+    whole = plot.ranges[:2]
+    assert whole[1] == pytest.approx(900.0)
+    places = [plot.rect().topLeft() + _at(x, middle) for x in (area.left + 60, area.left + 160)]
+    send(plot, QEvent.Type.MouseButtonPress, places[0], LEFT)
+    send(plot, QEvent.Type.MouseMove, places[1], LEFT)
+    send(plot, QEvent.Type.MouseButtonRelease, places[1], LEFT)
+    low, high = plot.ranges[:2]
+    assert 0.0 < low < high < whole[1]
+    assert bench.preview.spectrogram.ranges[:2] == pytest.approx((low, high))
+    assert "ms: peak" in bench.preview.note.text()
+    plot.setFocus()
+    QTest.keyClick(plot, Qt.Key.Key_Plus)
+    assert np.diff(plot.ranges[:2]) == pytest.approx((high - low) / 1.25, rel=1e-3)
+    send(plot, QEvent.Type.MouseMove, places[1], Qt.MouseButton.NoButton)
+    assert "m/s²" in bench.preview.note.text()
+    assert "dB" in bench.preview.note.text()
+    spectrogram = bench.preview.spectrogram
+    area = spectrogram.frame.area
+    send(spectrogram, QEvent.Type.MouseMove, _at(area.left + 50, area.top + 40), Qt.MouseButton.NoButton)
+    assert " ms, " in bench.preview.note.text()
+    assert "Hz: " in bench.preview.note.text()
+    QTest.keyClick(plot, Qt.Key.Key_0)
+    assert plot.ranges[:2] == pytest.approx(whole)
+
+
+def test_the_length_of_the_preview_is_chosen(window, bench, qtbot):
+    bench.canvas.patch_scene.select(["noise"])
+    bench.listen_bar.length.setCurrentIndex(3)
+    bench.listen_bar.length.activated.emit(3)
+    qtbot.waitUntil(lambda: bench.preview.waveform.ranges[1] == pytest.approx(2000.0), timeout=LONG_MS)
+    bench.listen_bar.length.setCurrentIndex(0)
+    bench.listen_bar.length.activated.emit(0)
+    qtbot.waitUntil(lambda: bench.preview.waveform.ranges[1] == pytest.approx(900.0), timeout=LONG_MS)
+
+
+def _at(x, y):
+    from PySide6.QtCore import QPoint
+
+    return QPoint(round(x), round(y))

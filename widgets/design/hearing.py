@@ -1,0 +1,81 @@
+"""What can be done with how nodes are heard, with its keys: play one alone; mute, bypass and solo those selected."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QWidget
+
+from underfoot.patch.heard import can_be_bypassed
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.canvas import Canvas
+
+DONE = {"muted": ("Mute", "Unmute"), "bypassed": ("Bypass", "End bypass"), "soloed": ("Solo", "End solo")}
+"""What setting a mark is called, and taking it away."""
+
+
+class Hearing(QObject):
+    """Adds its actions to a canvas, and edits the marks of the nodes that are selected there."""
+
+    audition_wanted = Signal(str, bool)
+    """The node that is to be heard alone, and whether on all tiles. The same one again: no more."""
+
+    def __init__(self, canvas: Canvas, registry: Registry) -> None:
+        super().__init__(canvas)
+        self._canvas, self._registry = canvas, registry
+        made = {
+            "audition": _action(canvas, "Audition node", "A", partial(self._audition, False)),
+            "audition everywhere": _action(
+                canvas, "Audition node on all tiles", "Shift+A", partial(self._audition, True)
+            ),
+            "mute": _action(canvas, "Mute", "M", partial(self.toggle, "muted")),
+            "bypass": _action(canvas, "Bypass", "B", partial(self.toggle, "bypassed")),
+            "solo": _action(canvas, "Solo", "S", partial(self.toggle, "soloed")),
+        }
+        canvas.actions_by_name |= made
+        canvas.addActions(list(made.values()))
+        canvas.audition_wanted.connect(lambda node: self.audition_wanted.emit(node, False))
+
+    def toggle(self, mark: str) -> None:
+        """Set a mark on the selected nodes, or take it away where all have it."""
+        document, ids = self._canvas.document, self._canvas.selected_ids()
+        after, what = toggled(document.patch, self._registry, ids, mark)
+        if after == document.patch:
+            self._canvas.say(what)
+        else:
+            document.edit(after, what)
+
+    def _audition(self, everywhere: bool) -> None:
+        ids = self._canvas.selected_ids()
+        if len(ids) == 1:
+            self.audition_wanted.emit(ids[0], everywhere)
+        else:
+            self._canvas.say("Select the one node that is to be heard alone")
+
+
+def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> tuple[Patch, str]:
+    """The patch with a mark set on these nodes, or taken away where all have it, and what that is called.
+
+    The same patch, and why, where there is nothing to mark.
+    """
+    if not ids:
+        return patch, f"Select the nodes first, then {DONE[mark][0].lower()}"
+    if mark == "bypassed":
+        past = [id for id in ids if can_be_bypassed(registry[patch.node(id).type])]
+        if not past:
+            label = registry[patch.node(ids[0]).type].label
+            return patch, f"{label} cannot be bypassed: nothing that comes in could go out in its place; mute it"
+        ids = past
+    on = not all(mark in patch.node(id).marks for id in ids)
+    return patch.mark(ids, mark, on), DONE[mark][0 if on else 1]
+
+
+def _action(widget: QWidget, text: str, key: str, do: Callable[[], object]) -> QAction:
+    """An action whose key works while the widget has the focus."""
+    action = QAction(text, widget)
+    action.setShortcut(QKeySequence(key))
+    action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+    action.triggered.connect(lambda _=False: do())
+    return action

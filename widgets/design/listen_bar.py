@@ -1,0 +1,155 @@
+"""The strip above the preview: play from the start, loop, how long, A and B, and the blind test of them."""
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QSizePolicy, QToolButton, QWidget
+
+from underfoot.widgets import theme
+from underfoot.widgets.session.open_patch import SLOTS, other_slot
+
+LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
+"""How long a preview may last; 0 for as long as the patch."""
+
+
+class ListenBar(QWidget):
+    """Shows what it is told, and emits what was asked for. Its actions have keys in the whole of `around`."""
+
+    start_wanted = Signal()
+    loop_wanted = Signal(bool)
+    length_chosen = Signal()
+    switch_wanted = Signal()
+    copy_wanted = Signal()
+    """The slot that waits is to have what is in the one that is edited."""
+    match_wanted = Signal(bool)
+    overlay_wanted = Signal(bool)
+    blind_wanted = Signal()
+    whole_wanted = Signal()
+    """All of the patch is to be heard again."""
+
+    def __init__(self, around: QWidget) -> None:
+        super().__init__(around)
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.start = self._chip("From start", "Play from the start, and strike the tile (P)", self.start_wanted.emit)
+        self.start.setIcon(theme.icon("play", theme.MUTED))
+        self.start.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.loop = self._toggle("Loop", "Play from the start again and again, as long as the preview is (L)")
+        self.loop.toggled.connect(self.loop_wanted)
+        self.length = QComboBox(self)
+        self.length.addItems([f"{seconds:g} s" if seconds else "whole" for seconds in LENGTHS_S])
+        self.length.setProperty("role", "chip")
+        self.length.setAccessibleName("Length of the preview")
+        self.length.setToolTip("How long the preview and the loop last; whole: until the patch has come to its end")
+        self.length.activated.connect(self.length_chosen)
+        self.slots = {slot: self._toggle(slot, f"Edit and play {slot} (X switches)") for slot in SLOTS}
+        group = QButtonGroup(self)
+        for slot, button in self.slots.items():
+            group.addButton(button)
+            button.clicked.connect(lambda _=False, slot=slot: self._choose(slot))
+        self.copy = self._chip("A → B", "", self.copy_wanted.emit)
+        self.overlay = self._toggle("Overlay", "Draw the other slot's preview over this one's, and tell the difference")
+        self.overlay.setChecked(True)
+        self.overlay.toggled.connect(self.overlay_wanted)
+        self.match = self._toggle("Match", "Play the louder of A and B as softly as the other, by their RMS from 40 Hz "
+                                  "to 1 kHz in the preview")  # fmt: skip
+        self.match.setChecked(True)
+        self.match.toggled.connect(self.match_wanted)
+        self.blind = self._chip("ABX…", "Blind test: is X A or B? Without pictures (Ctrl+B)", self.blind_wanted.emit)
+        self.alone = self._chip("", "All of the patch is to be heard again (A)", self.whole_wanted.emit)
+        self.alone.setCheckable(True)
+        self.state = theme.label("", "small")
+        self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.actions_by_name = self._make_actions(around)
+        self._lay_out()
+        self.show_slot(SLOTS[0], False)
+        self.show_alone("")
+
+    @property
+    def seconds(self) -> float:
+        """How long a preview is to last; 0 for as long as the patch."""
+        return LENGTHS_S[self.length.currentIndex()]
+
+    def show_slot(self, slot: str, has_other: bool) -> None:
+        """The slot that is edited; what compares two is offered where there are two."""
+        self.slots[slot].setChecked(True)
+        words = f"Copy {slot} to {other_slot(slot)}"
+        self.copy.setText(f"{slot} → {other_slot(slot)}")
+        self.copy.setAccessibleName(words)
+        self.copy.setToolTip(f"{words}; it can be undone there")
+        self.actions_by_name["copy to other"].setText(words)
+        for widget in (self.overlay, self.match, self.blind):
+            widget.setVisible(has_other)
+        self.actions_by_name["blind test"].setEnabled(has_other)
+        if not has_other:
+            self.state.setText("")
+
+    def show_alone(self, node: str) -> None:
+        """The node that is heard alone; "" for none."""
+        self.alone.setVisible(bool(node))
+        self.alone.setChecked(bool(node))
+        self.alone.setText(f"{node} alone  ×")
+
+    def show_match(self, words: Mapping[str, str], on: bool) -> None:
+        """By how much each slot is made softer, in words."""
+        said = ",  ".join(f"{slot} {gain}" for slot, gain in words.items() if gain)
+        self.state.setText(said if on else "as they are")
+        self.state.setToolTip(said)
+
+    def show_looping(self, on: bool) -> None:
+        """Whether it loops, without asking for it."""
+        blocked = self.loop.blockSignals(True)
+        self.loop.setChecked(on)
+        self.loop.blockSignals(blocked)
+
+    def _choose(self, slot: str) -> None:
+        """A click on the slot that is edited already does nothing."""
+        if not self.copy.text().startswith(slot):
+            self.switch_wanted.emit()
+
+    def _make_actions(self, around: QWidget) -> dict[str, QAction]:
+        made = {}
+        for name, text, key, do in (
+            ("from start", "Play from the start", "P", self.start_wanted.emit),
+            ("loop", "Loop", "L", self.loop.toggle),
+            ("switch", "Switch between A and B", "X", self.switch_wanted.emit),
+            ("copy to other", "Copy A to B", "Shift+X", self.copy_wanted.emit),
+            ("blind test", "Blind test of A and B…", "Ctrl+B", self.blind_wanted.emit),
+        ):
+            action = QAction(text, around)
+            action.setShortcut(QKeySequence(key))
+            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+            action.triggered.connect(lambda _=False, do=do: do())
+            around.addAction(action)
+            made[name] = action
+        return made
+
+    def _chip(self, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
+        button = QToolButton(self)
+        button.setText(text)
+        button.setToolTip(tip)
+        button.setProperty("role", "chip")
+        button.clicked.connect(lambda _=False: do())
+        return button
+
+    def _toggle(self, text: str, tip: str) -> QToolButton:
+        button = QToolButton(self)
+        button.setText(text)
+        button.setCheckable(True)
+        button.setToolTip(tip)
+        button.setProperty("role", "chip")
+        return button
+
+    def _lay_out(self) -> None:
+        row = QHBoxLayout(self)
+        row.setContentsMargins(2 * theme.GRID, theme.GRID // 2, theme.GRID, theme.GRID // 2)
+        row.setSpacing(theme.GRID // 2)
+        for widget in (self.start, self.loop, self.length):
+            row.addWidget(widget)
+        row.addSpacing(2 * theme.GRID)
+        for widget in (*self.slots.values(), self.copy, self.overlay, self.match, self.blind):
+            row.addWidget(widget)
+        row.addSpacing(theme.GRID)
+        row.addWidget(self.state, 1)
+        row.addWidget(self.alone)

@@ -1,0 +1,242 @@
+"""Between the Design workspace and what is heard of it: slots A and B, one node alone, again and again."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+from PySide6.QtCore import QObject, Signal
+
+from underfoot.engine.reports import COMMANDED, Preview
+from underfoot.patch.file_paths import with_files_kept
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.canvas import Canvas
+from underfoot.widgets.design.hearing import Hearing
+from underfoot.widgets.design.listen_bar import ListenBar
+from underfoot.widgets.design.preview import PreviewPanel
+from underfoot.widgets.design.stretch import event_rows, felt_rms, pick
+from underfoot.widgets.session.listening import Ear, match_in_words
+from underfoot.widgets.session.open_patch import SLOTS, other_slot
+from underfoot.widgets.workspace import WorkspaceContext
+
+OTHER = "/"
+"""What the name of a preview begins with that is of the other slot; no node's id has it."""
+
+
+class SlotListening(QObject):
+    """Binds a workspace to `Listening` and `OpenPatch`, and says which previews a comparison of A and B needs."""
+
+    preview_wanted = Signal(str)
+    """The name of a preview that is wanted now."""
+    renewal_wanted = Signal()
+    """`needed_preview` is to be asked again, when the hand rests."""
+    slot_chosen = Signal(str, object)
+    """The slot that is edited from now on, and its `Patch`."""
+
+    def __init__(
+        self, canvas: Canvas, hearing: Hearing, preview: PreviewPanel, bar: ListenBar, context: WorkspaceContext
+    ) -> None:
+        super().__init__(canvas)
+        self._canvas, self._preview, self._bar, self._context = canvas, preview, bar, context
+        self._open_patch, self._listening = context.open_patch, context.listening
+        self._peaks: dict[str, dict[str, float]] = {}
+        self._asked: Ear | None = None
+        self._overlaid = ""
+        listening, open_patch = self._listening, self._open_patch
+        listening.tile = preview.pad.tile.id
+        bar.start_wanted.connect(listening.play_from_start)
+        bar.loop_wanted.connect(listening.loop)
+        bar.switch_wanted.connect(open_patch.switch)
+        bar.copy_wanted.connect(self._copy)
+        bar.match_wanted.connect(listening.match)
+        bar.whole_wanted.connect(listening.hear_all)
+        bar.blind_wanted.connect(self._open_blind_test)
+        hearing.audition_wanted.connect(self.audition)
+        preview.tiles.currentTextChanged.connect(self._choose_tile)
+        canvas.document.other_changed.connect(open_patch.take_other)
+        open_patch.switched.connect(self._switch)
+        open_patch.opened.connect(lambda _: self.forget())
+        listening.changed.connect(self._show)
+        self._show()
+
+    @property
+    def _patch(self) -> Patch:
+        """The patch that is edited."""
+        return self._canvas.document.patch
+
+    # --- previews ---
+
+    def needed_preview(self, previewed: str) -> str:
+        """The name of the next preview that the comparison of A and B needs; "" for none."""
+        other = self._open_patch.other
+        if other is None:
+            return ""
+        own, theirs = self._sink(self._patch), self._sink(other.patch)
+        if own and self._listening.level(self._open_patch.slot) is None:
+            return own
+        if theirs and self._listening.level(other_slot(self._open_patch.slot)) is None:
+            return OTHER + theirs
+        node = self._counterpart(previewed)
+        return OTHER + node if node and self._overlaid != previewed else ""
+
+    def take_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
+        """Learn from a preview how loud it is; one of the other slot is drawn over the one that is shown."""
+        slot, is_other = self._open_patch.slot, name.startswith(OTHER)
+        if is_other and self._open_patch.other is None:
+            return
+        node = name.removeprefix(OTHER)
+        patch = self._open_patch.other.patch if is_other and self._open_patch.other else self._patch
+        if not any(one.id == node for one in patch.nodes):
+            return
+        if self._open_patch.other is not None and (preview.error or COMMANDED in preview.signals):
+            level = felt_rms(preview.signals.get(COMMANDED, np.zeros(0)), preview.rate_hz)
+            self._learn_level(other_slot(slot) if is_other else slot, level)
+        if is_other:
+            self._overlay(preview, node, patch)
+        elif not preview.error:
+            self._learn_peaks(preview, node, patch)
+            if is_shown:
+                self._listening.set_loop_length(len(preview.force_n) / preview.rate_hz)
+        if self._open_patch.other is not None:
+            self.renewal_wanted.emit()
+
+    def patch_changed(self, patch: Patch, changed: Iterable[str]) -> None:
+        """These nodes of the patch that is edited do something else now."""
+        gone = set(changed) | {id for id in self._peaks if not any(node.id == id for node in patch.nodes)}
+        self._peaks = {id: peaks for id, peaks in self._peaks.items() if id not in gone}
+        if gone and self._listening.level(self._open_patch.slot) is not None:
+            self._listening.set_level(self._open_patch.slot, None)
+
+    def forget(self) -> None:
+        """All previews are of something else now."""
+        self._peaks.clear()
+        self._overlaid = ""
+        self._preview.forget_other()
+        for slot in SLOTS:
+            self._listening.set_level(slot, None)
+
+    def _learn_level(self, slot: str, rms_m_s2: float) -> None:
+        if self._listening.level(slot) is None:
+            self._listening.set_level(slot, rms_m_s2)
+
+    def _learn_peaks(self, preview: Preview, node: str, patch: Patch) -> None:
+        found = {}
+        for port in self._context.registry[patch.node(node).type].outputs:
+            values = (
+                event_rows(pick(preview.events, node, port.name))[:, 1]
+                if port.kind == "event"
+                else pick(preview.signals, node, port.name)
+            )
+            found[port.name] = float(np.abs(np.nan_to_num(values)).max(initial=0.0))
+        self._peaks[node] = found
+        if self._asked is not None and self._asked.node == node:
+            self._hear(self._asked)
+
+    def _overlay(self, preview: Preview, node: str, patch: Patch) -> None:
+        shown = self._preview
+        if self._counterpart(shown.node) != node:
+            return
+        type = self._context.registry[patch.node(node).type]
+        port = type.output_ports.get(shown.port.name) if shown.port is not None else None
+        self._overlaid = shown.node
+        if port is not None:
+            shown.show_other(preview, node, port, other_slot(self._open_patch.slot))
+
+    def _counterpart(self, node: str) -> str:
+        """The node of the other slot's patch that is like this one: of the same id and type, or what the tile plays."""
+        other, own = self._open_patch.other, self._patch
+        types = {one.id: one.type for one in own.nodes}
+        if other is None or node not in types:
+            return ""
+        if any((one.id, one.type) == (node, types[node]) for one in other.patch.nodes):
+            return node
+        return self._sink(other.patch) if self._context.registry[types[node]].is_sink else ""
+
+    def _sink(self, patch: Patch) -> str:
+        types = self._context.registry
+        return next((n.id for n in patch.nodes if types[n.type].is_sink and not types[n.type].to_sound), "")
+
+    def request_other(self, node: str, tile: str) -> None:
+        """Have a node of the other slot's patch previewed on a tile."""
+        other = self._open_patch.other
+        if other is not None:
+            patch = with_files_kept(other.patch, self._context.registry, other.folder, None)
+            seconds = self._bar.seconds
+            self._context.controller.request_preview(patch, node, tile, seconds, name=OTHER + node)
+
+    # --- what is heard ---
+
+    def audition(self, node: str, everywhere: bool = False) -> None:
+        """Hear a node's output alone; the one that is heard alone already, no more."""
+        ear = self._listening.ear
+        if ear is not None and ear.node == node:
+            self._listening.hear_all()
+            return
+        type = self._context.registry[self._patch.node(node).type]
+        if not type.outputs:
+            self._canvas.say(f"{type.label} has no output to be heard")
+            return
+        shown = self._preview
+        port = shown.port.name if shown.node == node and shown.port is not None else type.outputs[0].name
+        self._asked = Ear(node, port, "" if everywhere else self._preview.pad.tile.id)
+        if node in self._peaks:
+            self._hear(self._asked)
+        else:
+            self.preview_wanted.emit(node)
+
+    def _hear(self, ear: Ear) -> None:
+        self._asked = None
+        self._listening.audition(replace(ear, peak=self._peaks[ear.node].get(ear.port, 1.0)))
+
+    def _choose_tile(self, tile: str) -> None:
+        self._listening.tile = tile
+        self._asked = None
+        ear = self._listening.ear
+        if ear is not None and ear.tile:
+            self._listening.audition(replace(ear, tile=tile))
+
+    # --- A and B ---
+
+    def _switch(self, slot: str, patch: Patch) -> None:
+        self._peaks.clear()
+        self._overlaid = ""
+        self._preview.forget_other()
+        self.slot_chosen.emit(slot, patch)
+        self._show()
+        self.renewal_wanted.emit()
+
+    def _copy(self) -> None:
+        """Give the other slot what is in this one; it can be taken back there."""
+        open_patch, document = self._open_patch, self._canvas.document
+        slot = open_patch.slot
+        self._listening.set_level(other_slot(slot), None)
+        if open_patch.other is None:
+            open_patch.take_other(open_patch.copy_to_other())
+        else:
+            document.edit_other(open_patch.copy_to_other(), f"Copy {slot} to {other_slot(slot)}")
+        self._overlaid = ""
+        self._show()
+        self._canvas.say(f"{other_slot(slot)} is now as {slot} is; X switches", alarm=False)
+        self.renewal_wanted.emit()
+
+    def _open_blind_test(self) -> None:
+        from underfoot.widgets.design.blind_test import BlindTest
+
+        other = self._open_patch.other
+        if other is not None:
+            titles = {self._open_patch.slot: self._patch.title}
+            titles[other_slot(self._open_patch.slot)] = other.patch.title
+            a, b = (titles[slot] for slot in SLOTS)
+            folder = Path(platformdirs.user_documents_dir()) / "Underfoot"
+            BlindTest(self._listening, (a, b), folder, self._canvas.window()).open()
+
+    def _show(self) -> None:
+        bar, listening = self._bar, self._listening
+        has_other = self._open_patch.other is not None
+        bar.show_slot(self._open_patch.slot, has_other)
+        bar.show_alone(listening.ear.node if listening.ear is not None else "")
+        bar.show_looping(listening.is_looping)
+        self._canvas.patch_scene.show_alone(listening.ear.node if listening.ear is not None else "")
+        if has_other:
+            bar.show_match({slot: match_in_words(listening, slot) for slot in SLOTS}, listening.is_matched)

@@ -1,0 +1,179 @@
+"""The stretch of a preview that is in view: its frames, and what of them is told in words. numpy only."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.drawing import Range
+from underfoot.engine.reports import MEASURED, Preview
+from underfoot.models.sole import felt
+from underfoot.patch.node import Port
+from underfoot.quantities import quantity
+from underfoot.widgets import theme
+from underfoot.widgets.design.analysis import peak_and_rms
+from underfoot.widgets.plots.spectrogram import FELT_HZ
+
+Array = NDArray[np.float64]
+SHORTEST_MS = 2.0
+"""The shortest stretch that is looked at."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames of one output [n]; the force on the tile [m], and what the tile does of it [n] where that is known."""
+
+    values: Array
+    force_n: Array
+    rate_hz: float
+    unit: str = ""
+    is_force: bool = False
+    measured: Array | None = None
+    begin_ms: float = 0.0
+
+    @staticmethod
+    def of(preview: Preview, node: str, port: Port) -> "Stretch":
+        """All of a signal; values that are not finite are 0."""
+        values = np.nan_to_num(np.asarray(pick(preview.signals, node, port.name), np.float64))
+        done = preview.signals.get(MEASURED)
+        measured = None if done is None else np.nan_to_num(done.astype(np.float64))
+        is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
+        return Stretch(values, summed(preview.force_n), preview.rate_hz, port.unit, is_force, measured)
+
+    @property
+    def end_ms(self) -> float:
+        """Where it ends, in ms of the preview."""
+        return self.begin_ms + 1e3 * max(self.values.size, self.force_n.size) / self.rate_hz
+
+    def cut(self, view_ms: Range | None) -> "Stretch":
+        """What of it lies in view.
+
+        >>> whole = Stretch(np.arange(96.0), np.zeros(96), 48000.0)
+        >>> part = whole.cut((0.5, 1.0))
+        >>> part.values.size, float(part.values[0]), part.begin_ms, part.end_ms
+        (24, 24.0, 0.5, 1.0)
+        """
+        if view_ms is None:
+            return self
+        first, last = (round(1e-3 * ms * self.rate_hz) for ms in view_ms)
+        measured = None if self.measured is None else self.measured[first:last]
+        begin_ms = 1e3 * first / self.rate_hz
+        return replace(
+            self, values=self.values[first:last], force_n=self.force_n[first:last], measured=measured, begin_ms=begin_ms
+        )
+
+    def told_at(self, time_ms: float) -> str:
+        """The values at a moment, each with its unit; of a signal its level, too."""
+        i = round(1e-3 * (time_ms - self.begin_ms) * self.rate_hz)
+        if not 0 <= i < self.values.size:
+            return ""
+        value = float(self.values[i])
+        text = f"{time_ms:.1f} ms: {quantity(value, self.unit)}"
+        if value != 0.0:
+            text += f" ({quantity(20.0 * math.log10(abs(value)), 'dB')})"
+        if self.measured is not None and i < self.measured.size:
+            text += f", the tile {quantity(float(self.measured[i]), 'm/s^2')}"
+        return text + (f", {quantity(float(self.force_n[i]), 'N')}" if i < self.force_n.size else "")
+
+
+def zoomed(view_ms: Range | None, whole_ms: float, factor: float, about_ms: float) -> Range | None:
+    """A view that is `factor` times as narrow, with `about_ms` where it is; None for all.
+
+    >>> zoomed(None, 900.0, 2.0, 300.0), zoomed((100.0, 200.0), 900.0, 0.1, 150.0)
+    ((150.0, 600.0), None)
+    """
+    low, high = view_ms or (0.0, whole_ms)
+    width = min(max((high - low) / factor, SHORTEST_MS), whole_ms)
+    if width >= whole_ms:
+        return None
+    share = (about_ms - low) / (high - low)
+    begin = min(max(about_ms - share * width, 0.0), whole_ms - width)
+    return begin, begin + width
+
+
+def moved(view_ms: Range | None, whole_ms: float, by_ms: float) -> Range | None:
+    """A view further along, at most to the end.
+
+    >>> moved((100.0, 200.0), 250.0, 100.0), moved(None, 250.0, 10.0)
+    ((150.0, 250.0), None)
+    """
+    if view_ms is None:
+        return None
+    low, high = view_ms
+    begin = min(max(low + by_ms, 0.0), whole_ms - (high - low))
+    return begin, begin + (high - low)
+
+
+def felt_rms(signal: ArrayLike, rate_hz: float) -> float:
+    """The RMS of what lies in the band that the sole feels.
+
+    >>> time_s = np.arange(48000) / 48000
+    >>> [round(felt_rms(np.sin(2 * np.pi * f * time_s), 48000.0), 3) for f in (10.0, 250.0, 3000.0)]
+    [0.0, 0.707, 0.0]
+    """
+    signal = np.asarray(signal, np.float64)
+    if signal.size < 2:
+        return 0.0
+    power = np.abs(np.fft.rfft(signal)) ** 2
+    frequencies = np.fft.rfftfreq(signal.size, 1.0 / rate_hz)
+    inside = power[(frequencies >= FELT_HZ[0]) & (frequencies <= FELT_HZ[1])].sum()
+    return math.sqrt(2.0 * float(inside)) / signal.size
+
+
+def told(now: Stretch, other: Stretch | None, other_slot: str) -> str:
+    """Peak and RMS; beside another signal by how much more it is than that; and what a sole feels of it."""
+    peak, rms = peak_and_rms(now.values)
+    text = f"peak {quantity(peak, now.unit)}, RMS {quantity(rms, now.unit)}"
+    if other is not None:
+        text += f" ({difference_in_words(now, other, other_slot)})"
+    if now.measured is not None:
+        text += f"; {felt_in_words(now.measured, now.rate_hz)}"
+    return text
+
+
+def difference_in_words(now: Stretch, other: Stretch, other_slot: str) -> str:
+    """How many dB a signal is over another in RMS.
+
+    >>> loud, soft = (Stretch(np.full(8, level), np.zeros(8), 48000.0) for level in (2.0, 1.0))
+    >>> difference_in_words(soft, loud, "B")
+    '−6.0 dB re B'
+    """
+    rms, before = peak_and_rms(now.values)[1], peak_and_rms(other.values)[1]
+    if not (rms > 0.0 and before > 0.0):
+        return f"{other_slot} is {'silent' if before == 0.0 else 'not'}"
+    return f"{20.0 * math.log10(rms / before):+.1f} dB re {other_slot}".replace("-", "−")
+
+
+def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
+    """The peak of what the tile does, and what a sole in a hard shoe feels of it.
+
+    >>> felt_in_words(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
+    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %'
+    """
+    found = felt(measured_m_s2, rate_hz)
+    db = found.level_db["shoe"]
+    peak = quantity(float(np.abs(measured_m_s2).max(initial=0.0)), "m/s^2")
+    if not math.isfinite(db):
+        return f"tile {peak}"
+    side = "over" if db >= 0.0 else "under"
+    chance = f"noticed by {100.0 * found.noticed:.0f} %"
+    return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}"
+
+
+def pick(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:
+    """What a preview holds of an output, under its own name or behind its node's."""
+    found = values.get(f"{node}.{port}")
+    return found if found is not None else values.get(port, np.zeros(0))
+
+
+def summed(force_n: NDArray[np.floating]) -> Array:
+    """The force on the tile, whether the four corners came or their sum."""
+    total_n = np.asarray(force_n, np.float64)
+    return total_n.sum(axis=1) if total_n.ndim == 2 else total_n
+
+
+def event_rows(events: NDArray[np.floating]) -> Array:
+    """Events as rows of frame, strength and duration."""
+    return np.asarray(events, np.float64).reshape(-1, 3)

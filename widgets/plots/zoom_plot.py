@@ -1,0 +1,109 @@
+"""A plot whose x axis is zoomed: by wheel, by dragging over a stretch, and by keys. Whoever draws it answers."""
+
+import math
+
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
+
+from underfoot.drawing.layout import Margins
+from underfoot.widgets import theme
+from underfoot.widgets.plots.plot import Plot
+
+STEP = 1.25
+"""The factor of one step of the wheel or a key."""
+_LEAST_DRAG_PX = 6.0
+
+
+class ZoomPlot(Plot):
+    """Tells where the mouse is, and which part of the x axis a person wants to see."""
+
+    pointed = Signal(float, float)
+    """Where the mouse is on the x and the y axis; NaN beside them, and when it has left."""
+    zoom_wanted = Signal(float, float)
+    """The factor, and the place of the x axis that is to stay where it is."""
+    move_wanted = Signal(float)
+    """By how much of what is in view, to the right."""
+    part_wanted = Signal(float, float)
+    """The ends of the stretch that was dragged over."""
+    whole_wanted = Signal()
+
+    def __init__(self, name: str = "", margins: Margins | None = None) -> None:
+        super().__init__(name, margins)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._began: float | None = None
+        self._now = 0.0
+
+    # --- mouse ---
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton and self._has(event.position()):
+            self._began = self._now = event.position().x()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        super().mouseMoveEvent(event)
+        at, frame = event.position(), self.frame
+        inside = self._has(at)
+        self.pointed.emit(frame.x.value(at.x()) if inside else math.nan, frame.y.value(at.y()) if inside else math.nan)
+        if self._began is not None:
+            self._now = min(max(at.x(), frame.area.left), frame.area.right)
+            self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if event.button() != Qt.MouseButton.LeftButton or self._began is None:
+            return
+        began, self._began = self._began, None
+        self.update()
+        if abs(self._now - began) >= _LEAST_DRAG_PX:
+            self.part_wanted.emit(*sorted(self.frame.x.value(px) for px in (began, self._now)))
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        self.whole_wanted.emit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        steps = event.angleDelta()
+        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier or steps.x():
+            self.move_wanted.emit(-0.1 * (steps.x() or steps.y()) / 120.0)
+        else:
+            self.zoom_wanted.emit(STEP ** (steps.y() / 120.0), self.frame.x.value(event.position().x()))
+        event.accept()
+
+    def leaveEvent(self, event: object) -> None:
+        super().leaveEvent(event)  # type: ignore[arg-type]
+        self.pointed.emit(math.nan, math.nan)
+
+    # --- keys ---
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        middle = 0.5 * (self.frame.x.low + self.frame.x.high)
+        match event.key():
+            case Qt.Key.Key_Plus | Qt.Key.Key_Equal:
+                self.zoom_wanted.emit(STEP, middle)
+            case Qt.Key.Key_Minus:
+                self.zoom_wanted.emit(1.0 / STEP, middle)
+            case Qt.Key.Key_Left:
+                self.move_wanted.emit(-0.1)
+            case Qt.Key.Key_Right:
+                self.move_wanted.emit(0.1)
+            case Qt.Key.Key_0 | Qt.Key.Key_Home:
+                self.whole_wanted.emit()
+            case _:
+                super().keyPressEvent(event)
+
+    # --- painting ---
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        painter = QPainter(self)
+        if self._began is not None:
+            area = self.frame.area
+            colour = QColor(theme.VIBRATION)
+            colour.setAlpha(48)
+            left, right = sorted((self._began, self._now))
+            painter.fillRect(QRectF(left, area.top, right - left, area.bottom - area.top), colour)
+        if self.hasFocus():
+            painter.setPen(QColor(theme.VIBRATION))
+            painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 4.0, 4.0)
+
+    def _has(self, at: QPointF) -> bool:
+        area = self.frame.area
+        return area.left <= at.x() <= area.right and area.top <= at.y() <= area.bottom

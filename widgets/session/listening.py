@@ -1,0 +1,214 @@
+"""What is played of what is open: slot A or B, as loud as the other; one node of it alone; once, or again and again."""
+
+import math
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from underfoot.engine.commands import Play, Strike, Swap
+from underfoot.engine.reports import CommandApplied
+from underfoot.patch.audition import auditioned, softened
+from underfoot.patch.file_paths import with_files_kept
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.open_patch import SLOTS, OpenPatch, Waiting
+
+SILENCE_MS = 700
+"""How long it is silent before each presentation of a blind test: longer than a patch takes that was played before."""
+
+
+SETTLE_S = 0.25
+"""How long what is played next runs unheard, so that it takes feet that stand on a tile for no step."""
+
+
+@dataclass(frozen=True)
+class Ear:
+    """Which output is heard alone: of a node, on a tile ("" for all), and its largest magnitude in the preview."""
+
+    node: str
+    port: str = ""
+    tile: str = ""
+    peak: float = 1.0
+
+
+class Listening(QObject):
+    """Gives the session the patch that is to be played, whenever one of its reasons changes."""
+
+    changed = Signal()
+    """What is heard alone, or how much softer a slot is played, is another."""
+    said = Signal(str)
+    """A line for the person."""
+
+    def __init__(self, controller: SessionController, open_patch: OpenPatch, registry: Registry) -> None:
+        super().__init__(controller)
+        self._controller, self._open_patch, self._registry = controller, open_patch, registry
+        self.ear: Ear | None = None
+        self.is_matched = True
+        self.tile = ""
+        self._levels: dict[str, float] = {}
+        self._heard: tuple[str, Ear | None] = ("", None)
+        self._stale = set(SLOTS)
+        self._blind = ""
+        self._blind_timer = QTimer(self, singleShot=True, interval=SILENCE_MS)
+        self._blind_timer.timeout.connect(self._begin_blind)
+        self._strikes = False
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(1000)
+        self._timer.timeout.connect(self._again)
+        controller.bridge.reported.connect(self._hear_reports)
+        open_patch.patch_changed.connect(self._apply)
+        open_patch.folder_changed.connect(self._apply)
+        open_patch.opened.connect(lambda _: self.hear_all())
+        open_patch.switched.connect(lambda *_: self.hear_all())
+
+    # --- again ---
+
+    def play_from_start(self) -> None:
+        """Play from the start, and strike the tile; a loop begins anew with it."""
+        self._controller.play_from_start(self.tile)
+        if self._timer.isActive():
+            self._timer.start()
+
+    def loop(self, on: bool) -> None:
+        """Play from the start again and again, or no more."""
+        if on:
+            self._timer.start()
+            self.play_from_start()
+        else:
+            self._timer.stop()
+
+    def set_loop_length(self, seconds: float) -> None:
+        """How long what repeats is, from its next start on."""
+        interval_ms = max(round(1e3 * seconds), 100)
+        if interval_ms != self._timer.interval():
+            self._timer.setInterval(interval_ms)
+
+    @property
+    def is_looping(self) -> bool:
+        """Whether it plays again and again."""
+        return self._timer.isActive()
+
+    def _again(self) -> None:
+        if self._controller.playing:
+            self._controller.play_from_start(self.tile)
+
+    # --- one node alone ---
+
+    def audition(self, ear: Ear) -> None:
+        """Play one output alone, until `hear_all`."""
+        is_new = self.ear is None or self.ear.node != ear.node
+        self.ear = ear
+        words = self._apply()
+        if is_new:
+            self._strikes = True
+            if not self._controller.playing:
+                self._controller.play()
+            self.said.emit(f"Auditioning {ear.node} on {ear.tile or 'all tiles'}: {words}. A, again, ends it.")
+        self.changed.emit()
+
+    def hear_all(self) -> None:
+        """Play all of the patch again."""
+        if self.ear is not None:
+            self.ear = None
+            self._apply()
+            self.said.emit("The whole patch plays again.")
+            self.changed.emit()
+
+    # --- A and B ---
+
+    def set_level(self, slot: str, rms_m_s2: float | None) -> None:
+        """How loud a slot is in the felt band over the preview; None: as before, until that is known again."""
+        if rms_m_s2 is None:
+            self._stale.add(slot)
+        else:
+            self._stale.discard(slot)
+            self._levels[slot] = rms_m_s2
+            self._apply()
+        self.changed.emit()
+
+    def level(self, slot: str) -> float | None:
+        """The RMS of a slot, m/s^2; None where it is not known."""
+        return None if slot in self._stale else self._levels.get(slot)
+
+    def match(self, on: bool) -> None:
+        """Play both slots as loud as the softer one, or each as it is."""
+        self.is_matched = on
+        self._apply()
+        self.changed.emit()
+
+    def factor(self, slot: str) -> float:
+        """What a slot is played times: at most 1, for the louder one is made softer, never the other one louder."""
+        mine = self._levels.get(slot, 0.0)
+        softest = min((self._levels.get(other, 0.0) for other in SLOTS), default=0.0)
+        return softest / mine if self.is_matched and self._open_patch.other is not None and softest > 0.0 else 1.0
+
+    def play_blind(self, slot: str) -> None:
+        """Play a slot from its start, whichever is edited, until `end_blind`.
+
+        Silence comes first, as long whatever was played before and whatever comes: time tells nothing.
+        """
+        self._blind, self.ear = slot, None
+        self._timer.stop()
+        self._controller.send(Play(False))
+        self._apply(anew=True)
+        self._blind_timer.start()
+
+    def end_blind(self) -> None:
+        """Play the slot that is edited."""
+        self._blind = ""
+        self._blind_timer.stop()
+        self._apply()
+        if self._controller.playing:
+            self._controller.send(Play(True))
+
+    # --- inside ---
+
+    def _hear_reports(self, reports: list[object]) -> None:
+        """Strike, once the patch in which one node is heard alone plays."""
+        swapped = any(isinstance(one, CommandApplied) and isinstance(one.command, Swap) for one in reports)
+        if self._strikes and swapped and self.ear is not None:
+            self._strikes = False
+            QTimer.singleShot(round(1e3 * SETTLE_S), self._strike)
+
+    def _begin_blind(self) -> None:
+        if self._controller.playing:
+            self._controller.send(Play(True))
+            self._controller.send(Strike("", self.tile))
+
+    def _strike(self) -> None:
+        tile = self.ear.tile if self.ear is not None else ""
+        self._controller.send(Strike("", tile or self.tile))
+
+    def _apply(self, _: object = None, *, anew: bool = False) -> str:
+        """Tell the session what to play; how a node is heard alone, in words."""
+        slot = self._blind or self._open_patch.slot
+        open_patch, other = self._open_patch, self._open_patch.other
+        here = Waiting(open_patch.patch, open_patch.path, open_patch.patch)
+        chosen = other if slot != open_patch.slot and other is not None else here
+        patch, words = chosen.patch, ""
+        if self.ear is not None:
+            patch, words = self._alone(patch, self.ear)
+        patch = softened(patch, self._registry, self.factor(slot))
+        patch = with_files_kept(patch, self._registry, chosen.folder, None)
+        # An edit is heard at once; what is heard of the patch, once it has settled.
+        is_other, self._heard = (slot, self.ear) != self._heard, (slot, self.ear)
+        self._controller.edit(patch, chosen.folder, anew=anew, settle_s=SETTLE_S if is_other else 0.0)
+        return words
+
+    def _alone(self, patch: Patch, ear: Ear) -> tuple[Patch, str]:
+        if not any(node.id == ear.node for node in patch.nodes):
+            self.ear = None
+            self.changed.emit()
+            return patch, ""
+        found = auditioned(patch, self._registry, ear.node, ear.port, ear.tile, ear.peak)
+        return found.patch, found.words
+
+
+def match_in_words(listening: Listening, slot: str) -> str:
+    """How much softer a slot is played, in dB; "" where that is not known."""
+    if listening.level(slot) is None:
+        return ""
+    db = 20.0 * math.log10(max(listening.factor(slot), 1e-6))
+    return f"{db:.1f} dB".replace("-", "−")

@@ -1,0 +1,45 @@
+"""Blind comparisons of two patches (ABX): how many answers are right, and whether that can be chance."""
+
+from collections.abc import Sequence
+
+from underfoot.experiments.analysis.estimate import Estimate
+from underfoot.experiments.analysis.findings import Findings, Table
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.blind_comparison import chance_p
+from underfoot.experiments.table import Row, grouped
+
+
+def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
+    """Of one person: the rate of right answers."""
+    return [_rate(rows)]
+
+
+def findings(rows: Sequence[Row], settings: Settings) -> Findings:
+    """For each person and pair of patches, and over all: how many are right, and p of so many or more by chance."""
+    found = Findings("Blind comparison")
+    lines = []
+    for (person, a, b), part in grouped(rows, "participant", "a", "b").items():
+        lines.append((str(person), f"{a or 'A'} or {b or 'B'}", *_figures(part)))
+    if len(lines) > 1:
+        lines.append(("all", "", *_figures(rows)))
+    note = "Intervals are Wilson's; p is of so many right answers or more by guessing: exact binomial (SciPy)."
+    columns = ("participant", "which", "right", "of", "rate", "95 % from", "to", "p")
+    found.tables.append(Table("Is X A or B?", columns, tuple(lines), note))
+    return found
+
+
+def _figures(rows: Sequence[Row]) -> tuple[int, int, float, float, float, float]:
+    rate, right = _rate(rows), _right(rows)
+    return right, len(rows), rate.value, rate.low, rate.high, chance_p(right, len(rows))
+
+
+def _right(rows: Sequence[Row]) -> int:
+    return sum(row["answered"] == row["correct"] for row in rows)
+
+
+def _rate(rows: Sequence[Row]) -> Estimate:
+    from scipy import stats
+
+    right = _right(rows)
+    ends = stats.binomtest(right, len(rows)).proportion_ci(method="wilson")
+    return Estimate("rate", right / len(rows), float(ends.low), float(ends.high))

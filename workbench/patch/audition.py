@@ -1,0 +1,139 @@
+"""Other ways to hear a patch, as patches: one node's output alone, and all of it softer."""
+
+from dataclasses import dataclass
+
+from underfoot.patch.node import Port, Registry
+from underfoot.patch.patch import Patch
+from underfoot.quantities import quantity
+
+LEVEL_M_S2 = 1.0
+"""The peak of what is heard of a node whose output is no acceleration."""
+CARRIER_HZ = 200.0
+"""The tone that it is heard by: where a bare sole feels least (Kowalzik et al. 1996)."""
+_TICK_S = 0.02
+_LARGEST = 100.0  # the largest amplitude of a tone
+
+
+@dataclass(frozen=True)
+class Audition:
+    """A patch in which one output is heard alone, and in words, how."""
+
+    patch: Patch
+    words: str
+
+
+def auditioned(
+    patch: Patch, registry: Registry, node: str, port: str = "", tile: str = "", peak: float = 1.0
+) -> Audition:
+    """The patch in which only this output of a node is heard, by default its first; on one tile, or on all.
+
+    - An acceleration is heard as it is.
+    - Another signal is the loudness of a tone of `CARRIER_HZ`: at `peak`, its largest magnitude, `LEVEL_M_S2`.
+    - Events strike what they lead to; those that lead to no output are ticks, `LEVEL_M_S2` at the strength `peak`.
+
+    `BadValue` for a node that there is not, or that has no such output.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("tile-force", REGISTRY)
+    >>> auditioned(patch, REGISTRY, "tile-force", peak=700.0).words
+    'as the loudness of a tone of 200 Hz, 1 m/s² at 700 N'
+    """
+    type = registry[patch.node(node).type]
+    output = type.output_ports[port] if port in type.output_ports else type.outputs[0]
+    plain = _without_solo(patch).mark([node], "muted", False)
+    if type.is_sink:
+        return Audition(_only(plain, registry, {node}), "as it is")
+    if output.kind == "event":
+        if _leads_to_a_sink(plain, registry, node):
+            return Audition(plain.mark([node], "soloed", True), "through what its events strike")
+        return Audition(_ticks(plain, registry, f"{node}.{output.name}", tile, peak), "its events as ticks")
+    if unit_of(patch, registry, node, output) == "m/s^2":
+        return Audition(_played(plain, registry, f"{node}.{output.name}", tile), "as it is, in m/s²")
+    largest = quantity(peak, output.unit, 3) if output.unit else f"{peak:.3g}"
+    words = f"as the loudness of a tone of {CARRIER_HZ:g} Hz, {quantity(LEVEL_M_S2, 'm/s^2')} at {largest}"
+    return Audition(_as_loudness(plain, registry, f"{node}.{output.name}", tile, peak), words)
+
+
+def softened(patch: Patch, registry: Registry, factor: float) -> Patch:
+    """The patch with all that it plays times `factor`, at least 0 and at most 1: what a comparison plays."""
+    if factor == 1.0:
+        return patch
+    for node in patch.nodes:
+        type = registry[node.type]
+        if not type.is_sink:
+            continue
+        into = f"{node.id}.{type.inputs[0].name}"
+        source = next((source for source, target in patch.wires if target == into), "")
+        if source:
+            patch = patch.add("gain", registry, gain=factor)
+            gain = patch.nodes[-1].id
+            patch = patch.connect(source, f"{gain}.signal", registry).connect(f"{gain}.out", into, registry)
+    return patch
+
+
+def unit_of(patch: Patch, registry: Registry, node: str, output: Port) -> str:
+    """The unit of an output; where any fits, that of the first signal of any unit that comes in.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("tone", REGISTRY).add("low-pass", REGISTRY)
+    >>> low_pass = REGISTRY["low-pass"].outputs[0]
+    >>> unit_of(patch.connect("tone.out", "low-pass.signal", REGISTRY), REGISTRY, "low-pass", low_pass)
+    'm/s^2'
+    """
+    if output.unit or output.kind != "signal":
+        return output.unit
+    type = registry[patch.node(node).type]
+    for port in type.inputs:
+        if port.kind == "signal" and not port.unit:
+            source = next((source for source, target in patch.wires if target == f"{node}.{port.name}"), "")
+            id, _, name = source.partition(".")
+            found = unit_of(patch, registry, id, registry[patch.node(id).type].output_ports[name]) if source else ""
+            if found:
+                return found
+    return ""
+
+
+def _played(patch: Patch, registry: Registry, source: str, tile: str) -> Patch:
+    """A signal on one tile or all, and nothing else."""
+    patch = _only(patch, registry, set())
+    patch = patch.add("tile-output", registry)
+    output = patch.nodes[-1].id
+    if tile:
+        patch = patch.set(output, "tiles", tile, registry)
+    return patch.connect(source, f"{output}.acceleration", registry)
+
+
+def _as_loudness(patch: Patch, registry: Registry, source: str, tile: str, peak: float) -> Patch:
+    amplitude = min(LEVEL_M_S2 / peak, _LARGEST) if peak > 0.0 else LEVEL_M_S2
+    patch = patch.add("tone", registry, frequency=CARRIER_HZ, harmonics=(1.0,), amplitude=amplitude)
+    tone = patch.nodes[-1].id
+    patch = patch.add("multiply", registry)
+    product = patch.nodes[-1].id
+    patch = patch.connect(source, f"{product}.a", registry).connect(f"{tone}.out", f"{product}.b", registry)
+    return _played(patch, registry, f"{product}.out", tile)
+
+
+def _ticks(patch: Patch, registry: Registry, source: str, tile: str, peak: float) -> Patch:
+    patch = patch.add("attack-decay", registry, attack=0.002, decay=_TICK_S / 2, duration=_TICK_S)
+    note = patch.nodes[-1].id
+    return _as_loudness(patch.connect(source, f"{note}.strike", registry), registry, f"{note}.out", tile, peak)
+
+
+def _only(patch: Patch, registry: Registry, heard: set[str]) -> Patch:
+    """Mute all outputs but these."""
+    sinks = {node.id for node in patch.nodes if registry[node.type].is_sink}
+    return patch.mark(sinks - heard, "muted", True).mark(heard, "muted", False)
+
+
+def _without_solo(patch: Patch) -> Patch:
+    return patch.mark([node.id for node in patch.nodes], "soloed", False)
+
+
+def _leads_to_a_sink(patch: Patch, registry: Registry, node: str) -> bool:
+    reached, frontier = {node}, [node]
+    while frontier:
+        id = frontier.pop()
+        following = {target.partition(".")[0] for source, target in patch.wires if source.partition(".")[0] == id}
+        frontier += following - reached
+        reached |= following
+    return any(registry[patch.node(id).type].is_sink for id in reached)

@@ -1,0 +1,136 @@
+"""A patch as its marks have it heard: muted, bypassed and soloed nodes, made of wires, so that no node knows of it.
+
+- A *muted* node puts out nothing: zeros, and no events. A muted output plays nothing.
+- A *bypassed* node hands on what comes in: each of its wires begins instead at the first of its inputs that has a wire
+  and fits. Where none fits it puts out nothing. An output cannot be bypassed, for nothing is behind it.
+- Where any node is *soloed*, of what is added only that is heard which comes through a soloed node: at a Mix, a Join,
+  and among the outputs. What shapes it, such as an envelope, goes on.
+"""
+
+from collections import defaultdict
+from functools import cache
+
+import msgspec
+
+from underfoot.parameters import Number
+from underfoot.patch.node import NodeType, Port, Registry
+from underfoot.patch.patch import Patch, Wire
+
+
+def as_heard(patch: Patch, registry: Registry) -> Patch:
+    """The patch that is to be built in place of a checked `patch`: the same nodes, without marks.
+
+    A parameter whose wire brings nothing any more is 0, or as near to 0 as it may be: it is not its own value, which
+    may be loud.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("tone", REGISTRY).add("low-pass", REGISTRY).add("tile-output", REGISTRY)
+    >>> patch = patch.connect("tone.out", "low-pass.signal", REGISTRY)
+    >>> patch = patch.connect("low-pass.out", "tile-output.acceleration", REGISTRY)
+    >>> as_heard(patch.mark(["low-pass"], "bypassed", True), REGISTRY).wires
+    (('tone.out', 'low-pass.signal'), ('tone.out', 'tile-output.acceleration'))
+    """
+    if not any(node.marks for node in patch.nodes):
+        return patch
+    types = {node.id: registry[node.type] for node in patch.nodes}
+    wires = _soloed(patch, types, _bypassed(patch, types, _unmuted(patch, types)))
+    return _silenced(patch, types, wires)
+
+
+def can_be_bypassed(type: NodeType) -> bool:
+    """Whether anything can go past a node of this type.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> [can_be_bypassed(REGISTRY[type]) for type in ("low-pass", "tone", "modal-bank", "tile-output")]
+    [True, False, False, False]
+    """
+    kinds = {port.kind for port in type.inputs}
+    return not type.is_sink and any(port.kind in kinds for port in type.outputs)
+
+
+def _unmuted(patch: Patch, types: dict[str, NodeType]) -> list[Wire]:
+    """The wires that come from no muted node, and lead to no muted output."""
+    muted = {node.id for node in patch.nodes if node.muted}
+    sinks = {id for id in muted if types[id].is_sink}
+    return [wire for wire in patch.wires if _id(wire[0]) not in muted and _id(wire[1]) not in sinks]
+
+
+def _bypassed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list[Wire]:
+    """Wires from bypassed nodes begin before these; those for which nothing fits are left out."""
+    past = {node.id for node in patch.nodes if node.bypassed and not types[node.id].is_sink}
+    source_of = {target: source for source, target in wires}
+
+    @cache
+    def origin(source: str, target: str) -> str:
+        id = _id(source)
+        if id not in past:
+            return source if _fits(source, target, types) else ""
+        for port in types[id].inputs:
+            before = source_of.get(f"{id}.{port.name}", "")
+            found = origin(before, target) if before and port.kind == _output(source, types).kind else ""
+            if found:
+                return found
+        return ""
+
+    moved = [(origin(source, target), target) for source, target in wires]
+    return [wire for wire in moved if wire[0]]
+
+
+def _soloed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list[Wire]:
+    """Without the wires that add what comes through no soloed node."""
+    soloed = {node.id for node in patch.nodes if node.soloed}
+    if not soloed:
+        return wires
+    carrying, into = set(soloed), defaultdict(set)
+    for source, target in wires:
+        into[_id(target)].add(_id(source))
+    for id in msgspec.structs.replace(patch, wires=tuple(wires)).order():
+        if into[id] & carrying:
+            carrying.add(id)
+
+    def stays(wire: Wire) -> bool:
+        source, target = _id(wire[0]), _id(wire[1])
+        if target in soloed:
+            return True
+        if types[target].is_sink:
+            return target in carrying
+        adds = types[target].is_sum and wire[1].partition(".")[2] not in types[target].parameters
+        return not adds or target not in carrying or source in carrying
+
+    return [wire for wire in wires if stays(wire)]
+
+
+def _silenced(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> Patch:
+    """The patch with these wires; parameters that lost theirs are as near to 0 as they may be."""
+    kept = {target for _, target in wires}
+    lost = [target for _, target in patch.wires if target not in kept]
+    values: dict[str, dict[str, float]] = {}
+    for target in lost:
+        id, _, name = target.partition(".")
+        parameter = types[id].parameters.get(name)
+        if isinstance(parameter, Number):
+            values.setdefault(id, {})[name] = min(max(0.0, parameter.low), parameter.high)
+    nodes = tuple(
+        msgspec.structs.replace(
+            node,
+            parameters={**node.parameters, **values.get(node.id, {})},
+            muted=msgspec.UNSET,
+            bypassed=msgspec.UNSET,
+            soloed=msgspec.UNSET,
+        )
+        for node in patch.nodes
+    )
+    return msgspec.structs.replace(patch, nodes=nodes, wires=tuple(wires))
+
+
+def _fits(source: str, target: str, types: dict[str, NodeType]) -> bool:
+    output, into = _output(source, types), types[_id(target)].input_ports[target.partition(".")[2]]
+    return output.kind == into.kind and (not output.unit or not into.unit or output.unit == into.unit)
+
+
+def _output(source: str, types: dict[str, NodeType]) -> Port:
+    return types[_id(source)].output_ports[source.partition(".")[2]]
+
+
+def _id(end: str) -> str:
+    return end.partition(".")[0]
