@@ -16,12 +16,13 @@ from underfoot.engine.session import Session
 from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.footsteps import Step
-from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.step_finder import CHUNK, Found, StepFinder
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.records.recording import Recording, is_recording
+from underfoot.records.force_files import FORMS, read_force_file
+from underfoot.records.recording import is_recording
 
 _WAIT_S = 0.02
 _SILENT_S = 0.5
@@ -159,31 +160,17 @@ def open_stream(
     if is_recording(path):
         if pace or record is not None or patch is not None:
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
-        return FileStream(*_recorded(path), seconds)
+        return FileStream(*read_force_file(path), seconds)
     if not os.path.isfile(path):
         simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
-        allowed = f"{simulators}, {target_forms()}, a force CSV, or a recording"
+        allowed = f"{simulators}, {target_forms()}, {FORMS}"
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
-    beside = floor_beside(path)
-    if floor is None and not beside.is_file():
-        raise BadFile(f"{source} has no floor beside it ({beside.name}); say --floor FILE")
-    layout = Floor.load(floor or beside)
-    forces = read_forces(path, layout)
+    forces, layout = read_force_file(path, Floor.load(floor) if floor else None)
     if pace or record is not None or patch is not None:
         length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
         target = Target(layout, kind="replay", source=str(path))
         return SessionStream(target, min(length, seconds or math.inf), record, patch)
     return FileStream(forces, layout, seconds)
-
-
-def _recorded(path: Path) -> tuple[ForceSeries, Floor]:
-    with Recording(path) as recording:
-        floor = Floor.loads(recording.about["floor"], str(path))
-        rows, rate = recording.forces(), float(recording.about["rate"])
-        force_rate = float(recording.about["force_rate"])
-    if len(rows) == 0:
-        raise BadFile(f"{path} holds no force samples: it was ended before the first")
-    return ForceSeries(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
 
 
 def step_line(step: Step) -> str:

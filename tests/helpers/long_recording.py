@@ -56,7 +56,7 @@ def write_recording(path, seconds, floor=None, people="people=1", vibration=True
         rows[:, :2] += first - inside
         writer.put("force", number * (BLOCK // 48), rows)
         here = np.clip(np.arange(inside, inside + BLOCK) // 48, 0, len(loads) - 1)
-        asked = (loads[here] * 1e-3 * tone[inside : inside + BLOCK, None]).astype(np.float32)
+        asked = (loads[here] * 1e-3 * tone[inside : inside + BLOCK, None] + 0.0).astype(np.float32)  # no -0
         if vibration:
             writer.put("vibration", first, asked / 20.0)
         writer.put("commanded", first, asked)

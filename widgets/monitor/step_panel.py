@@ -12,8 +12,8 @@ from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import gait_of
 from underfoot.widgets import theme
-from underfoot.widgets.monitor.panels import titled, tool_button
-from underfoot.widgets.monitor.step_table import StepTable, WholeRows
+from underfoot.widgets.controls.panels import titled, tool_button
+from underfoot.widgets.controls.step_table import StepTable, WholeRows
 
 CADENCE_STEPS = 8
 """The cadence is a mean over so many steps."""

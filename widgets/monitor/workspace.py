@@ -25,11 +25,11 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.tile_response import ResponseWatch, response_of
 from underfoot.quantities import number
 from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import LevelKey, titled, tool_button
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.level_plot import LevelPlot, in_words
-from underfoot.widgets.monitor.panels import LevelKey, titled, tool_button
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel

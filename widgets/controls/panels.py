@@ -1,4 +1,4 @@
-"""What the panels of the Monitor workspace are built of: a head line over a body, and its buttons."""
+"""What panels of workspaces are built of: a head line over a body, and its buttons."""
 
 from collections.abc import Sequence
 
