@@ -101,7 +101,7 @@ class Library(QWidget):
         self.list.setTextElideMode(Qt.TextElideMode.ElideRight)
         self.nothing = theme.label("Nothing was recorded yet. Ctrl+R records what is played.", "muted")
         self.nothing.setWordWrap(True)
-        self.add_file, self.add_folder = QPushButton("Open…"), QPushButton("Add a folder…")
+        self.add_file, self.add_folder = QPushButton("Open…"), QPushButton("Add folder…")
         self.delete = QPushButton("Delete…")
         self.delete.setToolTip("Move the chosen recording to the trash (Delete)")
         self._lay_out()
@@ -116,13 +116,13 @@ class Library(QWidget):
         for path in paths:
             item = QListWidgetItem(path.stem)
             item.setData(_PATH, path)
-            item.setSizeHint(QSize(0, 48))
+            item.setSizeHint(QSize(0, 60))
             item.setToolTip(str(path))
             self.list.addItem(item)
             if path in self._known:
                 self._show(self._known[path])
             else:
-                item.setIcon(QIcon(_picture(np.zeros(0))))
+                item.setIcon(_icon(np.zeros(0, np.float32)))
         self.list.blockSignals(False)
         if chosen is not None:
             self.mark(chosen)
@@ -233,7 +233,7 @@ class Library(QWidget):
         for item in self._items():
             if item.data(_PATH) == summary.path:
                 item.setText(f"{summary.path.stem}\n{words_of(summary)}")
-                item.setIcon(QIcon(_picture(summary.force_n)))
+                item.setIcon(_icon(summary.force_n))
                 item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title}")
 
     def _show_failure(self, path: Path, why: str) -> None:
@@ -279,10 +279,10 @@ class Library(QWidget):
 
 
 def words_of(summary: Summary) -> str:
-    """When it was, how long, on which floor, and how many steps."""
+    """When it was and how long, and in another line on which floor, and how many steps."""
     steps = "" if summary.steps is None else f"  ·  {summary.steps} steps"
     when = f"{summary.begun:%d %b %H:%M}".lstrip("0")
-    return f"{when}  ·  {time_in_words(summary.length_s, 1.0)}  ·  {floor_in_words(summary.floor)}{steps}"
+    return f"{when}  ·  {time_in_words(summary.length_s, 1.0)}\n{floor_in_words(summary.floor)}{steps}"
 
 
 def floor_in_words(floor: Floor) -> str:
@@ -296,6 +296,14 @@ def floor_in_words(floor: Floor) -> str:
         if count % rows == 0 and count // rows <= 32 and floor == default_floor(rows, count // rows):
             return f"{rows} × {count // rows}"
     return f"{count} tiles"
+
+
+def _icon(force_n: NDArray[np.float32]) -> QIcon:
+    """The picture, the same whether it is chosen or not."""
+    made, picture = QIcon(), _picture(force_n)
+    for mode in (QIcon.Mode.Normal, QIcon.Mode.Selected):
+        made.addPixmap(picture, mode)
+    return made
 
 
 def _picture(force_n: NDArray[np.float32]) -> QPixmap:

@@ -239,7 +239,9 @@ class RecordingReader(QObject):
         rest = (
             np.percentile(lows, 10.0, axis=0).astype(np.float32) if len(lows) else np.zeros(lows.shape[1], np.float32)
         )
-        self.overview_read.emit(Overview(levels, np.nan_to_num(rest)))
+        rest = np.nan_to_num(rest)
+        rest[-1] = rest[:-1].sum()  # somebody may stand on the floor all the time, but on no tile
+        self.overview_read.emit(Overview(levels, rest))
 
     def _read_strip(self, begin: float, end: float, frames: float, tile: int) -> None:
         recording = self._recording

@@ -42,7 +42,7 @@ class RecordedSteps(QWidget):
         for name, box in self.filters.items():
             box.setAccessibleName(f"Show steps of {name}")
             box.setToolTip(f"Show the steps of one {name}, or of all")
-            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+            box.setMinimumContentsLength(9)
             box.currentTextChanged.connect(self._filter)
             head.append(box)
         self.copying = tool_button("", "Copy as CSV", "Copy the selected steps, or all that are shown, as CSV")

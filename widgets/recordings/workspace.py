@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QShortcut
-from PySide6.QtWidgets import QComboBox, QInputDialog, QLabel, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QSplitter, QVBoxLayout, QWidget
 
 from underfoot.engine.survey_process import Progress
 from underfoot.floor.contacts import OngoingContact
@@ -384,6 +384,8 @@ class RecordingsWorkspace(Workspace):
     def _build(self) -> None:
         self.readout = theme.label("", "small")
         self.readout.setMinimumWidth(1)
+        self.readout.setFixedHeight(4 * theme.GRID)
+        self.readout.setContentsMargins(2 * theme.GRID, 0, 0, 0)
         below = QSplitter(Qt.Orientation.Horizontal)
         below.addWidget(self.steps)
         below.addWidget(titled([theme.label("Floor at the cursor", "title"), None], self.map))
@@ -394,22 +396,20 @@ class RecordingsWorkspace(Workspace):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(titled(self._head(), self.timeline), 1)
-        column.addWidget(titled([self.readout, None], QWidget()))
+        column.addWidget(self.readout)
         down = QSplitter(Qt.Orientation.Vertical)
         down.addWidget(over)
         down.addWidget(below)
         down.setStretchFactor(0, 1)
         down.setSizes([500, 220])
-        across = QSplitter(Qt.Orientation.Horizontal)
-        across.addWidget(self.library)
-        across.addWidget(down)
-        across.setStretchFactor(1, 1)
-        for splitter in (below, down, across):
+        for splitter in (below, down):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
-        layout = QVBoxLayout(self)
+        layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(across)
+        layout.setSpacing(0)
+        layout.addWidget(self.library)
+        layout.addWidget(down, 1)
 
     def _head(self) -> list[QWidget | None]:
         self.title, self.facts = theme.label("", "title"), theme.label("", "muted")

@@ -125,23 +125,27 @@ def read(
         "where source = ? and level = ? and first >= ? and first < ? order by first",
         (source, level, begin if before is None else before, end),
     ).fetchall()
-    begins, ends, lows, highs = [], [], [], []
-    for first, count, bin, said, low, high in rows:
-        if first + count <= begin:
-            continue
-        tiles = _tiles(said)
-        n = len(low) // (4 * len(tiles)) if len(tiles) else 1
-        least, most = np.zeros((n, columns), np.float32), np.zeros((n, columns), np.float32)
-        least[:, tiles] = np.frombuffer(low, "<f4").reshape(n, len(tiles))
-        most[:, tiles] = np.frombuffer(high, "<f4").reshape(n, len(tiles))
-        starts = first + float(bin) * np.arange(n)
-        begins.append(starts)
-        ends.append(np.minimum(starts + bin, first + count) if len(tiles) else np.array([float(first + count)]))
-        lows.append(least)
-        highs.append(most)
-    if not begins:
+    rows = [row for row in rows if row[0] + row[1] > begin]
+    if not rows:
         return empty(columns)
-    return Envelope(np.concatenate(begins), np.concatenate(ends), np.concatenate(lows), np.concatenate(highs))
+    first, count, bin = (np.array(column, np.float64) for column in list(zip(*rows, strict=True))[:3])
+    bins = np.array([len(low) // (4 * len(_tiles(said))) if said != "[]" else 1 for *_, said, low, _ in rows])
+    starts = np.cumsum(bins) - bins
+    inside = np.arange(bins.sum()) - np.repeat(starts, bins)
+    at = np.repeat(first, bins) + np.repeat(np.where(bins > 1, bin, count), bins) * inside
+    behind = np.minimum(at + np.repeat(np.where(bins > 1, bin, count), bins), np.repeat(first + count, bins))
+    least, most = (np.zeros((len(at), columns), np.float32) for _ in range(2))
+    alike: dict[str, list[int]] = {}
+    for number, row in enumerate(rows):
+        alike.setdefault(row[3], []).append(number)
+    for said, numbers in alike.items():
+        tiles = _tiles(said)
+        if len(tiles):
+            places = np.concatenate([np.arange(starts[k], starts[k] + bins[k]) for k in numbers])
+            for whole, column in ((least, 4), (most, 5)):
+                data = np.frombuffer(b"".join(rows[k][column] for k in numbers), "<f4")
+                whole[places[:, None], tiles] = data.reshape(-1, len(tiles))
+    return Envelope(at, behind, least, most)
 
 
 def end_of(base: sqlite3.Connection, source: str) -> int:

@@ -176,12 +176,14 @@ def has_envelopes(recording: Recording) -> bool:
     """Whether its envelopes are whole, in the recording or in the cache."""
     if recording.envelope_base() is not None:
         return True
-    with (
-        suppress(sqlite3.Error),
-        closing(sqlite3.connect(f"{envelope_file(recording).as_uri()}?mode=ro", uri=True)) as b,
-    ):
-        return bool(b.execute("pragma user_version").fetchone()[0] == 1)
+    with suppress(sqlite3.Error), closing(open_envelopes(recording)) as base:
+        return bool(base.execute("pragma user_version").fetchone()[0] == 1)
     return False
+
+
+def open_envelopes(recording: Recording) -> sqlite3.Connection:
+    """The envelopes in the cache, as far as they were made; `sqlite3.Error` where there are none."""
+    return sqlite3.connect(f"{envelope_file(recording).as_uri()}?mode=ro", uri=True)
 
 
 def _make_of(base: sqlite3.Connection, recording: Recording, source: str, frames: float) -> Iterator[float]:
