@@ -146,6 +146,7 @@ class StepTable(QTableView):
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setResizeContentsPrecision(0)  # of what is seen: to look through all rows takes longer with each
         header.setStretchLastSection(True)
         header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPen
 
 from underfoot.drawing.axes import round_top
@@ -23,6 +23,7 @@ FULL_N = 1000.0
 _ROW_PX = (3.0, 14.0)
 """Heights between which a tile's row is."""
 _BAR_PX = 14
+_THIN_PX = 3.0
 _BARS = 4
 """Rows of contacts: as many overlap without one hiding another."""
 _TICKS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600)
@@ -48,6 +49,23 @@ class Content:
     strip: Strip | None = None
     contacts: Sequence[ContactSpan] = ()
     steps: Sequence[Stance] = ()
+
+    def __post_init__(self) -> None:
+        self.show_survey(self.contacts, self.steps)
+
+    def show_survey(self, contacts: Sequence[ContactSpan], steps: Sequence[Stance]) -> None:
+        """There are these contacts and steps."""
+        self.contacts, self.steps = contacts, steps
+        self.number_of = {one.step.contact: number for number, one in enumerate(steps)}
+        """The number of a contact's step in the list."""
+        self.spans_s = np.array([(one.start_s, one.end_s) for one in contacts]).reshape(-1, 2)
+        free = [-math.inf] * _BARS
+        rows = []
+        for one in contacts:
+            row = next((k for k in range(_BARS) if free[k] <= one.start_s), int(np.argmin(free)))
+            free[row] = one.end_s
+            rows.append(row)
+        self.bar_rows = np.array(rows, np.intp)
 
     def envelope(self, source: str, begin: float, end: float, frames: float, tile: int) -> tuple[Envelope, int]:
         """What to draw a source of, and which column of it is the tile's (of force: that is all tiles')."""
@@ -288,13 +306,10 @@ class LanePainter:
         painter.setPen(QColor(theme.MUTED))
         painter.drawText(QPointF(8.0, lane.top + 24.0), "step, foot")
         chosen = self.content.steps[self.view.step].step.contact if self.view.step >= 0 else 0
-        steps = {one.step.contact: one.step for one in self.content.steps}
-        faint: list[QLineF] = []
-        for contact, bar in self.bars():
-            if bar.width() < 3.0 and contact.id != chosen:
-                faint.append(QLineF(bar.left(), bar.top(), bar.left(), bar.bottom()))
-                continue
-            step = steps.get(contact.id)
+        self._paint_thin(painter)
+        for contact, bar in self.bars(chosen):
+            number = self.content.number_of.get(contact.id)
+            step = self.content.steps[number].step if number is not None else None
             share = {"left": 0.75, "right": 0.45}.get(step.side, 0.6) if step else 0.15
             painter.setPen(QPen(QColor(theme.TEXT if contact.id == chosen else theme.CONTACT), 1.0))
             painter.setBrush(QColor(theme.mixed(theme.CONTACT, theme.PANEL, share)))
@@ -304,23 +319,40 @@ class LanePainter:
                 words = f"{step.step} {step.side[0].upper() if step.side != 'unknown' else ''}"
                 person = f"  person {step.person}" if step.person and bar.width() > 84.0 else ""
                 painter.drawText(bar, Qt.AlignmentFlag.AlignCenter, words + person)
-        painter.setPen(QPen(QColor(theme.CONTACT), 1.0))
-        painter.drawLines(faint)
 
-    def bars(self) -> list[tuple[ContactSpan, QRectF]]:
-        """The contacts that can be seen, each with its bar."""
+    def bars(self, chosen: int = 0) -> list[tuple[ContactSpan, QRectF]]:
+        """The contacts that can be seen, each with its bar; those that are too thin for one only if they are chosen."""
         lane, found = self.lanes["contacts"], []
-        free = [-math.inf] * _BARS
-        for contact in self.content.contacts:
-            if contact.end_s < self.view.begin_s or contact.start_s > self.view.end_s:
-                continue
-            row = min(
-                range(_BARS), key=lambda k: (free[k] > contact.start_s, k if free[k] <= contact.start_s else free[k])
-            )
-            free[row] = contact.end_s
-            left, right = max(self.x(contact.start_s), self.left), min(self.x(contact.end_s), self.right)
-            found.append((contact, QRectF(left, lane.top + 3.0 + row * _BAR_PX, max(right - left, 1.0), _BAR_PX - 3.0)))
+        left, right, seen = self._spans_px()
+        wide = (right - left >= _THIN_PX) | np.array([one.id == chosen for one in self.content.contacts], bool)
+        for k in np.flatnonzero(seen & wide).tolist():
+            top = lane.top + 3.0 + int(self.content.bar_rows[k]) * _BAR_PX
+            bar = QRectF(left[k], top, max(right[k] - left[k], 1.0), _BAR_PX - 3.0)
+            found.append((self.content.contacts[k], bar))
         return found
+
+    def _spans_px(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+        """Where each contact begins and ends, and whether it can be seen."""
+        spans_s = self.content.spans_s
+        scale = (self.right - self.left) / (self.view.end_s - self.view.begin_s)
+        left, right = (self.left + scale * (spans_s[:, k] - self.view.begin_s) for k in (0, 1))
+        seen = (spans_s[:, 1] >= self.view.begin_s) & (spans_s[:, 0] <= self.view.end_s)
+        return np.maximum(left, self.left), np.minimum(right, self.right), seen
+
+    def _paint_thin(self, painter: QPainter) -> None:
+        """Contacts that are hardly wider than a pixel, all at once."""
+        left, right, seen = self._spans_px()
+        thin = seen & (right - left < _THIN_PX)
+        if not thin.any():
+            return
+        width = max(round(self.right - self.left), 1)
+        pixels = np.zeros((_BARS, width), np.uint32)
+        at = np.clip((left[thin] - self.left).astype(np.intp), 0, width - 1)
+        pixels[self.content.bar_rows[thin], at] = QColor(theme.mixed(theme.CONTACT, theme.PANEL, 0.6)).rgb()
+        for row in range(_BARS):
+            image = QImage(pixels[row].data, width, 1, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
+            top = self.lanes["contacts"].top + 3.0 + row * _BAR_PX
+            painter.drawImage(QRectF(self.left, top, width, _BAR_PX - 3.0), image)
 
 
 def time_in_words(time_s: float, step_s: float = 0.001) -> str:

@@ -88,6 +88,11 @@ class RecordedSteps(QWidget):
             box.blockSignals(False)
         self._filter()
 
+    @property
+    def every(self) -> int:
+        """How many steps it was given."""
+        return len(self._steps)
+
     def choose(self, number: int) -> None:
         """Mark a step of the list, in table and picture."""
         self._choice = number

@@ -225,10 +225,9 @@ class Axis(QWidget):
         if tiles.top <= at.y() < tiles.bottom and at.x() >= lanes.left:
             count = len(self.content.opened.floor.tiles)
             self.tile_chosen.emit(int((at.y() - tiles.top) / (tiles.bottom - tiles.top) * count))
-        numbers = {one.step.contact: k for k, one in enumerate(self.content.steps)}
         for contact, bar in lanes.bars():
-            if bar.adjusted(-2, 0, 2, 0).contains(at) and contact.id in numbers:
-                self.step_chosen.emit(numbers[contact.id])
+            if bar.adjusted(-2, 0, 2, 0).contains(at) and contact.id in self.content.number_of:
+                self.step_chosen.emit(self.content.number_of[contact.id])
 
     # --- keys ---
 

@@ -151,8 +151,9 @@ class RecordingsWorkspace(Workspace):
 
     def _take_survey(self, survey: Survey) -> None:
         if self.content is not None:
-            self.content.contacts, self.content.steps = list(survey.contacts), list(survey.steps)
-            self.steps.show_steps(self.content.steps, self.axis.view.step)
+            self.content.show_survey(list(survey.contacts), list(survey.steps))
+            if survey.whole or len(survey.steps) > 1.5 * self.steps.every:
+                self.steps.show_steps(self.content.steps, self.axis.view.step)
             self.axis.redraw()
             if survey.whole:
                 self.library.look()
