@@ -124,13 +124,14 @@ class TransportBar(QWidget):
     def _fit(self) -> None:
         """Leave out what can be missed, one thing after the other, until the rest has room."""
         self.target.setFixedWidth(22 * theme.GRID)
-        for figure in (self.asleep, self.latency, self.engine):
+        for figure in (self.asleep, self.latency, self.engine, self.level_text):
             figure.show()
         for leave_out in (
             self.asleep.hide,
             self.latency.hide,
             lambda: self.target.setFixedWidth(15 * theme.GRID),
             self.engine.hide,
+            self.level_text.hide,
         ):
             self._layout.invalidate()
             if self._layout.minimumSize().width() <= self.width():

@@ -228,12 +228,13 @@ class LanePainter:
             source, float(self._edges[0]), float(self._edges[-1]), self._frames, self.view.tile
         )
         whole = overview.levels[source][-1]
-        largest = float(max(np.nanmax(whole.high, initial=0.0), -np.nanmin(whole.low, initial=0.0)))
-        top = max(0.01, round_top(1.05 * largest))
+        both = [overview.levels[one][-1] for one in ("commanded", "measured")]  # on one scale, to be compared
+        largest = max(max(np.nanmax(one.high, initial=0.0), -np.nanmin(one.low, initial=0.0)) for one in both)
+        top = max(0.01, round_top(1.05 * float(largest)))
         self._paint_axis(painter, lane, (source.capitalize() + ",", f"m/s², {self._tile()}"), -top, top)
         if not len(whole):
             painter.setPen(QColor(theme.MUTED))
-            painter.drawText(self._area(lane), Qt.AlignmentFlag.AlignCenter, f"nothing was {source} or recorded")
+            painter.drawText(self._area(lane), Qt.AlignmentFlag.AlignCenter, f"nothing {source} was recorded")
             return
         low, high = envelope.column(column).between(self._edges)
         self._paint_band(painter, lane, low[:, 0], high[:, 0], (-top, top), QColor(colour))

@@ -42,10 +42,10 @@ class RecordedSteps(QWidget):
         for name, box in self.filters.items():
             box.setAccessibleName(f"Show steps of {name}")
             box.setToolTip(f"Show the steps of one {name}, or of all")
-            box.setMinimumContentsLength(9)
+            box.setMinimumContentsLength(10)
             box.currentTextChanged.connect(self._filter)
             head.append(box)
-        self.copying = tool_button("", "Copy as CSV", "Copy the selected steps, or all that are shown, as CSV")
+        self.copying = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
         self.copying.clicked.connect(self.copy)
         head.append(self.copying)
         across = QSplitter(Qt.Orientation.Horizontal)

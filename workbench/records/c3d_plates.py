@@ -84,7 +84,7 @@ class _Plate:
         across = self.corners_m[[0, 1]].mean(axis=0) - self.corners_m[[3, 2]].mean(axis=0)
         self._size_m = float(np.hypot(*along[:2])), float(np.hypot(*across[:2]))
         self._rotation_deg = float(np.degrees(np.arctan2(along[1], along[0])))
-        self._down = float(np.cross(along[:2], across[:2])) < 0.0
+        self._down = float(along[0] * across[1] - along[1] * across[0]) < 0.0
         """Whether the plate's z points into the floor: then its y is against the tile's."""
 
     @property

@@ -128,8 +128,11 @@ def _span(contact: Contact) -> ContactSpan:
 
 def cached_survey(recording: Recording) -> Survey | None:
     """The survey that was made of a recording as it is now; None where there is none."""
-    with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError):
-        return msgspec.json.decode(_place(recording, "json").read_bytes(), type=Survey)
+    with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
+        raw = msgspec.json.decode(_place(recording, "json").read_bytes())
+        for one in raw["steps"]:  # JSON has no NaN: a figure that there is not is null
+            one["step"] = {name: math.nan if value is None else value for name, value in one["step"].items()}
+        return msgspec.convert(raw, Survey)
     return None
 
 
@@ -195,7 +198,7 @@ def _make_of(base: sqlite3.Connection, recording: Recording, source: str, frames
         if first >= done:
             values = envelopes.loads(rows[:, 2:]) if source == "force" else rows
             envelopes.put(base, source, first, values, frames if source == "force" else 1.0)
-        if number % 50 == 49:
+        if number % 20 == 19:
             base.execute("commit")
             yield first
             base.execute("begin")
