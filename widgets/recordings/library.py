@@ -143,6 +143,7 @@ class Library(QWidget):
                 self.list.blockSignals(True)
                 self.list.setCurrentItem(item)
                 self.list.blockSignals(False)
+                self.delete.setEnabled(True)
 
     def chosen_path(self) -> Path | None:
         """The recording that is chosen."""

@@ -179,8 +179,9 @@ class Axis(QWidget):
         elif event.button() == Qt.MouseButton.LeftButton:
             in_ruler = at.y() < RULER_PX or bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
             self._drag = "select" if in_ruler else "scrub"
-            if self._drag == "scrub":
-                self._choose_at(at)
+            if self._drag == "scrub" and self._choose_at(at):
+                self._drag = ""  # the cursor is at the step's beginning
+            elif self._drag == "scrub":
                 self.set_cursor(self._from_s, follow=False)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -217,8 +218,8 @@ class Axis(QWidget):
             self.zoom(ZOOM ** (down / 120.0), self.time_at(event.position().x()))
         event.accept()
 
-    def _choose_at(self, at: QPointF) -> None:
-        """Choose the step or the tile under the mouse."""
+    def _choose_at(self, at: QPointF) -> bool:
+        """Choose the step or the tile under the mouse; whether there was a step."""
         lanes = self._painter()
         assert self.content is not None
         tiles = lanes.lanes["tiles"]
@@ -228,6 +229,8 @@ class Axis(QWidget):
         for contact, bar in lanes.bars():
             if bar.adjusted(-2, 0, 2, 0).contains(at) and contact.id in self.content.number_of:
                 self.step_chosen.emit(self.content.number_of[contact.id])
+                return True
+        return False
 
     # --- keys ---
 
