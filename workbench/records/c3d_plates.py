@@ -102,7 +102,7 @@ class _Plate:
                 size_m=self._size_m,
                 centre_m=(round(x, 9), round(y, 9)),
                 rotation_deg=round(self._rotation_deg, 6),
-                sensors_m=tuple((float(at), float(up)) for at, up in sensors),  # type: ignore[arg-type]
+                sensors_m=tuple((float(at), float(up)) for at, up in sensors),
                 sensor_depth_m=abs(float(self.origin_m[2])),
             )
         except BadValue as error:
