@@ -35,6 +35,17 @@ def titled(head: Sequence[QWidget | None], body: QWidget) -> QWidget:
     return panel
 
 
+def over_bar(body: QWidget, bar: QWidget) -> QWidget:
+    """`body` over a scroll bar."""
+    panel = QWidget()
+    layout = QVBoxLayout(panel)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(0)
+    layout.addWidget(body, 1)
+    layout.addWidget(bar)
+    return panel
+
+
 def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> QToolButton:
     """A button of a head line, with an icon, a text or both."""
     button = QToolButton()

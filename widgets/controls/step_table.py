@@ -155,6 +155,7 @@ class StepTable(QTableView):
         bar = self.verticalScrollBar()
         bar.rangeChanged.connect(self._keep_end)
         bar.valueChanged.connect(self._note_end)
+        self._order.rowsInserted.connect(self._follow)
 
     def shown_steps(self) -> list[Step]:
         """All steps, in the order in which they are shown."""
@@ -197,6 +198,10 @@ class StepTable(QTableView):
         for step in self.selected_steps() or self.shown_steps():
             lines.append("\t".join(_cell(getattr(step, column.name)) for column in COLUMNS))
         QGuiApplication.clipboard().setText("\n".join(lines))
+
+    def _follow(self) -> None:
+        if self._follows:
+            self.scrollToBottom()
 
     def _note_end(self, value: int) -> None:
         """Somebody has scrolled: up to read, or down to the end again."""
