@@ -65,6 +65,6 @@ class ForcePast:
         if not len(times) or end_s - seconds < times[0]:
             bins = self._bins.latest()
             if len(bins) and float(bins[0]) * BIN_S < (times[0] if len(times) else np.inf):
-                times, forces = (bins + 0.5) * BIN_S, self._means.latest()
+                times, forces = (bins.astype(np.float64) + 0.5) * BIN_S, self._means.latest()
         seen = slice(*np.searchsorted(times, [end_s - seconds, end_s + 1e-9]))
         return times[seen], forces[seen, row]

@@ -254,7 +254,7 @@ class LanePainter:
             painter.drawText(QPointF(self.left + 6.0, lane.top + 11.0), words[1])
         values = (0.0, 0.5 * high, high) if low > -high else (low, 0.0, high)
         for value in values:
-            y = _place(lane, value, low, high)
+            y = float(_place(lane, value, low, high))
             painter.setPen(QPen(QColor(theme.LINE), 1.0))
             painter.drawLine(QPointF(self.left, y), QPointF(self.right, y))
             painter.setPen(QColor(theme.MUTED))

@@ -177,10 +177,8 @@ class Library(QWidget):
 
     def _delete(self, path: Path) -> None:
         self.deleted.emit(path)
-        trashed = QFile.moveToTrash(str(path))
-        if isinstance(trashed, tuple):
-            trashed = trashed[0]
-        if trashed or not path.exists():
+        QFile.moveToTrash(str(path))
+        if not path.exists():
             self.said.emit(f"{path.name} is in the trash.")
             self.look()
         else:

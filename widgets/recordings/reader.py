@@ -257,13 +257,9 @@ class RecordingReader(QObject):
                 period = rate / float(recording.about["force_rate"])
                 made = envelopes.of_samples(rows[:, 0], period, envelopes.loads(rows[:, 2:]))
             else:
-                parts = [(at, rows[:, tile : tile + 1]) for at, rows in recording.blocks(source, int(begin), int(end))]
-                at = [np.arange(first, first + len(rows), dtype=np.float64) for first, rows in parts]
-                values = [rows for _, rows in parts]
-                made = envelopes.of_samples(np.concatenate(at), 1.0, np.concatenate(values)) if at else None
-                found[source] = made or envelopes.empty(1)
-                continue
-            found[source] = made if source == "force" else made.column(tile)
+                made = _samples_of(recording, source, begin, end, tile)
+            is_whole = source == "force" or frames <= RAW_S * rate
+            found[source] = made if is_whole else made.column(tile)
         self.strip_read.emit(Strip(begin, end, frames, tile, found))
 
     def _read_moment(self, frame: float, tile: int) -> None:
@@ -285,6 +281,15 @@ class RecordingReader(QObject):
         if self._recording is not None:
             change(self._recording)
             self.marked.emit(self._recording.marks())
+
+
+def _samples_of(recording: Recording, source: str, begin: float, end: float, tile: int) -> Envelope:
+    """The samples of one tile between two session frames, a bin each."""
+    parts = [(first, rows[:, tile : tile + 1]) for first, rows in recording.blocks(source, int(begin), int(end))]
+    if not parts:
+        return envelopes.empty(1)
+    at = np.concatenate([np.arange(first, first + len(rows), dtype=np.float64) for first, rows in parts])
+    return envelopes.of_samples(at, 1.0, np.concatenate([rows for _, rows in parts]))
 
 
 def vibration_of(samples: NDArray[np.float32], rate: float) -> Vibration:

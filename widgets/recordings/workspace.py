@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QShortcut
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QSplitter, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.survey_process import Progress
 from underfoot.floor.contacts import OngoingContact
@@ -340,7 +340,8 @@ class RecordingsWorkspace(Workspace):
             self.facts.setText("")
 
     def _enable(self) -> None:
-        for widget in (*self._needs_one, self._export_action):
+        self._export_action.setEnabled(self.content is not None)
+        for widget in self._needs_one:
             widget.setEnabled(self.content is not None)
 
     # --- layout ---
@@ -436,7 +437,6 @@ class RecordingsWorkspace(Workspace):
         self.stopping = self._button("stop", "", "Stop the export", self.exporting.stop)
         self.stopping.hide()
         self._needs_one: list[QWidget] = [*zoom, marking, self.playing, self.looping, self.patch, self.export_button]
-        self._labels: list[QLabel] = [self.title, self.facts]
         return [
             self.title,
             self.facts,
@@ -452,7 +452,7 @@ class RecordingsWorkspace(Workspace):
             self.export_button,
         ]
 
-    def _button(self, icon: str, text: str, tip: str, do: Callable[[], object]) -> QWidget:
+    def _button(self, icon: str, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
         button = tool_button(icon, text, tip)
         button.clicked.connect(lambda _=False: do())
         return button

@@ -47,8 +47,8 @@ def _write(material: Material, path: Path) -> None:
         "marks": {"time_s": np.array([at for at, _ in marks]), "text": np.array([text for _, text in marks], object)},
     }
     material.go_on("Writing", 0.9)
-    with replaced(path) as part, written(path), part.open("wb") as file:
-        savemat(file, content, do_compression=True)
+    with replaced(path) as part, written(path):
+        savemat(str(part), content, appendmat=False, do_compression=True)
 
 
 FORMAT = ExportFormat(
