@@ -88,6 +88,7 @@ class MonitorWorkspace(Workspace):
         self.levels = LevelPlot()
         self.steps = StepPanel()
         self.table = self.steps.table
+        self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
         self._span_s = SPANS_S[0]
         self._ticks = 0
         self._paused_s = self._hover_s = math.nan
@@ -151,7 +152,7 @@ class MonitorWorkspace(Workspace):
         self._commanded = History(np.float32, int(_LEVELS_S * rate_hz), count)
         self._measured = History(np.float32, int(_LEVELS_S * rate_hz), count)
         self.watch = ResponseWatch(count, rate_hz)
-        self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
+        self._onsets.clear()
         self._now_frame = 0.0
         self._row = 0
         self._peak = np.zeros(count)
