@@ -20,8 +20,10 @@ def run(
     patch_path: Path | None = None,
     screenshot_dir: Path | None = None,
     engine: ChildProcess | None = None,
+    file: Path | None = None,
 ) -> int:
-    """Open the window and stay until it is closed; the exit status. `engine` is a process for its first session.
+    """Open the window and stay until it is closed; the exit status. `engine` is a process for its first session;
+    `file` is opened in the workspace that opens such files.
 
     With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes; it
     neither makes a sound nor remembers anything.
@@ -39,6 +41,8 @@ def run(
             signal.signal(number, lambda *_: window.leave())
         window.controller.use_sound(screenshot_dir is None)
         window.show()
+        if file is not None:
+            window.open_file(file)
         freeze_loaded(window.bridge.started, window.loaded)
         window.painted.connect(window.start)
         window.controller.opened.connect(window.make_next_workspace)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
     QFrame,
@@ -110,10 +111,32 @@ class TransportBar(QWidget):
         self._flagged[workspace] = lines
         workspace, lines = next((item for item in self._flagged.items() if item[1]), (workspace, ()))
         self.flags.setVisible(bool(lines))
+        self._fit()
         more = [f"and {len(lines) - MOST_FLAGS} more"] if len(lines) > MOST_FLAGS else []
         self.flags.setToolTip("\n".join([f"{workspace}:", *lines[:MOST_FLAGS], *more]))
         self.flags.setAccessibleName(f"{workspace}: {len(lines)} warnings")
         self.flags.setAccessibleDescription("; ".join(lines))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        self._fit()
+        super().resizeEvent(event)
+
+    def _fit(self) -> None:
+        """Leave out what can be missed, one thing after the other, until the rest has room."""
+        self.target.setFixedWidth(22 * theme.GRID)
+        for figure in (self.asleep, self.latency, self.engine, self.level_text):
+            figure.show()
+        for leave_out in (
+            self.asleep.hide,
+            self.latency.hide,
+            lambda: self.target.setFixedWidth(15 * theme.GRID),
+            self.engine.hide,
+            self.level_text.hide,
+        ):
+            self._layout.invalidate()
+            if self._layout.minimumSize().width() <= self.width():
+                break
+            leave_out()
 
     def _click_flags(self) -> None:
         self.flags_clicked.emit(next(workspace for workspace, lines in self._flagged.items() if lines))

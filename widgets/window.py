@@ -5,7 +5,14 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QKeyEvent,
+    QKeySequence,
+    QPaintEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
 from underfoot.devices.sound import devices
@@ -21,7 +28,7 @@ from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.menu import MainMenu
 from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
-from underfoot.widgets.session.dropped_files import DroppedFiles
+from underfoot.widgets.session.dropped_files import DroppedFiles, Handlers
 from underfoot.widgets.session.exchange import Exchange
 from underfoot.widgets.session.listening import Listening
 from underfoot.widgets.session.network_link import NetworkLink
@@ -78,9 +85,11 @@ class MainWindow(QMainWindow):
         self.network = NetworkLink(self.controller, self.settings, self.panic)
         self.target_selection = TargetSelection(self.controller, self.settings)
         files = FileQuestion(self, lambda: self.settings.folder, self.say)
-        self._target_chooser = TargetChooser(self, self.controller, self.target_selection, files, self.say)
+        self._target_chooser = TargetChooser(
+            self, self.controller, self.target_selection, files, self.say, self.open_file
+        )
         self._exchange = Exchange(self, self.open_patch, self.controller, files, self.say)
-        DroppedFiles(self, self._exchange.handlers)
+        DroppedFiles(self, self._handlers)
         self._declarations = discover()
         self.listening = Listening(self.controller, self.open_patch, REGISTRY)
         self._context = WorkspaceContext(
@@ -146,6 +155,20 @@ class MainWindow(QMainWindow):
     def say(self, text: str) -> None:
         """Show one line for the person at the bottom of the window."""
         self.status.show_message(text)
+
+    def open_file(self, path: Path) -> None:
+        """Open a file in the workspace that opens files of its suffix."""
+        declared = next((one for one in self._declarations if path.suffix.lower() in one.opens), None)
+        if declared is None:
+            self.say(f"{path} cannot be opened here")
+            return
+        self.show_workspace(declared.name)
+        self.workspaces[declared.name].open_file(path)
+
+    def _handlers(self) -> Handlers:
+        """What opens files that are dropped: workspaces theirs, and patches of any program."""
+        ours = {suffix: self.open_file for declared in self._declarations for suffix in declared.opens}
+        return {**self._exchange.handlers(), **ours}
 
     def panic(self) -> None:
         """Silence at once, whatever makes the sound."""

@@ -59,6 +59,9 @@ class Workspace(QWidget):
     def set_active(self, active: bool) -> None:
         """The workspace comes to the screen, or another one takes its place."""
 
+    def open_file(self, path: Path) -> None:
+        """Open a file of one of the suffixes that the declaration says."""
+
     def silence(self) -> None:
         """Panic: end whatever makes sound by itself."""
 
@@ -70,7 +73,8 @@ class Workspace(QWidget):
 class WorkspaceDeclaration:
     """A workspace as its folder declares it. `make` imports what it needs, so that an unused workspace costs nothing.
 
-    `name` is on its tab, `key` brings it to the screen; tabs are in the order of their keys. `focus` says where the
+    `opens` are the suffixes of files that it opens: dropped on the window, or named on the command line. `name` is on
+    its tab, `key` brings it to the screen; tabs are in the order of their keys. `focus` says where the
     focus must be for its shortcuts, if that is not the whole workspace.
     """
 
@@ -78,6 +82,7 @@ class WorkspaceDeclaration:
     key: str
     make: Callable[[WorkspaceContext], Workspace]
     focus: str = ""
+    opens: tuple[str, ...] = ()
 
 
 def discover() -> tuple[WorkspaceDeclaration, ...]:

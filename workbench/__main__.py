@@ -24,16 +24,25 @@ if TYPE_CHECKING:
     "--target",
     default="simulator",
     show_default=True,
-    help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or a force CSV.",
+    help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or "
+    "a force CSV, a recording, or a C3D file.",
 )
 @click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
+@click.option("--recording", type=click.Path(path_type=Path), help="Recording to open; `underfoot FILE` does the same.")
 @click.option("--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace here, and exit.")
 @click.pass_context
-def cli(context: click.Context, target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> None:
+def cli(
+    context: click.Context,
+    target: str,
+    floor: Path | None,
+    patch: Path | None,
+    recording: Path | None,
+    screenshot: Path | None,
+) -> None:
     """Underfoot: a workbench for vibrotactile floors. Without a command it opens the window."""
     if context.invoked_subcommand is None:
-        context.exit(_open_window(target, floor, patch, screenshot))
+        context.exit(_open_window(target, floor, patch, recording, screenshot))
 
 
 def main() -> None:
@@ -64,7 +73,9 @@ def _fail(line: str) -> None:
     sys.exit(1)
 
 
-def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot: Path | None) -> int:
+def _open_window(
+    target: str, floor: Path | None, patch: Path | None, recording: Path | None, screenshot: Path | None
+) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""
     from underfoot.engine.child_process import engine_process
 
@@ -77,6 +88,10 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
         opened = _target(target, floor)
         if patch is not None:
             Patch.load(patch, REGISTRY)
+        if recording is not None:
+            from underfoot.records.recording import Recording
+
+            Recording(recording).close()
         if screenshot is not None:
             try:
                 screenshot.mkdir(parents=True, exist_ok=True)
@@ -85,15 +100,14 @@ def _open_window(target: str, floor: Path | None, patch: Path | None, screenshot
         from underfoot.widgets.application import run
 
         unless_opened.pop_all()
-    return run(opened, patch, screenshot, engine)
+    return run(opened, patch, screenshot, engine, recording)
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":
     """The target that was asked for; None for what the window opens by itself."""
     from underfoot.engine.target import Target, force_rate_hz, require_source, simulation_of
-    from underfoot.floor.forces import floor_beside
     from underfoot.floor.layout import Floor, default_floor
-    from underfoot.records.recording import is_recording
+    from underfoot.records.force_files import FORMS, floor_of
 
     hardware = split_target(name)
     if hardware is not None:
@@ -109,14 +123,9 @@ def _target(name: str, floor: Path | None) -> "Target | None":
     if not os.path.isfile(name):
         raise BadFile(
             f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, "
-            f"{target_forms()}, or a force CSV that is there"
+            f"{target_forms()}, or {FORMS} that is there"
         )
-    if is_recording(Path(name)):
-        raise BadFile(
-            f"--target is {name}, a recording: it is played again by `underfoot render {name}` and read by "
-            f"`underfoot monitor {name}`; allowed: a target, or a force CSV"
-        )
-    target = Target(Floor.load(floor or floor_beside(name)), kind="replay", source=name)
+    target = Target(Floor.load(floor) if floor else floor_of(name), kind="replay", source=name)
     force_rate_hz(target)  # a file that cannot be played is said before a window is there
     return target
 

@@ -71,12 +71,20 @@ class RunningSpectrum:
         begin = self._column % self.columns
         return self._picture[begin : begin + self.columns].T
 
+    def part(self, begin: float, end: float) -> tuple[NDArray[np.uint8], float, float]:
+        """The columns between two session frames, as `levels` has them, and the frames at their edges."""
+        oldest = self._column - self.columns
+        first = min(max(int(begin // self.hop), oldest), self._column)
+        behind = min(max(int(-(-end // self.hop)) + 1, first), self._column)
+        edges = (first - 0.5) * self.hop, (behind - 0.5) * self.hop
+        return self.levels()[:, first - oldest : behind - oldest], *edges
+
     def _skip_to(self, first: int) -> None:
         """Begin anew at frame `first`: columns between are dark."""
         half = self._size // 2
         column = -(-(first + half) // self.hop)
-        for gap in range(max(self._column, column - self.columns), column):
-            self._put(gap, np.zeros((1, ROWS), np.uint8))
+        dark = max(self._column, column - self.columns)
+        self._put(dark, np.zeros((max(column - dark, 0), ROWS), np.uint8))
         self._column, self._first = column, first
 
     def _make(self) -> None:

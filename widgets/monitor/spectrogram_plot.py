@@ -35,9 +35,9 @@ class SpectrogramPlot(Plot):
 
     def show_spectrum(self, spectrum: RunningSpectrum, now_frame: float, rate_hz: float) -> None:
         """Draw `spectrum` so that `now_frame` is at the right edge."""
-        right = (spectrum.end_frame - now_frame) / rate_hz
-        self._times_s = (right - spectrum.columns * spectrum.hop / rate_hz, right)
-        self._levels = spectrum.levels()
+        levels, begin, end = spectrum.part(now_frame - self._seconds * rate_hz, now_frame)
+        self._levels = levels if levels.shape[1] else None
+        self._times_s = ((begin - now_frame) / rate_hz, (end - now_frame) / rate_hz)
         self._show()
 
     def _show(self) -> None:

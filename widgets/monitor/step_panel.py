@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +10,18 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
+from underfoot.files import make_folder
 from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import gait_of
 from underfoot.widgets import theme
-from underfoot.widgets.monitor.panels import titled, tool_button
-from underfoot.widgets.monitor.step_table import StepTable, WholeRows
+from underfoot.widgets.controls.panels import titled, tool_button
+from underfoot.widgets.controls.step_table import StepTable, WholeRows
 
 CADENCE_STEPS = 8
 """The cadence is a mean over so many steps."""
+
+MOST_FILES = 100
+"""So many files of footsteps that nobody saved are kept."""
 
 GAIT_STEPS = 100
 """Each person's gait, under the mouse, is of so many of the latest steps."""
@@ -35,6 +40,9 @@ class StepPanel(QWidget):
         self.count = theme.label("", "muted")
         self._cadence = theme.label("", "muted")
         self._folder = Path.home()
+        self.folder: Path | None = None
+        """Where footsteps that nobody saved are kept when another session begins."""
+        self._is_saved = True
         self.exporting = tool_button("export", "Export…", "Save the footsteps as a CSV table")
         self.exporting.clicked.connect(self._ask_for_file)
         self.clearing = tool_button("broom", "Clear", "Remove all footsteps from the table")
@@ -49,10 +57,28 @@ class StepPanel(QWidget):
     def add(self, steps: Sequence[Step]) -> None:
         """Append footsteps."""
         self.table.steps.add(steps)
+        self._is_saved = self._is_saved and not steps
         self._show_count()
+
+    def begin_anew(self) -> None:
+        """Another session begins, or the window closes: footsteps that nobody saved are kept as a file."""
+        count = len(self.table.steps.steps)
+        if count and not self._is_saved and self.folder is not None:
+            path = self.folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.csv"
+            try:
+                make_folder(self.folder)
+                for old in sorted(self.folder.glob("*.csv"))[: 1 - MOST_FILES]:
+                    old.unlink(missing_ok=True)
+                self.table.export(path)
+            except (UnderfootError, OSError) as error:
+                self.said.emit(str(error))
+                return
+            self.said.emit(f"{count} footsteps of the session before are kept as {path}.")
+        self.clear()
 
     def clear(self) -> None:
         """Remove all footsteps."""
+        self._is_saved = True
         self.table.steps.clear()
         self._show_count()
         self.cleared.emit()
@@ -65,6 +91,7 @@ class StepPanel(QWidget):
             self.said.emit(str(error))
             return
         self._folder = Path(path).parent
+        self._is_saved = True
         self.said.emit(f"{self.table.steps.rowCount()} footsteps were saved as {path}.")
 
     def _ask_for_file(self) -> None:

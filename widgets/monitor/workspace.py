@@ -10,6 +10,7 @@ from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import (
     QComboBox,
     QLabel,
+    QScrollBar,
     QSizePolicy,
     QSplitter,
     QStackedWidget,
@@ -25,11 +26,12 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.tile_response import ResponseWatch, response_of
 from underfoot.quantities import number
 from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import LevelKey, over_bar, titled, tool_button
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.level_plot import LevelPlot, in_words
-from underfoot.widgets.monitor.panels import LevelKey, titled, tool_button
+from underfoot.widgets.monitor.past import PAST_S, ForcePast
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel
@@ -44,6 +46,7 @@ SHORTCUTS = (
     ("Select the next tile, with the focus on the floor", "Arrows"),
     ("Pause or resume the display", "P"),
     ("Levels or spectrogram of the vibration", "L"),
+    ("Back through the last ten minutes; on; to now", "Shift+Left, wheel; Shift+Right; Shift+End"),
     ("Copy footsteps, with the focus on the table", "Ctrl+C"),
 )
 
@@ -85,10 +88,12 @@ class MonitorWorkspace(Workspace):
         self.levels = LevelPlot()
         self.steps = StepPanel()
         self.table = self.steps.table
+        self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
         self._span_s = SPANS_S[0]
         self._ticks = 0
-        self._paused_s = math.nan
-        self._hover_s = math.nan
+        self._paused_s = self._hover_s = math.nan
+        self._back_to_s = math.nan
+        """What is at the right edge, where somebody has scrolled back."""
         self._build()
         self.map.chosen.connect(self._show_tile)
         self.map.touched.connect(lambda: self.following.setChecked(False))
@@ -97,6 +102,7 @@ class MonitorWorkspace(Workspace):
         self.steps.cleared.connect(lambda: self._onsets.clear())
         for plot in (self.force, self.spectrogram):
             plot.hovered.connect(self._hover)
+            plot.wheeled.connect(self._scroll)
         self.set_span(self._span_s)
         self.set_level(0.0)
         self.setFocusProxy(self.map)
@@ -110,6 +116,7 @@ class MonitorWorkspace(Workspace):
         controller.opened.connect(self._set_target)
         if controller.session is not None:
             self._set_target(controller.target)
+        self.steps.folder = context.folder / "footsteps"
         bridge.forces.connect(self.take_forces)
         bridge.vibrated.connect(self.take_vibration)
         bridge.measured.connect(self.take_measured)
@@ -120,6 +127,10 @@ class MonitorWorkspace(Workspace):
 
     def shortcuts(self) -> Keys:
         return SHORTCUTS
+
+    def close_down(self) -> None:
+        """Footsteps that nobody saved are kept."""
+        self.steps.begin_anew()
 
     def set_active(self, active: bool) -> None:
         """Vibration is read from the session only while it can be seen."""
@@ -134,15 +145,14 @@ class MonitorWorkspace(Workspace):
         """Begin anew with this floor; `rate_hz` are session frames a second."""
         count = len(floor.tiles)
         self._floor, self._rate_hz = floor, rate_hz
-        self._times = History(np.float64, int(LONGEST_S * _FORCE_HZ))
-        self._forces = History(np.float32, int(LONGEST_S * _FORCE_HZ), count, 4)
-        self.spectrum = RunningSpectrum(rate_hz, LONGEST_S)
+        self.past = ForcePast(count, LONGEST_S, _FORCE_HZ)
+        self.spectrum = RunningSpectrum(rate_hz, PAST_S)
         self._vibration = History(np.float32, int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count)
         self._vibration_end = self._spectrum_end = 0
         self._commanded = History(np.float32, int(_LEVELS_S * rate_hz), count)
         self._measured = History(np.float32, int(_LEVELS_S * rate_hz), count)
         self.watch = ResponseWatch(count, rate_hz)
-        self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
+        self._onsets.clear()
         self._now_frame = 0.0
         self._row = 0
         self._peak = np.zeros(count)
@@ -150,7 +160,7 @@ class MonitorWorkspace(Workspace):
         self._newest_contact = 0
         self.map.can_press = simulated
         self.map.set_floor(floor)
-        self.steps.clear()
+        self.steps.begin_anew()
         for widget in (self.walker, self.press_n, self._press_label):
             widget.setVisible(simulated)
         self.walker.setChecked(simulated)
@@ -173,8 +183,7 @@ class MonitorWorkspace(Workspace):
 
     def take_forces(self, update: ForceUpdate) -> None:
         """Force samples, and the contacts on the floor."""
-        self._times.append(update.time_s)
-        self._forces.append(update.force_n)
+        self.past.append(update.time_s, update.force_n)
         self._latest = update
         for rows in update.contact_rows:
             self.map.add_trails(rows)
@@ -209,17 +218,14 @@ class MonitorWorkspace(Workspace):
 
     def draw(self) -> None:
         """Draw the present, unless it cannot be seen or is paused."""
-        if not self.isVisible() or self.window().isMinimized() or self.is_paused:
+        if not self.isVisible() or self.window().isMinimized():
+            return
+        self._show_bar()
+        if self.is_paused:
             return
         self._catch_up()
+        self._draw_plots()
         now_s = self._now_frame / self._rate_hz
-        times, forces = self._times.latest(), self._forces.latest()[:, self._row]
-        if len(times):
-            onsets_s = [start_s for tile, start_s in self._onsets if tile == self.map.choice()]
-            self.force.show_forces(times, forces, now_s, np.array(onsets_s))
-        else:
-            self.force.clear_forces()
-        self.spectrogram.show_spectrum(self.spectrum, self._now_frame, self._rate_hz)
         if self._latest is not None:
             self.map.set_loads(self._latest.load_n, self._latest.untared)
             self.map.set_contacts(self._latest.contacts, now_s)
@@ -231,6 +237,51 @@ class MonitorWorkspace(Workspace):
             self._show_figures()
             self._show_levels()
         self._ticks += 1
+
+    def _draw_plots(self) -> None:
+        """Force and spectrogram of the seconds before now, or before what was scrolled back to."""
+        end_s = self.shown_s
+        times, forces = self.past.until(end_s, self._span_s, self._row)
+        if len(times):
+            onsets_s = [start_s for tile, start_s in self._onsets if tile == self.map.choice()]
+            self.force.show_forces(times, forces, end_s, np.array(onsets_s))
+        else:
+            self.force.clear_forces()
+        self.spectrogram.show_spectrum(self.spectrum, end_s * self._rate_hz, self._rate_hz)
+
+    @property
+    def shown_s(self) -> float:
+        """The time at the right edge of the plots."""
+        for held_s in (self._back_to_s, self._paused_s):
+            if math.isfinite(held_s):
+                return held_s
+        return self._now_frame / self._rate_hz
+
+    def scroll_to(self, end_s: float) -> None:
+        """Show the seconds before a time of the last ten minutes; what comes meanwhile is kept. Now: go on live."""
+        now_s = self._now_frame / self._rate_hz
+        first_s = max(self.past.first_s, now_s - PAST_S)
+        if not first_s < now_s or end_s >= now_s - 0.05:
+            self._back_to_s = math.nan
+        else:
+            self._back_to_s = max(end_s, min(first_s + self._span_s, now_s))
+        self._draw_plots()
+        self._show_bar()
+        self._show_figures()
+
+    def _scroll(self, share: float) -> None:
+        self.scroll_to(self.shown_s + share * self._span_s)
+
+    def _show_bar(self) -> None:
+        """The scroll bar is as long as what is known, in tenths of a second."""
+        now_s = self._now_frame / self._rate_hz
+        first_s = max(self.past.first_s, now_s - PAST_S)
+        first_s = first_s + self._span_s if math.isfinite(first_s) else now_s
+        self.back.blockSignals(True)
+        self.back.setRange(min(round(10.0 * first_s), round(10.0 * now_s)), round(10.0 * now_s))
+        self.back.setPageStep(round(10.0 * self._span_s))
+        self.back.setValue(round(10.0 * self.shown_s))
+        self.back.blockSignals(False)
 
     def _catch_up(self) -> None:
         """Go on with the spectrum of a tile that was selected just now, from what is known of its vibration."""
@@ -260,7 +311,7 @@ class MonitorWorkspace(Workspace):
 
     def resume(self) -> None:
         """Show the present again."""
-        self._paused_s = math.nan
+        self._paused_s = self._back_to_s = math.nan
         self.pausing.setChecked(False)
         self.pausing.setIcon(theme.icon("pause"))
 
@@ -298,15 +349,18 @@ class MonitorWorkspace(Workspace):
 
     def _show_figures(self) -> None:
         """Force of each corner and their sum, under the mouse or else now."""
-        times, forces = self._times.latest(), self._forces.latest()
+        times, forces = self.past.until(self.shown_s, self._span_s, self._row)
         values = np.full(5, math.nan)
         if len(times):
-            end_s = self._paused_s if self.is_paused else self._now_frame / self._rate_hz
-            at = len(times) - 1 if math.isnan(self._hover_s) else int(np.searchsorted(times, end_s + self._hover_s))
+            hovered_s = self.shown_s + self._hover_s
+            at = len(times) - 1 if math.isnan(self._hover_s) else int(np.searchsorted(times, hovered_s))
             if at < len(times):
-                values[1:] = forces[at, self._row]
+                values[1:] = forces[at]
                 values[0] = values[1:].sum()
-        when = "now" if math.isnan(self._hover_s) else f"at {number(self._hover_s)} s"
+        ago_s = self._now_frame / self._rate_hz - self._back_to_s
+        when = f"{ago_s:.0f} s ago" if math.isfinite(ago_s) else "now"
+        if math.isfinite(self._hover_s):
+            when = f"at {number(self._hover_s)} s"
         self._when.setText(when)
         for label, value in zip(self.figures, values, strict=True):
             label.setText(f"{round(value)} N".replace("-", "−") if math.isfinite(value) else "– N")
@@ -344,9 +398,19 @@ class MonitorWorkspace(Workspace):
         self.vibration_views.addWidget(self.levels)
         plots.addWidget(titled(self._vibration_head(), self.vibration_views))
         plots.setSizes([240, 272])
+        self.back = QScrollBar(Qt.Orientation.Horizontal)
+        self.back.setAccessibleName("Back through the last ten minutes")
+        self.back.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.back.valueChanged.connect(lambda tenths: self.scroll_to(0.1 * tenths))
+        for keys, do in (
+            ("Shift+Left", lambda: self._scroll(-0.5)),
+            ("Shift+Right", lambda: self._scroll(0.5)),
+            ("Shift+End", lambda: self.scroll_to(math.inf)),
+        ):
+            QShortcut(keys, self, do)
         across = QSplitter(Qt.Orientation.Horizontal)
         across.addWidget(titled(self._floor_head(), self.map))
-        across.addWidget(plots)
+        across.addWidget(over_bar(plots, self.back))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)
         across.setSizes([400, 880])

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QImage, QLinearGradient, QPainter, QPen, QPolygonF
 
-from underfoot.drawing.look import BACKDROP_OPACITY, DASH_PX, DOT_PX, heat_colours, heat_table
-from underfoot.drawing.shapes import Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
+from underfoot.drawing.look import AREA_OPACITY, BACKDROP_OPACITY, DASH_PX, DOT_PX, heat_colours, heat_table
+from underfoot.drawing.shapes import Area, Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
 from underfoot.widgets import theme
 
 _HEAT_STOPS = 17
@@ -27,6 +27,12 @@ def paint(painter: QPainter, shape: Shape) -> None:
         case Dots():
             painter.setPen(QPen(QColor(shape.colour), DOT_PX, c=Qt.PenCapStyle.RoundCap))
             painter.drawPoints(polygon(shape.points))
+        case Area():
+            inside = QColor(shape.colour)
+            inside.setAlphaF(AREA_OPACITY)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(inside)
+            painter.drawPolygon(polygon(shape.points))
         case HeatArea():
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(_heat_brush(shape.left, shape.right))

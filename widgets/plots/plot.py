@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QContextMenuEvent, QMouseEvent, QPainter, QPaintEvent, QPixmap
+from PySide6.QtCore import QEvent, QMetaMethod, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QContextMenuEvent, QMouseEvent, QPainter, QPaintEvent, QPixmap, QWheelEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.drawing import Drawing
@@ -28,6 +28,8 @@ class Plot(QWidget):
 
     hovered = Signal(float)
     """Where the mouse is on the x axis; NaN beside it, and when the mouse has left."""
+    wheeled = Signal(float)
+    """The wheel was turned over the plot: a share of its width, below 0 towards its left end."""
 
     def __init__(self, name: str = "", margins: Margins | None = None) -> None:
         super().__init__()
@@ -95,6 +97,13 @@ class Plot(QWidget):
         area = self.frame.area
         across = event.position().x()
         self.hovered.emit(self.frame.x.value(across) if area.left <= across <= area.right else math.nan)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if self.isSignalConnected(QMetaMethod.fromSignal(self.wheeled)):
+            self.wheeled.emit(-(event.angleDelta().y() or -event.angleDelta().x()) / 600.0)
+            event.accept()
+        else:
+            event.ignore()  # what lies around it may be scrolled
 
     def leaveEvent(self, event: QEvent) -> None:
         self.hovered.emit(math.nan)

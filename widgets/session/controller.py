@@ -79,6 +79,8 @@ class SessionController(QObject):
         self._preview_ticket, self._preview_node = 0, ""
         self._worker: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = False
+        self.target_is_locked = False
+        self.target_locked.connect(self._note_lock)
         self._closed.connect(self._open)
         self._made.connect(self._take)
         self._failed.connect(self._fall_back)
@@ -350,6 +352,9 @@ class SessionController(QObject):
             self._is_silent_start = False
             self.said.emit(f"The output is silent. Space plays, at {self._settings.level_db:.0f} dB.")
 
+    def _note_lock(self, locked: bool) -> None:
+        self.target_is_locked = locked
+
     def _set_playing(self, playing: bool) -> None:
         self.playing = playing
         self.playing_changed.emit(playing)
@@ -381,7 +386,12 @@ def as_it_is(patch: Patch) -> Patch:
     return patch
 
 
+def recordings_folder() -> Path:
+    """Where the window records to."""
+    return Path(platformdirs.user_documents_dir()) / "Underfoot"
+
+
 def _recording_path() -> Path:
-    folder = Path(platformdirs.user_documents_dir()) / "Underfoot"
+    folder = recordings_folder()
     folder.mkdir(parents=True, exist_ok=True)
     return folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.underfoot"

@@ -28,7 +28,8 @@ class Settings(msgspec.Struct):
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
     metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
-    of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them.
+    of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them. `recordings` are files and
+    folders of recordings beside the one that is recorded to.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -61,6 +62,7 @@ class Settings(msgspec.Struct):
     recent: list[str] = []
     stars: list[str] = []
     first_steps_done: bool = False
+    recordings: list[str] = []
 
     @staticmethod
     def load(folder: Path) -> "Settings":

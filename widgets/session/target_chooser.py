@@ -1,6 +1,7 @@
 """What follows a choice of the target chooser: a question where the choice needs one, and the change of target."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
@@ -12,9 +13,11 @@ from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.target_selection import TargetSelection
 
+FORCE_FILES = "Forces (*.csv *.underfoot *.uf *.c3d);;All files (*)"
+
 
 class TargetChooser:
-    """Asks in dialogs of `window`; errors of ours go to `complain`."""
+    """Asks in dialogs of `window`; errors of ours go to `complain`, a recording to be looked at to `open_recording`."""
 
     def __init__(
         self,
@@ -23,9 +26,10 @@ class TargetChooser:
         selection: TargetSelection,
         files: FileQuestion,
         complain: Callable[[str], object],
+        open_recording: Callable[[Path], object],
     ) -> None:
         self._window, self._controller, self._selection = window, controller, selection
-        self._files, self._complain = files, complain
+        self._files, self._complain, self._open_recording = files, complain, open_recording
 
     def choose(self, key: str) -> None:
         """Go on with a key of `session.targets.choices`."""
@@ -41,8 +45,10 @@ class TargetChooser:
             ask("A floor", "Floors (*.json);;All files (*)", selection.use_floor)
         elif kind in TRANSPORTS:
             self._ask_address(kind)
+        elif kind == "recording":
+            ask("A recording", "Recordings (*.underfoot *.uf)", self._open_recording)
         else:
-            ask("Recorded forces", "Force tables (*.csv);;All files (*)", selection.use_forces)
+            ask("Recorded forces", FORCE_FILES, selection.use_forces)
 
     def _ask_address(self, scheme: str) -> None:
         from underfoot.widgets.dialogs.transport_dialog import TransportDialog

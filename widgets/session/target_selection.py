@@ -5,9 +5,9 @@ from pathlib import Path
 
 from underfoot.devices.accelerometers import accelerometers_of
 from underfoot.engine.target import require_source
-from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_tile import TileParameters
+from underfoot.records.force_files import floor_of
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import make_target
@@ -45,8 +45,9 @@ class TargetSelection:
             self._use("simulator", "", default_floor(self._settings.rows, self._settings.columns))
 
     def use_forces(self, path: Path) -> None:
-        """Play back the forces in a CSV file, whose floor lies beside it; `BadFile` where one cannot be read."""
-        self._use("replay", str(path), Floor.load(floor_beside(path)))
+        """Play back the forces in a file: a CSV whose floor lies beside it, a recording, force plates in a C3D file.
+        `BadFile` where one cannot be read."""
+        self._use("replay", str(path), floor_of(path))
 
     def use_transport(self, scheme: str, address: str) -> None:
         """Play on hardware on a transport, laid out as the present floor; `UnderfootError` where it cannot be opened.

@@ -6,9 +6,9 @@ from underfoot.devices.accelerometers import Accelerometer, accelerometers_of
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue, UnderfootError
-from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.tile_parameters import simulation
+from underfoot.records.force_files import floor_of
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.targets import words_of
 
@@ -40,7 +40,7 @@ def remembered_target(settings: Settings) -> Target:
     """The last target; the simulated floor of four ideal tiles where its file is gone."""
     try:
         if settings.kind == "replay":
-            return make_target(settings, "replay", settings.source, Floor.load(floor_beside(settings.source)))
+            return make_target(settings, "replay", settings.source, floor_of(settings.source))
         floor = Floor.load(settings.source) if settings.source else default_floor(settings.rows, settings.columns)
         simulation(settings.simulation)
     except UnderfootError:

@@ -23,7 +23,8 @@ def choices() -> Choices:
             "Simulated tile",
         ),
         ("", ""),
-        ("forces", "Recorded forces from a file…"),
+        ("recording", "Open a recording…"),
+        ("forces", "Play recorded forces from a file…"),
         ("", ""),
         *((scheme, f"{transport.title}…") for scheme, transport in TRANSPORTS.items()),
     )

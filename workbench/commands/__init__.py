@@ -4,6 +4,7 @@ A new file is a new command; there is no list to add it to. Files that define no
 several commands share.
 """
 
+import os
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -16,6 +17,12 @@ class CommandGroup(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The names of all commands, in alphabetical order."""
         return [name for name in _modules() if self.get_command(ctx, name) is not None]
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """`underfoot FILE` opens a recording: a file that is no command stands for `--recording FILE`."""
+        if args and args[0] not in _modules() and os.path.isfile(args[0]):
+            args = ["--recording", *args]
+        return super().parse_args(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command of this name; None where there is none."""

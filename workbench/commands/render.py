@@ -63,7 +63,7 @@ class RenderOptions:
 @click.option("--rate", type=float, help=f"Frames per second; {RATE_HZ} by default.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block; the output is the same.")
 @click.option("--seed", type=int, help="Seed instead of the patch's own.")
-@click.option("--force", help='Force CSV, or "none" for an empty floor; by default a walker walks.')
+@click.option("--force", help='Force CSV, recording, C3D file, or "none" for an empty floor; else a walker walks.')
 @click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: how each is driven.")
 @click.option("--simulation", type=FILE, help="What simulated tiles are made of: a parameter file.")

@@ -1,16 +1,14 @@
 """The force of a rendering: a file of forces, a simulated walker, or nobody."""
 
-import os
 from pathlib import Path
 
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.errors import BadFile
-from underfoot.floor.forces import floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import profiles_of
 from underfoot.floor.tile_parameters import TileParameters
+from underfoot.records.force_files import read_force_file
 
 DEFAULT_S = 5.0
 """Seconds that are rendered where no file of forces says how long."""
@@ -37,16 +35,5 @@ def offline_source(
             return SimulatedFloor(layout, rate_hz, seed, force is None), DEFAULT_S
         known = profiles_of(profiles, layout) if profiles else None  # of these very tiles: seed 1
         return SimulatedFloor(layout, rate_hz, 1, force is None, simulation, known), DEFAULT_S
-    layout = floor or Floor.load(_floor_of(Path(force)))
-    forces = read_forces(force, layout)
+    forces, layout = read_force_file(force, floor)
     return Replay(forces, layout, rate_hz), float(forces.time_s[-1] - forces.time_s[0]) + TAIL_S
-
-
-def _floor_of(csv: Path) -> Path:
-    """The floor beside a force CSV."""
-    if not os.path.isfile(csv):
-        raise BadFile(f"{csv} cannot be read: no such file")
-    beside = floor_beside(csv)
-    if not beside.is_file():
-        raise BadFile(f"{csv} has no floor beside it ({beside.name}); say --floor FILE")
-    return beside

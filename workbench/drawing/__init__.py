@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.drawing.look import COLOURS
 from underfoot.errors import require
 
-STYLES = ("line", "dashed", "dots", "arrows", "stems", "heat")
+STYLES = ("line", "dashed", "dots", "arrows", "stems", "heat", "area")
 Range = tuple[float, float]
 """The low and the high end of an axis, in its unit."""
 
@@ -24,7 +24,8 @@ class Series:
 
     - `name`: its words in the legend; "" leaves it out.
     - `style`: "line", "dashed" or "dots"; "arrows" from each point to its end; "stems" up to each point from the
-      bottom of the plot; "heat" fills between the line and the left end of the x axis, in the colours of a heat map.
+      bottom of the plot; "heat" fills between the line and the left end of the x axis, in the colours of a heat map;
+      "area" fills the outline that the points are, faintly.
     - `colour`: a name in `COLOURS`.
     - `right`: whether `y` belongs to the axis on the right.
 

@@ -69,6 +69,14 @@ class HeatArea:
 
 
 @dataclass(frozen=True)
+class Area:
+    """An area with the outline `points` [n, 2], filled faintly."""
+
+    points: NDArray[np.float64]
+    colour: str
+
+
+@dataclass(frozen=True)
 class HeatImage:
     """Levels, uint8 [rows, columns], the lowest row first, over a box; colours go from level `low` to `high`."""
 
@@ -98,7 +106,7 @@ class Text:
     bold: bool = False
 
 
-Shape = Polyline | Segments | Dots | HeatArea | HeatImage | Backdrop | Text
+Shape = Polyline | Segments | Dots | Area | HeatArea | HeatImage | Backdrop | Text
 
 
 def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
@@ -116,6 +124,8 @@ def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
     elif one.style == "stems":
         feet = np.column_stack([points[seen, 0], np.full(np.count_nonzero(seen), y.start)])
         yield Segments(np.stack([feet, points[seen]], axis=1), colour)
+    elif one.style == "area":
+        yield Area(points[seen], colour)
     else:
         for run in _runs(points, seen):
             if one.style == "heat":

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.layout import content_of, frame_of, is_cut_off
-from underfoot.drawing.look import BACKDROP_OPACITY, DASH_PX, DOT_PX, GROUND, heat_colours, heat_table
-from underfoot.drawing.shapes import Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
+from underfoot.drawing.look import AREA_OPACITY, BACKDROP_OPACITY, DASH_PX, DOT_PX, GROUND, heat_colours, heat_table
+from underfoot.drawing.shapes import Area, Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
 
 WIDTH, HEIGHT = 640, 400
 _EM_SHARE = 0.56
@@ -75,6 +75,11 @@ def _(shape: Segments) -> Iterator[str]:
 def _(shape: Dots) -> Iterator[str]:
     for x, y in shape.points:
         yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{DOT_PX / 2.0:g}" fill="{shape.colour}"/>'
+
+
+@_elements.register
+def _(shape: Area) -> Iterator[str]:
+    yield f'<polygon points="{_pairs(shape.points)}" fill="{shape.colour}" fill-opacity="{AREA_OPACITY}"/>'
 
 
 @_elements.register

@@ -8,6 +8,7 @@ import json
 import math
 import time
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
@@ -250,6 +251,7 @@ class Session:
             "rate": str(self.target.rate),
             "force_rate": repr(self.force_rate_hz),
             "target": self.target.kind,
+            "begun": datetime.now().isoformat(timespec="seconds"),
             "corrections": self._equalisers_text(),
             "simulation": made_of.dumps().decode() if made_of else "",
         }

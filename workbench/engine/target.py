@@ -9,22 +9,24 @@ from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports import TRANSPORTS, transport_of
 from underfoot.errors import DeviceError
-from underfoot.floor.forces import read_forces
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, profiles_of
 from underfoot.floor.tile_parameters import simulation
+from underfoot.records.force_files import read_force_file
 
 
 @dataclass(frozen=True)
 class Target:
     """Where force comes from and vibration goes.
 
-    `kind` is "simulator", "replay" (of the force CSV `source`), or a scheme of `TRANSPORTS` (of the address `source`).
-    `sound` is None for no sound card, "" for the default one, else a device's name. `latency_s` is what to ask of the
-    sound device, 0 for its own low latency. `profiles` is a folder with the tiles' calibration files, "" for none.
-    `simulation` is a file of a simulated floor's parameters, or who walks on it ("people=2,path=crossing"), "" for
-    ideal sensors; `sensor_hz` is how often tiles of hardware send. `accelerometers` are on inputs of the sound device;
-    what is played comes back there `round_trip_frames` later, 0 for what the device says of itself.
+    `kind` is "simulator", "replay" (of the force file `source`, or of seconds `stretch_s` of it), or a scheme of
+    `TRANSPORTS` (of the address `source`). `sound` is None for no sound card, "" for the default one, else a device's
+    name. `latency_s` is what to ask of the sound device, 0 for its own low latency. `profiles` is a folder with the
+    tiles' calibration files, "" for none. `simulation` is a file of a simulated floor's parameters, or who walks on it
+    ("people=2,path=crossing"), "" for ideal sensors; `sensor_hz` is how often tiles of hardware send. `accelerometers`
+    are on inputs of the sound device; what is played comes back there `round_trip_frames` later, 0 for what the device
+    says of itself.
     """
 
     floor: Floor
@@ -40,6 +42,7 @@ class Target:
     sensor_hz: float = SENSOR_HZ
     accelerometers: tuple[Accelerometer, ...] = ()
     round_trip_frames: int = 0
+    stretch_s: tuple[float, float] | None = None
 
 
 def simulation_of(text: str) -> str | None:
@@ -55,7 +58,7 @@ def simulation_of(text: str) -> str | None:
 def force_rate_hz(target: Target) -> float:
     """Force samples a second of a target; `BadFile` where its file, `BadValue` where its address cannot be."""
     if target.kind == "replay":
-        return read_forces(target.source, target.floor).rate_hz
+        return _recorded(target).rate_hz
     if target.kind in TRANSPORTS:
         transport_of(target.kind, target.source)
         return target.sensor_hz
@@ -79,7 +82,7 @@ def require_source(target: Target) -> None:
 def source_of(target: Target, frame: int = 0) -> ForceSource:
     """What brings the force of a target, from session frame `frame` on. A `DeviceFloor` reads once it is started."""
     if target.kind == "replay":
-        return Replay(read_forces(target.source, target.floor), target.floor, target.rate, start=frame, repeats=True)
+        return Replay(_recorded(target), target.floor, target.rate, start=frame, repeats=True)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
         return DeviceFloor(transport, target.floor, target.rate, _profiles(target), target.sensor_hz, frame)
@@ -92,6 +95,10 @@ def source_of(target: Target, frame: int = 0) -> ForceSource:
     )
     simulated.skip(frame)
     return simulated
+
+
+def _recorded(target: Target) -> ForceSeries:
+    return read_force_file(target.source, target.floor, target.stretch_s)[0]
 
 
 def _profiles(target: Target) -> dict[str, Profile]:

@@ -2,7 +2,8 @@
 
 Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The
 file is in WAL mode and committed every 100 ms: killed at any moment, it opens and has lost at most the last block.
-Where frames are missing between blocks there is a gap, and `gaps` lists it.
+Where frames are missing between blocks there is a gap, and `gaps` lists it. Beside the blocks lie their envelopes
+(`records.envelopes`), and marks that a person set.
 """
 
 import json
@@ -18,9 +19,12 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
 from underfoot.files import replaced
+from underfoot.records import envelopes
 
 APPLICATION_ID = 0x55464F54  # "UFOT"
-VERSION = 2
+VERSION = 3
+"""1 had no `commanded` and `measured`, 2 neither `envelope` nor `mark`. What is missing is empty. A mark that is set in
+an earlier file adds that table alone, which an earlier Underfoot passes by."""
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """What every recording says of its session."""
 FRAMES = ("vibration", "commanded", "measured")
@@ -33,6 +37,7 @@ create table commanded (first integer primary key, count integer not null, tiles
 create table measured (first integer primary key, count integer not null, tiles text not null, data blob not null);
 create table command (id integer primary key, frame integer not null, kind text not null, body text not null);
 """
+_MARKS = "create table if not exists mark (id integer primary key, frame integer not null, text text not null);"
 
 
 class Writer:
@@ -53,6 +58,7 @@ class Writer:
         except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
         self._base.execute("begin")
+        self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
     def put(self, table: str, first: int, rows: NDArray) -> None:
         """A block: the number of the first row, and the rows.
@@ -65,12 +71,15 @@ class Writer:
         if table in ("force", "vibration"):
             data = np.ascontiguousarray(rows, "<f8" if table == "force" else "<f4").tobytes()
             self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
+            if table == "force":
+                envelopes.put(self._base, table, round(rows[0, 0]), envelopes.loads(rows[:, 2:]), self._frames)
         else:  # most tiles of a floor are still
             frames = np.ascontiguousarray(rows, "<f4")
             moving = np.flatnonzero(frames.view("<i4").any(axis=0))  # by their bits: -0 is not nothing
             data = np.ascontiguousarray(frames[:, moving]).tobytes()
             said = json.dumps(moving.tolist())
             self._base.execute(f"insert into {table} values (?, ?, ?, ?)", (first, len(rows), said, data))
+            envelopes.put(self._base, table, first, frames, 1.0)
 
     def command(self, frame: int, kind: str, body: str) -> None:
         """A command and the frame on which it took effect."""
@@ -94,6 +103,11 @@ class Writer:
                 kept = data[: len(data) // count * (end - first)]
                 said = (end - first, kept, first)
                 self._base.execute(f"update {table} set count = ?, data = ? where first = ?", said)
+        self._base.execute("delete from envelope where first >= ? and source != 'force'", (end,))
+
+    def mark(self, frame: int, text: str) -> None:
+        """A mark at a session frame."""
+        self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
 
     def commit(self) -> None:
         """Make safe what was put in so far."""
@@ -112,7 +126,7 @@ def _create(path: Path, about: dict[str, str]) -> None:
     with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
         base.execute(f"pragma application_id = {APPLICATION_ID}")
         base.execute(f"pragma user_version = {VERSION}")
-        base.executescript(_TABLES)
+        base.executescript(_TABLES + envelopes.TABLE + _MARKS)
         base.executemany("insert into about values (?, ?)", about.items())
 
 
@@ -122,6 +136,15 @@ class Gap:
 
     first: int
     count: int
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What a person marked: a session frame, and words, "" for none."""
+
+    id: int
+    frame: int
+    text: str
 
 
 class Recording:
@@ -147,6 +170,8 @@ class Recording:
                     newer = f"allowed: up to {VERSION}, a newer Underfoot wrote it"
                     raise BadFile(f"{path}: version is {self.version}; {newer}")
                 self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
+                tables = self._base.execute("select name from sqlite_master where type = 'table'")
+                self._tables = {name for (name,) in tables}
             except (sqlite3.Error, UnicodeDecodeError, TypeError) as error:
                 raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
             missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
@@ -173,14 +198,141 @@ class Recording:
         """The same of `commanded` or `measured`, m/s^2; no frames where nothing was measured."""
         if self.version < 2:
             return 0, np.zeros((0, 1), np.float32)
-        with self._readable(table):
-            blocks = list(self._base.execute(f"select first, count, tiles, data from {table} order by first"))
-            first, end = (blocks[0][0], blocks[-1][0] + blocks[-1][1]) if blocks else (0, 0)
-            whole = np.zeros((end - first, self._floor_tiles), np.float32)
-            for at, count, tiles, data in blocks:
-                rows = np.frombuffer(data, "<f4").reshape(count, len(json.loads(tiles)))
-                whole[at - first : at - first + count, json.loads(tiles)] = rows
+        blocks = list(self.blocks(table))
+        first, end = (blocks[0][0], blocks[-1][0] + len(blocks[-1][1])) if blocks else (0, 0)
+        whole = np.zeros((end - first, self._floor_tiles), np.float32)
+        for at, rows in blocks:
+            whole[at - first : at - first + len(rows)] = rows
         return first, whole
+
+    def blocks(
+        self, table: str, begin: int = -(1 << 62), end: int = 1 << 62, reverse: bool = False
+    ) -> Iterator[tuple[int, NDArray]]:
+        """The blocks of a table that have rows between two of its row numbers, one after the other: the number of its
+        first row, and its rows. They are read as they are asked for."""
+        if table in ("commanded", "measured") and self.version < 2:
+            return
+        wide = table == "force"
+        columns = "first, count, data" if table in ("force", "vibration") else "first, count, data, tiles"
+        with self._readable(table):
+            (before,) = self._base.execute(f"select max(first) from {table} where first <= ?", (begin,)).fetchone()
+            found = self._base.execute(
+                f"select {columns} from {table} where first >= ? and first < ? order by first{' desc' * reverse}",
+                (begin if before is None else before, end),
+            )
+            for first, count, data, *tiles in found:
+                if first + count <= begin:
+                    continue
+                rows = np.frombuffer(data, "<f8" if wide else "<f4").reshape(count, -1) if count else np.zeros((0, 1))
+                if tiles:
+                    whole = np.zeros((count, self._floor_tiles), np.float32)
+                    whole[:, json.loads(tiles[0])] = rows
+                    rows = whole
+                elif rows.shape[1] != (2 + 4 * self._floor_tiles if wide else self._floor_tiles):
+                    raise ValueError(f"a block of {rows.shape[1]} columns")
+                yield first, rows
+
+    def forces_between(self, begin: float, end: float) -> NDArray[np.float64]:
+        """Force samples, as `forces` has them, whose stamps lie between two session frames: only they are read."""
+        first = self._first_sample_at(begin)
+        parts = [np.zeros((0, 2 + 4 * self._floor_tiles))]
+        for _, rows in self.blocks("force", first):
+            parts.append(rows[(rows[:, 0] >= begin) & (rows[:, 0] < end)])
+            if rows[-1, 0] >= end:
+                break
+        return np.concatenate(parts)
+
+    def tiles_between(self, table: str, begin: int, end: int) -> NDArray[np.float32]:
+        """What a table of frames has between two session frames, [frame, tile]: NaN where nothing was recorded."""
+        found = np.full((max(end - begin, 0), self._floor_tiles), np.nan, np.float32)
+        for first, rows in self.blocks(table, begin, end):
+            kept = rows[max(begin - first, 0) : end - first]
+            at = max(first - begin, 0)
+            found[at : at + len(kept)] = kept
+        return found
+
+    def _first_sample_at(self, frame: float) -> int:
+        """The number of a sample at or shortly before a session frame, or of the first behind it."""
+        ends = self._ends("force")
+        if ends[0] is None or ends[1] is None:
+            return 0
+        low, high, guess, probes = ends[0], ends[1] - 1, ends[0], 0
+        period = float(self.about["rate"]) / float(self.about["force_rate"])
+        while low < high:
+            guess = min(max(guess, low), high) if probes % 3 else (low + high) // 2
+            first, rows = next(self.blocks("force", guess))
+            if rows[0, 0] > frame:
+                high = max(first - 1, low)
+            elif rows[-1, 0] < frame:
+                low = min(first + len(rows), high)
+            else:
+                return first
+            guess = first + int((frame - rows[0, 0]) / period)
+            probes += 1
+        return low
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """The first session frame, and the one behind the last, of all that was recorded; (0, 0) for nothing."""
+        first, end = self._ends("vibration")
+        for _, rows in (*self._at_ends("force"),):
+            first = round(rows[0, 0]) if first is None else min(first, round(rows[0, 0]))
+            end = round(rows[-1, 0]) + 1 if end is None else max(end, round(rows[-1, 0]) + 1)
+        return (first or 0), (end or 0)
+
+    def _at_ends(self, table: str) -> Iterator[tuple[int, NDArray]]:
+        """The first and the last block of a table."""
+        for reverse in (False, True):
+            for block in self.blocks(table, reverse=reverse):
+                yield block
+                break
+
+    def _ends(self, table: str) -> tuple[int | None, int | None]:
+        with self._readable(table):
+            ask = f"select min(first) from {table}"
+            (first,) = self._base.execute(ask).fetchone()
+            last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
+        return first, last[0] if last else None
+
+    # --- marks and envelopes ---
+
+    def marks(self) -> list[Mark]:
+        """What was marked, in order of time."""
+        if "mark" not in self._tables:
+            return []
+        with self._readable("mark"):
+            return [Mark(*row) for row in self._base.execute("select id, frame, text from mark order by frame, id")]
+
+    def add_mark(self, frame: int, text: str = "") -> Mark:
+        """Mark a session frame, in the file; `BadFile` where that cannot be written to."""
+        with self._written():
+            if "mark" not in self._tables:
+                self._base.execute(_MARKS)
+                self._tables.add("mark")
+            done = self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
+        return Mark(done.lastrowid or 0, frame, text)
+
+    def say_mark(self, id: int, text: str) -> None:
+        """Give a mark other words."""
+        with self._written():
+            self._base.execute("update mark set text = ? where id = ?", (text, id))
+
+    def remove_mark(self, id: int) -> None:
+        """Take a mark away."""
+        with self._written():
+            self._base.execute("delete from mark where id = ?", (id,))
+
+    def envelope_base(self) -> sqlite3.Connection | None:
+        """Where its envelopes are read; None for a recording of an earlier version, which has none."""
+        return self._base if "envelope" in self._tables else None
+
+    @contextmanager
+    def _written(self) -> Iterator[None]:
+        try:
+            with self._base:
+                yield
+        except sqlite3.Error as error:
+            raise BadFile(f"{self.path} cannot be written to: {error}") from None
 
     def commands(self) -> list[tuple[int, str, str]]:
         """(frame, kind, body) of every command, in order."""

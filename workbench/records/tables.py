@@ -58,6 +58,11 @@ def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
         yield lambda steps: lines(_step_line(step) for step in steps)
 
 
+def step_lines(steps: Iterable[Step]) -> list[str]:
+    """The step table of these steps, its header first, a text a line."""
+    return [",".join(_STEP_COLUMNS), *map(_step_line, steps)]
+
+
 @contextmanager
 def contact_table(path: str | Path, floor: Floor) -> Iterator[Callable[[ContactRows], None]]:
     """Write the contact table, in the floor's frame: what it gives takes rows, a line for each contact and sample."""

@@ -101,7 +101,7 @@ def test_a_long_stretch_of_vibration_is_analysed_bit_by_bit(monitor):
         monitor.draw()
     whole = RunningSpectrum(RATE, 10.0)
     whole.feed(48_000, samples[:, 0])
-    np.testing.assert_array_equal(monitor.spectrum.levels(), whole.levels())
+    np.testing.assert_array_equal(monitor.spectrum.levels()[:, -1000:], whole.levels())
 
 
 def test_following_chooses_the_tile_of_the_newest_foot(monitor, recorded, qtbot):

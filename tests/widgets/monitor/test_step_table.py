@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
 from underfoot.records.tables import step_table
-from underfoot.widgets.monitor.step_table import COLUMNS, StepTable
+from underfoot.widgets.controls.step_table import COLUMNS, StepTable
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What the panels of the Monitor workspace are built of: a head line over a body, and its buttons."""
+"""What panels of workspaces are built of: a head line over a body, and its buttons."""
 
 from collections.abc import Sequence
 
@@ -32,6 +32,17 @@ def titled(head: Sequence[QWidget | None], body: QWidget) -> QWidget:
     layout.addWidget(top)
     body.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
     layout.addWidget(body)
+    return panel
+
+
+def over_bar(body: QWidget, bar: QWidget) -> QWidget:
+    """`body` over a scroll bar."""
+    panel = QWidget()
+    layout = QVBoxLayout(panel)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(0)
+    layout.addWidget(body, 1)
+    layout.addWidget(bar)
     return panel
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QColor, QGuiApplication, QKeyEvent, QKeySequence, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableView, QWidget
 
@@ -47,6 +47,9 @@ COLUMNS = (
     Column("heading_error_deg", "Heading ±", "°", 0, "Standard error of the heading"),
 )
 """The columns of the step table in files (docs/contracts.md#files)."""
+
+SORTING = Qt.ItemDataRole.UserRole
+"""The role of a cell's value, by which rows are put in order."""
 
 MOST_STEPS = 10_000
 """So many steps are kept."""
@@ -103,6 +106,8 @@ class StepModel(QAbstractTableModel):
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         step, column = self.steps[index.row()], COLUMNS[index.column()]
         spike = column.name == "loading_kn_s" and step.spike
+        if role == SORTING:
+            return getattr(step, column.name)
         if role == Qt.ItemDataRole.DisplayRole:
             return _shown(getattr(step, column.name), column) + (" !" if spike else "")
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -115,14 +120,23 @@ class StepModel(QAbstractTableModel):
 
 
 class StepTable(QTableView):
-    """The table; the latest `most` steps are kept. It stays at its end, unless someone has scrolled up to read."""
+    """The table; the latest `most` steps are kept. It stays at its end, unless someone has scrolled up to read.
 
-    def __init__(self, most: int = MOST_STEPS) -> None:
+    One that is `sortable` puts its rows in the order of a column whose heading is clicked.
+    """
+
+    def __init__(self, most: int = MOST_STEPS, sortable: bool = False) -> None:
         super().__init__()
         self.setAccessibleName("Footsteps")
         self.steps = StepModel(most)
         self.steps.setParent(self)
-        self.setModel(self.steps)
+        self._order = QSortFilterProxyModel(self)
+        self._order.setSourceModel(self.steps)
+        self._order.setSortRole(SORTING)
+        self.setModel(self._order)
+        if sortable:
+            self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
+            self.setSortingEnabled(True)
         self.setShowGrid(False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -132,12 +146,35 @@ class StepTable(QTableView):
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setResizeContentsPrecision(0)  # of what is seen: to look through all rows takes longer with each
         header.setStretchLastSection(True)
         header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)
-        self._at_end = True
-        self.steps.rowsAboutToBeInserted.connect(self._note_end)
-        self.steps.rowsInserted.connect(self._keep_end)
+        self._follows = not sortable
+        self._end = 0
+        bar = self.verticalScrollBar()
+        bar.rangeChanged.connect(self._keep_end)
+        bar.valueChanged.connect(self._note_end)
+        self._order.rowsInserted.connect(self._follow)
+
+    def shown_steps(self) -> list[Step]:
+        """All steps, in the order in which they are shown."""
+        return [self._step_at(row) for row in range(self._order.rowCount())]
+
+    def selected_steps(self) -> list[Step]:
+        """The steps of the selected rows."""
+        return [self._step_at(row) for row in sorted({i.row() for i in self.selectionModel().selectedRows()})]
+
+    def select_step(self, step: Step) -> None:
+        """Select the row of a step, and bring it into sight."""
+        number = next((k for k, one in enumerate(self.steps.steps) if one is step), None)
+        if number is not None:
+            index = self._order.mapFromSource(self.steps.index(number, 0))
+            self.selectRow(index.row())
+            self.scrollTo(index)
+
+    def _step_at(self, row: int) -> Step:
+        return self.steps.steps[self._order.mapToSource(self._order.index(row, 0)).row()]
 
     def export(self, path: Path) -> None:
         """Write the steps as CSV."""
@@ -157,19 +194,27 @@ class StepTable(QTableView):
 
     def _copy(self) -> None:
         """Put the selected rows, or all, on the clipboard, with tabs between columns as a spreadsheet takes them."""
-        rows = sorted({index.row() for index in self.selectionModel().selectedRows()}) or range(self.steps.rowCount())
         lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in COLUMNS)]
-        for row in rows:
-            lines.append("\t".join(_cell(getattr(self.steps.steps[row], column.name)) for column in COLUMNS))
+        for step in self.selected_steps() or self.shown_steps():
+            lines.append("\t".join(_cell(getattr(step, column.name)) for column in COLUMNS))
         QGuiApplication.clipboard().setText("\n".join(lines))
 
-    def _note_end(self) -> None:
-        bar = self.verticalScrollBar()
-        self._at_end = bar.value() >= bar.maximum() - 1
-
-    def _keep_end(self) -> None:
-        if self._at_end:
+    def _follow(self) -> None:
+        if self._follows:
             self.scrollToBottom()
+
+    def _note_end(self, value: int) -> None:
+        """Somebody has scrolled: up to read, or down to the end again."""
+        bar = self.verticalScrollBar()
+        if bar.maximum() == self._end:
+            self._follows = value >= bar.maximum()
+
+    def _keep_end(self, _: int, end: int) -> None:
+        """There are more rows, or there is less room for them: also where the table is not on the screen."""
+        follows, self._end = self._follows, end
+        if follows:
+            self.verticalScrollBar().setValue(end)
+        self._follows = follows
 
 
 class WholeRows(QWidget):

@@ -1,0 +1,143 @@
+"""Envelopes, marks and stretches of recordings: what is drawn of them without reading them whole."""
+
+import sqlite3
+from contextlib import closing
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from long_recording import write_recording
+
+from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
+from underfoot.records import envelopes
+from underfoot.records.recording import Recording
+from underfoot.records.survey import cached_survey, has_envelopes, keep_survey, make_envelopes, open_envelopes, survey
+
+FLOOR = default_floor(1, 2)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """Four seconds of somebody who walks on two tiles."""
+    return write_recording(tmp_path_factory.mktemp("recorded") / "walk.underfoot", 4.0, FLOOR)
+
+
+@pytest.fixture
+def recording(path):
+    with Recording(path) as opened:
+        yield opened
+
+
+@pytest.fixture
+def earlier(path, tmp_path, monkeypatch):
+    """The same as an earlier version wrote it: neither envelopes nor marks."""
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
+    copy = tmp_path / "earlier.underfoot"
+    copy.write_bytes(path.read_bytes())
+    with closing(sqlite3.connect(copy)) as base:
+        base.executescript("drop table envelope; drop table mark; pragma user_version = 2")
+    return copy
+
+
+def extremes_of(recording, source, edges):
+    """Least and most between edges, of the samples themselves."""
+    if source == "force":
+        rows = recording.forces()
+        at, values = rows[:, 0], envelopes.loads(rows[:, 2:])
+    else:
+        first, values = recording.tiles(source)
+        at = first + np.arange(len(values))
+    parts = [values[(at >= low) & (at < high)] for low, high in pairwise(edges)]
+    return np.array([part.min(axis=0) for part in parts]), np.array([part.max(axis=0) for part in parts])
+
+
+@pytest.mark.parametrize("source", envelopes.SOURCES)
+@pytest.mark.parametrize(("level", "frames"), [(envelopes.FINE, 480), (envelopes.COARSE, 4800)])
+def test_an_envelope_is_the_least_and_the_most_of_its_samples(recording, source, level, frames):
+    columns = 3 if source == "force" else 2
+    envelope = envelopes.read(recording.envelope_base(), source, level, columns)
+    edges = np.arange(0.0, 4 * 48_000 + 1, 4800 if level else 480)
+    low, high = envelope.between(edges)
+    least, most = extremes_of(recording, source, edges)
+    if level == envelopes.FINE and source != "force":  # blocks in which nothing moves are one bin
+        assert len(envelope) <= len(least)
+    np.testing.assert_array_equal(low, least)
+    np.testing.assert_array_equal(high, most)
+    assert envelope.coarser(7).high.max() == most.max()
+
+
+def test_part_of_it_is_read_for_a_stretch(recording):
+    part = envelopes.read(recording.envelope_base(), "force", envelopes.FINE, 3, 50_000.0, 60_000.0)
+    assert part.begin[0] <= 50_000 < part.begin[0] + 4800
+    assert 60_000 <= part.end[-1] < 64_801
+
+
+def test_stretches_are_the_samples_between_two_frames(recording):
+    rows = recording.forces()
+    for begin, end in ((0, 48), (47_000, 53_000), (191_000, 1e9), (-5e6, 100), (3e5, 4e5)):
+        expected = rows[(rows[:, 0] >= begin) & (rows[:, 0] < end)]
+        np.testing.assert_array_equal(recording.forces_between(begin, end), expected)
+    _, whole = recording.tiles("measured")
+    np.testing.assert_array_equal(recording.tiles_between("measured", 4_000, 15_000), whole[4_000:15_000])
+    assert np.isnan(recording.tiles_between("measured", 192_000, 192_010)).all()
+    assert recording.span == (0, 192_000)
+
+
+def test_envelopes_of_an_earlier_recording_are_made_in_the_cache_and_gone_on_with(earlier, recording):
+    with Recording(earlier) as old:
+        assert not has_envelopes(old)
+        make_envelopes(old, lambda share: False)  # stopped after the first piece
+        assert not has_envelopes(old)
+        shares = []
+        make_envelopes(old, lambda share: shares.append(share) or True)
+        assert has_envelopes(old)
+        assert old.envelope_base() is None
+        with closing(open_envelopes(old)) as base:
+            made = envelopes.read(base, "commanded", envelopes.FINE, 2)
+    own = envelopes.read(recording.envelope_base(), "commanded", envelopes.FINE, 2)
+    np.testing.assert_array_equal(made.high, own.high)
+    np.testing.assert_array_equal(made.begin, own.begin)
+
+
+def test_marks_are_kept_in_the_file_also_of_an_earlier_version(earlier):
+    with Recording(earlier) as old:
+        assert old.marks() == []
+        mark = old.add_mark(48_000, "turned round")
+        old.add_mark(100)
+    with Recording(earlier) as again:
+        assert [(one.frame, one.text) for one in again.marks()] == [(100, ""), (48_000, "turned round")]
+        assert again.version == 2
+        again.say_mark(mark.id, "stood still")
+        again.remove_mark(again.marks()[0].id)
+        assert [one.text for one in again.marks()] == ["stood still"]
+
+
+def test_a_file_that_cannot_be_written_to_says_so(earlier):
+    with Recording(earlier) as old, closing(sqlite3.connect(earlier, timeout=0.0)) as other:
+        old.add_mark(1)
+        other.execute("begin exclusive")
+        old._base.execute("pragma busy_timeout = 0")
+        with pytest.raises(BadFile, match="cannot be written to"):
+            old.add_mark(2)
+
+
+def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlier, path):
+    with Recording(earlier) as old:
+        assert cached_survey(old) is None
+        made = survey(old, lambda so_far: True)
+        keep_survey(old, made)
+        old.add_mark(5)
+    with Recording(earlier) as old, Recording(path) as other:
+        kept = cached_survey(old)
+        assert kept is not None
+        assert repr(kept) == repr(made)
+        assert len(kept.steps) >= 4
+        assert kept.whole
+        assert cached_survey(other) is None
+        peaks = [max(one.force_n) for one in kept.steps]
+        np.testing.assert_allclose(peaks, [max(s.step.peak1_n, s.step.peak2_n) for s in kept.steps], rtol=0.02)
+
+
+def test_a_survey_can_be_stopped(recording):
+    assert not survey(recording, lambda so_far: False).whole

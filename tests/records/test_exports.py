@@ -1,0 +1,217 @@
+"""Exports, read by other people's libraries, and read again by ours: they agree to the last digit of the format."""
+
+import csv
+import json
+
+import ezc3d
+import h5py
+import numpy as np
+import pytest
+import soundfile
+from click.testing import CliRunner
+from long_recording import write_recording
+from scipy.io import loadmat
+
+from underfoot.__main__ import cli
+from underfoot.errors import BadFile
+from underfoot.floor.layout import Floor, Tile, default_floor
+from underfoot.floor.step_finder import found_in
+from underfoot.records.exports import Material, Stopped, format_of, formats
+from underfoot.records.force_files import read_force_file
+from underfoot.records.recording import Recording
+
+FLOOR = default_floor(1, 2)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    made = write_recording(tmp_path_factory.mktemp("exported") / "walk.underfoot", 4.0, FLOOR)
+    with Recording(made) as recording:
+        recording.add_mark(48_000, 'a "quoted" mark')
+    return made
+
+
+@pytest.fixture(scope="module")
+def recorded(path):
+    """Times, corner forces and steps of the recording."""
+    with Recording(path) as recording:
+        rows = recording.forces()
+    time_s, force_n = rows[:, 0] / 48_000, rows[:, 2:].reshape(len(rows), -1, 4)
+    steps = [step for found in found_in([(time_s, force_n)], FLOOR, 1000.0) for step in found.steps]
+    return time_s, force_n, steps
+
+
+def export(path, output, *options):
+    done = CliRunner().invoke(cli, ["export", str(path), "-o", str(output), *options])
+    assert done.exception is None, done.exception
+    return output
+
+
+def test_csv_is_read_again_to_the_last_bit_with_its_floor(path, recorded, tmp_path):
+    output = export(path, tmp_path / "walk.csv")
+    forces, floor = read_force_file(output)
+    assert floor == FLOOR
+    np.testing.assert_array_equal(forces.time_s, recorded[0])
+    np.testing.assert_array_equal(forces.force_n, recorded[1])
+    with (tmp_path / "walk.steps.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["tile"] for row in rows] == [step.tile for step in recorded[2]]
+    with (tmp_path / "walk.marks.csv").open() as file:
+        assert list(csv.DictReader(file)) == [{"time_s": "1.000000", "text": 'a "quoted" mark'}]
+    assert len((tmp_path / "walk.contacts.csv").read_text().splitlines()) > 1000
+
+
+@pytest.mark.parametrize("source", ["commanded", "measured"])
+def test_wav_has_a_channel_for_each_tile(path, tmp_path, source):
+    output = export(path, tmp_path / "walk.wav", "--vibration", source)
+    samples, rate = soundfile.read(output, dtype="float32")
+    assert rate == 48_000
+    with Recording(path) as recording:
+        np.testing.assert_array_equal(samples, recording.tiles(source)[1])
+
+
+def test_hdf5_has_all_of_it(path, recorded, tmp_path):
+    with h5py.File(export(path, tmp_path / "walk.h5")) as file, Recording(path) as recording:
+        np.testing.assert_array_equal(file["force/time_s"], recorded[0])
+        np.testing.assert_array_equal(file["force/corners_n"], recorded[1])
+        assert file["force/corners_n"].attrs["unit"] == "N"
+        for source in ("commanded", "measured"):
+            np.testing.assert_array_equal(file[f"vibration/{source}"], recording.tiles(source)[1])
+        np.testing.assert_array_equal(file["vibration/vibration"], recording.vibration()[1])
+        np.testing.assert_array_equal(file["steps/peak1_n"], [step.peak1_n for step in recorded[2]])
+        assert [name.decode() for name in file["steps/tile"][:]] == [step.tile for step in recorded[2]]
+        assert file["marks/text"][0].decode() == 'a "quoted" mark'
+        assert json.loads(file.attrs["floor"])["tiles"][0]["id"] == "t1"
+
+
+def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
+    content = loadmat(export(path, tmp_path / "walk.mat"), simplify_cells=True)
+    np.testing.assert_array_equal(content["time_s"], recorded[0])
+    np.testing.assert_array_equal(content["corners_n"], recorded[1])
+    with Recording(path) as recording:
+        np.testing.assert_array_equal(content["measured_m_s2"], recording.tiles("measured")[1])
+    np.testing.assert_array_equal(content["steps"]["contact_ms"], [step.contact_ms for step in recorded[2]])
+    assert content["tiles"].tolist() == ["t1", "t2"]
+
+
+def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_path):
+    output = export(path, tmp_path / "walk.c3d")
+    content = ezc3d.c3d(str(output), extract_forceplat_data=True)
+    _, force_n, steps = recorded
+    for row, (tile, plate) in enumerate(zip(FLOOR.tiles, content["data"]["platform"], strict=True)):
+        assert plate["unit_position"] == "mm"
+        loads = force_n[:, row].sum(axis=1)
+        np.testing.assert_allclose(plate["force"][2], -loads, atol=2e-4)  # on the plate, downwards
+        pressed = np.flatnonzero(loads > 100.0)
+        centroid = tile.to_floor(force_n[pressed, row] @ np.array(tile.sensors_m) / loads[pressed, None])
+        np.testing.assert_allclose(plate["center_of_pressure"][:2, pressed].T, 1e3 * centroid, atol=0.01)
+        corners = {tuple(corner) for corner in plate["corners"][:2].T.round(3)}
+        assert corners == {tuple(corner) for corner in (1e3 * tile.corners_m()).round(3)}
+    events = content["parameters"]["EVENT"]
+    strikes = [k for k, label in enumerate(events["LABELS"]["value"]) if label == "Foot Strike"]
+    times = 60.0 * events["TIMES"]["value"][0] + events["TIMES"]["value"][1]
+    np.testing.assert_allclose(sorted(times[strikes]), sorted(step.start_s for step in steps), atol=1e-5)
+    assert "Mark" in events["LABELS"]["value"]
+
+
+def test_c3d_is_read_again_as_the_same_floor_and_the_same_forces(path, recorded, tmp_path):
+    forces, floor = read_force_file(export(path, tmp_path / "walk.c3d"))
+    np.testing.assert_array_equal(forces.force_n, recorded[1].astype(np.float32))
+    np.testing.assert_allclose(forces.time_s, recorded[0] - recorded[0][0], atol=1e-9)
+    assert floor.ids == FLOOR.ids
+    for tile, own in zip(floor.tiles, FLOOR.tiles, strict=True):
+        np.testing.assert_allclose(tile.sensors_m, own.sensors_m, atol=1e-7)
+        np.testing.assert_allclose(tile.centre_m, own.centre_m, atol=1e-7)
+        np.testing.assert_allclose(tile.size_m, own.size_m, atol=1e-7)
+        assert tile.rotation_deg == pytest.approx(own.rotation_deg, abs=1e-5)
+
+
+def plates_of(path, kind, corners_mm, origin_mm, channels, rate=1000.0, calibration=None):
+    """A C3D file with one plate, as a laboratory's system would write it."""
+    made = ezc3d.c3d()
+    made["parameters"]["POINT"]["RATE"]["value"] = [rate / 10]
+    made["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    made["parameters"]["ANALOG"]["RATE"]["value"] = [rate]
+    made["parameters"]["ANALOG"]["LABELS"]["value"] = [f"c{k}" for k in range(len(channels))]
+    made["data"]["points"] = np.zeros((4, 0, channels.shape[1] // 10))
+    made["data"]["analogs"] = channels[None]
+    group = made["parameters"]["FORCE_PLATFORM"]
+    group["USED"]["value"], group["TYPE"]["value"], group["ZERO"]["value"] = [1], [kind], [0, 0]
+    group["CORNERS"]["value"] = np.array(corners_mm, float).T[:, :, None]
+    group["ORIGIN"]["value"] = np.array(origin_mm, float)[:, None]
+    group["CHANNEL"]["value"] = np.arange(1, len(channels) + 1)[:, None]
+    if calibration is not None:
+        group["CAL_MATRIX"]["value"] = calibration[:, :, None]
+    made.write(str(path))
+    return path
+
+
+DOWN = [(500, 0, 0), (0, 0, 0), (0, 400, 0), (500, 400, 0)]
+"""Corners of a plate whose z points into the floor."""
+
+
+@pytest.mark.parametrize("kind", [2, 4])
+@pytest.mark.parametrize("corners", [DOWN, DOWN[::-1]], ids=["z down", "turned"])
+def test_plates_that_tell_moments_press_where_another_library_says(tmp_path, kind, corners):
+    rng = np.random.default_rng(kind)
+    channels = np.zeros((6, 100))
+    channels[2] = rng.uniform(200.0, 900.0, 100)
+    channels[:2] = rng.uniform(-50.0, 50.0, (2, 100))
+    channels[3:5] = rng.uniform(-80.0, 80.0, (2, 100)) * 1000.0
+    calibration = np.diag([2.0, 2.0, 2.0, 1.0, 1.0, 1.0]) if kind == 4 else None
+    path = plates_of(tmp_path / "lab.c3d", kind, corners, (1.0, -2.0, -40.0), channels, calibration=calibration)
+    forces, floor = read_force_file(path)
+    theirs = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"][0]
+    tile, loads = floor.tiles[0], forces.force_n[:, 0].sum(axis=1)
+    np.testing.assert_allclose(loads, np.abs(theirs["force"][2]), rtol=1e-5)
+    centroid = tile.to_floor(forces.force_n[:, 0] @ np.array(tile.sensors_m) / loads[:, None])
+    np.testing.assert_allclose(1e3 * centroid, theirs["center_of_pressure"][:2].T, atol=0.02)
+
+
+def test_a_plate_that_tells_its_centre_of_pressure(tmp_path):
+    channels = np.zeros((6, 20))
+    channels[2], channels[3], channels[4] = 500.0, 30.0, -20.0
+    forces, floor = read_force_file(plates_of(tmp_path / "one.c3d", 1, DOWN, (0, 0, 0), channels))
+    tile = floor.tiles[0]
+    centroid = forces.force_n[0, 0] @ np.array(tile.sensors_m) / 500.0
+    np.testing.assert_allclose(tile.to_floor(centroid), (0.28, 0.22), atol=1e-6)  # the plate's y is against the floor's
+
+
+def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
+    (tmp_path / "no.c3d").write_bytes(b"not a C3D file")
+    channels = np.zeros((6, 20))
+    upright = [(500, 0, 0), (0, 0, 0), (0, 0, 400), (500, 0, 400)]
+    for path, words in (
+        (tmp_path / "no.c3d", "no C3D file"),
+        (plates_of(tmp_path / "upright.c3d", 2, upright, (0, 0, 0), channels), "does not lie level"),
+        (plates_of(tmp_path / "seven.c3d", 7, DOWN, (0, 0, 0), channels), "type 7"),
+    ):
+        with pytest.raises(BadFile, match=words):
+            read_force_file(path)
+
+
+def test_an_export_that_is_stopped_leaves_nothing(path, tmp_path):
+    for suffix, one in formats().items():
+        with Recording(path) as recording, pytest.raises(Stopped):
+            one.write(Material(recording, tell=lambda words, share: False), tmp_path / f"walk{suffix}")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_a_format_cannot_carry_is_said(path, tmp_path):
+    skewed = Tile("t1", (0.3, 0.3), (0.0, 0.0), 0.0, ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, 0.0)))
+    odd = write_recording(tmp_path / "odd.underfoot", 0.5, Floor((skewed,)), people="")
+    with Recording(odd) as recording, pytest.raises(BadFile, match="tile t1 is no plate of type 3"):
+        format_of(tmp_path / "odd.c3d").write(Material(recording), tmp_path / "odd.c3d")
+    with pytest.raises(BadFile, match=r"allowed: .c3d, .csv"):
+        format_of(tmp_path / "walk.xyz")
+    said = CliRunner().invoke(cli, ["export", "--help"]).output
+    assert all(suffix in said for suffix in formats())
+
+
+@pytest.mark.parametrize("suffix", [".underfoot", ".c3d", ".csv"])
+def test_forces_are_monitored_from_each_file_alike(path, recorded, tmp_path, suffix):
+    source = path if suffix == ".underfoot" else export(path, tmp_path / f"walk{suffix}")
+    said = CliRunner().invoke(cli, ["monitor", str(source), "--json"])
+    assert said.exception is None
+    starts = [json.loads(line)["start_s"] for line in said.stdout.splitlines() if line.startswith("{")]
+    np.testing.assert_allclose(starts, [step.start_s for step in recorded[2]], atol=2e-3)

@@ -1,0 +1,81 @@
+"""Recordings played on the window's session, and opened from the command line."""
+
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from long_recording import write_recording
+from windows import LONG_MS, hiss, quiet_window
+
+from underfoot.__main__ import cli
+from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
+from underfoot.records.force_files import read_force_file
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    about = {"patch": hiss("Recorded").dumps().decode()}
+    path = tmp_path_factory.mktemp("walks") / "walk.underfoot"
+    return write_recording(path, 3.0, default_floor(1, 2), about=about)
+
+
+@pytest.fixture
+def window(qtbot, tmp_path, place):
+    """A window of the test's own, for whose session others will be opened."""
+    made = quiet_window(qtbot, tmp_path / "kept", place / "hiss.json")
+    with qtbot.waitSignal(made.controller.opened, timeout=LONG_MS):
+        made.start()
+    return made
+
+
+def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(window, walk, qtbot):
+    controller = window.controller
+    window.open_file(walk)
+    desk = window.workspaces["Recordings"]
+    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
+    desk.axis.select(1.0, 1.8)
+    played = []
+    desk.player.moved.connect(played.append)
+    desk.play_or_stop()
+    qtbot.waitUntil(lambda: any(at >= 1.3 for at in played), timeout=LONG_MS)
+    session = controller.session
+    assert session.target.kind == "replay"
+    assert session.target.floor == default_floor(1, 2)
+    assert session.patch.title == "Recorded"
+    assert desk.playing.text() == "Stop"
+    qtbot.waitUntil(lambda: not desk.player.is_playing, timeout=LONG_MS)
+    assert math.isnan(played[-1])
+    assert max(at for at in played if math.isfinite(at)) <= 1.8
+    back = default_floor()
+    qtbot.waitUntil(lambda: controller.session is not None and controller.session.target.floor == back, timeout=LONG_MS)
+    assert controller.session.patch.title == "Hiss"
+    assert window.settings.kind == "simulator"
+
+    window.open_file(walk)  # and played again, until another target is chosen: that one stays
+    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
+    desk.looping.setChecked(True)
+    desk.play_or_stop()
+    qtbot.waitUntil(lambda: math.isfinite(desk.axis.playing_s), timeout=LONG_MS)
+    window.target_selection.set_floor(2, 2)
+    qtbot.waitUntil(lambda: not desk.player.is_playing, timeout=LONG_MS)
+    qtbot.waitUntil(
+        lambda: controller.session is not None and controller.session.target.kind == "simulator", timeout=LONG_MS
+    )
+
+
+def test_a_stretch_is_read_and_one_that_is_empty_is_refused(walk):
+    forces, floor = read_force_file(walk, stretch_s=(1.0, 1.5))
+    assert floor == default_floor(1, 2)
+    np.testing.assert_allclose(forces.time_s, 1.0 + np.arange(500) / 1000.0)
+    with pytest.raises(BadFile, match="no force samples there"):
+        read_force_file(walk, stretch_s=(7.0, 8.0))
+
+
+def test_a_file_on_the_command_line_is_opened(walk, monkeypatch, tmp_path):
+    opened = []
+    monkeypatch.setattr("underfoot.__main__._open_window", lambda *given: opened.append(given) or 0)
+    CliRunner().invoke(cli, [str(walk)])
+    CliRunner().invoke(cli, ["--recording", str(walk)])
+    assert [str(given[3]) for given in opened] == [str(walk)] * 2

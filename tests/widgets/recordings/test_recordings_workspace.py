@@ -1,0 +1,253 @@
+"""The Recordings workspace, used by mouse and keys."""
+
+import csv
+import shutil
+
+import pytest
+from long_recording import write_recording
+from on_screen import show
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox
+from windows import quiet_window
+
+from underfoot.floor.layout import default_floor
+from underfoot.records.recording import Recording
+from underfoot.widgets.recordings.exporting import ExportDialog
+from underfoot.widgets.recordings.workspace import RecordingsWorkspace
+from underfoot.widgets.session.settings import Settings
+
+LONG_MS = 60_000
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    """Six seconds of somebody who walks on two tiles."""
+    return write_recording(tmp_path_factory.mktemp("walks") / "walk.underfoot", 6.0, default_floor(1, 2))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Where the program records."""
+    made = tmp_path / "recorded"
+    made.mkdir()
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: made)
+    return made
+
+
+@pytest.fixture
+def desk(qtbot, folder):
+    """The workspace on the screen, with nothing open."""
+    made = RecordingsWorkspace(Settings())
+    qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
+    made.resize(1280, 748)
+    show(qtbot, made)
+    made.set_active(True)
+    return made
+
+
+@pytest.fixture
+def opened(desk, walk, qtbot):
+    """The workspace with a recording whose steps were found."""
+    desk.open_file(walk)
+    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: len(desk.steps.passing()) >= 6 and not desk.surveyor.is_busy, timeout=LONG_MS)
+    desk.axis.setFocus()
+    return desk
+
+
+def wheel(axis, at, degrees, modifiers=Qt.KeyboardModifier.NoModifier):
+    event = QWheelEvent(
+        at, axis.mapToGlobal(at), QPoint(), QPoint(0, 8 * degrees), Qt.MouseButton.NoButton, modifiers,
+        Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(axis, event)
+
+
+def drag(axis, begin, end, modifiers=Qt.KeyboardModifier.NoModifier):
+    QTest.mousePress(axis, Qt.MouseButton.LeftButton, modifiers, begin.toPoint())
+    for share in (0.5, 1.0):
+        QTest.mouseMove(axis, (begin + share * (end - begin)).toPoint())
+    QTest.mouseRelease(axis, Qt.MouseButton.LeftButton, modifiers, end.toPoint())
+
+
+def test_the_list_says_when_how_long_on_which_floor_and_is_searched(desk, folder, walk, qtbot):
+    for name in ("monday", "tuesday"):
+        shutil.copy(walk, folder / f"{name}.underfoot")
+    (folder / "notes.txt").write_text("no recording")
+    desk.library.look()
+    items = [desk.library.list.item(row) for row in range(desk.library.list.count())]
+    assert sorted(item.text().split("\n")[0] for item in items) == ["monday", "tuesday"]
+    qtbot.waitUntil(lambda: all("6 s" in item.text() and "1 × 2" in item.text() for item in items), timeout=LONG_MS)
+    qtbot.keyClicks(desk.library.search, "tues")
+    assert [item.text().split("\n")[0] for item in items if not item.isHidden()] == ["tuesday"]
+
+
+def test_a_click_opens_and_what_was_found_is_there_the_next_time(desk, folder, walk, qtbot):
+    shutil.copy(walk, folder / "monday.underfoot")
+    desk.library.look()
+    place = desk.library.list.visualItemRect(desk.library.list.item(0)).center()
+    qtbot.mouseClick(desk.library.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
+    assert desk.title.text() == "monday"
+    qtbot.waitUntil(lambda: bool(desk.content.steps) and not desk.surveyor.is_busy, timeout=LONG_MS)
+    steps = len(desk.content.steps)
+    desk.open(folder / "monday.underfoot")
+    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
+    assert len(desk.content.steps) == steps
+    assert not desk.surveyor.is_busy
+
+
+def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
+    axis = opened.axis
+    at = axis.place_of(3.0, "force")
+    wheel(axis, at, 120)
+    wheel(axis, at, 120)
+    assert axis.view.end_s - axis.view.begin_s < 3.0
+    assert axis.time_at(at.x()) == pytest.approx(3.0, abs=0.02)
+    begin_s = axis.view.begin_s
+    wheel(axis, at, -120, Qt.KeyboardModifier.ShiftModifier)
+    assert axis.view.begin_s > begin_s
+    qtbot.keyClick(axis, Qt.Key.Key_0)
+    assert (axis.view.begin_s, axis.view.end_s) == (0.0, pytest.approx(6.0, abs=0.01))
+    drag(axis, axis.place_of(1.0, "force"), axis.place_of(2.0, "force"))
+    assert axis.cursor_s == pytest.approx(2.0, abs=0.02)
+    qtbot.waitUntil(lambda: opened.readout.text().startswith(f"{axis.cursor_s:.3f} s"), timeout=LONG_MS)
+    assert all(unit in opened.readout.text() for unit in (" N", "commanded", "measured"))
+    drag(axis, axis.place_of(2.0, "force"), axis.place_of(4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
+    assert axis.selection == (pytest.approx(2.0, abs=0.02), pytest.approx(4.0, abs=0.02))
+    qtbot.keyClick(axis, Qt.Key.Key_Backspace)
+    assert axis.selection is None
+    qtbot.keyClick(axis, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+    assert axis.cursor_s == pytest.approx(2.001, abs=0.02)
+
+
+def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot):
+    """The recording is of 200 Hz: 1 mm/s² a newton was asked, and 0.8 of it was done."""
+    step = opened.content.steps[2].step
+    opened._choose_tile(opened.content.opened.floor.index(step.tile))
+    opened.axis.set_cursor(step.start_s + 0.4 * 1e-3 * step.contact_ms)
+    qtbot.waitUntil(lambda: "200 Hz" in opened.readout.text(), timeout=LONG_MS)
+    assert "dB" in opened.readout.text()
+    moment = opened._moment
+    assert moment.vibration["measured"].peak_m_s2 == pytest.approx(0.8 * moment.vibration["commanded"].peak_m_s2)
+    assert moment.vibration["commanded"].peak_m_s2 == pytest.approx(1e-3 * moment.corners_n.sum(axis=1).max(), rel=0.25)
+
+
+def test_close_up_it_shows_the_samples_themselves(opened, qtbot):
+    step = opened.content.steps[2].step
+    opened.axis.set_view(step.start_s + 0.2, step.start_s + 0.25)
+    qtbot.waitUntil(lambda: opened.content.strip is not None and opened.content.strip.frames < 10.0, timeout=LONG_MS)
+    samples = opened.content.strip.envelopes["commanded"]
+    assert (samples.end - samples.begin == 1.0).all()
+    opened.axis.repaint()
+
+
+def test_m_marks_the_cursor_in_the_file(desk, folder, walk, qtbot):
+    path = folder / "marked.underfoot"
+    shutil.copy(walk, path)
+    desk.open_file(path)
+    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
+    desk.axis.setFocus()
+    desk.axis.set_cursor(1.5)
+    qtbot.keyClick(desk.axis, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: len(desk.content.opened.marks) == 1, timeout=LONG_MS)
+    with Recording(path) as recording:
+        assert [mark.frame for mark in recording.marks()] == [72_000]
+    qtbot.keyClick(desk.axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
+    qtbot.waitUntil(lambda: not desk.content.opened.marks, timeout=LONG_MS)
+
+
+def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
+    third = opened.content.steps[3].step
+    at = next(bar for contact, bar in opened.axis._painter().bars() if contact.id == third.contact).center()
+    qtbot.mouseClick(opened.axis, Qt.MouseButton.LeftButton, pos=at.toPoint())
+    assert opened.steps.table.selected_steps() == [third]
+    assert opened.axis.cursor_s == third.start_s
+    assert opened.axis.selection == (third.start_s, pytest.approx(third.start_s + 1e-3 * third.contact_ms))
+    assert [one.name for one in opened.steps.plot.drawing.series][-1] == f"step {third.step}"
+    qtbot.keyClick(opened.axis, Qt.Key.Key_Period)
+    assert opened.steps.table.selected_steps() == [opened.content.steps[4].step]
+    opened.steps.table.selectRow(0)
+    qtbot.waitUntil(lambda: opened.axis.view.step == 0, timeout=LONG_MS)
+
+
+def test_steps_are_sorted_filtered_and_copied(opened):
+    table, panel = opened.steps.table, opened.steps
+    column = 9  # the loading rate
+    table.sortByColumn(column, Qt.SortOrder.DescendingOrder)
+    rates = [step.loading_kn_s for step in table.shown_steps()]
+    assert rates == sorted(rates, reverse=True)
+    tile = opened.content.steps[0].step.tile
+    panel.filters["tile"].setCurrentIndex(panel.filters["tile"].findData(tile))
+    assert {step.tile for step in table.shown_steps()} == {tile}
+    assert f"mean of {len(panel.passing())}" in [one.name for one in panel.plot.drawing.series]
+    table.clearSelection()
+    QTest.mouseClick(panel.copying, Qt.MouseButton.LeftButton)
+    rows = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines()))
+    assert [row["tile"] for row in rows] == [tile] * len(panel.passing())
+
+
+def test_one_is_deleted_only_when_that_was_said(desk, folder, walk, qtbot, monkeypatch):
+    path = folder / "old.underfoot"
+    shutil.copy(walk, path)
+    desk.open_file(path)
+    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
+    monkeypatch.setattr("underfoot.widgets.recordings.library.QFile.moveToTrash", lambda name: (False, ""))
+    qtbot.mouseClick(desk.library.delete, Qt.MouseButton.LeftButton)
+    box = desk.library.findChild(QMessageBox)
+    qtbot.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+    assert path.exists()
+    for _ in ("to the trash", "for good, where there is none"):
+        if not any(one.isVisible() for one in desk.library.findChildren(QMessageBox)):
+            qtbot.mouseClick(desk.library.delete, Qt.MouseButton.LeftButton)
+        box = next(one for one in desk.library.findChildren(QMessageBox) if one.isVisible())
+        qtbot.mouseClick(box.button(QMessageBox.StandardButton.Ok), Qt.MouseButton.LeftButton)
+    assert not path.exists()
+    assert desk.content is None
+    assert desk.library.list.count() == 0
+
+
+def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
+    said = []
+    opened.said.connect(said.append)
+    qtbot.mouseClick(opened.export_button, Qt.MouseButton.LeftButton)
+    dialog = opened.window().findChild(ExportDialog)
+    dialog.format.setCurrentIndex(dialog.format.findData(".wav"))
+    assert dialog.vibration.isVisible()
+    assert "force" in dialog.cannot.text()
+    dialog.reject()
+    opened.exporting.begin(opened.content.opened.path, folder / "walk.wav", "measured")
+    qtbot.waitUntil(lambda: not opened.exporting.is_busy, timeout=LONG_MS)
+    assert (folder / "walk.wav").exists()
+    assert any("was exported to" in line for line in said)
+    opened.exporting.begin(opened.content.opened.path, folder / "walk.csv", "measured")
+    opened.exporting.stop()
+    qtbot.waitUntil(lambda: not opened.exporting.is_busy, timeout=LONG_MS)
+    assert not (folder / "walk.csv").exists()
+
+
+def test_what_cannot_be_opened_is_said(desk, folder, qtbot):
+    broken = folder / "broken.underfoot"
+    broken.write_bytes(b"SQLite format 3\0 and nothing more")
+    with qtbot.waitSignal(desk.said, timeout=LONG_MS) as said:
+        desk.open_file(broken)
+    assert "broken.underfoot" in said.args[0]
+    assert "broken.underfoot" in desk.axis.note
+
+
+def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_path, folder, walk):
+    window = quiet_window(qtbot, tmp_path / "kept")
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(walk))])
+    none = (Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier)
+    enter = QDragEnterEvent(QPoint(600, 400), Qt.DropAction.CopyAction, data, *none)
+    QApplication.sendEvent(window, enter)
+    assert enter.isAccepted()
+    QApplication.sendEvent(window, QDropEvent(QPointF(600, 400), Qt.DropAction.CopyAction, data, *none))
+    desk = window.workspaces["Recordings"]
+    assert window.workspace == "Recordings"
+    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
+    assert str(walk) in window.settings.recordings
+    desk.close_down()

@@ -1,0 +1,70 @@
+"""What was measured in the last ten minutes: the latest seconds sample by sample, before that in means of 10 ms."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.widgets.plots.history import History
+
+PAST_S = 600.0
+BIN_S = 0.01
+MOST_BYTES = 64 << 20
+"""Of the means: on a floor of more than 70 tiles they reach back less far."""
+
+
+class ForcePast:
+    """Corner forces of a floor, in memory taken once.
+
+    >>> past = ForcePast(1, 5.0, 1000.0)
+    >>> past.append(np.arange(20_000) / 1000.0, np.ones((20_000, 1, 4), np.float32))
+    >>> [len(past.until(end_s, 5.0, 0)[0]) for end_s in (20.0, 10.0)]
+    [5000, 500]
+    """
+
+    def __init__(self, tiles: int, fine_s: float, most_hz: float) -> None:
+        """The latest `fine_s` seconds are kept as they come, up to `most_hz` samples a second."""
+        self._times = History(np.float64, int(fine_s * most_hz))
+        self._forces = History(np.float32, int(fine_s * most_hz), tiles, 4)
+        bins = min(round(PAST_S / BIN_S), MOST_BYTES // (16 * tiles))
+        self._bins = History(np.int64, bins)
+        self._means = History(np.float32, bins, tiles, 4)
+        self._open = -1
+        self._sum = np.zeros((tiles, 4))
+        self._count = 0
+
+    def append(self, time_s: NDArray[np.float64], force_n: NDArray[np.floating]) -> None:
+        """Samples at `time_s` (n,), ascending: (n, tiles, 4)."""
+        self._times.append(time_s)
+        self._forces.append(force_n)
+        bins = np.floor(np.asarray(time_s) / BIN_S + 1e-6).astype(np.int64)
+        starts = np.concatenate([[0], np.flatnonzero(np.diff(bins)) + 1])
+        sums = np.add.reduceat(force_n, starts, axis=0, dtype=np.float64)
+        counts = np.diff(starts, append=len(bins))
+        if bins[0] == self._open:
+            sums[0] += self._sum
+            counts[0] += self._count
+            numbers = bins[starts]
+        else:
+            sums, counts = np.concatenate([self._sum[None], sums]), np.concatenate([[self._count], counts])
+            numbers = np.concatenate([[self._open], bins[starts]])
+        whole = slice(int(counts[0] == 0), -1)
+        self._bins.append(numbers[whole])
+        self._means.append(sums[whole] / counts[whole][:, None, None])
+        self._open, self._sum, self._count = int(numbers[-1]), sums[-1], int(counts[-1])
+
+    @property
+    def first_s(self) -> float:
+        """When what is known begins; NaN where nothing is."""
+        bins, times = self._bins.latest(), self._times.latest()
+        if len(bins):
+            return float(bins[0]) * BIN_S
+        return float(times[0]) if len(times) else np.nan
+
+    def until(self, end_s: float, seconds: float, row: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+        """Times (n,) and corner forces (n, 4) of a tile, of the seconds before a time: samples, or else means."""
+        times, forces = self._times.latest(), self._forces.latest()
+        if not len(times) or end_s - seconds < times[0]:
+            bins = self._bins.latest()
+            if len(bins) and float(bins[0]) * BIN_S < (times[0] if len(times) else np.inf):
+                times, forces = (bins.astype(np.float64) + 0.5) * BIN_S, self._means.latest()
+        seen = slice(*np.searchsorted(times, [end_s - seconds, end_s + 1e-9]))
+        return times[seen], forces[seen, row]

@@ -1,0 +1,12 @@
+"""The Recordings workspace: what was recorded, on one time axis, its steps, and its way into other programs."""
+
+from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
+
+
+def _make(context: WorkspaceContext) -> Workspace:
+    from underfoot.widgets.recordings.workspace import RecordingsWorkspace
+
+    return RecordingsWorkspace(context.settings)
+
+
+WORKSPACE = WorkspaceDeclaration(name="Recordings", key="Ctrl+5", make=_make, opens=(".underfoot", ".uf"))

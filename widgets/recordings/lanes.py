@@ -1,0 +1,383 @@
+"""What the time axis of a recording shows, painted: force, tiles, vibration, contacts, marks and gaps."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPen
+
+from underfoot.drawing.axes import round_top
+from underfoot.quantities import number
+from underfoot.records.envelopes import Envelope
+from underfoot.records.survey import ContactSpan, Stance
+from underfoot.widgets import theme
+from underfoot.widgets.plots.painting import polygon
+from underfoot.widgets.recordings.reader import FINE_S, Opened, Overview, Strip
+
+GUTTER_PX, RIGHT_PX, RULER_PX = 96, 12, 34
+FULL_N = 1000.0
+"""The load at which a tile's row shows the full amber."""
+_ROW_PX = (3.0, 14.0)
+"""Heights between which a tile's row is."""
+_BAR_PX = 14
+_THIN_PX = 3.0
+_BARS = 4
+"""Rows of contacts: as many overlap without one hiding another."""
+_TICKS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600)
+
+
+@dataclass
+class View:
+    """What is to be seen: seconds from `begin_s` to `end_s` of a recording, `tile` a row of its floor."""
+
+    begin_s: float = 0.0
+    end_s: float = 1.0
+    tile: int = 0
+    step: int = -1
+    """The number of the chosen step in the list of steps; -1 for none."""
+
+
+@dataclass
+class Content:
+    """What a recording has, as far as it is known."""
+
+    opened: Opened
+    overview: Overview | None = None
+    strip: Strip | None = None
+    contacts: Sequence[ContactSpan] = ()
+    steps: Sequence[Stance] = ()
+
+    def __post_init__(self) -> None:
+        self.show_survey(self.contacts, self.steps)
+
+    def show_survey(self, contacts: Sequence[ContactSpan], steps: Sequence[Stance]) -> None:
+        """There are these contacts and steps."""
+        self.contacts, self.steps = contacts, steps
+        self.number_of = {one.step.contact: number for number, one in enumerate(steps)}
+        """The number of a contact's step in the list."""
+        self.spans_s = np.array([(one.start_s, one.end_s) for one in contacts]).reshape(-1, 2)
+        free = [-math.inf] * _BARS
+        rows = []
+        for one in contacts:
+            row = next((k for k in range(_BARS) if free[k] <= one.start_s), int(np.argmin(free)))
+            free[row] = one.end_s
+            rows.append(row)
+        self.bar_rows = np.array(rows, np.intp)
+
+    def envelope(self, source: str, begin: float, end: float, frames: float, tile: int) -> tuple[Envelope, int]:
+        """What to draw a source of, and which column of it is the tile's (of force: that is all tiles')."""
+        strip, overview = self.strip, self.overview
+        fits = strip is not None and strip.begin <= begin and end <= strip.end and strip.tile == tile
+        if fits and strip is not None and frames < FINE_S * self.opened.rate and strip.frames <= 2.0 * frames:
+            return strip.envelopes[source], tile if source == "force" else 0
+        assert overview is not None
+        return overview.envelope(source, frames), tile
+
+
+@dataclass(frozen=True)
+class Lane:
+    """A band of the picture from `top` to `bottom`, in pixels."""
+
+    name: str
+    top: float
+    bottom: float
+
+
+def lanes_of(height: float, tiles: int) -> dict[str, Lane]:
+    """Where each lane is in a picture of this height."""
+    left = height - RULER_PX - 6.0
+    bars = _BARS * _BAR_PX + 8.0
+    rows = min(max(_ROW_PX[0] * tiles, min(_ROW_PX[1] * tiles, 0.25 * left)), 0.4 * left)
+    rest = max(left - bars - rows, 90.0)
+    found, top = {}, float(RULER_PX)
+    for name, share in (
+        ("force", 0.4 * rest),
+        ("tiles", rows),
+        ("contacts", bars),
+        ("commanded", 0.3 * rest),
+        ("measured", 0.3 * rest),
+    ):
+        found[name] = Lane(name, top, top + share - 6.0)
+        top += share
+    return found
+
+
+class LanePainter:
+    """Paints the content of a recording in a view."""
+
+    def __init__(self, content: Content, view: View, width: float, height: float) -> None:
+        self.content, self.view = content, view
+        self.left, self.right = float(GUTTER_PX), max(width - RIGHT_PX, GUTTER_PX + 10.0)
+        self.lanes = lanes_of(height, len(content.opened.floor.tiles))
+        opened = content.opened
+        columns = max(1, round(self.right - self.left))
+        at_s = np.linspace(view.begin_s, view.end_s, columns + 1)
+        self._edges = opened.first + at_s * opened.rate
+        self._frames = float(self._edges[1] - self._edges[0])
+
+    def x(self, time_s: float) -> float:
+        """Where a time of the recording is, in pixels."""
+        share = (time_s - self.view.begin_s) / (self.view.end_s - self.view.begin_s)
+        return self.left + share * (self.right - self.left)
+
+    def paint(self, painter: QPainter) -> None:
+        """Paint all but what moves: cursor and selection."""
+        painter.setFont(theme.font(theme.SMALL_PX))
+        self._paint_ruler(painter)
+        for lane in self.lanes.values():
+            painter.fillRect(self._area(lane), QColor(theme.PANEL))
+        if self.content.overview is not None:
+            self._paint_force(painter)
+            for source, colour in (("commanded", theme.VIBRATION), ("measured", theme.CONTACT)):
+                self._paint_vibration(painter, source, colour)
+        self._paint_contacts(painter)
+        self._paint_gaps(painter)
+        self._paint_marks(painter)
+
+    def _area(self, lane: Lane) -> QRectF:
+        return QRectF(self.left, lane.top, self.right - self.left, lane.bottom - lane.top)
+
+    # --- time ---
+
+    def _paint_ruler(self, painter: QPainter) -> None:
+        span_s = self.view.end_s - self.view.begin_s
+        step_s = next((one for one in _TICKS_S if one * (self.right - self.left) / span_s >= 72.0), _TICKS_S[-1])
+        first = math.ceil(self.view.begin_s / step_s - 1e-9)
+        for k in range(first, int(self.view.end_s / step_s + 1e-9) + 1):
+            x = self.x(k * step_s)
+            painter.setPen(QPen(QColor(theme.LINE), 1.0))
+            painter.drawLine(QPointF(x, RULER_PX - 6.0), QPointF(x, RULER_PX - 1.0))
+            painter.setPen(QColor(theme.MUTED))
+            words = time_in_words(k * step_s, step_s)
+            painter.drawText(QRectF(x - 50.0, 14.0, 100.0, 14.0), Qt.AlignmentFlag.AlignHCenter, words)
+
+    def _paint_marks(self, painter: QPainter) -> None:
+        opened = self.content.opened
+        painter.setPen(QPen(QColor(theme.FAINT), 1.0))
+        for frame, _, _ in opened.commands:
+            x = self.x((frame - opened.first) / opened.rate)
+            if self.left <= x <= self.right:
+                painter.drawLine(QPointF(x, RULER_PX - 4.0), QPointF(x, RULER_PX))
+        violet, bottom, free = QColor(theme.EVENTS), self.lanes["measured"].bottom, -math.inf
+        for mark in opened.marks:
+            x = self.x((mark.frame - opened.first) / opened.rate)
+            if not self.left <= x <= self.right:
+                continue
+            painter.setPen(QPen(violet, 1.0, Qt.PenStyle.DashLine))
+            painter.drawLine(QPointF(x, 12.0), QPointF(x, bottom))
+            if x >= free:
+                painter.setPen(violet)
+                words = painter.fontMetrics().elidedText(mark.text or "mark", Qt.TextElideMode.ElideRight, 160)
+                painter.drawText(QPointF(x + 3.0, 11.0), words)
+                free = x + painter.fontMetrics().horizontalAdvance(words) + 12.0
+
+    def _paint_gaps(self, painter: QPainter) -> None:
+        opened = self.content.opened
+        for gap in opened.gaps:
+            begin, end = ((frame - opened.first) / opened.rate for frame in (gap.first, gap.first + gap.count))
+            left, right = max(self.x(begin), self.left), min(self.x(end), self.right)
+            if right >= left:
+                top, bottom = self.lanes["force"].top, self.lanes["measured"].bottom
+                brush = QBrush(QColor(theme.ALARM), Qt.BrushStyle.BDiagPattern)
+                painter.fillRect(QRectF(left, top, max(right - left, 1.0), bottom - top), brush)
+
+    # --- force and vibration ---
+
+    def _paint_force(self, painter: QPainter) -> None:
+        view, overview = self.view, self.content.overview
+        assert overview is not None
+        envelope, _ = self.content.envelope(
+            "force", float(self._edges[0]), float(self._edges[-1]), self._frames, view.tile
+        )
+        low, high = envelope.between(self._edges)
+        low, high = low - overview.rest_n, high - overview.rest_n
+        all_high = overview.levels["force"][-1].high
+        top_n = max(200.0, round_top(1.05 * float(np.nanmax(all_high[:, -1], initial=0.0) - overview.rest_n[-1])))
+        lane = self.lanes["force"]
+        self._paint_axis(painter, lane, ("Force, N", f"amber: all tiles, white: {self._tile()}"), -0.05 * top_n, top_n)
+        self._paint_band(painter, lane, low[:, -1], high[:, -1], (-0.05 * top_n, top_n), QColor(theme.FORCE))
+        middle = 0.5 * (low[:, view.tile] + high[:, view.tile])
+        self._paint_line(painter, lane, middle, (-0.05 * top_n, top_n), QColor(theme.TEXT))
+        self._paint_tiles(painter, high[:, :-1])
+
+    def _paint_tiles(self, painter: QPainter, load_n: NDArray[np.float32]) -> None:
+        """A row for each tile, the chosen one marked."""
+        lane, count = self.lanes["tiles"], load_n.shape[1]
+        levels = np.clip(np.nan_to_num(load_n) * (255.0 / FULL_N), 0.0, 255.0).astype(np.uint8)
+        pixels = np.ascontiguousarray(_AMBERS[levels].T)
+        image = QImage(pixels.data, pixels.shape[1], count, 4 * pixels.shape[1], QImage.Format.Format_RGB32)
+        painter.drawImage(self._area(lane), image)
+        row = (lane.bottom - lane.top) / count
+        painter.setPen(QColor(theme.MUTED))
+        every = max(1, math.ceil(13.0 / row))
+        for k in range(0, count, every):
+            box = QRectF(0.0, lane.top + k * row - 1.0, GUTTER_PX - 6.0, max(row, 13.0))
+            name = self.content.opened.floor.tiles[k].id
+            painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, name)
+        painter.setPen(QPen(QColor(theme.TEXT), 1.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(QRectF(self.left, lane.top + self.view.tile * row, self.right - self.left, max(row, 2.0)))
+
+    def _paint_vibration(self, painter: QPainter, source: str, colour: str) -> None:
+        lane, overview = self.lanes[source], self.content.overview
+        assert overview is not None
+        envelope, column = self.content.envelope(
+            source, float(self._edges[0]), float(self._edges[-1]), self._frames, self.view.tile
+        )
+        whole = overview.levels[source][-1]
+        both = [overview.levels[one][-1] for one in ("commanded", "measured")]  # on one scale, to be compared
+        largest = max(max(np.nanmax(one.high, initial=0.0), -np.nanmin(one.low, initial=0.0)) for one in both)
+        top = max(0.01, round_top(1.05 * float(largest)))
+        self._paint_axis(painter, lane, (source.capitalize() + ",", f"m/s², {self._tile()}"), -top, top)
+        if not len(whole):
+            painter.setPen(QColor(theme.MUTED))
+            painter.drawText(self._area(lane), Qt.AlignmentFlag.AlignCenter, f"nothing {source} was recorded")
+            return
+        low, high = envelope.column(column).between(self._edges)
+        self._paint_band(painter, lane, low[:, 0], high[:, 0], (-top, top), QColor(colour))
+
+    def _tile(self) -> str:
+        return f"tile {self.content.opened.floor.tiles[self.view.tile].id}"
+
+    def _paint_axis(self, painter: QPainter, lane: Lane, words: tuple[str, str], low: float, high: float) -> None:
+        """The lane's name, and lines at 0 and at the top."""
+        metrics = painter.fontMetrics()
+        painter.setPen(QColor(theme.TEXT))
+        painter.drawText(QPointF(8.0, lane.top + 11.0), words[0])
+        painter.setPen(QColor(theme.MUTED))
+        if lane.bottom - lane.top > 40.0 and metrics.horizontalAdvance(words[1]) <= GUTTER_PX - 12.0:
+            painter.drawText(QPointF(8.0, lane.top + 24.0), words[1])
+        else:
+            painter.drawText(QPointF(self.left + 6.0, lane.top + 11.0), words[1])
+        values = (0.0, 0.5 * high, high) if low > -high else (low, 0.0, high)
+        for value in values:
+            y = float(_place(lane, value, low, high))
+            painter.setPen(QPen(QColor(theme.LINE), 1.0))
+            painter.drawLine(QPointF(self.left, y), QPointF(self.right, y))
+            painter.setPen(QColor(theme.MUTED))
+            shown = number(value)
+            at = min(max(y + 4.0, lane.top + 9.0), lane.bottom)
+            if value != high:
+                painter.drawText(QPointF(self.left - 6.0 - metrics.horizontalAdvance(shown), at), shown)
+        shown = number(high)
+        painter.drawText(QPointF(self.left - 6.0 - metrics.horizontalAdvance(shown), lane.top + 9.0), shown)
+
+    def _paint_band(
+        self,
+        painter: QPainter,
+        lane: Lane,
+        low: NDArray[np.float32],
+        high: NDArray[np.float32],
+        ends: tuple[float, float],
+        colour: QColor,
+    ) -> None:
+        """The area between the least and the most, at least a pixel high; nothing where nothing was recorded."""
+        height = max(round(lane.bottom - lane.top), 1)
+        top, bottom = (
+            np.nan_to_num(np.asarray(_place(lane, values.astype(np.float64), *ends)) - lane.top, nan=-9.0)
+            for values in (high, low)
+        )
+        rows = np.arange(height)[:, None]
+        # An outline of a thousand corners takes Qt ten times as long as this picture.
+        inside = (rows >= np.floor(np.minimum(top, height - 1))) & (rows <= np.maximum(bottom - 0.5, top))
+        pixels = np.where(inside, np.uint32(colour.rgb()), np.uint32(0))
+        image = QImage(pixels.data, len(high), height, 4 * len(high), QImage.Format.Format_ARGB32_Premultiplied)
+        painter.drawImage(QPointF(self.left, lane.top), image)
+
+    def _paint_line(
+        self, painter: QPainter, lane: Lane, values: NDArray[np.float32], ends: tuple[float, float], colour: QColor
+    ) -> None:
+        seen = np.isfinite(values)
+        x = self.left + 0.5 + np.arange(len(values))
+        y = np.asarray(_place(lane, values.astype(np.float64), *ends))
+        painter.setPen(QPen(colour, 1.0))
+        for run in np.split(np.arange(len(values)), np.flatnonzero(np.diff(seen)) + 1):
+            if len(run) and seen[run[0]]:
+                painter.drawPolyline(polygon(np.column_stack([x[run], y[run]])))
+
+    # --- contacts ---
+
+    def _paint_contacts(self, painter: QPainter) -> None:
+        lane = self.lanes["contacts"]
+        painter.setPen(QColor(theme.TEXT))
+        painter.drawText(QPointF(8.0, lane.top + 11.0), "Contacts")
+        painter.setPen(QColor(theme.MUTED))
+        painter.drawText(QPointF(8.0, lane.top + 24.0), "step, foot")
+        chosen = self.content.steps[self.view.step].step.contact if self.view.step >= 0 else 0
+        self._paint_thin(painter)
+        for contact, bar in self.bars(chosen):
+            number = self.content.number_of.get(contact.id)
+            step = self.content.steps[number].step if number is not None else None
+            share = {"left": 0.75, "right": 0.45}.get(step.side, 0.6) if step else 0.15
+            painter.setPen(QPen(QColor(theme.TEXT if contact.id == chosen else theme.CONTACT), 1.0))
+            painter.setBrush(QColor(theme.mixed(theme.CONTACT, theme.PANEL, share)))
+            painter.drawRect(bar)
+            if step and bar.width() > 26.0:
+                painter.setPen(QColor(theme.GROUND if share > 0.5 else theme.TEXT))
+                words = f"{step.step} {step.side[0].upper() if step.side != 'unknown' else ''}"
+                person = f"  person {step.person}" if step.person and bar.width() > 84.0 else ""
+                painter.drawText(bar, Qt.AlignmentFlag.AlignCenter, words + person)
+
+    def bars(self, chosen: int = 0) -> list[tuple[ContactSpan, QRectF]]:
+        """The contacts that can be seen, each with its bar; those that are too thin for one only if they are chosen."""
+        lane, found = self.lanes["contacts"], []
+        left, right, seen = self._spans_px()
+        wide = (right - left >= _THIN_PX) | np.array([one.id == chosen for one in self.content.contacts], bool)
+        for k in np.flatnonzero(seen & wide).tolist():
+            top = lane.top + 3.0 + int(self.content.bar_rows[k]) * _BAR_PX
+            bar = QRectF(left[k], top, max(right[k] - left[k], 1.0), _BAR_PX - 3.0)
+            found.append((self.content.contacts[k], bar))
+        return found
+
+    def _spans_px(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+        """Where each contact begins and ends, and whether it can be seen."""
+        spans_s = self.content.spans_s
+        scale = (self.right - self.left) / (self.view.end_s - self.view.begin_s)
+        left, right = (self.left + scale * (spans_s[:, k] - self.view.begin_s) for k in (0, 1))
+        seen = (spans_s[:, 1] >= self.view.begin_s) & (spans_s[:, 0] <= self.view.end_s)
+        return np.maximum(left, self.left), np.minimum(right, self.right), seen
+
+    def _paint_thin(self, painter: QPainter) -> None:
+        """Contacts that are hardly wider than a pixel, all at once."""
+        left, right, seen = self._spans_px()
+        thin = seen & (right - left < _THIN_PX)
+        if not thin.any():
+            return
+        width = max(round(self.right - self.left), 1)
+        pixels = np.zeros((_BARS, width), np.uint32)
+        at = np.clip((left[thin] - self.left).astype(np.intp), 0, width - 1)
+        pixels[self.content.bar_rows[thin], at] = QColor(theme.mixed(theme.CONTACT, theme.PANEL, 0.6)).rgb()
+        for row in range(_BARS):
+            image = QImage(pixels[row].data, width, 1, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
+            top = self.lanes["contacts"].top + 3.0 + row * _BAR_PX
+            painter.drawImage(QRectF(self.left, top, width, _BAR_PX - 3.0), image)
+
+
+def time_in_words(time_s: float, step_s: float = 0.001) -> str:
+    """A time of the recording, to what `step_s` needs.
+
+    >>> time_in_words(75.0, 5), time_in_words(2.5, 0.5), time_in_words(0.0, 60.0), time_in_words(3661.25, 0.01)
+    ('1:15', '2.5 s', '0:00', '1:01:01.25')
+    """
+    decimals = max(0, -math.floor(math.log10(step_s) + 1e-9)) if step_s < 1.0 else 0
+    if time_s < 60.0 and step_s < 10.0:
+        return f"{time_s:.{decimals}f} s"
+    minutes, seconds = divmod(round(time_s, decimals), 60.0)
+    hours, minutes = divmod(int(minutes), 60)
+    wide = 3 + decimals if decimals else 2
+    head = f"{hours}:{minutes:02d}" if hours else f"{minutes}"
+    return f"{head}:{seconds:0{wide}.{decimals}f}"
+
+
+def _place(lane: Lane, value: "float | NDArray[np.float64]", low: float, high: float) -> "float | NDArray[np.float64]":
+    share = (np.clip(value, low, high) - low) / (high - low)
+    return lane.bottom - share * (lane.bottom - lane.top)
+
+
+_AMBERS = np.array(
+    [QColor(theme.mixed(theme.FORCE, theme.PANEL, level / 255.0)).rgb() for level in range(256)], np.uint32
+)
+"""The colour of a tile's row at each level."""

@@ -1,0 +1,324 @@
+"""The list of recordings: those of the program's folder, and files and folders that were added."""
+
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QFile, QObject, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QHBoxLayout,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QMessageBox,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.records.recording import is_recording
+from underfoot.records.summary import Summary, summary_of
+from underfoot.widgets import theme
+from underfoot.widgets.plots.painting import polygon
+from underfoot.widgets.recordings.lanes import time_in_words
+
+LIST_PX = 33 * theme.GRID
+PICTURE = QSize(72, 32)
+SUFFIXES = (".underfoot", ".uf")
+_PATH = Qt.ItemDataRole.UserRole
+_WORDS = Qt.ItemDataRole.UserRole + 1
+_Answer = QMessageBox.StandardButton
+
+
+class Summaries(QObject):
+    """Reads what the list says of recordings, one after the other, in a thread."""
+
+    found = Signal(object)
+    """`Summary`."""
+    failed = Signal(object, str)
+    """Path, and why it cannot be read."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._thread: threading.Thread | None = None
+        self._stops = threading.Event()
+
+    def read(self, paths: Sequence[Path]) -> None:
+        """Read these instead of those that were asked for before."""
+        self.stop()
+        self._stops = threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(list(paths), self._stops), name="recordings")
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Read no more."""
+        self._stops.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _run(self, paths: list[Path], stops: threading.Event) -> None:
+        for path in paths:
+            if stops.is_set():
+                return
+            try:
+                self.found.emit(summary_of(path))
+            except (UnderfootError, OSError) as error:
+                self.failed.emit(path, str(error))
+
+
+class Library(QWidget):
+    """The recordings there are, newest first; one is chosen."""
+
+    chosen = Signal(object)
+    """The `Path` of the recording to be opened."""
+    said = Signal(str)
+    deleted = Signal(object)
+    """The `Path` of one that is about to be deleted: whoever has it open lets go of it."""
+
+    def __init__(self, folder: Callable[[], Path], added: list[str]) -> None:
+        """`folder` says where the program records; `added` are further files and folders, and is added to."""
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(LIST_PX)
+        self._folder, self._added = folder, added
+        self.summaries = Summaries(self)
+        self._known: dict[Path, Summary] = {}
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Search by name, date or floor")
+        self.search.setAccessibleName("Search recordings")
+        self.search.setClearButtonEnabled(True)
+        self.list = QListWidget()
+        self.list.setAccessibleName("Recordings")
+        self.list.setIconSize(PICTURE)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.setTextElideMode(Qt.TextElideMode.ElideRight)
+        self.nothing = theme.label("Nothing was recorded yet. Ctrl+R records what is played.", "muted")
+        self.nothing.setWordWrap(True)
+        self.add_file, self.add_folder = QPushButton("Open…"), QPushButton("Add folder…")
+        self.delete = QPushButton("Delete…")
+        self.delete.setToolTip("Move the chosen recording to the trash (Delete)")
+        self._lay_out()
+        self._connect()
+
+    def look(self) -> None:
+        """Look what there is now."""
+        paths = self._paths()
+        chosen = self.chosen_path()
+        self.list.blockSignals(True)
+        self.list.clear()
+        for path in paths:
+            item = QListWidgetItem(path.stem)
+            item.setData(_PATH, path)
+            item.setSizeHint(QSize(0, 60))
+            item.setToolTip(str(path))
+            self.list.addItem(item)
+            if path in self._known:
+                self._show(self._known[path])
+            else:
+                item.setIcon(_icon(np.zeros(0, np.float32)))
+        self.list.blockSignals(False)
+        if chosen is not None:
+            self.mark(chosen)
+        self._filter()
+        self.summaries.read(paths)
+
+    def add(self, path: Path) -> None:
+        """Put a file or folder on the list for good."""
+        path = path.absolute()
+        if path not in self._paths() and str(path) not in self._added:
+            self._added.append(str(path))
+        self.look()
+
+    def mark(self, path: Path) -> None:
+        """Mark the recording that is open."""
+        for item in self._items():
+            if item.data(_PATH) == path.absolute():
+                self.list.blockSignals(True)
+                self.list.setCurrentItem(item)
+                self.list.blockSignals(False)
+                self.delete.setEnabled(True)
+
+    def chosen_path(self) -> Path | None:
+        """The recording that is chosen."""
+        item = self.list.currentItem()
+        return item.data(_PATH) if item is not None else None
+
+    def ask_to_delete(self) -> None:
+        """Delete the chosen recording when the person has said so."""
+        path = self.chosen_path()
+        if path is not None:
+            self._ask(f"Move “{path.stem}” to the trash?", "Move to trash", lambda: self._delete(path))
+
+    def close_down(self) -> None:
+        """End the thread."""
+        self.summaries.stop()
+
+    # --- files ---
+
+    def _paths(self) -> list[Path]:
+        """The recordings of all folders, and the files; the newest first."""
+        found: dict[Path, float] = {}
+        for place in (self._folder(), *map(Path, self._added)):
+            try:
+                files = sorted(place.iterdir()) if place.is_dir() else [place]
+                for file in files:
+                    if file.suffix in SUFFIXES and is_recording(file):
+                        found[file.absolute()] = file.stat().st_mtime
+            except OSError:
+                continue
+        return sorted(found, key=lambda path: -found[path])
+
+    def _delete(self, path: Path) -> None:
+        self.deleted.emit(path)
+        QFile.moveToTrash(str(path))
+        if not path.exists():
+            self.said.emit(f"{path.name} is in the trash.")
+            self.look()
+        else:
+            self._ask(f"There is no trash for “{path.stem}”. Delete it for good?", "Delete", lambda: self._remove(path))
+
+    def _remove(self, path: Path) -> None:
+        try:
+            path.unlink()
+        except OSError as error:
+            self.said.emit(f"{path} cannot be deleted: {(error.strerror or str(error)).lower()}")
+        else:
+            self.said.emit(f"{path.name} was deleted.")
+        self.look()
+
+    def _ask(self, words: str, yes: str, then: Callable[[], object]) -> None:
+        box = QMessageBox(self)
+        box.setWindowTitle("Delete a recording")
+        box.setText(words)
+        box.setStandardButtons(_Answer.Ok | _Answer.Cancel)
+        box.button(_Answer.Ok).setText(yes)
+        box.setDefaultButton(_Answer.Cancel)
+        box.finished.connect(lambda answer: then() if _Answer(answer) == _Answer.Ok else None)
+        box.finished.connect(box.deleteLater)
+        box.open()
+
+    def _ask_file(self) -> None:
+        dialog = QFileDialog(self, "Open a recording", str(self._folder()), "Recordings (*.underfoot *.uf)")
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.fileSelected.connect(lambda name: self.chosen.emit(Path(name)))
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+
+    def _ask_folder(self) -> None:
+        dialog = QFileDialog(self, "A folder of recordings", str(self._folder()))
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.fileSelected.connect(lambda name: self.add(Path(name)))
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+
+    # --- what it shows ---
+
+    def _items(self) -> list[QListWidgetItem]:
+        return [self.list.item(row) for row in range(self.list.count())]
+
+    def _take(self, summary: Summary) -> None:
+        self._known[summary.path] = summary
+        self._show(summary)
+        self._filter()
+
+    def _show(self, summary: Summary) -> None:
+        for item in self._items():
+            if item.data(_PATH) == summary.path:
+                item.setText(f"{summary.path.stem}\n{words_of(summary)}")
+                item.setIcon(_icon(summary.force_n))
+                item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title}")
+
+    def _show_failure(self, path: Path, why: str) -> None:
+        for item in self._items():
+            if item.data(_PATH) == path:
+                item.setText(f"{path.stem}\ncannot be read")
+                item.setToolTip(why)
+
+    def _filter(self) -> None:
+        words = self.search.text().casefold().split()
+        for item in self._items():
+            known = f"{item.text()} {item.data(_WORDS) or ''}".casefold()
+            item.setHidden(not all(word in known for word in words))
+        self.nothing.setVisible(self.list.count() == 0)
+        self.delete.setEnabled(self.chosen_path() is not None)
+
+    def _choose(self) -> None:
+        path = self.chosen_path()
+        self.delete.setEnabled(path is not None)
+        if path is not None:
+            self.chosen.emit(path)
+
+    def _connect(self) -> None:
+        self.summaries.found.connect(self._take)
+        self.summaries.failed.connect(self._show_failure)
+        self.search.textChanged.connect(self._filter)
+        self.list.currentItemChanged.connect(lambda *_: self._choose())
+        self.add_file.clicked.connect(self._ask_file)
+        self.add_folder.clicked.connect(self._ask_folder)
+        self.delete.clicked.connect(self.ask_to_delete)
+
+    def _lay_out(self) -> None:
+        line = QHBoxLayout()
+        for button in (self.add_file, self.add_folder, self.delete):
+            line.addWidget(button)
+        column = QVBoxLayout(self)
+        column.addWidget(theme.label("RECORDINGS", "heading"))
+        column.addWidget(self.search)
+        column.addWidget(self.nothing)
+        column.addWidget(self.list, 1)
+        column.addLayout(line)
+        self.setFocusProxy(self.list)
+
+
+def words_of(summary: Summary) -> str:
+    """When it was and how long, and in another line on which floor, and how many steps."""
+    steps = "" if summary.steps is None else f"  ·  {summary.steps} steps"
+    when = f"{summary.begun:%d %b %H:%M}".lstrip("0")
+    return f"{when}  ·  {time_in_words(summary.length_s, 1.0)}\n{floor_in_words(summary.floor)}{steps}"
+
+
+def floor_in_words(floor: Floor) -> str:
+    """A floor in a few signs.
+
+    >>> floor_in_words(default_floor(2, 3))
+    '2 × 3'
+    """
+    count = len(floor.tiles)
+    for rows in range(1, 33):
+        if count % rows == 0 and count // rows <= 32 and floor == default_floor(rows, count // rows):
+            return f"{rows} × {count // rows}"
+    return f"{count} tiles"
+
+
+def _icon(force_n: NDArray[np.float32]) -> QIcon:
+    """The picture, the same whether it is chosen or not."""
+    made, picture = QIcon(), _picture(force_n)
+    for mode in (QIcon.Mode.Normal, QIcon.Mode.Selected):
+        made.addPixmap(picture, mode)
+    return made
+
+
+def _picture(force_n: NDArray[np.float32]) -> QPixmap:
+    """The largest forces over time, small."""
+    ratio = 2.0
+    picture = QPixmap(PICTURE * ratio)
+    picture.setDevicePixelRatio(ratio)
+    picture.fill(QColor(theme.GROUND))
+    if len(force_n) and force_n.max() > 0.0:
+        painter = QPainter(picture)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.FORCE))
+        x = np.linspace(0.0, PICTURE.width(), len(force_n))
+        y = PICTURE.height() - 2.0 - (PICTURE.height() - 5.0) * np.clip(force_n / force_n.max(), 0.0, 1.0)
+        ends = np.array([[PICTURE.width(), PICTURE.height()], [0.0, PICTURE.height()]], np.float64)
+        painter.drawPolygon(polygon(np.concatenate([np.column_stack([x, y]), ends])))
+        painter.end()
+    return picture

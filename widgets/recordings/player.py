@@ -1,0 +1,93 @@
+"""Plays a stretch of a recording on the window's session: its forces, through its own patch or another."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import Floor
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.records.force_files import MOST_BYTES
+from underfoot.widgets.recordings.reader import Opened
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.open_patch import OpenPatch
+
+
+class Player(QObject):
+    """Takes the controller's target for as long as it plays, and gives it back."""
+
+    moved = Signal(float)
+    """Seconds of the recording that are played now; NaN when it has ended."""
+    said = Signal(str)
+
+    def __init__(self, registry: Registry, controller: SessionController, open_patch: OpenPatch) -> None:
+        super().__init__()
+        self._registry, self._controller, self._open_patch = registry, controller, open_patch
+        self._before: Target | None = None
+        self._stretch_s = (0.0, 0.0)
+        self._target: Target | None = None
+        self.loops = False
+        controller.opened.connect(self._look)
+        controller.bridge.ticked.connect(self._tick)
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether a recording is played, or about to be."""
+        return self._before is not None
+
+    def play(self, opened: Opened, begin_s: float, end_s: float, recorded_patch: bool) -> None:
+        """Play from one second to another, through the patch of the recording or through the one in Design."""
+        if self._controller.target_is_locked:
+            self.said.emit("A study or a calibration has the floor: it ends before something else is played.")
+            return
+        most_s = MOST_BYTES / (32.0 * len(opened.floor.tiles) * float(opened.about["force_rate"]))
+        self._stretch_s = (begin_s, min(end_s, begin_s + most_s))
+        if self._stretch_s[1] < end_s:
+            self.said.emit(f"At most {most_s:.0f} s are played at once; select a stretch to play another one.")
+        try:
+            patch = Patch.loads(opened.about["patch"], self._registry, str(opened.path)) if recorded_patch else None
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        self._before = self._before or self._controller.target
+        self._target = self._replayed(self._before, opened.path, opened.floor)
+        if patch is not None:
+            folder = opened.about.get("folder")
+            self._controller.edit(patch, Path(folder) if folder else None)
+        else:
+            self._controller.edit(self._open_patch.patch, self._open_patch.folder)
+        self._controller.set_target(self._target)
+        self._controller.play()
+
+    def stop(self) -> None:
+        """Go back to the floor and the patch that were there before."""
+        before, self._before, self._target = self._before, None, None
+        if before is not None:
+            self._controller.edit(self._open_patch.patch, self._open_patch.folder)
+            self._controller.set_target(before)
+            self.moved.emit(math.nan)
+
+    def _replayed(self, target: Target, path: Path, floor: Floor) -> Target:
+        plain = replace(target, kind="replay", source=str(path), floor=floor, simulation="", profiles="")
+        return replace(plain, accelerometers=(), round_trip_frames=0, stretch_s=self._stretch_s)
+
+    def _look(self, target: Target) -> None:
+        """Another target was chosen meanwhile: that one stays."""
+        if self._before is not None and (self._target is None or target.source != self._target.source):
+            self._before = self._target = None
+            self._controller.edit(self._open_patch.patch, self._open_patch.folder)
+            self.moved.emit(math.nan)
+
+    def _tick(self) -> None:
+        session = self._controller.session
+        if self._before is None or session is None or session.target.source != (self._target or self._before).source:
+            return
+        length_s = self._stretch_s[1] - self._stretch_s[0]
+        if not self.loops and self._controller.played_s >= length_s:
+            self.stop()
+        else:
+            self.moved.emit(self._stretch_s[0] + self._controller.played_s % max(length_s, 1e-3))

@@ -1,0 +1,308 @@
+"""Reads a recording in a thread of its own, so that the window never waits for a disk."""
+
+import sqlite3
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import Floor
+from underfoot.records import envelopes
+from underfoot.records.envelopes import Envelope
+from underfoot.records.recording import Gap, Mark, Recording
+from underfoot.records.survey import Survey, cached_survey, has_envelopes, open_envelopes
+
+LEVELS = (1, 8, 64)
+"""How many blocks are in a bin of each level that is kept in memory."""
+RAW_S, FINE_S = 0.004, 0.1
+"""Where a pixel is shorter than this, samples are read; where it is shorter than that, fine bins."""
+WINDOW_S = 0.1
+"""Vibration at the cursor is that of so long about it."""
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What is known of a recording at once. Times are session frames."""
+
+    path: Path
+    about: dict[str, str]
+    floor: Floor
+    rate: float
+    first: int
+    end: int
+    marks: list[Mark]
+    commands: list[tuple[int, str, str]]
+    gaps: list[Gap]
+    survey: Survey | None
+    is_drawn: bool
+    """Whether its envelopes are whole."""
+
+    @property
+    def length_s(self) -> float:
+        """The seconds that were recorded."""
+        return (self.end - self.first) / self.rate
+
+
+@dataclass(frozen=True)
+class Overview:
+    """The envelopes of a whole recording, by source, the finest level first; `rest_n` is what each column of force
+    reads where nobody stands."""
+
+    levels: dict[str, tuple[Envelope, ...]]
+    rest_n: NDArray[np.float32]
+
+    def envelope(self, source: str, frames: float) -> Envelope:
+        """The level whose bins are as long as `frames`, or the next shorter ones."""
+        levels = self.levels[source]
+        fitting = [one for one in levels if len(one) and float(np.median(one.end - one.begin)) <= frames]
+        return fitting[-1] if fitting else levels[0]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Envelopes of a stretch of session frames, finer than those of the overview; vibration is of one tile alone."""
+
+    begin: float
+    end: float
+    frames: float
+    """Session frames a bin."""
+    tile: int
+    envelopes: dict[str, Envelope]
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """What one tile does about a moment: largest acceleration, m/s^2, level, dB of 1 m/s^2, and strongest frequency."""
+
+    peak_m_s2: float
+    level_db: float
+    frequency_hz: float
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What there is at a session frame: corner forces (tiles, 4), N, and the vibration of a tile by source."""
+
+    frame: float
+    tile: int
+    corners_n: NDArray[np.float64] | None
+    vibration: dict[str, Vibration] = field(default_factory=dict)
+
+
+class RecordingReader(QObject):
+    """One recording at a time. Of several wishes of a kind only the latest is read."""
+
+    opened = Signal(object)
+    """`Opened`."""
+    overview_read = Signal(object)
+    """`Overview`: once it is opened, and after each `look_again`."""
+    strip_read = Signal(object)
+    """`Strip`."""
+    moment_read = Signal(object)
+    """`Moment`."""
+    marked = Signal(list)
+    """All marks of the recording, when they have changed."""
+    failed = Signal(str)
+    """Why something could not be done, in a line."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._wishes: dict[str, Callable[[], None]] = {}
+        self._wanted = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._ends = False
+        self._recording: Recording | None = None
+        self._closing = ExitStack()
+        self._base: sqlite3.Connection | None = None
+        self._columns: dict[str, int] = {}
+
+    # --- wishes, from the window's thread ---
+
+    def open(self, path: Path) -> None:
+        """Open a recording in the place of the one before."""
+        with self._wanted:
+            self._wishes.clear()
+        self._wish("open", partial(self._open, path))
+
+    def look_again(self) -> None:
+        """Read the overview anew: there is more of it now."""
+        self._wish("overview", self._read_overview)
+
+    def want_strip(self, begin: float, end: float, frames: float, tile: int) -> None:
+        """Read a stretch of session frames for pixels that are `frames` long."""
+        self._wish("strip", partial(self._read_strip, begin, end, frames, tile))
+
+    def want_moment(self, frame: float, tile: int) -> None:
+        """Read what there is at a session frame."""
+        self._wish("moment", partial(self._read_moment, frame, tile))
+
+    def change_marks(self, change: Callable[[Recording], object]) -> None:
+        """Do something to the recording's marks."""
+        self._wish(f"mark {id(change)}", partial(self._change_marks, change))
+
+    def close_file(self) -> None:
+        """Let go of the file."""
+        self._wish("open", self._let_go)
+
+    def close(self) -> None:
+        """End the thread, and let go of the file."""
+        with self._wanted:
+            self._ends = True
+            self._wanted.notify()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _wish(self, kind: str, do: Callable[[], None]) -> None:
+        with self._wanted:
+            self._wishes.pop(kind, None)
+            self._wishes[kind] = do
+            self._wanted.notify()
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="recording reader")
+            self._thread.start()
+
+    # --- the thread ---
+
+    def _run(self) -> None:
+        while True:
+            with self._wanted:
+                self._wanted.wait_for(lambda: self._ends or self._wishes)
+                if self._ends:
+                    break
+                kind = next(iter(self._wishes))
+                do = self._wishes.pop(kind)
+            try:
+                do()
+            except UnderfootError as error:
+                self.failed.emit(str(error))
+            except sqlite3.Error as error:
+                self.failed.emit(f"The recording cannot be read: {error}")
+        self._closing.close()
+
+    def _let_go(self) -> None:
+        self._closing.close()
+        self._recording = self._base = None
+
+    def _open(self, path: Path) -> None:
+        self._let_go()
+        recording = self._closing.enter_context(Recording(path))
+        floor = Floor.loads(recording.about["floor"], str(path))
+        first, end = recording.span
+        self._recording = recording
+        self._columns = dict.fromkeys(envelopes.SOURCES, len(floor.tiles)) | {"force": len(floor.tiles) + 1}
+        self._found_base()
+        gaps = recording.gaps()
+        made = Opened(
+            path,
+            recording.about,
+            floor,
+            float(recording.about["rate"]),
+            first,
+            end,
+            recording.marks(),
+            recording.commands(),
+            gaps,
+            cached_survey(recording),
+            has_envelopes(recording),
+        )
+        self.opened.emit(made)
+        self._read_overview()
+
+    def _found_base(self) -> None:
+        """Where envelopes are: in the recording, else in the cache, where they may yet be made."""
+        if self._recording is None or self._base is not None:
+            return
+        self._base = self._recording.envelope_base()
+        if self._base is None:
+            try:
+                self._base = self._closing.enter_context(closing(open_envelopes(self._recording)))
+                self._base.execute("select 1 from envelope limit 1").fetchone()
+            except sqlite3.Error:
+                self._base = None
+
+    def _read_overview(self) -> None:
+        self._found_base()
+        levels = {}
+        for source, columns in self._columns.items():
+            finest = envelopes.empty(columns)
+            if self._base is not None:
+                finest = envelopes.read(self._base, source, envelopes.COARSE, columns)
+            levels[source] = tuple(finest.coarser(factor) if factor > 1 else finest for factor in LEVELS)
+        lows = levels["force"][0].low
+        rest = (
+            np.percentile(lows, 10.0, axis=0).astype(np.float32) if len(lows) else np.zeros(lows.shape[1], np.float32)
+        )
+        rest = np.nan_to_num(rest)
+        rest[-1] = rest[:-1].sum()  # somebody may stand on the floor all the time, but on no tile
+        self.overview_read.emit(Overview(levels, rest))
+
+    def _read_strip(self, begin: float, end: float, frames: float, tile: int) -> None:
+        recording = self._recording
+        if recording is None or self._base is None:
+            return
+        rate = float(recording.about["rate"])
+        found = {}
+        for source, columns in self._columns.items():
+            if frames > RAW_S * rate:
+                made = envelopes.read(self._base, source, envelopes.FINE, columns, begin, end)
+            elif source == "force":
+                rows = recording.forces_between(begin, end)
+                period = rate / float(recording.about["force_rate"])
+                made = envelopes.of_samples(rows[:, 0], period, envelopes.loads(rows[:, 2:]))
+            else:
+                made = _samples_of(recording, source, begin, end, tile)
+            is_whole = source == "force" or frames <= RAW_S * rate
+            found[source] = made if is_whole else made.column(tile)
+        self.strip_read.emit(Strip(begin, end, frames, tile, found))
+
+    def _read_moment(self, frame: float, tile: int) -> None:
+        recording = self._recording
+        if recording is None:
+            return
+        rate = float(recording.about["rate"])
+        rows = recording.forces_between(frame - 0.05 * rate, frame + 1.0)
+        corners = rows[-1, 2:].reshape(-1, 4).copy() if len(rows) else None
+        half = round(0.5 * WINDOW_S * rate)
+        vibration = {}
+        for source in ("commanded", "measured"):
+            values = recording.tiles_between(source, round(frame) - half, round(frame) + half)[:, tile]
+            if np.isfinite(values).any():
+                vibration[source] = vibration_of(np.nan_to_num(values), rate)
+        self.moment_read.emit(Moment(frame, tile, corners, vibration))
+
+    def _change_marks(self, change: Callable[[Recording], object]) -> None:
+        if self._recording is not None:
+            change(self._recording)
+            self.marked.emit(self._recording.marks())
+
+
+def _samples_of(recording: Recording, source: str, begin: float, end: float, tile: int) -> Envelope:
+    """The samples of one tile between two session frames, a bin each."""
+    parts = [(first, rows[:, tile : tile + 1]) for first, rows in recording.blocks(source, int(begin), int(end))]
+    if not parts:
+        return envelopes.empty(1)
+    at = np.concatenate([np.arange(first, first + len(rows), dtype=np.float64) for first, rows in parts])
+    return envelopes.of_samples(at, 1.0, np.concatenate([rows for _, rows in parts]))
+
+
+def vibration_of(samples: NDArray[np.float32], rate: float) -> Vibration:
+    """The vibration of a stretch, m/s^2 (n,); its frequency is where the spectrum is largest, NaN where all is still.
+
+    >>> tone = 0.5 * np.sin(2 * np.pi * 200 / 48000 * np.arange(4800))
+    >>> found = vibration_of(tone.astype(np.float32), 48000.0)
+    >>> round(found.peak_m_s2, 3), round(found.level_db, 1), round(found.frequency_hz)
+    (0.5, -9.0, 200)
+    """
+    peak, rms = float(np.abs(samples).max()), float(np.sqrt(np.mean(np.square(samples, dtype=np.float64))))
+    if rms < 1e-6:
+        return Vibration(peak, -np.inf, np.nan)
+    size = 8 * len(samples)  # so that a tone between two bins is told to a hertz or two
+    spectrum = np.abs(np.fft.rfft(samples * np.hanning(len(samples)), size))
+    return Vibration(peak, 20.0 * float(np.log10(rms)), float(np.argmax(spectrum)) * rate / size)

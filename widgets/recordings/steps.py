@@ -1,0 +1,173 @@
+"""The steps of a recording: their table, sorted and filtered, and their curves over 0 to 100 % of stance."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+
+from underfoot.drawing import Drawing, Series
+from underfoot.floor.footsteps import Step
+from underfoot.records.survey import STANCE, Stance
+from underfoot.records.tables import step_lines
+from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import titled, tool_button
+from underfoot.widgets.controls.step_table import StepTable, WholeRows
+from underfoot.widgets.plots.plot import Plot
+
+ALL = "all"
+MOST_CURVES = 80
+"""So many curves are drawn one by one; mean and band are of all."""
+_FILTERS = ("person", "side", "tile")
+
+
+class RecordedSteps(QWidget):
+    """All steps of a recording. Those that the filters let through are in the table and in the picture."""
+
+    chosen = Signal(int)
+    """The number of a step in the list that `show_steps` was given."""
+    said = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._steps: Sequence[Stance] = ()
+        self._passing: list[int] = []
+        self._choice = -1
+        self.table = StepTable(1_000_000, sortable=True)
+        self.plot = Plot("Force over stance")
+        self.count = theme.label("", "muted")
+        self.filters = {name: QComboBox() for name in _FILTERS}
+        head: list[QWidget | None] = [theme.label("Steps", "title"), self.count, None]
+        for name, box in self.filters.items():
+            box.setAccessibleName(f"Show steps of {name}")
+            box.setToolTip(f"Show the steps of one {name}, or of all")
+            box.setMinimumContentsLength(10)
+            box.currentTextChanged.connect(self._filter)
+            head.append(box)
+        self.copying = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
+        self.copying.clicked.connect(self.copy)
+        head.append(self.copying)
+        across = QSplitter(Qt.Orientation.Horizontal)
+        across.setHandleWidth(1)
+        across.setChildrenCollapsible(False)
+        across.addWidget(titled(head, WholeRows(self.table)))
+        holder = QWidget()
+        inside = QHBoxLayout(holder)
+        inside.setContentsMargins(0, 0, 0, 0)
+        inside.addWidget(self.plot)
+        across.addWidget(holder)
+        across.setSizes([560, 300])
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(across)
+        self._late = QTimer(self)
+        self._late.setSingleShot(True)
+        self._late.setInterval(0)
+        self._late.timeout.connect(self._choose)
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._late.start())
+        self.show_steps(())
+
+    def show_steps(self, steps: Sequence[Stance], choice: int = -1) -> None:
+        """Show these steps instead of those before; filters stay where they can."""
+        self._steps, self._choice = steps, choice
+        values = {
+            "person": sorted({str(one.step.person) for one in steps if one.step.person}, key=int),
+            "side": sorted({one.step.side for one in steps}),
+            "tile": sorted({one.step.tile for one in steps}, key=lambda name: (len(name), name)),
+        }
+        for name, box in self.filters.items():
+            wanted = box.currentText().removeprefix(f"{name} ")
+            box.blockSignals(True)
+            box.clear()
+            plural = {"person": "people"}.get(name, f"{name}s")
+            box.addItem(f"all {plural}", ALL)
+            for value in values[name]:
+                box.addItem(f"{name} {value}" if name != "side" else value, value)
+            box.setCurrentIndex(max(box.findData(wanted), 0))
+            box.blockSignals(False)
+        self._filter()
+
+    @property
+    def every(self) -> int:
+        """How many steps it was given."""
+        return len(self._steps)
+
+    def choose(self, number: int) -> None:
+        """Mark a step of the list, in table and picture."""
+        self._choice = number
+        if number in self._passing:
+            self.table.select_step(self._steps[number].step)
+        self._draw()
+
+    def passing(self) -> list[Step]:
+        """The steps that are shown."""
+        return [self._steps[number].step for number in self._passing]
+
+    def copy(self) -> None:
+        """Put the selected steps, or all that are shown, on the clipboard, as CSV."""
+        steps = self.table.selected_steps() or self.table.shown_steps()
+        QGuiApplication.clipboard().setText("\n".join(step_lines(steps)) + "\n")
+        self.said.emit(f"{len(steps)} steps were copied as CSV.")
+
+    def _filter(self) -> None:
+        wanted = {name: box.currentData() for name, box in self.filters.items() if box.currentData() != ALL}
+        self._passing = [
+            number
+            for number, one in enumerate(self._steps)
+            if all(str(getattr(one.step, name)) == value for name, value in wanted.items())
+        ]
+        self.table.steps.clear()
+        self.table.steps.add(self.passing())
+        count, every = len(self._passing), len(self._steps)
+        self.count.setText(f"{every}" if count == every else f"{count} of {every}")
+        self.copying.setEnabled(count > 0)
+        if self._choice in self._passing:
+            self.table.select_step(self._steps[self._choice].step)
+        self._draw()
+
+    def _choose(self) -> None:
+        selected = self.table.selected_steps()
+        if len(selected) == 1 and (number := self._number_of(selected[0])) != self._choice:
+            self._choice = number
+            self._draw()
+            self.chosen.emit(number)
+
+    def _number_of(self, step: Step) -> int:
+        return next(number for number in self._passing if self._steps[number].step is step)
+
+    def _draw(self) -> None:
+        curves = [self._steps[number].force_n for number in self._passing if len(self._steps[number].force_n) == STANCE]
+        chosen = self._steps[self._choice] if 0 <= self._choice < len(self._steps) else None
+        self.plot.show_drawing(stance_drawing(curves, chosen))
+
+
+def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = None) -> Drawing:
+    """Curves of stance over one another, their mean, and a band of one standard deviation about it.
+
+    >>> [one.name for one in stance_drawing([np.zeros(101), np.ones(101)]).series if one.name]
+    ['± 1 SD', 'mean of 2']
+    """
+    percent = np.linspace(0.0, 100.0, STANCE)
+    series = []
+    if len(curves):
+        table = np.array(curves)
+        mean, spread = table.mean(axis=0), table.std(axis=0, ddof=1) if len(table) > 1 else np.zeros(STANCE)
+        outline = np.concatenate([mean + spread, (mean - spread)[::-1]])
+        if len(table) > 1:
+            series.append(Series("± 1 SD", np.concatenate([percent, percent[::-1]]), outline, "area", "force"))
+        for curve in table[:: max(1, -(-len(table) // MOST_CURVES))]:
+            series.append(Series("", percent, curve, colour="faint"))
+        series.append(Series(f"mean of {len(table)}", percent, mean, colour="force"))
+    if chosen is not None and len(chosen.force_n) == STANCE:
+        series.append(Series(f"step {chosen.step.step}", percent, np.array(chosen.force_n), colour="contact"))
+    largest = max((float(np.max(one.y)) for one in series), default=0.0)
+    return Drawing(
+        "Stance",
+        "share of stance, %",
+        "force, N",
+        tuple(series),
+        x_range=(0.0, 100.0),
+        y_range=(0.0, max(100.0, 1.05 * largest)),
+        note="" if series else "no steps yet",
+    )

@@ -1,0 +1,347 @@
+"""The time axis of a recording: scrolled, zoomed, scrubbed and selected with mouse and keys."""
+
+import math
+
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QScrollBar, QSizePolicy, QVBoxLayout, QWidget
+
+from underfoot.widgets import theme
+from underfoot.widgets.recordings.lanes import GUTTER_PX, RULER_PX, Content, LanePainter, View
+
+LEAST_S = 0.01
+"""The shortest stretch that is shown."""
+ZOOM = 1.6
+"""A key or a button zooms by this much."""
+_SCROLL_STEPS = 10_000
+"""Values of the scroll bar over a whole recording."""
+
+
+class Axis(QWidget):
+    """The picture of a recording over time, with its cursor and a selected stretch."""
+
+    cursor_moved = Signal(float)
+    """Seconds of the recording."""
+    view_changed = Signal()
+    selected = Signal()
+    """Another stretch, or none, is selected."""
+    step_chosen = Signal(int)
+    """The number of a step in the list."""
+    tile_chosen = Signal(int)
+    """A row of the floor."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Time axis of the recording")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(320, 240)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setMouseTracking(True)
+        self.content: Content | None = None
+        self.view = View()
+        self.cursor_s = 0.0
+        self.selection: tuple[float, float] | None = None
+        self.playing_s = math.nan
+        self.note = ""
+        self._picture: QPixmap | None = None
+        self._drag = ""
+        self._from_s = self._from_x = 0.0
+
+    # --- what it shows ---
+
+    def show_content(self, content: Content | None, note: str = "") -> None:
+        """Show another recording, from its beginning to its end; `note` says why there is none."""
+        self.content, self.note = content, note
+        self.cursor_s, self.selection, self.playing_s = 0.0, None, math.nan
+        self.view = View(0.0, max(self.length_s, LEAST_S))
+        self.redraw()
+        self.view_changed.emit()
+
+    def redraw(self) -> None:
+        """There is more to be shown than there was."""
+        self._picture = None
+        self.update()
+
+    @property
+    def length_s(self) -> float:
+        """Seconds of the recording."""
+        return self.content.opened.length_s if self.content is not None else 1.0
+
+    @property
+    def seconds_a_pixel(self) -> float:
+        """How long a pixel is."""
+        return (self.view.end_s - self.view.begin_s) / max(self.width() - GUTTER_PX, 1)
+
+    def set_view(self, begin_s: float, end_s: float) -> None:
+        """Show this stretch, or as much of it as there is."""
+        whole_s = max(self.length_s, LEAST_S)
+        span_s = min(max(end_s - begin_s, LEAST_S), whole_s)
+        begin_s = min(max(begin_s, 0.0), whole_s - span_s)
+        if (begin_s, begin_s + span_s) != (self.view.begin_s, self.view.end_s):
+            self.view.begin_s, self.view.end_s = begin_s, begin_s + span_s
+            self.redraw()
+            self.view_changed.emit()
+
+    def zoom(self, factor: float, about_s: float | None = None) -> None:
+        """Show `factor` times less, about a time or the cursor."""
+        view = self.view
+        at = about_s if about_s is not None else self.cursor_s
+        if not view.begin_s <= at <= view.end_s:
+            at = 0.5 * (view.begin_s + view.end_s)
+        self.set_view(at - (at - view.begin_s) / factor, at + (view.end_s - at) / factor)
+
+    def show_all(self) -> None:
+        """Show the whole recording."""
+        self.set_view(0.0, self.length_s)
+
+    def scroll(self, share: float) -> None:  # type: ignore[override]
+        """Go on by a share of what is seen."""
+        span_s = self.view.end_s - self.view.begin_s
+        self.set_view(self.view.begin_s + share * span_s, self.view.end_s + share * span_s)
+
+    def set_cursor(self, time_s: float, follow: bool = True) -> None:
+        """Put the cursor here, and scroll there where `follow`."""
+        self.cursor_s = min(max(time_s, 0.0), self.length_s)
+        span_s = self.view.end_s - self.view.begin_s
+        if follow and not self.view.begin_s <= self.cursor_s <= self.view.end_s:
+            self.set_view(self.cursor_s - 0.1 * span_s, self.cursor_s + 0.9 * span_s)
+        self.cursor_moved.emit(self.cursor_s)
+        self.update()
+
+    def set_playing(self, time_s: float) -> None:
+        """Show what is being played; NaN for nothing."""
+        self.playing_s = time_s
+        self.update()
+
+    def select(self, begin_s: float, end_s: float) -> None:
+        """Select a stretch; none where it is no longer than a pixel."""
+        begin_s, end_s = max(min(begin_s, end_s), 0.0), min(max(begin_s, end_s), self.length_s)
+        self.selection = (begin_s, end_s) if end_s - begin_s > self.seconds_a_pixel else None
+        self.selected.emit()
+        self.update()
+
+    def choose_step(self, number: int) -> None:
+        """Mark a step, and bring it into sight."""
+        self.view.step = number
+        if self.content is not None and number >= 0:
+            step = self.content.steps[number].step
+            begin_s, end_s = step.start_s, step.start_s + 1e-3 * step.contact_ms
+            if begin_s < self.view.begin_s or end_s > self.view.end_s:
+                span_s = max(self.view.end_s - self.view.begin_s, 1.5 * (end_s - begin_s))
+                self.set_view(begin_s - 0.3 * span_s, begin_s + 0.7 * span_s)
+        self.redraw()
+
+    def choose_tile(self, tile: int) -> None:
+        """Show the vibration of this row of the floor."""
+        if tile != self.view.tile:
+            self.view.tile = tile
+            self.redraw()
+            self.view_changed.emit()
+
+    # --- places ---
+
+    def time_at(self, x: float) -> float:
+        """The time under a pixel."""
+        lanes = self._painter()
+        share = (x - lanes.left) / (lanes.right - lanes.left)
+        return self.view.begin_s + share * (self.view.end_s - self.view.begin_s)
+
+    def place_of(self, time_s: float, lane: str) -> QPointF:
+        """Where a time is in a lane, in pixels."""
+        lanes = self._painter()
+        return QPointF(lanes.x(time_s), 0.5 * (lanes.lanes[lane].top + lanes.lanes[lane].bottom))
+
+    def _painter(self) -> LanePainter:
+        assert self.content is not None
+        return LanePainter(self.content, self.view, self.width(), self.height())
+
+    # --- mouse ---
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if self.content is None:
+            return
+        self.setFocus(Qt.FocusReason.MouseFocusReason)
+        at = event.position()
+        self._from_s, self._from_x = self.time_at(at.x()), at.x()
+        if event.button() == Qt.MouseButton.MiddleButton:
+            self._drag = "scroll"
+        elif event.button() == Qt.MouseButton.LeftButton:
+            in_ruler = at.y() < RULER_PX or bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            self._drag = "select" if in_ruler else "scrub"
+            if self._drag == "scrub" and self._choose_at(at):
+                self._drag = ""  # the cursor is at the step's beginning
+            elif self._drag == "scrub":
+                self.set_cursor(self._from_s, follow=False)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self.content is None or not self._drag:
+            return
+        now_s = self.time_at(event.position().x())
+        if self._drag == "scroll":
+            self.set_view(self.view.begin_s + self._from_s - now_s, self.view.end_s + self._from_s - now_s)
+        elif self._drag == "select":
+            self.select(self._from_s, now_s)
+        else:
+            self.set_cursor(now_s)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if self._drag == "select" and abs(event.position().x() - self._from_x) < 3.0:
+            self.select(0.0, 0.0)
+            self.set_cursor(self._from_s, follow=False)
+        self._drag = ""
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Show a contact large."""
+        for contact, bar in self._painter().bars() if self.content is not None else ():
+            if bar.adjusted(-2, 0, 2, 0).contains(event.position()):
+                length_s = contact.end_s - contact.start_s
+                self.set_view(contact.start_s - 0.25 * length_s, contact.end_s + 0.25 * length_s)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if self.content is None:
+            return
+        across, down = event.angleDelta().x(), event.angleDelta().y()
+        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier or abs(across) > abs(down):
+            self.scroll(-(across or down) / 1200.0)
+        else:
+            self.zoom(ZOOM ** (down / 120.0), self.time_at(event.position().x()))
+        event.accept()
+
+    def _choose_at(self, at: QPointF) -> bool:
+        """Choose the step or the tile under the mouse; whether there was a step."""
+        lanes = self._painter()
+        assert self.content is not None
+        tiles = lanes.lanes["tiles"]
+        if tiles.top <= at.y() < tiles.bottom and at.x() >= lanes.left:
+            count = len(self.content.opened.floor.tiles)
+            self.tile_chosen.emit(int((at.y() - tiles.top) / (tiles.bottom - tiles.top) * count))
+        for contact, bar in lanes.bars():
+            if bar.adjusted(-2, 0, 2, 0).contains(at) and contact.id in self.content.number_of:
+                self.step_chosen.emit(self.content.number_of[contact.id])
+                return True
+        return False
+
+    # --- keys ---
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        key, shift = event.key(), bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        fine_s = 0.001 if shift else 5.0 * self.seconds_a_pixel
+        acts = {
+            Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - fine_s),
+            Qt.Key.Key_Right: lambda: self.set_cursor(self.cursor_s + fine_s),
+            Qt.Key.Key_Home: lambda: self.set_cursor(0.0),
+            Qt.Key.Key_End: lambda: self.set_cursor(self.length_s),
+            Qt.Key.Key_PageUp: lambda: self.scroll(-0.8),
+            Qt.Key.Key_PageDown: lambda: self.scroll(0.8),
+            Qt.Key.Key_Plus: lambda: self.zoom(ZOOM),
+            Qt.Key.Key_Equal: lambda: self.zoom(ZOOM),
+            Qt.Key.Key_Minus: lambda: self.zoom(1.0 / ZOOM),
+            Qt.Key.Key_0: self.show_all,
+            Qt.Key.Key_BracketLeft: lambda: self.select(self.cursor_s, (self.selection or (0.0, self.length_s))[1]),
+            Qt.Key.Key_BracketRight: lambda: self.select((self.selection or (0.0, 0.0))[0], self.cursor_s),
+            Qt.Key.Key_Backspace: lambda: self.select(0.0, 0.0),
+            Qt.Key.Key_Comma: lambda: self._next_step(-1),
+            Qt.Key.Key_Period: lambda: self._next_step(1),
+        }
+        act = acts.get(Qt.Key(key))
+        if act is None or self.content is None:
+            super().keyPressEvent(event)
+        else:
+            act()
+
+    def _next_step(self, way: int) -> None:
+        if self.content is None or not self.content.steps:
+            return
+        number = self.view.step + way if self.view.step >= 0 else 0
+        self.step_chosen.emit(min(max(number, 0), len(self.content.steps) - 1))
+
+    # --- paint ---
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        self._picture = None
+        self.view_changed.emit()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        if self.content is None:
+            painter.fillRect(self.rect(), QColor(theme.GROUND))
+            painter.setPen(QColor(theme.MUTED))
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.note)
+            return
+        lanes = self._painter()
+        if self._picture is None:
+            self._picture = self._painted(lanes)
+        painter.drawPixmap(0, 0, self._picture)
+        top, bottom = lanes.lanes["force"].top, lanes.lanes["measured"].bottom
+        clip = QRectF(lanes.left - 1.0, 0.0, lanes.right - lanes.left + 2.0, self.height())
+        painter.setClipRect(clip)
+        if self.selection is not None:
+            left, right = (lanes.x(time_s) for time_s in self.selection)
+            shade = QColor(theme.TEXT)
+            shade.setAlphaF(0.10)
+            painter.fillRect(QRectF(left, RULER_PX - 8.0, right - left, bottom - RULER_PX + 8.0), shade)
+            painter.setPen(QPen(QColor(theme.MUTED), 1.0))
+            for x in (left, right):
+                painter.drawLine(QPointF(x, RULER_PX - 8.0), QPointF(x, bottom))
+        x = lanes.x(self.cursor_s)
+        painter.setPen(QPen(QColor(theme.TEXT), 1.0))
+        painter.drawLine(QPointF(x, top - 8.0), QPointF(x, bottom))
+        if math.isfinite(self.playing_s):
+            x = lanes.x(self.playing_s)
+            painter.setPen(QPen(QColor(theme.VIBRATION), 2.0))
+            painter.drawLine(QPointF(x, top - 8.0), QPointF(x, bottom))
+
+    def _painted(self, lanes: LanePainter) -> QPixmap:
+        ratio = self.devicePixelRatioF()
+        picture = QPixmap(self.size() * ratio)
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(QColor(theme.GROUND))
+        painter = QPainter(picture)
+        lanes.paint(painter)
+        painter.end()
+        return picture
+
+
+class Timeline(QWidget):
+    """The axis, and a scroll bar under it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.axis = Axis()
+        self.bar = QScrollBar(Qt.Orientation.Horizontal)
+        self.bar.setAccessibleName("Scroll through the recording")
+        self.bar.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.axis, 1)
+        layout.addWidget(self.bar)
+        self.setFocusProxy(self.axis)
+        self.axis.view_changed.connect(self._show_view)
+        self.bar.valueChanged.connect(self._scroll)
+
+    def _show_view(self) -> None:
+        view, whole_s = self.axis.view, max(self.axis.length_s, LEAST_S)
+        seen = round(_SCROLL_STEPS * (view.end_s - view.begin_s) / whole_s)
+        self.bar.blockSignals(True)
+        self.bar.setRange(0, max(_SCROLL_STEPS - seen, 0))
+        self.bar.setPageStep(max(seen, 1))
+        self.bar.setValue(round(_SCROLL_STEPS * view.begin_s / whole_s))
+        self.bar.blockSignals(False)
+        self.bar.setVisible(seen < _SCROLL_STEPS)
+
+    def _scroll(self, value: int) -> None:
+        view = self.axis.view
+        begin_s = value / _SCROLL_STEPS * self.axis.length_s
+        self.axis.set_view(begin_s, begin_s + view.end_s - view.begin_s)

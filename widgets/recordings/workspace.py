@@ -1,0 +1,462 @@
+"""The Recordings workspace: a list, the recording that is open on its time axis, its steps, and the floor."""
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction, QShortcut
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QSplitter, QToolButton, QVBoxLayout, QWidget
+
+from underfoot.engine.survey_process import Progress
+from underfoot.floor.contacts import OngoingContact
+from underfoot.records.recording import Mark, Recording
+from underfoot.records.survey import Survey
+from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import titled, tool_button
+from underfoot.widgets.dialogs.shortcuts import Keys
+from underfoot.widgets.floor_map import FloorMap
+from underfoot.widgets.recordings.exporting import Exporting
+from underfoot.widgets.recordings.lanes import Content, time_in_words
+from underfoot.widgets.recordings.library import Library
+from underfoot.widgets.recordings.player import Player
+from underfoot.widgets.recordings.reader import FINE_S, Moment, Opened, Overview, RecordingReader, Strip
+from underfoot.widgets.recordings.readout import readout_of
+from underfoot.widgets.recordings.steps import RecordedSteps
+from underfoot.widgets.recordings.surveyor import Surveyor
+from underfoot.widgets.recordings.timeline import ZOOM, Timeline
+from underfoot.widgets.session.controller import recordings_folder
+from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.workspace import Workspace, WorkspaceContext
+
+SHORTCUTS = (
+    ("Move the cursor; by 1 ms", "Left and Right; with Shift"),
+    ("Scroll", "Page Up, Page Down, Shift and wheel"),
+    ("Zoom in, out; show all", "+, −, wheel; 0"),
+    ("Select a stretch", "Shift and drag, or [ and ]"),
+    ("Select nothing", "Backspace"),
+    ("Last step, next step", ", and ."),
+    ("Mark; mark with a text", "M; Shift+M"),
+    ("Play the stretch, or stop", "P"),
+    ("Loop", "L"),
+)
+NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
+_MARGIN = 0.6
+"""So many times what is seen is read on either side of it, so that scrolling finds it there."""
+
+
+class RecordingsWorkspace(Workspace):
+    """Shows recordings; nothing of it waits for a file."""
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__()
+        self.setProperty("role", "ground")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.library = Library(recordings_folder, settings.recordings)
+        self.timeline = Timeline()
+        self.axis = self.timeline.axis
+        self.steps = RecordedSteps()
+        self.map = FloorMap()
+        self.reader = RecordingReader(self)
+        self.surveyor = Surveyor(self)
+        self.exporting = Exporting(self)
+        self.player: Player | None = None
+        self.content: Content | None = None
+        self._moment: Moment | None = None
+        self._build()
+        self._connect()
+        self.axis.show_content(None, NOTHING)
+        self._enable()
+
+    # --- as a workspace ---
+
+    def listen(self, context: WorkspaceContext) -> None:
+        self.player = Player(context.registry, context.controller, context.open_patch)
+        self.player.moved.connect(self._show_playing)
+        self.player.said.connect(self.said)
+        context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.library.look))
+
+    def open_file(self, path: Path) -> None:
+        """Open a recording, and put it on the list."""
+        self.library.add(path)
+        self.open(path)
+
+    def shortcuts(self) -> Keys:
+        return SHORTCUTS
+
+    def menu_actions(self) -> Sequence[QAction]:
+        return [self._export_action]
+
+    def set_active(self, active: bool) -> None:
+        if active:
+            self.library.look()
+
+    def close_down(self) -> None:
+        self.exporting.close_down()
+        self.surveyor.stop()
+        self.library.close_down()
+        self.reader.close()
+
+    # --- the recording ---
+
+    def open(self, path: Path) -> None:
+        """Open a recording; what is wrong with it is said."""
+        self._let_go()
+        self.axis.show_content(None, f"Opening {path.name}…")
+        self.reader.open(path.absolute())
+
+    def _let_go(self) -> None:
+        if self.player is not None and self.player.is_playing:
+            self.player.stop()
+        self.surveyor.stop()
+        self.content, self._moment = None, None
+        self.progress.setText("")
+        self.steps.show_steps(())
+        self._enable()
+
+    def _take_opened(self, opened: Opened) -> None:
+        survey = opened.survey or Survey()
+        self.content = Content(opened, contacts=survey.contacts, steps=survey.steps)
+        self.map.set_floor(opened.floor)
+        self.axis.show_content(self.content)
+        self.steps.show_steps(survey.steps)
+        self.library.mark(opened.path)
+        folder = opened.about.get("target", "")
+        length, tiles = time_in_words(opened.length_s, 0.1), len(opened.floor.tiles)
+        self.title.setText(opened.path.stem)
+        self.facts.setText(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
+        self._enable()
+        if opened.survey is None or not opened.is_drawn:
+            self.surveyor.begin(opened.path)
+        self._choose_tile(0)
+        self.axis.set_cursor(0.0)
+
+    def _take_overview(self, overview: Overview) -> None:
+        if self.content is None:
+            return
+        if self.content.overview is None and len(overview.levels["force"][0]):
+            loads = overview.levels["force"][-1].high[:, :-1] - overview.rest_n[:-1]
+            self._choose_tile(int(np.argmax(np.nanmean(loads, axis=0))))
+        self.content.overview = overview
+        self._want_strip()
+        self.axis.redraw()
+
+    def _take_strip(self, strip: Strip) -> None:
+        if self.content is not None:
+            self.content.strip = strip
+            self.axis.redraw()
+
+    def _take_survey(self, survey: Survey) -> None:
+        if self.content is not None:
+            self.content.show_survey(list(survey.contacts), list(survey.steps))
+            if survey.whole or len(survey.steps) > 1.5 * self.steps.every:
+                self.steps.show_steps(self.content.steps, self.axis.view.step)
+            self.axis.redraw()
+            if survey.whole:
+                self.library.look()
+
+    def _take_marks(self, marks: list[Mark]) -> None:
+        if self.content is not None:
+            self.content.opened.marks[:] = marks
+            self.axis.redraw()
+
+    def _show_progress(self, progress: Progress) -> None:
+        if not progress.words:
+            self.progress.setText("")
+            self.reader.look_again()
+            return
+        self.progress.setText(f"{progress.words}: {100.0 * progress.share:.0f} %")
+        if self.content is not None and not self.content.opened.is_drawn:
+            self.reader.look_again()
+
+    def _fail(self, why: str) -> None:
+        self.said.emit(why)
+        if self.content is None:
+            self.axis.show_content(None, why)
+
+    # --- what is seen of it ---
+
+    def _want_strip(self) -> None:
+        content, view = self.content, self.axis.view
+        if content is None or self.axis.seconds_a_pixel >= FINE_S:
+            return
+        opened, span_s = content.opened, view.end_s - view.begin_s
+        begin, end = (opened.first + opened.rate * at for at in (view.begin_s, view.end_s))
+        frames = self.axis.seconds_a_pixel * opened.rate
+        strip = content.strip
+        if strip is not None and strip.begin <= begin and end <= strip.end and strip.tile == view.tile:
+            inner = _MARGIN * 0.3 * span_s * opened.rate
+            near_edge = begin - inner < strip.begin > opened.first or end + inner > strip.end < opened.end
+            if not near_edge and 0.5 <= strip.frames / frames <= 2.0:
+                return
+        margin = _MARGIN * span_s * opened.rate
+        self.reader.want_strip(max(begin - margin, opened.first), min(end + margin, opened.end), frames, view.tile)
+
+    def _move_cursor(self, time_s: float) -> None:
+        if self.content is not None:
+            opened = self.content.opened
+            self.reader.want_moment(opened.first + time_s * opened.rate, self.axis.view.tile)
+
+    def _show_moment(self, moment: Moment) -> None:
+        if self.content is None:
+            return
+        content, self._moment = self.content, moment
+        opened, overview = content.opened, content.overview
+        time_s = (moment.frame - opened.first) / opened.rate
+        rest_n = overview.rest_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
+        self.readout.setText(readout_of(opened.floor, moment, rest_n, time_s))
+        if moment.corners_n is None:
+            self.map.set_loads(np.zeros(len(opened.floor.tiles)), np.zeros(len(opened.floor.tiles), bool))
+            self.map.set_contacts((), time_s)
+        else:
+            loads = np.nan_to_num(moment.corners_n.sum(axis=1)) - rest_n[:-1]
+            self.map.set_loads(loads, np.zeros(len(loads), bool))
+            self.map.set_contacts(self._contacts_at(time_s, moment, loads), time_s)
+        self.map.update()
+
+    def _contacts_at(self, time_s: float, moment: Moment, loads: NDArray[np.float64]) -> list[OngoingContact]:
+        """The contacts at a time, where they press."""
+        assert self.content is not None
+        assert moment.corners_n is not None
+        floor, people = self.content.opened.floor, {s.step.contact: s.step.person for s in self.content.steps}
+        found = []
+        for contact in self.content.contacts:
+            rows = [row for row in contact.tiles if loads[row] > 2.0]
+            if not contact.start_s <= time_s <= contact.end_s or not rows:
+                continue
+            places = []
+            for row in rows:
+                tile = floor.tiles[row]
+                corners = np.maximum(np.nan_to_num(moment.corners_n[row]), 0.0)
+                at = corners @ np.array(tile.sensors_m) / max(float(corners.sum()), 1e-9)
+                places.append(tile.to_floor(at))
+            x_m, y_m = np.average(places, axis=0, weights=loads[rows]).tolist()
+            force_n, person = float(loads[rows].sum()), people.get(contact.id, 0)
+            found.append(OngoingContact(contact.id, x_m, y_m, force_n, tuple(rows), contact.start_s, person))
+        return found
+
+    def _choose_tile(self, row: int) -> None:
+        if self.content is None:
+            return
+        self.axis.choose_tile(row)
+        tile = self.content.opened.floor.tiles[row].id
+        if self.map.choice() != tile:
+            self.map.set_choice(tile)
+        self._move_cursor(self.axis.cursor_s)
+        self._want_strip()
+
+    def _choose_on_map(self, tile: str) -> None:
+        if self.content is not None and tile in self.content.opened.floor.ids:
+            self._choose_tile(self.content.opened.floor.index(tile))
+
+    def _choose_step(self, number: int) -> None:
+        """A step was chosen, on the axis or in the table: its curve, its time and its tile."""
+        if self.content is None:
+            return
+        step = self.content.steps[number].step
+        self.axis.choose_step(number)
+        self.steps.choose(number)
+        self._choose_tile(self.content.opened.floor.index(step.tile))
+        self.axis.set_cursor(step.start_s)
+        self.axis.select(step.start_s, step.start_s + 1e-3 * step.contact_ms)
+
+    # --- what the person does ---
+
+    def mark(self) -> None:
+        """Mark the cursor's time, in the recording."""
+        self._mark("")
+
+    def ask_mark(self) -> None:
+        """Mark the cursor's time with a text."""
+        if self.content is None:
+            return
+        dialog = QInputDialog(self)
+        dialog.setWindowTitle("A mark")
+        dialog.setLabelText(f"What is at {time_in_words(self.axis.cursor_s)}?")
+        dialog.textValueSelected.connect(self._mark)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+
+    def _mark(self, text: str) -> None:
+        if self.content is not None:
+            frame = self.content.opened.first + round(self.axis.cursor_s * self.content.opened.rate)
+            self._change(lambda recording: recording.add_mark(frame, text))
+
+    def remove_mark(self) -> None:
+        """Take away the mark that is nearest to the cursor, within a few pixels."""
+        if self.content is None:
+            return
+        opened = self.content.opened
+        cursor = opened.first + self.axis.cursor_s * opened.rate
+        near = min(opened.marks, key=lambda mark: abs(mark.frame - cursor), default=None)
+        if near is not None and abs(near.frame - cursor) <= 8.0 * self.axis.seconds_a_pixel * opened.rate:
+            self._change(lambda recording: recording.remove_mark(near.id))
+
+    def _change(self, change: Callable[[Recording], object]) -> None:
+        self.reader.change_marks(change)
+
+    def play_or_stop(self) -> None:
+        """Play the selected stretch, or from the cursor on; or stop."""
+        player, content = self.player, self.content
+        if player is None or content is None:
+            self._enable()
+            return
+        if player.is_playing:
+            player.stop()
+        else:
+            begin_s, end_s = self.axis.selection or (self.axis.cursor_s, self.axis.length_s)
+            if end_s - begin_s < 0.05:
+                begin_s = 0.0
+            player.play(content.opened, begin_s, end_s, self.patch.currentIndex() == 0)
+        self._show_play()
+
+    def export(self) -> None:
+        """Ask for a file, and write the recording into it."""
+        if self.content is not None:
+            self.exporting.ask(self.content.opened.path)
+
+    def _show_playing(self, time_s: float) -> None:
+        self.axis.set_playing(time_s)
+        self._show_play()
+
+    def _show_play(self) -> None:
+        playing = self.player is not None and self.player.is_playing
+        self.playing.setIcon(theme.icon("stop" if playing else "play"))
+        self.playing.setText("Stop" if playing else "Play")
+
+    def _set_loops(self, on: bool) -> None:
+        if self.player is not None:
+            self.player.loops = on
+
+    def _deleting(self, path: Path) -> None:
+        if self.content is not None and self.content.opened.path == path:
+            self._let_go()
+            self.reader.close_file()
+            self.axis.show_content(None, NOTHING)
+            self.title.setText("")
+            self.facts.setText("")
+
+    def _enable(self) -> None:
+        self._export_action.setEnabled(self.content is not None)
+        for widget in self._needs_one:
+            widget.setEnabled(self.content is not None)
+
+    # --- layout ---
+
+    def _connect(self) -> None:
+        reader, axis = self.reader, self.axis
+        reader.opened.connect(self._take_opened)
+        reader.overview_read.connect(self._take_overview)
+        reader.strip_read.connect(self._take_strip)
+        reader.moment_read.connect(self._show_moment)
+        reader.marked.connect(self._take_marks)
+        reader.failed.connect(self._fail)
+        self.surveyor.progressed.connect(self._show_progress)
+        self.surveyor.found.connect(self._take_survey)
+        self.surveyor.failed.connect(self.said)
+        axis.view_changed.connect(self._want_strip)
+        axis.cursor_moved.connect(self._move_cursor)
+        axis.step_chosen.connect(self._choose_step)
+        axis.tile_chosen.connect(self._choose_tile)
+        self.map.chosen.connect(self._choose_on_map)
+        self.steps.chosen.connect(self._choose_step)
+        self.steps.said.connect(self.said)
+        self.library.chosen.connect(self.open_file)
+        self.library.deleted.connect(self._deleting)
+        self.library.said.connect(self.said)
+        self.exporting.said.connect(self.said)
+        self.exporting.progressed.connect(self.export_state.setText)
+        self.exporting.progressed.connect(lambda words: self.stopping.setVisible(bool(words)))
+        for keys, do in (
+            ("M", self.mark),
+            ("Shift+M", self.ask_mark),
+            ("Shift+Backspace", self.remove_mark),
+            ("P", self.play_or_stop),
+            ("L", self.looping.click),
+        ):
+            QShortcut(keys, self, do).setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        QShortcut("Delete", self.library, self.library.ask_to_delete).setContext(
+            Qt.ShortcutContext.WidgetWithChildrenShortcut
+        )
+        self.setFocusProxy(self.axis)
+
+    def _build(self) -> None:
+        self.readout = theme.label("", "small")
+        self.readout.setMinimumWidth(1)
+        self.readout.setFixedHeight(4 * theme.GRID)
+        self.readout.setContentsMargins(2 * theme.GRID, 0, 0, 0)
+        below = QSplitter(Qt.Orientation.Horizontal)
+        below.addWidget(self.steps)
+        below.addWidget(titled([theme.label("Floor at the cursor", "title"), None], self.map))
+        below.setStretchFactor(0, 1)
+        below.setSizes([780, 248])
+        over = QWidget()
+        column = QVBoxLayout(over)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(titled(self._head(), self.timeline), 1)
+        column.addWidget(self.readout)
+        down = QSplitter(Qt.Orientation.Vertical)
+        down.addWidget(over)
+        down.addWidget(below)
+        down.setStretchFactor(0, 1)
+        down.setSizes([500, 220])
+        for splitter in (below, down):
+            splitter.setHandleWidth(1)
+            splitter.setChildrenCollapsible(False)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.library)
+        layout.addWidget(down, 1)
+
+    def _head(self) -> list[QWidget | None]:
+        self.title, self.facts = theme.label("", "title"), theme.label("", "muted")
+        self.progress, self.export_state = theme.label("", "small"), theme.label("", "small")
+        zoom = [
+            self._button("", "−", "Show more (−)", partial(self._zoom, 1.0 / ZOOM)),
+            self._button("", "+", "Show less, and finer (+)", partial(self._zoom, ZOOM)),
+            self._button("", "All", "Show the whole recording (0)", self.axis.show_all),
+        ]
+        marking = self._button(
+            "", "Mark", "Mark the cursor's time in the recording (M; Shift+M with a text)", self.mark
+        )
+        self.playing = self._button("play", "Play", "Play the stretch, or from the cursor on (P)", self.play_or_stop)
+        self.looping = tool_button("", "Loop", "Play the stretch over and over (L)", checkable=True)
+        self.looping.toggled.connect(self._set_loops)
+        self.patch = QComboBox()
+        self.patch.setAccessibleName("Patch to play through")
+        self.patch.setToolTip("The patch that the recorded forces are played through")
+        self.patch.addItems(["Recorded patch", "Patch in Design"])
+        self.export_button = self._button("export", "Export…", "Write it for other programs", self.export)
+        self._export_action = QAction("Export recording…", self)
+        self._export_action.triggered.connect(self.export)
+        self.stopping = self._button("stop", "", "Stop the export", self.exporting.stop)
+        self.stopping.hide()
+        self._needs_one: list[QWidget] = [*zoom, marking, self.playing, self.looping, self.patch, self.export_button]
+        return [
+            self.title,
+            self.facts,
+            self.progress,
+            None,
+            self.export_state,
+            self.stopping,
+            *zoom,
+            marking,
+            self.patch,
+            self.playing,
+            self.looping,
+            self.export_button,
+        ]
+
+    def _button(self, icon: str, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
+        button = tool_button(icon, text, tip)
+        button.clicked.connect(lambda _=False: do())
+        return button
+
+    def _zoom(self, factor: float) -> None:
+        if math.isfinite(factor):
+            self.axis.zoom(factor)

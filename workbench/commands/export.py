@@ -1,0 +1,48 @@
+"""`underfoot export`: a recording for other programs."""
+
+import sys
+import time
+from pathlib import Path
+
+import click
+
+from underfoot.commands.compiling import compiling_told
+from underfoot.commands.files import FILE, require_room
+
+
+class _Formats(click.Command):
+    """Its help lists the formats that there are."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        from underfoot.records.exports import formats
+
+        with formatter.section("Formats"):
+            formatter.write_dl([(one.suffix, f"{one.title}. Not carried: {one.cannot}.") for one in formats().values()])
+
+
+@click.command(cls=_Formats)
+@click.argument("recording", type=FILE)
+@click.option("-o", "--output", type=FILE, required=True, help="File to write; its suffix says the format.")
+@click.option(
+    "--vibration",
+    type=click.Choice(["commanded", "measured", "vibration"]),
+    default="measured",
+    show_default=True,
+    help="What goes into a format with room for one kind: m/s^2 asked or done, or the drive.",
+)
+def export(recording: Path, output: Path, vibration: str) -> None:
+    """Write RECORDING for other programs."""
+    from underfoot.records.exports import Material, format_of
+    from underfoot.records.recording import Recording
+
+    require_room(output, inputs=[recording])
+    told = [time.monotonic()]
+
+    def tell(words: str, share: float) -> bool:
+        if time.monotonic() - told[0] >= 1.0:
+            told[0] = time.monotonic()
+            print(f"underfoot: {words}: {100.0 * share:.0f} %", file=sys.stderr, flush=True)
+        return True
+
+    with Recording(recording) as opened, compiling_told(None):
+        format_of(output).write(Material(opened, vibration, tell), output)

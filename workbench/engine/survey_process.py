@@ -1,0 +1,77 @@
+"""A process that surveys a recording, for a window that goes on meanwhile."""
+
+import signal
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from underfoot.errors import UnderfootError
+from underfoot.records.recording import Recording
+from underfoot.records.survey import Survey, has_envelopes, keep_survey, make_envelopes, survey
+
+TELL_S = 0.5
+"""How often it says what there is so far."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far it is: in words, and as a share."""
+
+    words: str
+    share: float
+
+
+def run(connection: Connection, path: str) -> None:
+    """The process's main function: sends `Progress`, and `Survey` of what is new each time, the last one whole; or a
+    line on why it cannot.
+
+    It ends when nobody listens any more.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the window
+    with suppress(OSError):
+        try:
+            with Recording(Path(path)) as recording:
+                _survey(connection, recording)
+        except UnderfootError as error:
+            connection.send(str(error))
+
+
+def _survey(connection: Connection, recording: Recording) -> None:
+    due = time.monotonic() + TELL_S
+    first, end = recording.span
+    length_s = max((end - first) / float(recording.about["rate"]), 1e-9)
+
+    def is_due() -> bool:
+        nonlocal due
+        if time.monotonic() < due:
+            return False
+        due = time.monotonic() + TELL_S
+        return True
+
+    sent = [0, 0]
+
+    def news(made: Survey) -> Survey:
+        contacts, steps = made.contacts[sent[0] :], made.steps[sent[1] :]
+        sent[:] = len(made.contacts), len(made.steps)
+        return Survey(contacts, steps, made.until_s, made.whole)
+
+    def told(share: float) -> bool:
+        if is_due():
+            connection.send(Progress("Drawing what was recorded, which is done once", share))
+        return not connection.poll()
+
+    def found(made: Survey) -> bool:
+        if is_due():
+            connection.send(Progress("Looking for footsteps", min(made.until_s / length_s, 1.0)))
+            connection.send(news(made))
+        return not connection.poll()
+
+    if not has_envelopes(recording):
+        make_envelopes(recording, told)
+        connection.send(Progress("Drawing what was recorded, which is done once", 1.0))
+    made = survey(recording, found)
+    if made.whole:
+        keep_survey(recording, made)
+        connection.send(news(made))

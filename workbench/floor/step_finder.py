@@ -1,0 +1,86 @@
+"""Contacts and footsteps in a stream of corner forces, chunk by chunk: what `monitor`, tables and recordings tell."""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor.contacts import Contact, ContactRows, ContactTracker, OngoingContact
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
+from underfoot.floor.loss_concealment import LossConcealment
+from underfoot.floor.walks import StepCounter
+
+CHUNK = 4096
+"""At most so many samples are looked at in one go."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a chunk of forces brought: contacts at their samples, footsteps that are over, and news for the person.
+
+    `finished` are the contacts that are over.
+    """
+
+    rows: ContactRows
+    steps: list[Step]
+    news: tuple[str, ...] = ()
+    finished: tuple[Contact, ...] = ()
+
+
+class StepFinder:
+    """Contacts and footsteps from chunks of force samples."""
+
+    def __init__(self, floor: Floor, rate_hz: float) -> None:
+        self._floor = floor
+        self._tracker = ContactTracker(floor, rate_hz)
+        self._counter = StepCounter(floor)
+        self._concealment = LossConcealment(self._tracker, CHUNK)
+        self._untared = np.zeros(len(floor.tiles), bool)
+
+    def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
+        """The next samples, at most `CHUNK`: times (n,) and corner forces (n, tiles, 4)."""
+        if not np.isfinite(force_n).all():
+            force_n = force_n.copy()
+            self._concealment.fill(time_s, force_n, len(time_s))
+        followed = self._tracker.feed(time_s, force_n)
+        self._untared |= self._tracker.untared
+        now = float(time_s[-1]) if len(time_s) else -math.inf
+        return Found(followed.rows, self._counter.feed(followed.finished, now), finished=followed.finished)
+
+    def ongoing(self) -> tuple[OngoingContact, ...]:
+        """The contacts at the latest sample, each with the person who stands there, if that is known."""
+        person_at = self._counter.person_at
+        return tuple(
+            replace(contact, person=person_at(contact.start_s, (contact.x_m, contact.y_m)))
+            for contact in self._tracker.ongoing()
+        )
+
+    @property
+    def baseline_n(self) -> NDArray[np.float64]:
+        """What each sensor reads unloaded: shape (tiles, 4)."""
+        return self._tracker.baseline_n
+
+    def finish(self) -> Found:
+        """What is known only when no more samples follow."""
+        followed = self._tracker.finish()
+        steps = self._counter.feed(followed.finished, math.inf) + self._counter.finish()
+        return Found(followed.rows, steps, finished=followed.finished)
+
+    def warnings(self) -> list[str]:
+        """What the person should know of the data."""
+        names = [tile.id for tile, untared in zip(self._floor.tiles, self._untared, strict=True) if untared]
+        return [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
+
+
+def found_in(
+    pieces: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]], floor: Floor, rate_hz: float
+) -> Iterator[Found]:
+    """What is found in pieces of a stream, each of times (n,) and corner forces (n, tiles, 4), until it ends."""
+    finder = StepFinder(floor, rate_hz)
+    for time_s, force_n in pieces:
+        for at in range(0, len(time_s), CHUNK):
+            yield finder.feed(time_s[at : at + CHUNK], force_n[at : at + CHUNK])
+    yield finder.finish()

@@ -1,0 +1,160 @@
+"""The least and the most of what a recording holds, bin by bin, so that hours can be drawn without being read.
+
+They lie in a table beside the samples, written with them, at two levels: bins of 10 ms, and one for each block of
+some 0.1 s. For a recording of an earlier version `records.survey` makes the same table in the cache folder.
+"""
+
+import json
+import sqlite3
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+SOURCES = ("force", "commanded", "measured")
+"""The tables of a recording that have envelopes. Those of force are loads of tiles, and behind them their sum."""
+FINE_FRAMES = 480
+"""The length of a fine bin: 10 ms at the usual rate."""
+FINE, COARSE = 0, 1
+"""Levels: bins of `FINE_FRAMES`, and whole blocks."""
+TABLE = """
+create table if not exists envelope (
+  source text not null, level integer not null, first integer not null, count integer not null, bin integer not null,
+  tiles text not null, low blob not null, high blob not null, primary key (source, level, first)
+) without rowid;
+"""
+_PUT = "insert or replace into envelope values (?, ?, ?, ?, ?, ?, ?, ?)"
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Bins in order of time: each from session frame `begin` to before `end` (n,), with the least and the most of
+    every column, float32 (n, columns)."""
+
+    begin: NDArray[np.float64]
+    end: NDArray[np.float64]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return len(self.begin)
+
+    def between(self, edges: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """The least and the most between each two neighbours of `edges` (m + 1,), in session frames: two arrays
+        (m, columns), NaN where there is nothing.
+
+        >>> values = np.arange(8, dtype=np.float32)[:, None]
+        >>> eight = Envelope(np.arange(8.0), np.arange(1.0, 9.0), values, values)
+        >>> low, high = eight.between(np.array([0.0, 4.0, 8.0, 12.0]))
+        >>> low[:, 0], high[:, 0]
+        (array([ 0.,  4., nan], dtype=float32), array([ 3.,  7., nan], dtype=float32))
+        """
+        return self._reduced(edges, self.low, np.fmin), self._reduced(edges, self.high, np.fmax)
+
+    def coarser(self, factor: int) -> "Envelope":
+        """The same in bins of `factor` of these."""
+        first = np.arange(0, len(self), factor)
+        last = np.minimum(first + factor, len(self)) - 1
+        if not len(self):
+            return self
+        low, high = np.fmin.reduceat(self.low, first, axis=0), np.fmax.reduceat(self.high, first, axis=0)
+        return Envelope(self.begin[first], self.end[last], low, high)
+
+    def column(self, number: int) -> "Envelope":
+        """One of its columns."""
+        chosen = slice(number, number + 1)
+        return Envelope(self.begin, self.end, self.low[:, chosen], self.high[:, chosen])
+
+    def _reduced(
+        self, edges: NDArray[np.float64], values: NDArray[np.float32], reduce: np.ufunc
+    ) -> NDArray[np.float32]:
+        after = np.searchsorted(self.end, edges[:-1], side="right")
+        before = np.searchsorted(self.begin, edges[1:], side="left")
+        out = np.full((len(after), values.shape[1]), np.nan, np.float32)
+        some = before > after
+        if some.any():
+            # Pairs of first and behind the last: every other stretch is what lies between, and is not wanted.
+            pairs = np.column_stack([after[some], before[some]]).ravel()
+            padded = values if pairs[-1] < len(values) else np.concatenate([values, values[-1:]])
+            low, high = int(pairs.min()), int(pairs.max())
+            out[some] = reduce.reduceat(padded[low : high + 1], pairs - low, axis=0)[::2]
+        return out
+
+
+def empty(columns: int) -> Envelope:
+    """No bins of so many columns."""
+    nothing = np.zeros((0, columns), np.float32)
+    return Envelope(np.zeros(0), np.zeros(0), nothing, nothing)
+
+
+def of_samples(begin: NDArray[np.float64], period: float, values: NDArray[np.float32]) -> Envelope:
+    """Samples (n, columns) from session frames `begin` on, a bin each."""
+    return Envelope(begin, begin + period, values, values)
+
+
+def loads(corners: NDArray[np.float64]) -> NDArray[np.float32]:
+    """The load of each tile, and behind them their sum, (n, tiles + 1), of corner forces (n, 4 tiles), not tared."""
+    tiles = corners.reshape(len(corners), -1, 4).sum(axis=2)
+    return np.column_stack([tiles, np.nansum(tiles, axis=1)]).astype(np.float32)
+
+
+def put(base: sqlite3.Connection, source: str, first: int, values: NDArray[np.float32], frames: float) -> None:
+    """Write the envelopes of a block: `values` (n, columns), a row every `frames` frames from session frame `first`
+    on. Columns in which nothing moved are left out."""
+    size = max(1, round(FINE_FRAMES / frames))
+    moving = np.flatnonzero(values.any(axis=0))
+    kept, count = np.ascontiguousarray(values[:, moving]), max(1, round(len(values) * frames))
+    said = json.dumps(moving.tolist(), separators=(",", ":"))
+    for level, step in ((FINE, size), (COARSE, len(kept))):
+        at = np.arange(0, len(kept), step)
+        low, high = np.fmin.reduceat(kept, at, axis=0), np.fmax.reduceat(kept, at, axis=0)
+        bin = max(1, round(step * frames))
+        base.execute(_PUT, (source, level, first, count, bin, said, low.tobytes(), high.tobytes()))
+
+
+def read(
+    base: sqlite3.Connection, source: str, level: int, columns: int, begin: float = -1e18, end: float = 1e18
+) -> Envelope:
+    """The bins of a source, of which the table has `columns`, that lie in blocks between two session frames."""
+    (before,) = base.execute(
+        "select max(first) from envelope where source = ? and level = ? and first <= ?", (source, level, begin)
+    ).fetchone()
+    rows = base.execute(
+        "select first, count, bin, tiles, low, high from envelope "
+        "where source = ? and level = ? and first >= ? and first < ? order by first",
+        (source, level, begin if before is None else before, end),
+    ).fetchall()
+    rows = [row for row in rows if row[0] + row[1] > begin]
+    if not rows:
+        return empty(columns)
+    first, count, bin = (np.array(column, np.float64) for column in list(zip(*rows, strict=True))[:3])
+    bins = np.array([len(low) // (4 * len(_tiles(said))) if said != "[]" else 1 for *_, said, low, _ in rows])
+    starts = np.cumsum(bins) - bins
+    inside = np.arange(bins.sum()) - np.repeat(starts, bins)
+    at = np.repeat(first, bins) + np.repeat(np.where(bins > 1, bin, count), bins) * inside
+    behind = np.minimum(at + np.repeat(np.where(bins > 1, bin, count), bins), np.repeat(first + count, bins))
+    least, most = (np.zeros((len(at), columns), np.float32) for _ in range(2))
+    alike: dict[str, list[int]] = {}
+    for number, row in enumerate(rows):
+        alike.setdefault(row[3], []).append(number)
+    for said, numbers in alike.items():
+        tiles = _tiles(said)
+        if len(tiles):
+            places = np.concatenate([np.arange(starts[k], starts[k] + bins[k]) for k in numbers])
+            for whole, column in ((least, 4), (most, 5)):
+                data = np.frombuffer(b"".join(rows[k][column] for k in numbers), "<f4")
+                whole[places[:, None], tiles] = data.reshape(-1, len(tiles))
+    return Envelope(at, behind, least, most)
+
+
+def end_of(base: sqlite3.Connection, source: str) -> int:
+    """The session frame behind the last block of a source that has an envelope; a number below all where none has."""
+    ask = "select first + count from envelope where source = ? and level = ? order by first desc limit 1"
+    last = base.execute(ask, (source, COARSE)).fetchone()
+    return int(last[0]) if last else -(1 << 62)
+
+
+@lru_cache(maxsize=4096)
+def _tiles(said: str) -> NDArray[np.intp]:
+    return np.array(json.loads(said), np.intp)

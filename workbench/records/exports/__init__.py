@@ -1,0 +1,121 @@
+"""Recordings for other programs: a file of this folder is a format, and declares itself as `FORMAT`.
+
+A new file is a new format; `underfoot export` and the window offer what is here.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import BadFile, UnderfootError
+from underfoot.floor.layout import Floor
+from underfoot.floor.step_finder import Found
+from underfoot.records.recording import Recording
+from underfoot.records.survey import RecordedForces
+
+VIBRATION = ("commanded", "measured", "vibration")
+"""What was asked of tiles and what they did, m/s^2, and what they played, of full scale."""
+
+
+class Stopped(UnderfootError):
+    """Whoever asked for an export wants it no more; nothing of it is left."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """A recording as formats take it. Times are seconds from its first frame on, as the window shows them."""
+
+    recording: Recording
+    vibration: str = "measured"
+    """The one of `VIBRATION` that a format takes which carries one alone."""
+    tell: Callable[[str, float], bool] = field(default=lambda words, share: True)
+    """Is told what is being written, and which share of that is done; says whether to go on."""
+
+    @property
+    def forces(self) -> RecordedForces:
+        """Its floor, its rates and its force samples."""
+        return RecordedForces(self.recording)
+
+    def pieces(self, words: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Times (n,) and corner forces (n, tiles, 4), piece by piece."""
+        forces = self.forces
+        for time_s, force_n in forces.pieces():
+            self.go_on(words, float(time_s[-1]) / max(forces.length_s, 1e-9))
+            yield time_s, force_n
+
+    def found(self, words: str) -> Iterator[Found]:
+        """Contacts and footsteps, piece by piece."""
+        forces = self.forces
+        for found in forces.found():
+            if len(found.rows):
+                self.go_on(words, float(found.rows.time_s[-1]) / max(forces.length_s, 1e-9))
+            yield found
+
+    def frames(self, source: str, words: str) -> Iterator[NDArray[np.float32]]:
+        """What a table of `VIBRATION` has, [frame, tile], from the recording's first frame to its last, piece by
+        piece; 0 where nothing was recorded."""
+        forces = self.forces
+        at = forces.first
+        for first, rows in self.recording.blocks(source, forces.first, forces.end):
+            if first > at:
+                yield from _still(first - at, len(forces.floor.tiles))
+            kept = rows[max(at - first, 0) : forces.end - first]
+            self.go_on(words, (first - forces.first) / max(forces.end - forces.first, 1))
+            yield kept
+            at = max(at, first + len(rows))
+        yield from _still(forces.end - at, len(forces.floor.tiles))
+
+    def marks(self) -> list[tuple[float, str]]:
+        """Seconds and words of what was marked."""
+        forces = self.forces
+        return [((mark.frame - forces.first) / forces.rate, mark.text) for mark in self.recording.marks()]
+
+    def go_on(self, words: str, share: float) -> None:
+        """Say how far it is; raises `Stopped` where that is not wanted any more."""
+        if not self.tell(words, min(max(share, 0.0), 1.0)):
+            raise Stopped("the export was stopped")
+
+
+@dataclass(frozen=True)
+class ExportFormat:
+    """A format: its suffix, what it is, what of a recording it does not carry, and what writes it to a path."""
+
+    suffix: str
+    title: str
+    cannot: str
+    write: Callable[[Material, Path], None]
+
+
+@cache
+def formats() -> dict[str, ExportFormat]:
+    """All formats by their suffix.
+
+    >>> list(formats())
+    ['.c3d', '.csv', '.h5', '.mat', '.wav']
+    """
+    found = [getattr(import_module(f"{__name__}.{one.name}"), "FORMAT", None) for one in iter_modules(__path__)]
+    return {one.suffix: one for one in sorted((f for f in found if f is not None), key=lambda f: f.suffix)}
+
+
+def format_of(path: Path) -> ExportFormat:
+    """The format of a file by its suffix; `BadFile` where there is none."""
+    known = formats()
+    if path.suffix.lower() not in known:
+        raise BadFile(f"{path} has the suffix {path.suffix or '(none)'}; allowed: {', '.join(known)}")
+    return known[path.suffix.lower()]
+
+
+def tile_names(floor: Floor, tiles: NDArray[np.bool_]) -> list[str]:
+    """The tiles of each row of `tiles` (n, tiles) by name, as tables have them."""
+    return ["+".join(floor.ids[k] for k in np.flatnonzero(row)) for row in tiles]
+
+
+def _still(frames: int, tiles: int) -> Iterator[NDArray[np.float32]]:
+    for begin in range(0, frames, 48_000):
+        yield np.zeros((min(48_000, frames - begin), tiles), np.float32)

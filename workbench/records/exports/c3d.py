@@ -1,0 +1,167 @@
+"""C3D: tiles as force plates of type 3, as gait laboratories read them.
+
+A plate's frame has z down, so that a press is positive: x is the tile's, y is against the tile's. Corners and sensors
+are in the order that the C3D manual gives for type 3: (+x, +y), (-x, +y), (-x, -y), (+x, -y) of the plate's frame.
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import BadFile
+from underfoot.files import replaced, written
+from underfoot.floor.layout import Floor, Tile
+from underfoot.records.exports import ExportFormat, Material
+
+CHANNELS = ("FX12", "FX34", "FY14", "FY23", "FZ1", "FZ2", "FZ3", "FZ4")
+"""The channels of a plate of type 3."""
+PLATE_SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+"""The corners of a plate in its own frame."""
+MOST = 255
+"""Values along one dimension of a parameter, of events among them: it is told in a byte."""
+SAMPLES_A_FRAME = 10
+"""Frames of a C3D file are those of cameras: of force there are some samples in each."""
+
+
+def sensor_order(tile: Tile) -> tuple[NDArray[np.intp], float, float] | None:
+    """Which of a tile's sensors is which of a plate's, and their distance in metres from its middle along x and y;
+    None where they do not lie in a rectangle about the middle.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> sensor_order(default_floor(1, 1).tiles[0])
+    (array([3, 2, 1, 0]), 0.1335, 0.1335)
+    """
+    places = np.array(tile.sensors_m) * (1.0, -1.0)  # in the plate's frame
+    a, b = np.abs(places).mean(axis=0).tolist()
+    wanted = PLATE_SIGNS * (a, b)
+    away = np.hypot(*np.moveaxis(places[:, None] - wanted, -1, 0))
+    order = away.argmin(axis=0)
+    if a <= 0.0 or b <= 0.0 or away.min(axis=0).max() > 1e-6 or len(set(order.tolist())) < 4:
+        return None
+    return order, a, b
+
+
+def _write(material: Material, path: Path) -> None:
+    try:
+        import ezc3d
+    except ImportError:
+        raise BadFile(f"{path} cannot be written: ezc3d is missing; install underfoot[c3d]") from None
+    forces = material.forces
+    corners, first_s = _even(material)
+    made = ezc3d.c3d()
+    made["parameters"]["POINT"]["RATE"]["value"] = [forces.rate_hz / SAMPLES_A_FRAME]
+    made["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    made["parameters"]["POINT"]["LABELS"]["value"] = []
+    made["data"]["points"] = np.zeros((4, 0, len(corners) // SAMPLES_A_FRAME))
+    labels, analogs = _analogs(forces.floor, corners, path)
+    _describe_analogs(made, labels, forces.rate_hz)
+    made["data"]["analogs"] = analogs[None]
+    _describe_plates(made, forces.floor)
+    _add_events(made, material, first_s)
+    made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids)[:MOST])
+    made.add_parameter("UNDERFOOT", "FIRST_S", [float(first_s)])
+    material.go_on("Writing", 0.95)
+    with replaced(path) as part, written(path):
+        named = Path(f"{part}.c3d")  # a name without the suffix would be given it
+        try:
+            made.write(str(named))
+            named.replace(part)
+        finally:
+            named.unlink(missing_ok=True)
+
+
+def _even(material: Material) -> tuple[NDArray[np.float32], float]:
+    """Corner forces at even times (n, tiles, 4), and the time of the first: what is missing is 0, and n a multiple of
+    `SAMPLES_A_FRAME`."""
+    forces = material.forces
+    pieces = list(material.pieces("Reading forces"))
+    if not pieces:
+        raise BadFile(f"{material.recording.path} holds no force samples")
+    time_s = np.concatenate([one for one, _ in pieces])
+    place = np.round((time_s - time_s[0]) * forces.rate_hz).astype(np.intp)
+    count = -(-(int(place[-1]) + 1) // SAMPLES_A_FRAME) * SAMPLES_A_FRAME
+    even = np.zeros((count, len(forces.floor.tiles), 4), np.float32)
+    even[place] = np.nan_to_num(np.concatenate([force_n for _, force_n in pieces]))
+    return even, float(time_s[0])
+
+
+def _analogs(floor: Floor, corners: NDArray[np.float32], path: Path) -> tuple[list[str], NDArray[np.float64]]:
+    """Names and samples (channels, n) of all plates."""
+    labels, values = [], np.zeros((8 * len(floor.tiles), len(corners)))
+    for row, tile in enumerate(floor.tiles):
+        found = sensor_order(tile)
+        if found is None:
+            raise BadFile(
+                f"{path}: tile {tile.id} is no plate of type 3; allowed: sensors in a rectangle about the middle"
+            )
+        labels += [f"{tile.id}.{name}" for name in CHANNELS]
+        values[8 * row + 4 : 8 * row + 8] = corners[:, row, found[0]].T
+    return labels, values
+
+
+def _describe_analogs(made: Any, labels: list[str], rate_hz: float) -> None:
+    analog = made["parameters"]["ANALOG"]
+    count = len(labels)
+    analog["RATE"]["value"] = [rate_hz]
+    analog["LABELS"]["value"] = labels
+    analog["DESCRIPTIONS"]["value"] = ["vertical force" if ".FZ" in label else "not measured" for label in labels]
+    analog["UNITS"]["value"] = ["N"] * count
+    analog["SCALE"]["value"] = [1.0] * count
+    analog["OFFSET"]["value"] = [0] * count
+    analog["GEN_SCALE"]["value"] = [1.0]
+
+
+def _describe_plates(made: Any, floor: Floor) -> None:
+    count = len(floor.tiles)
+    corners, origins = np.zeros((3, 4, count)), np.zeros((3, count))
+    for row, tile in enumerate(floor.tiles):
+        found = sensor_order(tile)
+        assert found is not None
+        half = np.array(tile.size_m) / 2.0
+        corners[:2, :, row] = 1e3 * tile.to_floor(PLATE_SIGNS * half * (1.0, -1.0)).T
+        origins[:, row] = 1e3 * found[1], 1e3 * found[2], -1e3 * tile.sensor_depth_m
+    plates = made["parameters"]["FORCE_PLATFORM"]
+    plates["USED"]["value"] = [count]
+    plates["TYPE"]["value"] = [3] * count
+    plates["ZERO"]["value"] = [0, 0]
+    plates["CORNERS"]["value"] = corners
+    plates["ORIGIN"]["value"] = origins
+    plates["CHANNEL"]["value"] = np.arange(1, 8 * count + 1).reshape(count, 8).T
+
+
+def _add_events(made: Any, material: Material, first_s: float) -> None:
+    """Steps as foot strikes and foot offs, and marks; as many as an array of a C3D file has room for."""
+    events = sorted(_events(material))[:MOST]
+    minutes = np.array([math.floor(max(at - first_s, 0.0) / 60.0) for at, *_ in events], np.float64)
+    times = np.array([at - first_s for at, *_ in events], np.float64) - 60.0 * minutes
+    made.add_parameter("EVENT", "USED", [len(events)])
+    if events:
+        made.add_parameter("EVENT", "CONTEXTS", [context for _, context, _, _ in events])
+        made.add_parameter("EVENT", "LABELS", [label for _, _, label, _ in events])
+        made.add_parameter("EVENT", "DESCRIPTIONS", [words for *_, words in events])
+        made.add_parameter("EVENT", "SUBJECTS", [""] * len(events))
+        made.add_parameter("EVENT", "TIMES", np.stack([minutes, times]))
+
+
+def _events(material: Material) -> Iterator[tuple[float, str, str, str]]:
+    for found in material.found("Looking for steps"):
+        for step in found.steps:
+            context = {"left": "Left", "right": "Right"}.get(step.side, "General")
+            words = f"step {step.step}, person {step.person}, tile {step.tile}"
+            yield step.start_s, context, "Foot Strike", words
+            yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", words
+    for time_s, text in material.marks():
+        yield time_s, "General", "Mark", text[:100]
+
+
+FORMAT = ExportFormat(
+    ".c3d",
+    "C3D: tiles as force plates of type 3 (eight channels), steps and marks as events",
+    "vibration, contacts, commands; forces beyond 32-bit floats; uneven times, and gaps, which are 0 N; "
+    f"more than {MOST} events (needs ezc3d: install underfoot[c3d])",
+    _write,
+)

@@ -1,0 +1,103 @@
+"""HDF5: all of a recording, as datasets with their units."""
+
+from collections.abc import Iterable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import BadFile
+from underfoot.files import replaced, written
+from underfoot.floor.footsteps import Step
+from underfoot.records.exports import VIBRATION, ExportFormat, Material
+
+
+def _write(material: Material, path: Path) -> None:
+    try:
+        import h5py
+    except ImportError:
+        raise BadFile(f"{path} cannot be written: h5py is missing; install underfoot[hdf5]") from None
+    forces, recording = material.forces, material.recording
+    with replaced(path) as part, written(path), h5py.File(part, "w") as file:
+        file.attrs.update({key: recording.about[key] for key in ("floor", "patch")})
+        file.attrs.update(rate_hz=forces.rate, force_rate_hz=forces.rate_hz, tiles=list(forces.floor.ids))
+        pieces = material.pieces("Writing forces")
+        table = _Growing(file.create_group("force"), {"time_s": "s", "corners_n": "N"})
+        for time_s, force_n in pieces:
+            table.append(time_s=time_s, corners_n=force_n)
+        for source in VIBRATION:
+            unit = "of full scale" if source == "vibration" else "m/s^2"
+            vibration = _Growing(file.require_group("vibration"), {source: unit})
+            for rows in material.frames(source, f"Writing {source}"):
+                vibration.append(**{source: rows})
+        contacts = _Growing(
+            file.create_group("contacts"),
+            {"time_s": "s", "contact": "", "x_m": "m", "y_m": "m", "force_n": "N", "on_tile": ""},
+        )
+        steps: list[Step] = []
+        for found in material.found("Writing steps and contacts"):
+            steps += found.steps
+            contacts.append(**{name: getattr(found.rows, name) for name in contacts.names})
+        for name, values in step_columns(steps).items():
+            _put(file.require_group("steps"), name, values)
+        marks = material.marks()
+        _put(file.require_group("marks"), "time_s", np.array([time_s for time_s, _ in marks]))
+        _put(file.require_group("marks"), "text", [text for _, text in marks])
+        commands = recording.commands()
+        at_s = [(frame - forces.first) / forces.rate for frame, _, _ in commands]
+        _put(file.require_group("commands"), "time_s", np.array(at_s))
+        for name, place in (("kind", 1), ("body", 2)):
+            _put(file.require_group("commands"), name, [str(command[place]) for command in commands])
+        gaps = [((gap.first - forces.first) / forces.rate, gap.count / forces.rate) for gap in recording.gaps()]
+        _put(file, "gaps_s", np.array(gaps).reshape(-1, 2))
+
+
+def step_columns(steps: Iterable[Step]) -> dict[str, NDArray | list[str]]:
+    """The figures of steps by name: numbers as arrays, words as lists."""
+    every = list(steps)
+    found: dict[str, NDArray | list[str]] = {}
+    for one in fields(Step):
+        values = [getattr(step, one.name) for step in every]
+        found[one.name] = values if one.type in (str, "str") else np.array(values)
+    return found
+
+
+class _Growing:
+    """Datasets of a group that grow together, piece by piece."""
+
+    def __init__(self, group: Any, units: dict[str, str]) -> None:
+        self._group, self._units = group, units
+        self.names = tuple(units)
+
+    def append(self, **rows: NDArray) -> None:
+        for name, new in rows.items():
+            if name not in self._group:
+                options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if new.size else {}
+                chunks = (max(1, min(len(new), 65_536)), *new.shape[1:])
+                made = self._group.create_dataset(
+                    name, data=new, maxshape=(None, *new.shape[1:]), chunks=chunks, **options
+                )
+                made.attrs["unit"] = self._units[name]
+            elif len(new):
+                data = self._group[name]
+                data.resize(len(data) + len(new), axis=0)
+                data[-len(new) :] = new
+
+
+def _put(group: Any, name: str, values: NDArray | list[str]) -> None:
+    import h5py
+
+    if isinstance(values, list):
+        group.create_dataset(name, data=np.array(values, object), dtype=h5py.string_dtype())
+    else:
+        group.create_dataset(name, data=values)
+
+
+FORMAT = ExportFormat(
+    ".h5",
+    "HDF5: forces, vibration, contacts, steps, marks, commands and gaps, with floor and patch as JSON",
+    "nothing is left out (needs h5py: install underfoot[hdf5])",
+    _write,
+)

@@ -1,0 +1,78 @@
+"""Files that forces are read from: a force CSV with its floor beside it, a recording, or force plates in a C3D file."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from underfoot.errors import BadFile
+from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
+from underfoot.floor.layout import Floor
+from underfoot.records.recording import Recording, is_recording
+
+FORMS = "a force CSV, a recording, or a C3D file with force plates"
+MOST_BYTES = 512 << 20
+"""Forces of a recording that are played are in memory: so much at most."""
+
+
+def read_force_file(
+    path: str | Path, floor: Floor | None = None, stretch_s: tuple[float, float] | None = None
+) -> tuple[ForceSeries, Floor]:
+    """The forces in a file, or in a stretch of it, in seconds from its beginning; and the floor that they are of.
+
+    A recording and a C3D file bring their floor, and `floor` must have as many tiles if it is given; beside a CSV it is
+    looked for where it is not given. Raises `BadFile` for what cannot be read, and for fewer than two samples.
+    """
+    path = Path(path)
+    if not os.path.isfile(path):
+        raise BadFile(f"{path} cannot be read: no such file (allowed: {FORMS})")
+    if is_recording(path):
+        forces, own = _recorded(path, stretch_s)
+    elif path.suffix.lower() == ".c3d":
+        from underfoot.records.c3d_plates import read_plates
+
+        forces, own = read_plates(path)
+    else:
+        if floor is None and not floor_beside(path).is_file():
+            raise BadFile(f"{path} has no floor beside it ({floor_beside(path).name}); say --floor FILE")
+        own = floor or Floor.load(floor_beside(path))
+        forces = read_forces(path, own)
+    if floor is not None and len(floor.tiles) != len(own.tiles):
+        raise BadFile(f"{path} has {len(own.tiles)} tiles; allowed: {len(floor.tiles)}, as the floor has")
+    return (forces if stretch_s is None else _cut(path, forces, stretch_s)), floor or own
+
+
+def floor_of(path: str | Path) -> Floor:
+    """The floor that the forces in a file are of, without reading the forces where that can be."""
+    path = Path(path)
+    if is_recording(path):
+        with Recording(path) as recording:
+            return Floor.loads(recording.about["floor"], str(path))
+    if path.suffix.lower() == ".c3d":
+        return read_force_file(path)[1]
+    return Floor.load(floor_beside(path))
+
+
+def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceSeries, Floor]:
+    with Recording(path) as recording:
+        floor = Floor.loads(recording.about["floor"], str(path))
+        rate, force_rate = float(recording.about["rate"]), float(recording.about["force_rate"])
+        first, end = recording.span
+        begin, until = (first + rate * time_s for time_s in stretch_s) if stretch_s else (-np.inf, np.inf)
+        length_s = min((until - begin) / rate, (end - first) / rate)
+        if length_s * force_rate * 32 * len(floor.tiles) > MOST_BYTES:
+            most_s = MOST_BYTES / (force_rate * 32 * len(floor.tiles))
+            raise BadFile(
+                f"{path}: {length_s:.0f} s are too much to be played at once; allowed: {most_s:.0f} s, a stretch"
+            )
+        rows = recording.forces_between(max(begin, first - rate), min(until, end + rate))
+    if len(rows) < 2:
+        raise BadFile(f"{path} holds no force samples{' there' if stretch_s else ': it was ended before the first'}")
+    return ForceSeries((rows[:, 0] - first) / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
+
+
+def _cut(path: Path, forces: ForceSeries, stretch_s: tuple[float, float]) -> ForceSeries:
+    begin, end = np.searchsorted(forces.time_s, stretch_s)
+    if end - begin < 2:
+        raise BadFile(f"{path} has no samples from {stretch_s[0]:g} to {stretch_s[1]:g} s")
+    return ForceSeries(forces.time_s[begin:end], forces.force_n[begin:end], forces.rate_hz)

@@ -1,0 +1,220 @@
+"""What there is in a recording: its contacts, its footsteps and their curves of stance, and envelopes of its samples.
+
+It takes a while for a long recording, and is kept in the cache folder. `underfoot.engine.survey_process` does it beside
+the window.
+"""
+
+import hashlib
+import math
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.errors import BadFile
+from underfoot.files import cache_folder, make_folder, write_file
+from underfoot.floor.contacts import Contact
+from underfoot.floor.footsteps import Step, is_step
+from underfoot.floor.layout import Floor
+from underfoot.floor.step_finder import Found, found_in
+from underfoot.records import envelopes
+from underfoot.records.recording import Recording
+
+FORMAT = 2
+"""Of the files in the cache; others are made anew."""
+STANCE = 101
+"""Points of a curve of stance: 0, 1, ... 100 % of the contact."""
+KEPT = 200
+"""Files of so many recordings are kept in the cache; the oldest go."""
+
+
+class ContactSpan(msgspec.Struct, frozen=True):
+    """A contact from one second to another of the recording, on rows `tiles` of the floor, `peak_n` at most."""
+
+    id: int
+    start_s: float
+    end_s: float
+    tiles: tuple[int, ...]
+    peak_n: float
+
+
+class Stance(msgspec.Struct, frozen=True):
+    """A footstep, and its force, N, at 0 to 100 % of the contact: `STANCE` values."""
+
+    step: Step
+    force_n: tuple[float, ...]
+
+
+class Survey(msgspec.Struct):
+    """What was found up to `until_s`: seconds from the recording's first frame on."""
+
+    contacts: list[ContactSpan] = []
+    steps: list[Stance] = []
+    until_s: float = 0.0
+    whole: bool = False
+    warnings: list[str] = []
+
+
+class RecordedForces:
+    """The force samples of a recording: its floor, samples a second, and pieces of it, read as they are asked for.
+
+    Times are seconds from the recording's first frame on.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self.floor = Floor.loads(recording.about["floor"], str(recording.path))
+        self.rate = float(recording.about["rate"])
+        self.rate_hz = float(recording.about["force_rate"])
+        self.first, self.end = recording.span
+
+    @property
+    def length_s(self) -> float:
+        """The seconds that were recorded."""
+        return (self.end - self.first) / self.rate
+
+    def pieces(self) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Times (n,) and corner forces (n, tiles, 4), block by block."""
+        for _, rows in self._recording.blocks("force"):
+            yield (rows[:, 0] - self.first) / self.rate, rows[:, 2:].reshape(len(rows), -1, 4)
+
+    def found(self) -> Iterator[Found]:
+        """Contacts and footsteps, piece by piece."""
+        return found_in(self.pieces(), self.floor, self.rate_hz)
+
+
+def survey(recording: Recording, tell: Callable[[Survey], bool]) -> Survey:
+    """Find contacts and footsteps; `tell` is given what there is so far, and says whether to go on."""
+    forces = RecordedForces(recording)
+    made = Survey()
+    curves: dict[int, tuple[float, ...]] = {}
+    for found in forces.found():
+        for contact in found.finished:
+            made.contacts.append(_span(contact))
+            if is_step(contact):
+                curves[contact.id] = stance_of(contact)
+        made.steps += [Stance(step, curves.pop(step.contact, ())) for step in found.steps]
+        if len(found.rows):
+            made.until_s = float(found.rows.time_s[-1])
+        if not tell(made):
+            return made
+    made.until_s, made.whole = forces.length_s, True
+    return made
+
+
+def stance_of(contact: Contact) -> tuple[float, ...]:
+    """The force of a contact at 0 to 100 % of its length, N, to 0.1 N.
+
+    >>> ramp = np.linspace(0.0, 500.0, 51)
+    >>> stance = stance_of(Contact(1, 0.0, 0.5, (0,), False, 0.0, 0.0, np.linspace(0, 0.5, 51), ramp, ramp, ramp))
+    >>> len(stance), stance[0], stance[50], stance[100]
+    (101, 0.0, 250.0, 500.0)
+    """
+    at = np.linspace(contact.time_s[0], contact.time_s[-1], STANCE)
+    return tuple(np.interp(at, contact.time_s, contact.force_n).round(1).tolist())
+
+
+def _span(contact: Contact) -> ContactSpan:
+    peak_n = float(contact.force_n.max(initial=0.0))
+    return ContactSpan(contact.id, contact.start_s, contact.end_s, tuple(map(int, contact.tiles)), round(peak_n, 1))
+
+
+# --- the cache ---
+
+
+def cached_survey(recording: Recording) -> Survey | None:
+    """The survey that was made of a recording as it is now; None where there is none."""
+    with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
+        raw = msgspec.json.decode(_place(recording, "json").read_bytes())
+        for one in raw["steps"]:  # JSON has no NaN: a figure that there is not is null
+            one["step"] = {name: math.nan if value is None else value for name, value in one["step"].items()}
+        return msgspec.convert(raw, Survey)
+    return None
+
+
+def keep_survey(recording: Recording, made: Survey) -> None:
+    """Keep a survey for the next time; a cache that cannot be written to is left alone."""
+    with suppress(BadFile, OSError):
+        path = _place(recording, "json")
+        make_folder(path.parent)
+        files = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
+        for old in files[: max(0, len(files) - 3 * KEPT)]:
+            old.unlink(missing_ok=True)
+        write_file(path, msgspec.json.encode(made))
+
+
+def envelope_file(recording: Recording) -> Path:
+    """Where the envelopes of a recording of an earlier version are kept."""
+    return _place(recording, "envelopes")
+
+
+def make_envelopes(recording: Recording, tell: Callable[[float], bool]) -> None:
+    """Make the envelopes of a recording that has none, in the cache; goes on where it was left.
+
+    `tell` is given the share that is done, and says whether to go on. `BadFile` where the cache cannot be written to.
+    """
+    path = envelope_file(recording)
+    make_folder(path.parent)
+    frames = float(recording.about["rate"]) / float(recording.about["force_rate"])
+    first, end = recording.span
+    try:
+        with closing(sqlite3.connect(path, isolation_level=None)) as base:
+            base.execute("pragma journal_mode = wal")
+            base.executescript(envelopes.TABLE)
+            for number, source in enumerate(envelopes.SOURCES):
+                for share in _make_of(base, recording, source, frames):
+                    if not tell((number + (share - first) / max(end - first, 1)) / len(envelopes.SOURCES)):
+                        return
+            base.execute("pragma user_version = 1")
+            base.execute("pragma journal_mode = delete")
+    except sqlite3.Error as error:
+        raise BadFile(f"{path} cannot be written: {error}") from None
+
+
+def has_envelopes(recording: Recording) -> bool:
+    """Whether its envelopes are whole, in the recording or in the cache."""
+    if recording.envelope_base() is not None:
+        return True
+    with suppress(sqlite3.Error), closing(open_envelopes(recording)) as base:
+        return bool(base.execute("pragma user_version").fetchone()[0] == 1)
+    return False
+
+
+def open_envelopes(recording: Recording) -> sqlite3.Connection:
+    """The envelopes in the cache, as far as they were made; `sqlite3.Error` where there are none."""
+    return sqlite3.connect(f"{envelope_file(recording).as_uri()}?mode=ro", uri=True)
+
+
+def _make_of(base: sqlite3.Connection, recording: Recording, source: str, frames: float) -> Iterator[float]:
+    """Put block after block; gives the session frame that was reached, now and then, when all before is safe."""
+    done = envelopes.end_of(base, source)
+    base.execute("begin")
+    for number, (at, rows) in enumerate(recording.blocks(source)):
+        first = round(rows[0, 0]) if source == "force" else at
+        if first >= done:
+            values = envelopes.loads(rows[:, 2:]) if source == "force" else rows
+            envelopes.put(base, source, first, values, frames if source == "force" else 1.0)
+        if number % 20 == 19:
+            base.execute("commit")
+            yield first
+            base.execute("begin")
+    base.execute("commit")
+
+
+def _place(recording: Recording, suffix: str) -> Path:
+    """The file in the cache for a recording as it is: which, and how far it goes. Marks do not change that."""
+    said = f"{FORMAT}|{recording.path.resolve()}|{recording.span}|{recording.about['floor']}|{recording.about['patch']}"
+    name = hashlib.sha256(said.encode()).hexdigest()[:24]
+    return cache_folder() / "recordings" / f"{name}.{suffix}"
+
+
+def nearest(steps: list[Stance], time_s: float) -> int | None:
+    """The number of the step, in its list, that is on the ground at a time or nearest to it; None for no steps."""
+    away = [
+        max(one.step.start_s - time_s, time_s - one.step.start_s - 1e-3 * one.step.contact_ms, 0.0) for one in steps
+    ]
+    return int(np.argmin(away)) if away and math.isfinite(min(away)) else None
