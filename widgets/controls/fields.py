@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, 
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.escape import asks_for_escape
 
 
 class ParameterEditor(QWidget):
@@ -112,11 +113,9 @@ class Field(QLineEdit):
 
     def event(self, event: QEvent) -> bool:
         # While something is being typed Escape belongs to the field, whatever else it does in the window.
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
-            is_typing = self.text() != self._before
-            if is_typing and event.key() == Qt.Key.Key_Escape:
-                event.accept()
-                return True
+        if asks_for_escape(event) and self.text() != self._before:
+            event.accept()
+            return True
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

@@ -93,6 +93,7 @@ class DesignWorkspace(Workspace):
         controller.previewed.connect(self.show_preview)
         controller.lawful.connect(self.preview.show_laws)
         self.preview_wanted.connect(controller.request_preview)
+        self.canvas.play_wanted.connect(controller.play_or_stop)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
         self._prepare_first_steps(context)
@@ -126,7 +127,7 @@ class DesignWorkspace(Workspace):
         self.document.load(patch)
         self._loading = False
         self.canvas.patch_scene.select([])
-        self.canvas.frame(everything=True)
+        self.canvas.begin_view()
 
     # --- what the engine reports ---
 
@@ -309,11 +310,11 @@ class DesignWorkspace(Workspace):
 
     def _show_curve(self, node: str, preview: Preview) -> None:
         item = self.canvas.patch_scene.nodes.get(node)
-        if item is None or not item.node_type.outputs:
+        if item is None or not item.face.outputs:
             return
         if node in self._stale:
             self._stale.remove(node)
-        port = item.node_type.outputs[0]
+        port = item.face.outputs[0].port
         if port.kind == "event":
             events = event_rows(pick(preview.events, node, port.name))
             frames = max(preview.force_n.shape[0], 1)
