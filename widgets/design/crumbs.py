@@ -17,6 +17,7 @@ class Crumbs(QFrame):
         super().__init__(parent)
         self.buttons: list[QPushButton] = []
         self._parts: list[QWidget] = []
+        self._way: list[tuple[str, str]] = []
         self.setObjectName("crumbs")
         self.setStyleSheet(
             f"#crumbs {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
@@ -29,7 +30,11 @@ class Crumbs(QFrame):
 
     def show_way(self, way: Sequence[tuple[str, str]]) -> None:
         """Ids and names of the groups, the outermost first; none hides it."""
+        if way == self._way:
+            return
+        self._way = list(way)
         for old in self._parts:
+            old.hide()
             self._row.removeWidget(old)
             old.deleteLater()
         self.buttons, self._parts = [], []

@@ -14,6 +14,7 @@ from underfoot.patch.patch import Patch, Wire
 from underfoot.widgets import theme
 from underfoot.widgets.design.editing import aligned, copied, pasted, refusal, snapped
 from underfoot.widgets.design.inline_edit import InlineEdit
+from underfoot.widgets.design.levels import face_of_group
 from underfoot.widgets.design.placing import Box, layered, shift_to_room
 from underfoot.widgets.design.rewiring import healed, inserted, joined, replaced
 from underfoot.widgets.design.shape import TITLE, face_of, node_shape
@@ -109,7 +110,7 @@ class EditableView(PatchView):
         """Add an empty note, and ask for its text."""
         patch = self.document.patch
         x, y = snapped(place.x(), place.y())
-        dx, dy = shift_to_room([(x, y, 200.0, 40.0)], self.patch_scene.boxes())
+        dx, dy = shift_to_room([(x, y, 200.0, 96.0)], self.patch_scene.boxes())
         note = Note(patch.free_id("note"), "", (x + dx, y + dy))
         after = msgspec.structs.replace(patch, notes=(*patch.notes, note))
         self.document.edit(put_into(after, [note.id], self.inside) if self.inside else after, "Add a note")
@@ -246,8 +247,7 @@ class EditableView(PatchView):
         else:
             item = scene.nodes.get(id) or scene.blocks[id]
             place = QRectF(item.pos().x(), item.pos().y(), item.shape_now.width, TITLE)
-        group = next((group for group in patch.groups if group.id == id), None)
-        now = group.title if group else patch.node(id).label or self._name(id)
+        now = self._name(id) if id in scene.nodes else patch.group(id).title
         over = self.mapFromScene(place).boundingRect()
         self.inline.open(over, now, lambda text: self._give_title(id, text))
 
@@ -329,9 +329,13 @@ class EditableView(PatchView):
         except BadValue:
             self.say("Select what is to be one node: whole groups, or nodes of one group")
             return
+        patch = self._with_group(id, patch, collapsed=True)
+        shape = node_shape(face_of_group(patch, self.registry, patch.group(id)), (), False)
         middle = self.patch_scene.extent(chosen).center()
-        at = snapped(middle.x() - 80.0, middle.y() - 48.0)
-        self.document.edit(self._with_group(id, patch, collapsed=True, at=at), "Collapse to a sub-patch")
+        x, y = snapped(middle.x() - shape.width / 2, middle.y() - shape.height / 2)
+        dx, dy = shift_to_room([(x, y, shape.width, shape.height)], self.patch_scene.boxes(but=chosen))
+        after = self._with_group(id, patch, at=(x + dx, y + dy))
+        self.document.edit(after, f"Collapse {self._words(patch.group(id).members)}")
         self.patch_scene.select([id])
 
     def paint_group(self, colour: str) -> None:

@@ -334,6 +334,7 @@ class WireItem(QGraphicsItem):
         self.update()
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         if self.chosen or self.offered:
             painter.setPen(_wire_pen(theme.CONTACT if self.offered else theme.TEXT, 6.0 if self.offered else 4.0))
             painter.drawPath(self._path)

@@ -55,8 +55,9 @@ def layered(
     >>> layered({"a": (96.0, 80.0), "b": (96.0, 80.0)}, [("a", "b")])
     {'a': (0.0, 0.0), 'b': (160.0, 0.0)}
     """
-    edges = sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b})
-    columns = _columns(list(sizes), edges)
+    real, edges = list(sizes), sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b})
+    columns = _columns(real, edges)
+    sizes, edges = _with_bends(sizes, edges, columns)
     beside: dict[str, list[str]] = {id: [] for id in sizes}
     for a, b in edges:
         beside[a].append(b)
@@ -75,7 +76,25 @@ def layered(
         for id in column:
             places[id] = (x, float(round((middle[id] - sizes[id][1] / 2 - top) / GRID) * GRID))
         x += max(sizes[id][0] for id in column) + COLUMN_GAP
-    return {id: places[id] for id in sizes}
+    return {id: places[id] for id in real}
+
+
+def _with_bends(
+    sizes: Mapping[str, tuple[float, float]], edges: Sequence[tuple[str, str]], columns: Sequence[list[str]]
+) -> tuple[dict[str, tuple[float, float]], list[tuple[str, str]]]:
+    """Sizes and edges with a thin node in each column that a long wire passes: so it passes between the others."""
+    at = {id: i for i, column in enumerate(columns) for id in column}
+    all_sizes, short = dict(sizes), []
+    for a, b in edges:
+        before = a
+        for i in range(at[a] + 1, at[b]):
+            bend = f"{a}>{b}>{i}"
+            all_sizes[bend] = (0.0, GRID)
+            columns[i].append(bend)
+            short.append((before, bend))
+            before = bend
+        short.append((before, b))
+    return all_sizes, short
 
 
 def _columns(ids: list[str], edges: Sequence[tuple[str, str]]) -> list[list[str]]:

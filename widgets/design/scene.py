@@ -105,7 +105,13 @@ class PatchScene(QGraphicsScene):
         wanted = {wire: ends for wire in self.patch.wires if any(ends := self.level.ends(wire))}
         for wire, item in list(self.wires.items()):
             source, target = wanted.get(wire, ("", ""))
-            if wire not in wanted or item.source is not self._item(source) or item.target is not self._item(target):
+            is_stub = isinstance(item, StubItem)  # its text depends on other wires, too
+            if (
+                is_stub
+                or wire not in wanted
+                or item.source is not self._item(source)
+                or item.target is not self._item(target)
+            ):
                 item.unhook()
                 self.removeItem(self.wires.pop(wire))
         for wire, ends in wanted.items():
@@ -120,11 +126,19 @@ class PatchScene(QGraphicsScene):
             self.wires[wire] = WireItem(wire, start, end, colour)
         else:
             inner, side = (start, "out") if start is not None else (end, "in")
-            far = self.patch.node(wire[1 if side == "out" else 0].partition(".")[0])
             assert inner is not None
-            name = far.label or self.registry[far.type].label
-            self.wires[wire] = StubItem(wire, inner, side, colour, name)
+            self.wires[wire] = StubItem(wire, inner, side, colour, self._far_names(wire, side))
         self.addItem(self.wires[wire])
+
+    def _far_names(self, wire: Wire, side: str) -> str:
+        """The names of what is outside at the other end of a wire, and of all others at the same port."""
+        near, far = (0, 1) if side == "out" else (1, 0)
+        ends = [other for other in self.patch.wires if other[near] == wire[near]]
+        outside = [end[far].partition(".")[0] for end in ends if not all(self.level.ends(end))]
+        if wire != next(end for end in ends if not all(self.level.ends(end))):
+            return ""
+        nodes = map(self.patch.node, dict.fromkeys(outside))
+        return ", ".join(node.label or self.registry[node.type].label for node in nodes)
 
     def _show_frames(self) -> None:
         wanted = {group.id: group for group in self.level.frames}
@@ -267,7 +281,8 @@ class PatchScene(QGraphicsScene):
         """The rectangle around these, or around all."""
         there = self.movable()
         chosen = [there[id] for id in ids if id in there]
-        return bounds(chosen or [*there.values(), *self.frames.values()])
+        stubs = [item for item in self.wires.values() if isinstance(item, StubItem)]
+        return bounds(chosen or [*there.values(), *self.frames.values(), *stubs])
 
     # --- what the engine says ---
 

@@ -71,6 +71,13 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         known = ", ".join(node.id for node in self.nodes)
         raise BadValue(f"there is no node {id!r}; allowed: {known or 'none, the patch is empty'}")
 
+    def group(self, id: str) -> Group:
+        """The group with this id; `BadValue` where there is none."""
+        for group in self.groups:
+            if group.id == id:
+                return group
+        raise BadValue(f"there is no group {id!r}; allowed: {', '.join(g.id for g in self.groups) or 'none'}")
+
     def things(self) -> "tuple[PlacedNode | Note, ...]":
         """What stands on the canvas: the nodes, then the notes."""
         return *self.nodes, *self.notes
