@@ -211,7 +211,9 @@ class TransportBar(QWidget):
         self.record.clicked.connect(self.record_wanted)
         self.panic = QPushButton("Panic")
         self.panic.setProperty("role", "alarm")
-        self.panic.setToolTip("Silence at once, and discard sound that is already buffered (Esc)")
+        self.panic.setToolTip(
+            "Silence at once, and discard sound that is already buffered (F12; Esc, where nothing is open)"
+        )
         self.panic.clicked.connect(self.panic_wanted)
         self._layout.addWidget(self.panic)
 

@@ -8,12 +8,12 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.models.signals.rhythm import Rhythm
-from underfoot.parameters import Count, Rows, Text
+from underfoot.parameters import Count, Number, Parameter, Rows, Text
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.controls.fields import ParameterEditor
+from underfoot.widgets.controls.fields import ParameterEditor, in_words
 from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
@@ -21,6 +21,7 @@ from underfoot.widgets.design.editing import drivers
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shape import accent, shown
+from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
 
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
@@ -32,6 +33,9 @@ class Inspector(QScrollArea):
 
     edited = Signal(str, str, object, str)
     """Node, parameter, value, and a word that is the same for changes which belong together."""
+
+    many_edited = Signal(list, str, object, str)
+    """Nodes, the parameter that all of them have, its value for all, and the same word."""
 
     patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
@@ -64,8 +68,7 @@ class Inspector(QScrollArea):
         self._patch = patch
         self._ids = [id for id in ids if any(node.id == id for node in patch.nodes)]
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
-        type = patch.node(self._ids[0]).type if len(self._ids) == 1 else ""
-        shape = (tuple(self._ids), type)
+        shape = tuple((id, patch.node(id).type, patch.node(id).label) for id in self._ids)
         if shape != self._shape:
             self._shape = shape
             self._gesture += 1
@@ -116,9 +119,12 @@ class Inspector(QScrollArea):
 
     def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
         id = self._ids[0]
-        title = theme.label(type.label, "title")
+        title = theme.label(self._patch.node(id).label or type.label, "title")
+        title.setWordWrap(True)
         title.setStyleSheet(f"color: {theme.mixed(accent(type), theme.TEXT, 0.6)};")
         column.addWidget(title)
+        if self._patch.node(id).label:
+            column.addWidget(theme.label(type.label, "muted"))
         column.addWidget(_wrapped(pretty_text(type.doc), "small"))
         if type.accuracy:
             column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
@@ -152,8 +158,20 @@ class Inspector(QScrollArea):
 
     def _build_many(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
-        names = [self._registry[self._patch.node(id).type].label for id in self._ids]
-        column.addWidget(_wrapped(", ".join(names), "small"))
+        types = [self._registry[self._patch.node(id).type] for id in self._ids]
+        column.addWidget(_wrapped(", ".join(_counted([type.label for type in types])), "small"))
+        column.addSpacing(8)
+        ids = list(self._ids)
+        for name, parameter in shared_parameters(types).items():
+            editor = editor_for(parameter)
+            if isinstance(editor, TilesEditor):
+                editor.set_tiles(self._tiles)
+            if isinstance(editor, FileEditor):
+                editor.set_folder(self._folder)
+            self._add_editor(column, name, editor)
+            editor.value_changed.connect(
+                lambda value, name=name: self.many_edited.emit(ids, name, value, f"{ids}.{name} {self._gesture}")
+            )
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost})
 
@@ -203,13 +221,23 @@ class Inspector(QScrollArea):
                     editor.set_value(value)
                 if isinstance(editor, NumberEditor):
                     self._show_driver(editor, wired.get(name, ""))
-        elif not self._ids:
+        elif self._ids:
+            for name, editor in self.editors.items():
+                self._show_values(editor, values_of(self._patch, self._registry, self._ids, name))
+        else:
             for name, editor in self.editors.items():
                 if getattr(self._patch, name) != editor.value():
                     editor.set_value(getattr(self._patch, name))
             self._nodes.setText(str(len(self._patch.nodes)))
             self._wires.setText(str(len(self._patch.wires)))
         self._show_cost()
+
+    def _show_values(self, editor: ParameterEditor, values: list[object]) -> None:
+        """What several nodes have: one value, or that they differ."""
+        value = shown_value(editor.parameter, values)
+        editor.set_mixed("" if len(values) == 1 else _span(editor.parameter, values))
+        if value != editor.value():
+            editor.set_value(value)
 
     def _show_driver(self, editor: NumberEditor, source: str) -> None:
         if not source:
@@ -232,6 +260,27 @@ class Inspector(QScrollArea):
         awake = max((self._awake.get(id, 0) for id in known), default=0)
         of = f" of {len(self._tiles)}" if self._tiles else ""
         self._tiles_awake.setText(f"{awake}{of} tiles" if awake else "asleep")
+
+
+def _counted(names: Sequence[str]) -> list[str]:
+    """Names, each once, with how often it was there.
+
+    >>> _counted(["Noise", "Gain", "Noise"])
+    ['2 × Noise', 'Gain']
+    """
+    return [f"{names.count(name)} × {name}" if names.count(name) > 1 else name for name in dict.fromkeys(names)]
+
+
+def _span(parameter: Parameter, values: Sequence[object]) -> str:
+    """Values that differ, short.
+
+    >>> _span(Count(0, 0, 9), [3, 1, 2])
+    '1 to 3'
+    """
+    if isinstance(parameter, Number | Count):
+        numbers = [float(value) for value in values if isinstance(value, int | float)]
+        return f"{in_words(parameter, min(numbers))} to {in_words(parameter, max(numbers))}"
+    return "several values"
 
 
 def edited_patch(patch: Patch, field: str, value: object) -> Patch:

@@ -1,6 +1,6 @@
 """The Design workspace: palette, canvas, inspector and preview around one document."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,8 @@ from underfoot.widgets.design.preview import PreviewPanel, event_rows, pick
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
+
+_NATIVE = QKeySequence.SequenceFormat.NativeText
 
 SOON_MS = 30
 """Edits in a row, as from a slider, ask for one preview."""
@@ -71,8 +73,13 @@ class DesignWorkspace(Workspace):
         self._again.timeout.connect(self._ask_again)
         self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._idle.timeout.connect(self._renew_one)
-        self.undo_action = self._history("undo", self.document.stack.createUndoAction(self, "Undo"))
-        self.redo_action = self._history("redo", self.document.stack.createRedoAction(self, "Redo"))
+        stack = self.document.stack
+        self.undo_action = self._history("Undo", QKeySequence.StandardKey.Undo, self.undo)
+        self.redo_action = self._history("Redo", QKeySequence.StandardKey.Redo, self.redo)
+        stack.undoTextChanged.connect(lambda text: _name_step(self.undo_action, "Undo", text))
+        stack.redoTextChanged.connect(lambda text: _name_step(self.redo_action, "Redo", text))
+        stack.canUndoChanged.connect(self.undo_action.setEnabled)
+        stack.canRedoChanged.connect(self.redo_action.setEnabled)
         self._connect()
         self.set_floor(default_floor().tiles)
 
@@ -112,7 +119,12 @@ class DesignWorkspace(Workspace):
         return self.undo_action, self.redo_action
 
     def shortcuts(self) -> Keys:
-        return keys_of([self.undo_action, self.redo_action, *self.canvas.actions_by_name.values()])
+        steps = [
+            (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()[:2]))
+            for name, action in (("Undo", self.undo_action), ("Redo", self.redo_action))
+        ]
+        hand = [("Move the view", "Space and drag, middle button"), ("Open a note or title", "Double-click")]
+        return [*steps, *keys_of(self.canvas.actions_by_name.values()), *hand]
 
     # --- the document ---
 
@@ -201,9 +213,23 @@ class DesignWorkspace(Workspace):
         self.setFocusProxy(self.canvas)
         self.canvas.setFocus()
 
-    def _history(self, name: str, action: QAction) -> QAction:
-        key = QKeySequence.StandardKey
-        action.setShortcuts(key.Undo if name == "undo" else key.Redo)
+    def undo(self) -> None:
+        """Take back the last edit, and say which."""
+        text = self.document.stack.undoText()
+        self.document.stack.undo()
+        self.said.emit(f"Undone: {_in_a_line(text)}")
+
+    def redo(self) -> None:
+        """Do again what was taken back last, and say what."""
+        text = self.document.stack.redoText()
+        self.document.stack.redo()
+        self.said.emit(f"Done again: {_in_a_line(text)}")
+
+    def _history(self, name: str, keys: QKeySequence.StandardKey, do: Callable[[], object]) -> QAction:
+        action = QAction(name, self)
+        action.setEnabled(False)
+        action.triggered.connect(lambda _=False: do())
+        action.setShortcuts(keys)
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.addAction(action)
         return action
@@ -215,6 +241,7 @@ class DesignWorkspace(Workspace):
         self.canvas.refused.connect(self.refused)
         self.canvas.view_moved.connect(self._idle_again)
         self.inspector.edited.connect(self._set)
+        self.inspector.many_edited.connect(self._set_many)
         self.inspector.patch_edited.connect(self._set_patch_field)
         self.inspector.disconnect_wanted.connect(self._disconnect)
         self.preview.struck.connect(self.struck)
@@ -235,6 +262,13 @@ class DesignWorkspace(Workspace):
         patch = self.patch()
         parameter = self.registry[patch.node(id).type].parameters[name]
         self.document.edit(patch.set(id, name, value, self.registry), f"Set {parameter.label.lower()}", together)
+
+    def _set_many(self, ids: list[str], name: str, value: object, together: str) -> None:
+        patch = self.patch()
+        label = self.registry[patch.node(ids[0]).type].parameters[name].label.lower()
+        for id in ids:
+            patch = patch.set(id, name, value, self.registry)
+        self.document.edit(patch, f"Set {label} of {len(ids)} nodes", together)
 
     def _set_patch_field(self, field: str, value: object, together: str) -> None:
         self.document.edit(edited_patch(self.patch(), field, value), f"Set {field}", together)
@@ -321,3 +355,17 @@ class DesignWorkspace(Workspace):
             self.canvas.patch_scene.show_curve(node, np.column_stack([events[:, 0] / frames, events[:, 1]]))
         else:
             self.canvas.patch_scene.show_curve(node, np.asarray(pick(preview.signals, node, port.name), float))
+
+
+def _name_step(action: QAction, word: str, text: str) -> None:
+    """Let an action say what it takes back, or does again."""
+    action.setText(f"{word}: {_in_a_line(text)}" if text else word)
+
+
+def _in_a_line(text: str) -> str:
+    """What a step was called, to go on with after a colon.
+
+    >>> _in_a_line("Move 3 nodes")
+    'move 3 nodes'
+    """
+    return text[:1].lower() + text[1:]

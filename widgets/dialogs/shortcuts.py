@@ -47,7 +47,7 @@ def keys_of(actions: Iterable[QAction]) -> Keys:
     """The keys of those actions that have one."""
     native = QKeySequence.SequenceFormat.NativeText
     return [
-        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:2]))
+        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:3]))
         for action in actions
         if action.shortcuts()
     ]
