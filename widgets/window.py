@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
@@ -325,9 +325,10 @@ class MainWindow(QMainWindow):
         layout.addWidget(self._stack, 1)
         layout.addWidget(self.status)
         self.setCentralWidget(middle)
-        self.setMinimumSize(1024, 640)
+        room = self.screen().availableSize()
+        self.setMinimumSize(QSize(1024, 640).boundedTo(room))
         if not self.restoreGeometry(self.settings.window_bytes):
-            self.resize(1440, 900)
+            self.resize(QSize(1440, 900).boundedTo(room))
 
     def _show_title(self) -> None:
         self.setWindowTitle(f"{self.open_patch.name}[*] – Underfoot")

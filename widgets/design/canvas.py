@@ -252,7 +252,7 @@ class Canvas(EditableView):
         item = self.patch_scene.mouseGrabberItem()
         if not isinstance(item, NodeItem) or isinstance(item, BlockItem) or item.wires:
             return None
-        if len(self.patch_scene.selected()) != 1:
+        if len(self.patch_scene.selectedItems()) != 1:
             return None
         return self.patch_scene.wire_for(item.node.type, item_rect(item))
 

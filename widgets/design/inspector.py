@@ -5,6 +5,7 @@ from pathlib import Path
 
 import msgspec
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.models.signals.rhythm import Rhythm
@@ -26,6 +27,9 @@ from underfoot.widgets.design.shared_parameters import shared_parameters, shown_
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
 SEED = Count(0, 0, 2**31 - 1, doc="the same seed gives the same random draws", label="Seed")
+
+
+MINIMUM_PX = 272
 
 
 class Inspector(QScrollArea):
@@ -60,15 +64,16 @@ class Inspector(QScrollArea):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setAccessibleName("Inspector")
-        self.setMinimumWidth(240)
+        self.setMinimumWidth(MINIMUM_PX)
         self.show_selection(Patch(), [])
 
     def show_selection(self, patch: Patch, ids: Sequence[str]) -> None:
         """Show these nodes of this patch; none means the patch itself."""
         self._patch = patch
-        self._ids = [id for id in ids if any(node.id == id for node in patch.nodes)]
+        there = {node.id: node for node in patch.nodes}
+        self._ids = [id for id in ids if id in there]
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
-        shape = tuple((id, patch.node(id).type, patch.node(id).label) for id in self._ids)
+        shape = [(id, there[id].type, there[id].label) for id in self._ids]
         if shape != self._shape:
             self._shape = shape
             self._gesture += 1
@@ -101,7 +106,7 @@ class Inspector(QScrollArea):
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
-        column.setContentsMargins(16, 16, 16, 16)
+        column.setContentsMargins(16, 16, 8, 16)
         column.setSpacing(8)
         self._cost = theme.label("")
         self._tiles_awake = theme.label("")
@@ -114,8 +119,19 @@ class Inspector(QScrollArea):
         column.addStretch()
         old = self.takeWidget()
         self.setWidget(page)
+        self._fit_page()
         if old is not None:
             old.deleteLater()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_page()
+
+    def _fit_page(self) -> None:
+        """One width for every page, with room for the scroll bar, whether it is there or not: nothing jumps."""
+        page = self.widget()
+        if page is not None:
+            page.setFixedWidth(self.width() - self.verticalScrollBar().sizeHint().width())
 
     def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
         id = self._ids[0]
@@ -158,7 +174,8 @@ class Inspector(QScrollArea):
 
     def _build_many(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
-        types = [self._registry[self._patch.node(id).type] for id in self._ids]
+        there = {node.id: node.type for node in self._patch.nodes}
+        types = [self._registry[there[id]] for id in self._ids]
         column.addWidget(_wrapped(", ".join(_counted([type.label for type in types])), "small"))
         column.addSpacing(8)
         ids = list(self._ids)

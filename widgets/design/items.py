@@ -247,7 +247,7 @@ class NodeItem(QGraphicsItem):
         else:
             painter.drawEllipse(placed.at, DOT, DOT)
         painter.setFont(theme.font())
-        painter.setPen(QColor(theme.FAINT if faint else theme.MUTED))
+        painter.setPen(QColor(theme.mixed(theme.MUTED, theme.RAISED, 0.85) if faint else theme.MUTED))
         rect = QRectF(PAD + 4, placed.at.y() - 10, self.shape_now.width - 2 * PAD - 8, 20)
         side = Qt.AlignmentFlag.AlignLeft if placed.side == "in" else Qt.AlignmentFlag.AlignRight
         painter.drawText(rect, side | Qt.AlignmentFlag.AlignVCenter, placed.row.text)
@@ -266,6 +266,7 @@ class WireItem(QGraphicsItem):
         self.offered = False
         self._hovered = False
         self._path = QPainterPath()
+        self._probes: list[QPointF] = []
         self._bounds = QRectF()
         self.setZValue(-1.0)
         self.setAcceptHoverEvents(True)
@@ -291,7 +292,7 @@ class WireItem(QGraphicsItem):
     def lay(self, start: QPointF, end: QPointF) -> None:
         """Go from one place to another."""
         self.prepareGeometryChange()
-        self._path = curve(start, end)
+        self._path, self._probes = curve(start, end), []
         self._bounds = self._path.boundingRect().adjusted(-4, -4, 4, 4)
 
     def unhook(self) -> None:
@@ -313,9 +314,11 @@ class WireItem(QGraphicsItem):
 
     def passes(self, rect: QRectF) -> bool:
         """Whether the wire itself goes through this rectangle of the scene."""
-        return self._bounds.intersects(rect) and any(
-            rect.contains(self._path.pointAtPercent(i / PROBES)) for i in range(PROBES + 1)
-        )
+        if not self._bounds.intersects(rect):
+            return False
+        if not self._probes:
+            self._probes = [self._path.pointAtPercent(i / PROBES) for i in range(PROBES + 1)]
+        return any(map(rect.contains, self._probes))
 
     def boundingRect(self) -> QRectF:
         return self._bounds

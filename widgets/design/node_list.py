@@ -270,7 +270,7 @@ class _Row(QStyledItemDelegate):
             painter.drawText(rect.adjusted(20, 0, -4, 0), align, index.data())
             if index.data(_NOTE):
                 painter.setFont(theme.font(theme.SMALL_PX))
-                painter.setPen(QColor(theme.FAINT))
+                painter.setPen(QColor(theme.MUTED))
                 align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                 painter.drawText(rect.adjusted(20, 0, -6, 0), align, index.data(_NOTE))
         painter.restore()

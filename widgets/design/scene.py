@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QGraphicsScene
 
 from underfoot.patch.groups import parents
 from underfoot.patch.node import Registry
-from underfoot.patch.patch import Patch, Wire
+from underfoot.patch.patch import Patch, PlacedNode, Wire
 from underfoot.widgets import theme
 from underfoot.widgets.design.blocks import BlockItem, FrameItem, NoteItem, StubItem
 from underfoot.widgets.design.editing import driven_parameters, drivers
@@ -17,7 +17,7 @@ from underfoot.widgets.design.items import NodeItem, WireItem, bounds
 from underfoot.widgets.design.levels import face_of_group, level_of
 from underfoot.widgets.design.placing import Box
 from underfoot.widgets.design.rewiring import passage, port_of
-from underfoot.widgets.design.shape import REACH, PlacedPort, face_of
+from underfoot.widgets.design.shape import REACH, Face, PlacedPort, face_of
 
 WORLD = 40_000.0
 """Pixels in each direction: large and fixed, so that the view never jumps when a node is added."""
@@ -44,17 +44,24 @@ class PatchScene(QGraphicsScene):
         self.notes: dict[str, NoteItem] = {}
         self.wires: dict[Wire, WireItem] = {}
         self._costs: dict[str, float] = {}
+        self._offered: WireItem | None = None
+        self._faces: dict[tuple[str, str], Face] = {}
         self._curves: dict[str, np.ndarray] = {}
 
     def show(self, patch: Patch, inside: str = "") -> None:
         """Show this patch instead, or what is in one of its groups."""
         self.patch, self.inside = patch, inside
         self.level = level_of(patch, inside)
+        before, blocked = self.selected(), self.blockSignals(True)
+        self._offered = None
         self._show_nodes()
         self._show_blocks()
         self._show_notes()
         self._show_wires()
         self._show_frames()
+        self.blockSignals(blocked)
+        if before != self.selected():
+            self.selectionChanged.emit()
 
     def _show_nodes(self) -> None:
         stands = self.level.stands
@@ -63,13 +70,13 @@ class PatchScene(QGraphicsScene):
             self.removeItem(self.nodes.pop(id))
         for id, node in placed.items():
             if id not in self.nodes:
-                self.nodes[id] = NodeItem(node, face_of(self.registry[node.type], node.label))
+                self.nodes[id] = NodeItem(node, self._face(node))
                 self.addItem(self.nodes[id])
                 self.nodes[id].set_curve(self._curves.get(id))
             elif self.nodes[id].node is not node:
                 item = self.nodes[id]
                 if item.node.label != node.label:
-                    item.set_face(face_of(self.registry[node.type], node.label))
+                    item.set_face(self._face(node))
                 item.node = node
                 item.setPos(*node.at)
         if list(self.nodes) != list(placed):
@@ -77,6 +84,13 @@ class PatchScene(QGraphicsScene):
         wired = drivers(self.patch)
         for id, item in self.nodes.items():
             item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.opened)
+
+    def _face(self, node: PlacedNode) -> Face:
+        """What a node shows: one object for all of the same type and name."""
+        key = node.type, node.label
+        if key not in self._faces:
+            self._faces[key] = face_of(self.registry[node.type], node.label)
+        return self._faces[key]
 
     def _show_blocks(self) -> None:
         wanted = {group.id: group for group in self.level.blocks}
@@ -243,19 +257,18 @@ class PatchScene(QGraphicsScene):
 
     def wire_for(self, type: str, area: QRectF) -> WireItem | None:
         """The wire through this rectangle that a node of `type` can stand in: of several the one through its middle."""
-        fitting = [
-            item
-            for item in self.items(area)
-            if isinstance(item, WireItem) and item.wire in self.wires and item.passes(area)
-        ]
+        fitting = [item for item in self.wires.values() if item.passes(area)]
         fitting = [item for item in fitting if passage(self.patch, self.registry, type, item.wire)]
         middle = QRectF(area.center().x() - 8, area.center().y() - 8, 16, 16)
         return next((item for item in fitting if item.passes(middle)), next(iter(fitting), None))
 
     def offer(self, wire: WireItem | None) -> None:
         """Light up the wire that a node would be put into, and no other."""
-        for item in self.wires.values():
-            item.set_offered(item is wire)
+        if self._offered is not wire:
+            for item in (self._offered, wire):
+                if item is not None:
+                    item.set_offered(item is wire)
+            self._offered = wire
 
     def sizes(self) -> dict[str, tuple[float, float]]:
         return {id: item.size for id, item in self.movable().items()}

@@ -42,8 +42,9 @@ def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:
 def values_of(patch: Patch, registry: Registry, ids: Sequence[str], name: str) -> list[Any]:
     """The different values that a parameter has in these nodes, in their order."""
     found: list[Any] = []
+    there = {node.id: node for node in patch.nodes}
     for id in ids:
-        node = patch.node(id)
+        node = there[id]
         parameter = registry[node.type].parameters[name]
         value = parameter.check(node.parameters.get(name, parameter.default))
         if value not in found:

@@ -203,7 +203,7 @@ class DesignWorkspace(Workspace):
         for widget in (self.palette_panel, self._middle, self.inspector):
             self._across.addWidget(widget)
         self._across.setStretchFactor(1, 1)
-        self._across.setSizes([192, 800, 272])
+        self._across.setSizes([192, 800, 280])
         for splitter in (self._middle, self._across):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
