@@ -81,7 +81,7 @@ def test_escape_is_panic_and_play_lets_sound_out_again(window, qtbot, workspace)
 def test_escape_closes_what_is_open_and_is_panic_when_nothing_is(window, qtbot):
     session, canvas = window.controller.session, design(window).canvas
     canvas.setFocus()
-    qtbot.keyClick(canvas, Qt.Key.Key_A)
+    qtbot.keyClick(canvas, Qt.Key.Key_Slash)
     qtbot.keyClick(window.focusWidget(), Qt.Key.Key_Escape)
     assert not canvas.search.isVisible()
     canvas.patch_scene.select(["noise"])
@@ -110,7 +110,7 @@ def test_a_key_of_its_own_is_panic_whatever_is_open(window, qtbot, key, modifier
     canvas = design(window).canvas
     canvas.setFocus()
     canvas.patch_scene.select(["noise"])
-    opens = {"a list": Qt.Key.Key_A, "a name": Qt.Key.Key_F2, "a dialog": Qt.Key.Key_F1}
+    opens = {"a list": Qt.Key.Key_Slash, "a name": Qt.Key.Key_F2, "a dialog": Qt.Key.Key_F1}
     if over in opens:
         qtbot.keyClick(canvas, opens[over])
     target = dialog_of(window, ShortcutsDialog) if over == "a dialog" else window.focusWidget()

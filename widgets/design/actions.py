@@ -37,7 +37,7 @@ ALIGNMENTS = (
 COLOUR_ACTIONS = tuple(CanvasAction(f"colour {name}", name.capitalize(), ()) for name in COLOURS)
 
 ACTIONS = (
-    CanvasAction("add", "Add a node…", ("A", "Insert")),
+    CanvasAction("add", "Add a node…", ("/", "Insert")),
     CanvasAction("note", "Add a note", ("T",)),
     CanvasAction("rename", "Rename…", ("F2",)),
     CanvasAction("replace", "Replace by…", ("R",)),
@@ -99,7 +99,7 @@ def context_menu(canvas: QWidget, actions: Mapping[str, QAction], add: Callable[
     """The menu for what is chosen; it goes away when it is closed. `add` asks for a new node."""
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    menu.addAction("Add a node…", add).setShortcut("A")
+    menu.addAction("Add a node…", add).setShortcut("/")
     menu.addAction(actions["note"])
     menu.addSeparator()
     if chosen.is_node:

@@ -18,7 +18,7 @@ from underfoot.widgets.design.undo import Document
 CLOSEST, FARTHEST = 2.5, 0.1
 LEAST_FIT = 0.75
 """A patch that is opened is not made smaller than this to fit: its text would be too small to be read."""
-HINT = "Double-click, or press A, to add a node\nor drag one here from the list"
+HINT = "Double-click, or press /, to add a node\nor drag one here from the list"
 
 
 class PatchView(QGraphicsView):

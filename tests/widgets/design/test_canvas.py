@@ -34,7 +34,7 @@ def test_double_click_on_empty_canvas_adds_a_node_there(workspace):
 
 def test_a_key_opens_the_search_and_escape_leaves_it(workspace):
     before = workspace.patch()
-    QTest.keyClick(workspace.canvas, Qt.Key.Key_A)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Slash)
     assert workspace.canvas.search.isVisible()
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Escape)
     assert not workspace.canvas.search.isVisible()
@@ -134,7 +134,7 @@ def test_a_wire_let_go_in_the_open_asks_for_the_node_at_its_end(workspace):
     assert workspace.document.stack.count() == 1
     drag(workspace, start, start + QPoint(60, 120))
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Escape)
-    QTest.keyClick(workspace.canvas, Qt.Key.Key_A)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Slash)
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert len(workspace.patch().wires) == 2
 

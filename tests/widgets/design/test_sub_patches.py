@@ -162,7 +162,7 @@ def test_enter_goes_in_and_the_crumbs_lead_out(row):
 def test_what_is_added_inside_belongs_there(row):
     block = collapse(row, "through", "through1")
     QTest.mouseDClick(row.canvas.viewport(), LEFT, NONE, in_view(row, block.sceneBoundingRect().center()))
-    QTest.keyClick(row.canvas, Qt.Key.Key_A)
+    QTest.keyClick(row.canvas, Qt.Key.Key_Slash)
     QTest.keyClicks(row.canvas.search.field, "beat")
     QTest.keyClick(row.canvas.search.field, Qt.Key.Key_Return)
     assert "beat" in row.patch().groups[0].members
