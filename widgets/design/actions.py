@@ -44,7 +44,7 @@ ACTIONS = (
     CanvasAction("group", "Group", ("Ctrl+G",)),
     CanvasAction("ungroup", "Ungroup", ("Ctrl+Shift+G",)),
     CanvasAction("collapse", "Collapse to a sub-patch, or open it", ("Ctrl+E",)),
-    CanvasAction("enter", "Look into the sub-patch", ("Return", "Enter")),
+    CanvasAction("enter", "Look into the sub-patch", ()),
     CanvasAction("leave", "Back out of the sub-patch", ("U", "Alt+Up")),
     CanvasAction("tidy", "Tidy up", ("Ctrl+L",)),
     CanvasAction("cut", "Cut", _KEY.Cut),

@@ -375,6 +375,8 @@ class Canvas(EditableView):
                 self._space = "down"
         elif event.key() == Qt.Key.Key_Escape:
             self._escape()
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.enter()
         elif event.key() in _ARROWS:
             dx, dy = _ARROWS[Qt.Key(event.key())]
             if self.patch_scene.selected():

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import msgspec
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.models.signals.rhythm import Rhythm
 from underfoot.parameters import Count, Number, Parameter, Rows, Text
+from underfoot.patch.groups import Group
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.quantities import pretty_text
@@ -44,6 +45,9 @@ class Inspector(QScrollArea):
     patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
 
+    publish_wanted = Signal(str, bool)
+    """A parameter ("node.parameter") that is to be shown on the sub-patch around its node, or not any more."""
+
     disconnect_wanted = Signal(str)
     """The input ("node.port") whose wire is to be taken away."""
 
@@ -52,6 +56,7 @@ class Inspector(QScrollArea):
         self._registry = registry
         self._patch = Patch()
         self._ids: list[str] = []
+        self._group: Group | None = None
         self._tiles: tuple[str, ...] = ()
         self._folder: Path | None = None
         self._shape: object = None
@@ -67,15 +72,18 @@ class Inspector(QScrollArea):
         self.setMinimumWidth(MINIMUM_PX)
         self.show_selection(Patch(), [])
 
-    def show_selection(self, patch: Patch, ids: Sequence[str]) -> None:
-        """Show these nodes of this patch; none means the patch itself."""
+    def show_selection(self, patch: Patch, ids: Sequence[str], group: str = "") -> None:
+        """Show these nodes of this patch; none means the patch itself. They are what `group` holds, if one is given."""
         self._patch = patch
+        self._group = next((one for one in patch.groups if one.id == group), None)
         there = {node.id: node for node in patch.nodes}
         self._ids = [id for id in ids if id in there]
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
         shape = [(id, there[id].type, there[id].label) for id in self._ids]
-        if shape != self._shape:
-            self._shape = shape
+        around = self._group or (self._around(self._ids[0]) if self._ids else None)
+        looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None)
+        if looks != self._shape:
+            self._shape = looks
             self._gesture += 1
             self._build()
         self._refresh(wired)
@@ -110,7 +118,9 @@ class Inspector(QScrollArea):
         column.setSpacing(8)
         self._cost = theme.label("")
         self._tiles_awake = theme.label("")
-        if len(self._ids) == 1:
+        if self._group is not None:
+            self._build_group(column, self._group)
+        elif len(self._ids) == 1:
             self._build_node(column, self._registry[self._patch.node(self._ids[0]).type])
         elif self._ids:
             self._build_many(column)
@@ -163,8 +173,45 @@ class Inspector(QScrollArea):
             )
             if isinstance(editor, NumberEditor):
                 editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
+            self._offer_publishing(editor, f"{id}.{name}")
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
+
+    def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
+        """Where the node is in a group: a menu by which the parameter is shown on the sub-patch, too."""
+        around = self._around(end.partition(".")[0])
+        if around is None:
+            return
+        action = QAction("Show on the sub-patch", editor)
+        action.setCheckable(True)
+        action.setChecked(end in around.published)
+        action.triggered.connect(lambda on: self.publish_wanted.emit(end, on))
+        editor.addAction(action)
+        editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def _around(self, id: str) -> Group | None:
+        """The innermost group that a node is in."""
+        return next((group for group in reversed(self._patch.groups) if id in group.members), None)
+
+    def _build_group(self, column: QVBoxLayout, group: Group) -> None:
+        column.addWidget(_wrapped(group.title or "Sub-patch", "title"))
+        types = {node.id: self._registry[node.type] for node in self._patch.nodes if node.id in self._ids}
+        inside = ", ".join(_counted([type.label for type in types.values()]))
+        column.addWidget(_wrapped(f"Sub-patch of {inside}", "small"))
+        column.addSpacing(8)
+        for end in group.published:
+            id, _, name = end.partition(".")
+            editor = editor_for(types[id].parameters[name])
+            self._add_editor(column, end, editor)
+            editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
+            editor.value_changed.connect(
+                lambda value, id=id, name=name, end=end: self.edited.emit(id, name, value, f"{end} {self._gesture}")
+            )
+        if not group.published:
+            hint = "A parameter of a node in it is shown here when its context menu says so."
+            column.addWidget(_wrapped(hint, "muted"))
+        column.addWidget(_line())
+        self._add_facts(column, {"Nodes": theme.label(str(len(types))), "Cost": self._cost})
 
     def _set_rhythm(self, id: str, notes: str, rhythm: Rhythm) -> None:
         """Give the node the bar and the repeats that go with notes which were chosen: one change with them."""
@@ -230,7 +277,13 @@ class Inspector(QScrollArea):
     # --- refreshing ---
 
     def _refresh(self, wired: Mapping[str, str]) -> None:
-        if len(self._ids) == 1:
+        if self._group is not None:
+            for end, editor in self.editors.items():
+                id, _, name = end.partition(".")
+                value = editor.parameter.check(self._patch.node(id).parameters.get(name, editor.parameter.default))
+                if value != editor.value():
+                    editor.set_value(value)
+        elif len(self._ids) == 1:
             node = self._patch.node(self._ids[0])
             for name, editor in self.editors.items():
                 value = node.parameters.get(name, editor.parameter.default)

@@ -32,7 +32,11 @@ def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:
             return None
         if (low, high) == (a.low, a.high):
             return a
-        made = dataclasses.replace(a, low=low, high=high, default=min(max(a.default, low), high))
+        made: Number | Count
+        if isinstance(a, Count):
+            made = dataclasses.replace(a, low=int(low), high=int(high), default=min(max(a.default, low), high))
+        else:
+            made = dataclasses.replace(a, low=low, high=high, default=min(max(a.default, low), high))
         object.__setattr__(made, "name", a.name)
         return made
     alike = dataclasses.replace(b, default=a.default, doc=a.doc, label=a.label) == a

@@ -12,6 +12,7 @@ from underfoot.engine.commands import PressTile, Strike
 from underfoot.engine.reports import Costs, Fault, Health, Preview
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
+from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
@@ -123,7 +124,11 @@ class DesignWorkspace(Workspace):
             (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()[:2]))
             for name, action in (("Undo", self.undo_action), ("Redo", self.redo_action))
         ]
-        hand = [("Move the view", "Space and drag, middle button"), ("Open a note or title", "Double-click")]
+        hand = [
+            ("Look into the sub-patch", "Enter, double-click"),
+            ("Edit a note or a title", "Double-click"),
+            ("Move the view", "Space and drag, middle button"),
+        ]
         return [*steps, *keys_of(self.canvas.actions_by_name.values()), *hand]
 
     # --- the document ---
@@ -244,6 +249,7 @@ class DesignWorkspace(Workspace):
         self.inspector.many_edited.connect(self._set_many)
         self.inspector.patch_edited.connect(self._set_patch_field)
         self.inspector.disconnect_wanted.connect(self._disconnect)
+        self.inspector.publish_wanted.connect(self._publish)
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
@@ -286,14 +292,24 @@ class DesignWorkspace(Workspace):
             self._choose_previewed(self.canvas.selected_ids())
         elif self._previewed in changed:
             self._soon.start()
-        self.inspector.show_selection(patch, self.canvas.selected_ids())
+        self._inspect(self.canvas.selected_ids())
         self._idle_again()
         if not self._loading:
             self.patch_edited.emit(patch)
 
     def _selected(self, ids: list[str]) -> None:
-        self.inspector.show_selection(self.patch(), ids)
+        self._inspect(ids)
         self._choose_previewed(ids)
+
+    def _inspect(self, ids: Sequence[str]) -> None:
+        scene = self.canvas.patch_scene
+        chosen = scene.selected()
+        group = chosen[0] if len(chosen) == 1 and chosen[0] in scene.blocks else ""
+        self.inspector.show_selection(self.patch(), ids, group)
+
+    def _publish(self, end: str, on: bool) -> None:
+        words = "Show on the sub-patch" if on else "Do not show on the sub-patch"
+        self.document.edit(published(self.patch(), end, on), words)
 
     def _choose_previewed(self, ids: Sequence[str]) -> None:
         """Preview the selected node; with none selected, what the tile plays."""

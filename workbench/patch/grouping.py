@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable
 
 import msgspec
 
-from underfoot.patch.groups import Group, chain, check_members
+from underfoot.patch.groups import Group, chain, check_members, innermost
 from underfoot.patch.patch import Patch
 
 
@@ -33,3 +33,15 @@ def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
 def ungrouped(patch: Patch, ids: Collection[str]) -> Patch:
     """The patch without these groups; what was in them stays."""
     return msgspec.structs.replace(patch, groups=tuple(group for group in patch.groups if group.id not in ids))
+
+
+def published(patch: Patch, end: str, on: bool) -> Patch:
+    """The patch with a parameter, as "node.parameter", shown on the innermost group around its node, or not there."""
+    around = innermost(patch.groups).get(end.partition(".")[0], "")
+    groups = tuple(
+        msgspec.structs.replace(group, published=(*(e for e in group.published if e != end), *([end] if on else ())))
+        if group.id == around
+        else group
+        for group in patch.groups
+    )
+    return msgspec.structs.replace(patch, groups=groups)

@@ -213,3 +213,27 @@ def test_escape_puts_back_what_is_dragged(row):
     assert row.canvas.patch_scene.nodes["hum"].pos() == QPointF(0, 0)
     QTest.mouseRelease(row.canvas.viewport(), LEFT, NONE, start + QPoint(80, 80))
     assert row.document.stack.count() == 0
+
+
+def test_a_parameter_inside_is_shown_and_set_on_the_sub_patch(row):
+    collapse(row, "hum", "through")
+    assert not row.inspector.editors
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    row.canvas.patch_scene.select(["hum"])
+    show = row.inspector.editors["frequency"].actions()[0]
+    assert not show.isChecked()
+    show.trigger()
+    assert row.patch().groups[0].published == ("hum.frequency",)
+    QTest.keyClick(row.canvas, Qt.Key.Key_U)
+    editor = row.inspector.editors["hum.frequency"]
+    assert editor.label.text() == "Hum: frequency"
+    editor.field.setFocus()
+    editor.field.selectAll()
+    QTest.keyClicks(editor.field, "77")
+    QTest.keyClick(editor.field, Qt.Key.Key_Return)
+    assert row.patch().node("hum").parameters == {"frequency": 77.0}
+    row.undo_action.trigger()
+    assert editor.value() == 50.0
+    row.canvas.setFocus()
+    QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
+    assert row.patch().groups == ()
