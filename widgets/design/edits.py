@@ -93,6 +93,9 @@ class EditableView(PatchView):
         around = self._group_of(wire)
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
+        x, y, *size = self._box(patch, id)
+        dx, dy = shift_to_room([(x, y, size[0], size[1])], self.patch_scene.boxes(but=[id]))
+        patch = patch.move({id: (x + dx, y + dy)})
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
 
     def replace(self, type: str) -> None:

@@ -310,6 +310,7 @@ class WireItem(QGraphicsItem):
         """Light it up as what a node would be put into."""
         if offered != self.offered:
             self.offered = offered
+            self.setZValue(2.0 if offered else -1.0)
             self.update()
 
     def passes(self, rect: QRectF) -> bool:

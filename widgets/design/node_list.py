@@ -267,7 +267,9 @@ class _Row(QStyledItemDelegate):
             painter.setFont(theme.font())
             painter.setPen(QColor(theme.TEXT))
             align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(rect.adjusted(20, 0, -4, 0), align, index.data())
+            room = rect.adjusted(20, 0, -4, 0)
+            cut = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, room.width())
+            painter.drawText(room, align, cut)
             if index.data(_NOTE):
                 painter.setFont(theme.font(theme.SMALL_PX))
                 painter.setPen(QColor(theme.MUTED))

@@ -50,6 +50,7 @@ def test_a_node_dragged_onto_a_wire_lights_it_up_and_goes_into_it(line):
     send(line.canvas.viewport(), QEvent.Type.MouseButtonRelease, in_the_middle(line, WIRE), LEFT)
     assert set(line.patch().wires) == THROUGH
     assert line.document.stack.undoText() == "Insert Through"
+    assert not [pair for pair in combinations(boxes(line), 2) if pair[0].intersects(pair[1])]
     line.undo_action.trigger()
     assert line.patch().wires == (WIRE,)
     assert line.patch().node("through").at == (0.0, 240.0)
