@@ -7,10 +7,11 @@ from design_samples import REGISTRY, sample
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu, QScrollArea, QStyle, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QScrollArea, QStyle, QToolButton, QWidget
 from windows import quiet_window
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.design.view import LEAST_FIT
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.transport import TransportBar
@@ -105,3 +106,12 @@ def test_small_text_stands_out_from_its_ground():
 
 def test_buttons_of_dialogs_have_no_pictures(qapp):
     assert not qapp.style().styleHint(QStyle.StyleHint.SH_DialogButtonBox_ButtonsHaveIcons)
+
+
+def test_buttons_of_a_file_dialog_have_pictures_of_ours(qtbot, tmp_path):
+    window = QWidget()
+    qtbot.addWidget(window)
+    dialog = file_dialog(window, "Open", str(tmp_path))
+    for name, picture in (("backButton", "arrow-left"), ("newFolderButton", "folder-new")):
+        icon = dialog.findChild(QToolButton, name).icon()
+        assert icon.pixmap(32).toImage() == theme.icon(picture, theme.TEXT).pixmap(32).toImage()

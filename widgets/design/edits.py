@@ -107,7 +107,9 @@ class EditableView(PatchView):
             self.document.edit(after, f"Replace {before} by {self.registry[type].label}")
             self.patch_scene.select([id])
             if lost:
-                self.say(f"{counted(lost, 'wire')} did not fit {self.registry[type].label} and went; Undo brings back")
+                self.say(
+                    f"{counted(lost, 'wire')} did not fit {self.registry[type].label} and went; undo brings all back"
+                )
 
     def add_note(self, place: QPointF) -> None:
         """Add an empty note, and ask for its text."""

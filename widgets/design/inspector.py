@@ -314,9 +314,11 @@ class Inspector(QScrollArea):
             editor.set_driven("")
             return
         id, _, port = source.partition(".")
-        type = self._registry[self._patch.node(id).type]
+        node = self._patch.node(id)
+        type = self._registry[node.type]
         output = type.output_ports[port]
-        name = type.label if len(type.outputs) == 1 else f"{type.label}, {shown(port)}"
+        title = node.label or type.label
+        name = title if len(type.outputs) == 1 else f"{title}, {shown(port)}"
         editor.set_driven(name, theme.signal_colour(output.kind, output.unit))
 
     def _show_cost(self) -> None:

@@ -12,6 +12,7 @@ from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import gait_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.monitor.panels import titled, tool_button
 from underfoot.widgets.monitor.step_table import StepTable, WholeRows
 
@@ -68,7 +69,7 @@ class StepPanel(QWidget):
         self.said.emit(f"{self.table.steps.rowCount()} footsteps were saved as {path}.")
 
     def _ask_for_file(self) -> None:
-        dialog = QFileDialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
+        dialog = file_dialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setDefaultSuffix("csv")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
