@@ -55,7 +55,7 @@ WORKSPACES = {
     path.parent.name for path in (ROOT / "widgets").glob("*/__init__.py") if "WorkspaceDeclaration(" in path.read_text()
 }
 WIDGET_LEVELS = (
-    {"theme", "garbage_collection"},
+    {"theme", "escape", "garbage_collection"},
     {"plots", "controls"},
     {"floor_map", "level_slider", "menu", "status_line", "transport", "dialogs"},
     {"session"},

@@ -147,6 +147,7 @@ QWidget {{ color: {TEXT}; }}
 QMainWindow, QDialog {{ background: {PANEL}; }}
 QWidget[role="panel"] {{ background: {PANEL}; }}
 QWidget[role="ground"] {{ background: {GROUND}; }}
+QDialogButtonBox, QMessageBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QLabel {{ background: transparent; }}
 QLabel[role="title"] {{ font-size: {TITLE_PX}px; font-weight: bold; }}
 QLabel[role="heading"] {{ font-size: {SMALL_PX}px; font-weight: bold; color: {MUTED}; }}

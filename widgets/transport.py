@@ -20,6 +20,8 @@ from underfoot.engine.reports import Health
 from underfoot.widgets import theme
 from underfoot.widgets.level_slider import LevelSlider
 
+WIDE_TARGET, NARROW_TARGET = 22 * theme.GRID, 14 * theme.GRID
+
 MOST_FLAGS = 8
 """So many warnings are listed in a tooltip."""
 
@@ -81,7 +83,8 @@ class TransportBar(QWidget):
         self._tab_group.addButton(button)
         self._tab_line.addWidget(button)
         button.ensurePolished()
-        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window the level slider gives way
+        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window other things give way
+        self._make_room()
 
     def set_workspace(self, name: str) -> None:
         """Mark the workspace that is on the screen."""
@@ -111,32 +114,11 @@ class TransportBar(QWidget):
         self._flagged[workspace] = lines
         workspace, lines = next((item for item in self._flagged.items() if item[1]), (workspace, ()))
         self.flags.setVisible(bool(lines))
-        self._fit()
+        self._make_room()
         more = [f"and {len(lines) - MOST_FLAGS} more"] if len(lines) > MOST_FLAGS else []
         self.flags.setToolTip("\n".join([f"{workspace}:", *lines[:MOST_FLAGS], *more]))
         self.flags.setAccessibleName(f"{workspace}: {len(lines)} warnings")
         self.flags.setAccessibleDescription("; ".join(lines))
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self._fit()
-        super().resizeEvent(event)
-
-    def _fit(self) -> None:
-        """Leave out what can be missed, one thing after the other, until the rest has room."""
-        self.target.setFixedWidth(22 * theme.GRID)
-        for figure in (self.asleep, self.latency, self.engine, self.level_text):
-            figure.show()
-        for leave_out in (
-            self.asleep.hide,
-            self.latency.hide,
-            lambda: self.target.setFixedWidth(15 * theme.GRID),
-            self.engine.hide,
-            self.level_text.hide,
-        ):
-            self._layout.invalidate()
-            if self._layout.minimumSize().width() <= self.width():
-                break
-            leave_out()
 
     def _click_flags(self) -> None:
         self.flags_clicked.emit(next(workspace for workspace, lines in self._flagged.items() if lines))
@@ -186,6 +168,25 @@ class TransportBar(QWidget):
 
     # --- layout ---
 
+    def minimumSizeHint(self) -> QSize:
+        """As narrow as it gets without those figures that give way."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._make_room()
+
+    def _make_room(self) -> None:
+        """In a narrow window the figures give way, what a person needs least first, and the target's name is cut."""
+        self.target.setFixedWidth(WIDE_TARGET)
+        for figure in self._figures:
+            figure.show()
+        for figure in self._figures:
+            if self._layout.minimumSize().width() <= self.width():
+                return
+            figure.hide()
+        self.target.setFixedWidth(NARROW_TARGET)
+
     def _add_menu(self, menu: QMenu) -> None:
         self.menu = QToolButton()
         self.menu.setProperty("role", "flat")
@@ -212,7 +213,7 @@ class TransportBar(QWidget):
         self.target.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         self.target.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.target.setMenu(QMenu(self.target))
-        self.target.setFixedWidth(22 * theme.GRID)
+        self.target.setFixedWidth(WIDE_TARGET)
         self.target.setStyleSheet("QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }")
         self._layout.addWidget(self.target)
 
@@ -234,7 +235,9 @@ class TransportBar(QWidget):
         self.record.clicked.connect(self.record_wanted)
         self.panic = QPushButton("Panic")
         self.panic.setProperty("role", "alarm")
-        self.panic.setToolTip("Silence at once, and discard sound that is already buffered (Esc)")
+        self.panic.setToolTip(
+            "Silence at once, and discard sound that is already buffered (F12; Esc, where nothing is open)"
+        )
         self.panic.clicked.connect(self.panic_wanted)
         self._layout.addWidget(self.panic)
 
@@ -274,6 +277,7 @@ class TransportBar(QWidget):
         self.latency = Figure("Latency", "00.0 + 00.0 ms")
         for figure in (self.engine, self.asleep, self.xruns, self.lost, self.latency):
             self._layout.addWidget(figure)
+        self._figures = (self.asleep, self.latency, self.lost, self.xruns, self.engine)
         audio = QToolButton()
         audio.setProperty("role", "flat")
         audio.setIcon(theme.icon("speaker", theme.MUTED))

@@ -4,15 +4,8 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal
-from PySide6.QtGui import (
-    QAction,
-    QCloseEvent,
-    QKeyEvent,
-    QKeySequence,
-    QPaintEvent,
-    QShowEvent,
-)
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
 from underfoot.devices.sound import devices
@@ -46,9 +39,11 @@ FIRST_PRESET = "gravel"
 COMPILING = "Compiling kernels, which a first start takes half a minute for:"
 WITHOUT_SOUND = "going on without sound"
 """How a notice ends of a sound card that does not play."""
+PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
+"""Panic, whatever is open."""
 EXTRA_SHORTCUTS = (
     ("Play or stop, unless text is being typed", "Space"),
-    ("Panic, wherever the focus is", "Esc"),
+    ("Close what is open; panic where nothing is", "Esc"),
     ("Menu", "Alt+M"),
 )
 
@@ -268,12 +263,26 @@ class MainWindow(QMainWindow):
     # --- events ---
 
     def event(self, event: QEvent) -> bool:
-        # Escape comes here before the widget with the focus acts on it, unless that asks for Escape first.
+        # Escape comes here before the widget with the focus acts on it, unless that has something open to be closed.
         if event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Escape:  # type: ignore[attr-defined]
             self.panic()
-        if event.type() == QEvent.Type.WindowUnblocked and QApplication.activeWindow() is None:
-            self.activateWindow()
+        # A dialog takes all keys; those of panic alone are looked for in front of it, while it is there.
+        if event.type() == QEvent.Type.WindowBlocked:
+            QApplication.instance().installEventFilter(self)  # type: ignore[union-attr]
+        elif event.type() == QEvent.Type.WindowUnblocked:
+            QApplication.instance().removeEventFilter(self)  # type: ignore[union-attr]
+            if QApplication.activeWindow() is None:
+                self.activateWindow()
         return super().event(event)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            pressed = QKeySequence(event.keyCombination())
+            if any(pressed == QKeySequence(key) for key in PANIC_KEYS):
+                self.panic()
+                event.accept()
+                return True
+        return super().eventFilter(watched, event)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
@@ -348,9 +357,10 @@ class MainWindow(QMainWindow):
         layout.addWidget(self._stack, 1)
         layout.addWidget(self.status)
         self.setCentralWidget(middle)
-        self.setMinimumSize(1024, 640)
+        room = self.screen().availableSize()
+        self.setMinimumSize(QSize(1024, 640).boundedTo(room))
         if not self.restoreGeometry(self.settings.window_bytes):
-            self.resize(1440, 900)
+            self.resize(QSize(1440, 900).boundedTo(room))
 
     def _show_title(self) -> None:
         slot = f" ({self.open_patch.slot})" if self.open_patch.other is not None else ""
@@ -369,7 +379,7 @@ class MainWindow(QMainWindow):
             "import": self._act("Import…", "Ctrl+Shift+I", self._exchange.ask),
             "export": self._act("Export…", "Ctrl+Shift+E", self._exchange.export),
             "play": self._act("Play or stop", "Ctrl+Space", controller.play_or_stop),
-            "panic": self._act("Panic: silence at once", "Ctrl+.", self.panic),
+            "panic": self._act("Panic: silence at once", PANIC_KEYS, self.panic),
             "record": self._act("Record", "Ctrl+R", lambda: controller.record(not self.transport.record.isChecked())),
             "audio": self._act("Audio…", "Ctrl+,", self._open_audio),
             "network": self._act("Network…", "Ctrl+Shift+N", self._open_network),
@@ -385,9 +395,14 @@ class MainWindow(QMainWindow):
             },
         }
 
-    def _act(self, text: str, keys: QKeySequence.StandardKey | str, do: Callable[[], object]) -> QAction:
+    def _act(
+        self, text: str, keys: QKeySequence.StandardKey | str | tuple[str, ...], do: Callable[[], object]
+    ) -> QAction:
         action = QAction(text, self)
-        action.setShortcut(keys)
+        if isinstance(keys, tuple):
+            action.setShortcuts([QKeySequence(key) for key in keys])
+        else:
+            action.setShortcut(keys)
         action.triggered.connect(lambda _=False: do())
         self.addAction(action)
         return action

@@ -5,7 +5,7 @@ import multiprocessing
 from functools import partial
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMessageBox, QPushButton
 from windows import LONG_MS, Heard, calibrate, design, dialog_of, hiss, monitor, quiet_window
@@ -76,6 +76,62 @@ def test_escape_is_panic_and_play_lets_sound_out_again(window, qtbot, workspace)
     qtbot.mouseClick(window.transport.play, Qt.MouseButton.LeftButton)
     assert not session.panicked
     qtbot.waitUntil(lambda: heard.any(), timeout=LONG_MS)
+
+
+def test_escape_closes_what_is_open_and_is_panic_when_nothing_is(window, qtbot):
+    session, canvas = window.controller.session, design(window).canvas
+    canvas.setFocus()
+    qtbot.keyClick(canvas, Qt.Key.Key_Slash)
+    qtbot.keyClick(window.focusWidget(), Qt.Key.Key_Escape)
+    assert not canvas.search.isVisible()
+    canvas.patch_scene.select(["noise"])
+    qtbot.keyClick(canvas, Qt.Key.Key_F2)
+    qtbot.keyClick(window.focusWidget(), Qt.Key.Key_Escape)
+    assert not canvas.inline.isVisible()
+    place = canvas.mapFromScene(canvas.patch_scene.nodes["noise"].port_place("out", "out"))
+    qtbot.mousePress(canvas.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    qtbot.keyClick(canvas, Qt.Key.Key_Escape)
+    qtbot.mouseRelease(canvas.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    assert not session.panicked
+    qtbot.keyClick(canvas, Qt.Key.Key_Escape)
+    assert session.panicked
+
+
+@pytest.mark.parametrize("over", ["nothing", "a list", "a name", "a dialog"])
+@pytest.mark.parametrize(
+    ("key", "modifiers"),
+    [
+        (Qt.Key.Key_F12, Qt.KeyboardModifier.NoModifier),
+        (Qt.Key.Key_Escape, Qt.KeyboardModifier.ShiftModifier),
+        (Qt.Key.Key_Period, Qt.KeyboardModifier.ControlModifier),
+    ],
+)
+def test_a_key_of_its_own_is_panic_whatever_is_open(window, qtbot, key, modifiers, over):
+    canvas = design(window).canvas
+    canvas.setFocus()
+    canvas.patch_scene.select(["noise"])
+    opens = {"a list": Qt.Key.Key_Slash, "a name": Qt.Key.Key_F2, "a dialog": Qt.Key.Key_F1}
+    if over in opens:
+        qtbot.keyClick(canvas, opens[over])
+    target = dialog_of(window, ShortcutsDialog) if over == "a dialog" else window.focusWidget()
+    qtbot.keyClick(target, key, modifiers)
+    assert window.controller.session.panicked
+    assert not window.controller.playing
+    canvas.inline.close_with(give=False)
+
+
+def test_space_plays_and_stops_on_the_canvas_too_unless_it_moves_the_view(window, qtbot):
+    canvas = design(window).canvas
+    canvas.setFocus()
+    qtbot.keyClick(canvas, Qt.Key.Key_Space)
+    assert not window.controller.playing
+    qtbot.keyPress(canvas, Qt.Key.Key_Space)
+    qtbot.mousePress(canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(300, 40))
+    qtbot.mouseRelease(canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(300, 40))
+    qtbot.keyRelease(canvas, Qt.Key.Key_Space)
+    assert not window.controller.playing
+    qtbot.keyClick(canvas, Qt.Key.Key_Space)
+    assert window.controller.playing
 
 
 def test_the_level_goes_to_the_engine_and_is_remembered(window, qtbot):

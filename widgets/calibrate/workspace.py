@@ -20,6 +20,7 @@ from underfoot.widgets.calibrate.overview import Overview
 from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
@@ -235,7 +236,7 @@ class CalibrateWorkspace(Workspace):
         self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
 
     def _ask_report(self, result: Result) -> None:
-        dialog = QFileDialog(self, "A folder for the report", self._settings.folder)
+        dialog = file_dialog(self, "A folder for the report", self._settings.folder)
         dialog.setFileMode(QFileDialog.FileMode.Directory)
         dialog.setOption(QFileDialog.Option.ShowDirsOnly)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, 
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.escape import asks_for_escape
 
 
 class ParameterEditor(QWidget):
@@ -25,6 +26,7 @@ class ParameterEditor(QWidget):
         super().__init__(parent)
         self.parameter = parameter
         self._value: Any = parameter.default
+        self._mixed = ""
         self.label = theme.label(parameter.label, "muted")
         self.label.setToolTip(help_text(parameter))
         self.back = QToolButton(self)
@@ -56,6 +58,13 @@ class ParameterEditor(QWidget):
         self._show_back()
         self._show()
 
+    def set_mixed(self, values: str) -> None:
+        """Show that what is edited has several values, in words; an empty text takes that back."""
+        if values != self._mixed:
+            self._mixed = values
+            self.label.setText(f"{self.parameter.label}: {values}" if values else self.parameter.label)
+            theme.set_role(self.label, "force" if values else "muted")
+
     def reset(self) -> None:
         """Back to the default, as a person's change."""
         self.began.emit()
@@ -69,7 +78,7 @@ class ParameterEditor(QWidget):
     def _give(self, value: Any) -> None:
         """Take a person's change and tell of it; `BadValue` where it is not allowed."""
         checked = self.parameter.check(value)
-        if checked != self._value:
+        if checked != self._value or self._mixed:
             self._value = checked
             self._show_back()
             self.value_changed.emit(checked)
@@ -112,11 +121,9 @@ class Field(QLineEdit):
 
     def event(self, event: QEvent) -> bool:
         # While something is being typed Escape belongs to the field, whatever else it does in the window.
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
-            is_typing = self.text() != self._before
-            if is_typing and event.key() == Qt.Key.Key_Escape:
-                event.accept()
-                return True
+        if asks_for_escape(event) and self.text() != self._before:
+            event.accept()
+            return True
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

@@ -13,6 +13,7 @@ from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
 from underfoot.widgets.controls.number_editor import NumberEditor
 
@@ -121,7 +122,7 @@ class FileEditor(TextEditor):
         self._folder = folder
 
     def _look(self) -> None:
-        dialog = QFileDialog(self.window(), self.parameter.label, str(self._folder or ""))
+        dialog = file_dialog(self.window(), self.parameter.label, str(self._folder or ""))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(self.choose)

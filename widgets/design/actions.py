@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QWidget
 
+from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.editing import open_targets
@@ -33,7 +34,19 @@ ALIGNMENTS = (
     CanvasAction("align down", "Equal vertical gaps", ("Ctrl+Shift+V",)),
 )
 
+COLOUR_ACTIONS = tuple(CanvasAction(f"colour {name}", name.capitalize(), ()) for name in COLOURS)
+
 ACTIONS = (
+    CanvasAction("add", "Add a node…", ("/", "Insert")),
+    CanvasAction("note", "Add a note", ("T",)),
+    CanvasAction("rename", "Rename…", ("F2",)),
+    CanvasAction("replace", "Replace by…", ("R",)),
+    CanvasAction("group", "Group", ("Ctrl+G",)),
+    CanvasAction("ungroup", "Ungroup", ("Ctrl+Shift+G",)),
+    CanvasAction("collapse", "Collapse to a sub-patch, or open it", ("Ctrl+E",)),
+    CanvasAction("enter", "Look into the sub-patch", ()),
+    CanvasAction("leave", "Back out of the sub-patch", ("U", "Alt+Up")),
+    CanvasAction("tidy", "Tidy up", ("Ctrl+L",)),
     CanvasAction("cut", "Cut", _KEY.Cut),
     CanvasAction("copy", "Copy", _KEY.Copy),
     CanvasAction("paste", "Paste", _KEY.Paste),
@@ -49,6 +62,7 @@ ACTIONS = (
     CanvasAction("zoom out", "Zoom out", ("-",)),
     CanvasAction("actual size", "Actual size", ("0",)),
     *ALIGNMENTS,
+    *COLOUR_ACTIONS,
 )
 
 
@@ -71,25 +85,47 @@ def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) 
     return made
 
 
-def context_menu(
-    canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], selected: int, wire_chosen: bool
-) -> QMenu:
-    """The menu where `selected` nodes are selected; it goes away when it is closed. `add` asks for a new node."""
+class Chosen(NamedTuple):
+    """What a menu is asked for."""
+
+    selected: int
+    """So many things are selected."""
+    is_node: bool
+    """The one that is selected is a node."""
+    is_group: bool
+    """A group, or what is in one, is selected."""
+    has_wire: bool
+    inside: bool
+    """One looks into a sub-patch."""
+
+
+def context_menu(canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], chosen: Chosen) -> QMenu:
+    """The menu for what is chosen; it goes away when it is closed. `add` asks for a new node."""
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    menu.addAction("Add a node…", add).setShortcut("Space")
-    if selected == 1:
-        menu.addAction(actions["connect"])
+    menu.addAction("Add a node…", add).setShortcut("/")
+    menu.addAction(actions["note"])
     menu.addSeparator()
+    if chosen.is_node:
+        menu.addActions([actions[name] for name in ("connect", "replace")])
+    if chosen.selected:
+        menu.addActions([actions["rename"], actions["group"]])
+        if chosen.is_group:
+            menu.addAction(actions["ungroup"])
+            colour = menu.addMenu("Colour")
+            colour.addActions([actions[action.name] for action in COLOUR_ACTIONS])
+        menu.addActions([actions["collapse"], actions["enter"]])
+        menu.addSeparator()
+    if chosen.inside:
+        menu.addAction(actions["leave"])
     for name in ("cut", "copy", "duplicate", "delete"):
-        if selected or (name == "delete" and wire_chosen):
+        if chosen.selected or (name == "delete" and chosen.has_wire):
             menu.addAction(actions[name])
-    if selected:
+    if chosen.selected:
         heard = menu.addMenu("Hear")
         heard.addActions([actions[name] for name in HEARING if name in actions])
-    menu.addAction(actions["paste"])
-    menu.addAction(actions["select all"])
-    if selected > 1:
+    menu.addActions([actions[name] for name in ("paste", "select all", "tidy")])
+    if chosen.selected > 1:
         align = menu.addMenu("Align")
         align.addActions([actions[alignment.name] for alignment in ALIGNMENTS])
     menu.addSeparator()
@@ -109,7 +145,8 @@ def connect_menu(
         into = menu if len(type.outputs) == 1 else menu.addMenu(shown(output.name))
         for target in open_targets(patch, registry, source):
             id, _, port = target.partition(".")
-            text = f"{registry[patch.node(id).type].label} ({id}): {shown(port)}"
+            name = patch.node(id).label or registry[patch.node(id).type].label
+            text = f"{name} ({id}): {shown(port)}"
             into.addAction(text, partial(connect, source, target))
     if menu.isEmpty():
         menu.addAction("There is no input that fits").setEnabled(False)

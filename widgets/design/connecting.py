@@ -19,15 +19,12 @@ class WireDrag:
     def __init__(self, scene: PatchScene, item: NodeItem, placed: PlacedPort) -> None:
         self._scene = scene
         self.old: Wire | None = None
-        end = f"{item.node.id}.{placed.name}"
-        if placed.side == "in":
-            self.old = wire_at(scene.patch, end)
-        if self.old is not None:
+        drawn = scene.wires.get(wire_at(scene.patch, item.end(placed)) or ("", "")) if placed.side == "in" else None
+        if drawn is not None and drawn.source is not None:
             # A wire that is pulled off an input is held by its source.
-            source, _, out = self.old[0].partition(".")
-            item = scene.nodes[source]
-            placed = item.shape_now.port("out", out) or placed
-            scene.wires[self.old].setVisible(False)
+            self.old, item = drawn.wire, drawn.source
+            placed = next(p for p in item.shape_now.ports if p.side == "out" and item.end(p) == drawn.wire[0])
+            drawn.setVisible(False)
         self.item, self.placed = item, placed
         self.target: str = ""
         self.reason = ""
@@ -36,7 +33,7 @@ class WireDrag:
         self._line = WireItem(("", ""), None, None, placed.colour)
         scene.addItem(self._line)
         other = "in" if placed.side == "out" else "out"
-        for node in scene.nodes.values():
+        for node in scene.blocks_and_nodes():
             fitting = any(p.side == other and may_fit(*self._in_order(p)) for p in node.shape_now.ports)
             node.set_dimmed("both" if node is item or not fitting else placed.side)
 
@@ -51,7 +48,7 @@ class WireDrag:
         if found is not None:
             node, port = found
             end = node.port_place(port.side, port.name)
-            self.target = f"{node.node.id}.{port.name}"
+            self.target = node.end(port)
             self.reason = self._verdict()
         self._line.refused = bool(self.reason)
         self._line.lay(*((start, end) if self.placed.side == "out" else (end, start)))
@@ -60,19 +57,15 @@ class WireDrag:
     def result(self, patch: Patch) -> tuple[Patch, str] | None:
         """The patch after letting go here, and what the step is called; None where nothing changes."""
         wire = self.wire()
-        if wire is not None and not self.reason:
-            if wire == self.old:
-                return None
-            base = patch.disconnect([self.old]) if self.old else patch
-            return base.connect(*wire, self._scene.registry), "Connect"
-        if wire is None and self.old:
-            return patch.disconnect([self.old]), "Disconnect"
-        return None
+        if wire is None or self.reason or wire == self.old:
+            return None
+        base = patch.disconnect([self.old]) if self.old else patch
+        return base.connect(*wire, self._scene.registry), "Connect"
 
     @property
     def end_name(self) -> str:
         """The port that holds the wire, as "node.port"."""
-        return f"{self.item.node.id}.{self.placed.name}"
+        return self.item.end(self.placed)
 
     def wire(self) -> Wire | None:
         """The wire that is offered, whether it can be or not."""
@@ -81,9 +74,11 @@ class WireDrag:
         return (self.end_name, self.target) if self.placed.side == "out" else (self.target, self.end_name)
 
     def is_loose(self, place: QPointF) -> bool:
-        """Whether a new wire ends here in the open, well away from where it began."""
-        far = (place - self.item.port_place(self.placed.side, self.placed.name)).manhattanLength() > LOOSE
-        return far and self.old is None and not self.target and self._scene.node_at(place, 8.0) is None
+        """Whether the wire ends here in the open, well away from where it was taken up."""
+        held = self.item.port_place(self.placed.side, self.placed.name)
+        if self.old is not None:
+            held = self._scene.wires[self.old].target_place()
+        return (place - held).manhattanLength() > LOOSE and not self.target and self._scene.node_at(place, 8.0) is None
 
     def end(self) -> None:
         """Put everything back that the drag changed in the drawing."""
@@ -91,7 +86,7 @@ class WireDrag:
         self._scene.removeItem(self._line)
         if self.old in self._scene.wires:
             self._scene.wires[self.old].setVisible(True)
-        for node in self._scene.nodes.values():
+        for node in self._scene.blocks_and_nodes():
             node.set_dimmed("")
 
     def _candidate(self, place: QPointF, over: NodeItem | None) -> tuple[NodeItem, PlacedPort] | None:
@@ -103,7 +98,7 @@ class WireDrag:
             return None
         # Anywhere on a node means its nearest port that fits, so that one need not aim.
         near = [p for p in over.shape_now.ports if p.side == side]
-        fitting = [p for p in near if may_fit(*self._in_order(p)) and p.name not in over.node_type.parameters] or near
+        fitting = [p for p in near if may_fit(*self._in_order(p)) and not p.row.is_parameter] or near
         if not fitting:
             return None
         return over, min(fitting, key=lambda p: abs(over.mapFromScene(place).y() - p.at.y()))

@@ -29,26 +29,27 @@ def copied(patch: Patch, ids: Iterable[str]) -> str:
 
 
 def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None) -> tuple[Patch, list[str]]:
-    """The patch with the nodes in `text`, their top left corner at `at` or a little beside where they were copied
-    from, and the new nodes' ids; `BadFile` where the text is no patch."""
+    """The patch with the nodes and notes in `text`, their top left corner at `at` or a little beside where they were
+    copied from, and the new ones' ids; `BadFile` where the text is no patch."""
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
     other = Patch.loads(text, registry, "the clipboard")
-    if not other.nodes:
+    if not other.nodes and not other.notes:
         raise BadFile("the clipboard holds a patch without nodes; copy nodes first")
     by = (4.0 * GRID, 4.0 * GRID)
     if at is not None:
-        by = snapped(at[0] - min(node.at[0] for node in other.nodes), at[1] - min(node.at[1] for node in other.nodes))
+        there = [one.at for one in other.things()]
+        by = snapped(at[0] - min(x for x, _ in there), at[1] - min(y for _, y in there))
     after = patch.paste(other, registry, by)
-    return after, [node.id for node in after.nodes[len(patch.nodes) :]]
+    before = {one.id for one in patch.things()}
+    return after, [one.id for one in after.things() if one.id not in before]
 
 
-def aligned(patch: Patch, ids: Iterable[str], side: str, sizes: Sizes) -> Patch:
-    """The patch with these nodes in line on one `side` ("left", "right", "top", "bottom"), or with equal gaps
-    ("across", "down"). `sizes` are the nodes' widths and heights as drawn."""
-    places = {node.id: node.at for node in patch.nodes if node.id in set(ids)}
+def aligned(places: Mapping[str, Place], side: str, sizes: Sizes) -> dict[str, Place]:
+    """Places in line on one `side` ("left", "right", "top", "bottom"), or with equal gaps ("across", "down").
+    `sizes` are the widths and heights as drawn."""
     if len(places) < 2:
-        return patch
+        return dict(places)
     axis = 0 if side in ("left", "right", "across") else 1
     near = {id: at[axis] for id, at in places.items()}
     far = {id: near[id] + sizes[id][axis] for id in places}
@@ -59,9 +60,7 @@ def aligned(patch: Patch, ids: Iterable[str], side: str, sizes: Sizes) -> Patch:
         moved = {id: end - sizes[id][axis] for id in places}
     else:
         moved = _spread(near, {id: sizes[id][axis] for id in places})
-    return patch.move(
-        {id: snapped(*((moved[id], at[1]) if axis == 0 else (at[0], moved[id]))) for id, at in places.items()}
-    )
+    return {id: snapped(*((moved[id], at[1]) if axis == 0 else (at[0], moved[id]))) for id, at in places.items()}
 
 
 def _spread(near: Mapping[str, float], lengths: Mapping[str, float]) -> dict[str, float]:
@@ -89,17 +88,6 @@ def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
         text = re.sub(r"^wires\[\d+\] is ", "", str(error))
         return pretty_text(text.replace("->", "→").replace("<-", "←").replace("'", ""))
     return ""
-
-
-def joined(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
-    """With a wire between the port `end`, on `side` of its node, and the first port of node `id` that fits."""
-    type = registry[patch.node(id).type]
-    names = type.input_ports if side == "out" else type.output_ports
-    for name in names:
-        wire = (end, f"{id}.{name}") if side == "out" else (f"{id}.{name}", end)
-        if not refusal(patch, registry, *wire):
-            return patch.connect(*wire, registry)
-    return patch
 
 
 def drivers(patch: Patch) -> dict[str, dict[str, str]]:

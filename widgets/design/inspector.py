@@ -5,18 +5,20 @@ from pathlib import Path
 
 import msgspec
 from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.engine.reports import Laws
 from underfoot.models.signals.rhythm import Rhythm
-from underfoot.parameters import Count, Numbers, Parameter, Rows, Text
+from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
+from underfoot.patch.groups import Group
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.bars_editor import BarsEditor
 from underfoot.widgets.controls.curve_editor import CurveEditor, is_curve
-from underfoot.widgets.controls.fields import ParameterEditor
+from underfoot.widgets.controls.fields import ParameterEditor, in_words
 from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
@@ -26,6 +28,7 @@ from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shape import accent, shown
+from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
 from underfoot.widgets.plots.plot import Plot
 
 OF_INTERVALS = ("poisson", "texture")
@@ -36,14 +39,23 @@ COMMENT = Text("", doc="what to know about it", label="Comment")
 SEED = Count(0, 0, 2**31 - 1, doc="the same seed gives the same random draws", label="Seed")
 
 
+MINIMUM_PX = 272
+
+
 class Inspector(QScrollArea):
     """Shows the selected node, several, or the patch itself. It gives whole values, and edits nothing itself."""
 
     edited = Signal(str, str, object, str)
     """Node, parameter, value, and a word that is the same for changes which belong together."""
 
+    many_edited = Signal(list, str, object, str)
+    """Nodes, the parameter that all of them have, its value for all, and the same word."""
+
     patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
+
+    publish_wanted = Signal(str, bool)
+    """A parameter ("node.parameter") that is to be shown on the sub-patch around its node, or not any more."""
 
     disconnect_wanted = Signal(str)
     """The input ("node.port") whose wire is to be taken away."""
@@ -56,6 +68,7 @@ class Inspector(QScrollArea):
         self._registry = registry
         self._patch = Patch()
         self._ids: list[str] = []
+        self._group: Group | None = None
         self._tiles: tuple[str, ...] = ()
         self._folder: Path | None = None
         self._shape: object = None
@@ -71,18 +84,21 @@ class Inspector(QScrollArea):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setAccessibleName("Inspector")
-        self.setMinimumWidth(240)
+        self.setMinimumWidth(MINIMUM_PX)
         self.show_selection(Patch(), [])
 
-    def show_selection(self, patch: Patch, ids: Sequence[str]) -> None:
-        """Show these nodes of this patch; none means the patch itself."""
+    def show_selection(self, patch: Patch, ids: Sequence[str], group: str = "") -> None:
+        """Show these nodes of this patch; none means the patch itself. They are what `group` holds, if one is given."""
         self._patch = patch
-        self._ids = [id for id in ids if any(node.id == id for node in patch.nodes)]
+        self._group = next((one for one in patch.groups if one.id == group), None)
+        there = {node.id: node for node in patch.nodes}
+        self._ids = [id for id in ids if id in there]
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
-        type = patch.node(self._ids[0]).type if len(self._ids) == 1 else ""
-        shape = (tuple(self._ids), type)
-        if shape != self._shape:
-            self._shape = shape
+        shape = [(id, there[id].type, there[id].label) for id in self._ids]
+        around = self._group or (self._around(self._ids[0]) if self._ids else None)
+        looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None)
+        if looks != self._shape:
+            self._shape = looks
             self._gesture += 1
             self._build()
         self._refresh(wired)
@@ -129,11 +145,13 @@ class Inspector(QScrollArea):
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
-        column.setContentsMargins(16, 16, 16, 16)
+        column.setContentsMargins(16, 16, 8, 16)
         column.setSpacing(8)
         self._cost = theme.label("")
         self._tiles_awake = theme.label("")
-        if len(self._ids) == 1:
+        if self._group is not None:
+            self._build_group(column, self._group)
+        elif len(self._ids) == 1:
             self._build_node(column, self._registry[self._patch.node(self._ids[0]).type])
         elif self._ids:
             self._build_many(column)
@@ -142,14 +160,28 @@ class Inspector(QScrollArea):
         column.addStretch()
         old = self.takeWidget()
         self.setWidget(page)
+        self._fit_page()
         if old is not None:
             old.deleteLater()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_page()
+
+    def _fit_page(self) -> None:
+        """One width for every page, with room for the scroll bar, whether it is there or not: nothing jumps."""
+        page = self.widget()
+        if page is not None:
+            page.setFixedWidth(self.width() - self.verticalScrollBar().sizeHint().width())
+
     def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
         id = self._ids[0]
-        title = theme.label(type.label, "title")
+        title = theme.label(self._patch.node(id).label or type.label, "title")
+        title.setWordWrap(True)
         title.setStyleSheet(f"color: {theme.mixed(accent(type), theme.TEXT, 0.6)};")
         column.addWidget(title)
+        if self._patch.node(id).label:
+            column.addWidget(theme.label(type.label, "muted"))
         column.addWidget(_wrapped(pretty_text(type.doc), "small"))
         if type.accuracy:
             column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
@@ -178,12 +210,49 @@ class Inspector(QScrollArea):
             if isinstance(editor, NumberEditor):
                 editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
                 editor.drive_wanted.connect(lambda place, name=name: self.drive_wanted.emit(id, name, place))
+            self._offer_publishing(editor, f"{id}.{name}")
         if type.type in OF_INTERVALS:
             self.law = Plot()
             self.law.setFixedHeight(LAW_PX)
             column.addWidget(self.law)
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
+
+    def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
+        """Where the node is in a group: a menu by which the parameter is shown on the sub-patch, too."""
+        around = self._around(end.partition(".")[0])
+        if around is None:
+            return
+        action = QAction("Show on the sub-patch", editor)
+        action.setCheckable(True)
+        action.setChecked(end in around.published)
+        action.triggered.connect(lambda on: self.publish_wanted.emit(end, on))
+        editor.addAction(action)
+        editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def _around(self, id: str) -> Group | None:
+        """The innermost group that a node is in."""
+        return next((group for group in reversed(self._patch.groups) if id in group.members), None)
+
+    def _build_group(self, column: QVBoxLayout, group: Group) -> None:
+        column.addWidget(_wrapped(group.title or "Sub-patch", "title"))
+        types = {node.id: self._registry[node.type] for node in self._patch.nodes if node.id in self._ids}
+        inside = ", ".join(_counted([type.label for type in types.values()]))
+        column.addWidget(_wrapped(f"Sub-patch of {inside}", "small"))
+        column.addSpacing(8)
+        for end in group.published:
+            id, _, name = end.partition(".")
+            editor = editor_for(types[id].parameters[name])
+            self._add_editor(column, end, editor)
+            editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
+            editor.value_changed.connect(
+                lambda value, id=id, name=name, end=end: self.edited.emit(id, name, value, f"{end} {self._gesture}")
+            )
+        if not group.published:
+            hint = "A parameter of a node in it is shown here when its context menu says so."
+            column.addWidget(_wrapped(hint, "muted"))
+        column.addWidget(_line())
+        self._add_facts(column, {"Nodes": theme.label(str(len(types))), "Cost": self._cost})
 
     def _set_rhythm(self, id: str, notes: str, rhythm: Rhythm) -> None:
         """Give the node the bar and the repeats that go with notes which were chosen: one change with them."""
@@ -193,8 +262,21 @@ class Inspector(QScrollArea):
 
     def _build_many(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
-        names = [self._registry[self._patch.node(id).type].label for id in self._ids]
-        column.addWidget(_wrapped(", ".join(names), "small"))
+        there = {node.id: node.type for node in self._patch.nodes}
+        types = [self._registry[there[id]] for id in self._ids]
+        column.addWidget(_wrapped(", ".join(_counted([type.label for type in types])), "small"))
+        column.addSpacing(8)
+        ids = list(self._ids)
+        for name, parameter in shared_parameters(types).items():
+            editor = editor_for(parameter)
+            if isinstance(editor, TilesEditor):
+                editor.set_tiles(self._tiles)
+            if isinstance(editor, FileEditor):
+                editor.set_folder(self._folder)
+            self._add_editor(column, name, editor)
+            editor.value_changed.connect(
+                lambda value, name=name: self.many_edited.emit(ids, name, value, f"{ids}.{name} {self._gesture}")
+            )
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost})
 
@@ -236,7 +318,13 @@ class Inspector(QScrollArea):
     # --- refreshing ---
 
     def _refresh(self, wired: Mapping[str, str]) -> None:
-        if len(self._ids) == 1:
+        if self._group is not None:
+            for end, editor in self.editors.items():
+                id, _, name = end.partition(".")
+                value = editor.parameter.check(self._patch.node(id).parameters.get(name, editor.parameter.default))
+                if value != editor.value():
+                    editor.set_value(value)
+        elif len(self._ids) == 1:
             node = self._patch.node(self._ids[0])
             if self.picture is not None:
                 self.picture.set_values(self._registry[node.type].values(node.parameters))
@@ -246,7 +334,10 @@ class Inspector(QScrollArea):
                     editor.set_value(value)
                 if isinstance(editor, NumberEditor):
                     self._show_driver(editor, wired.get(name, ""))
-        elif not self._ids:
+        elif self._ids:
+            for name, editor in self.editors.items():
+                self._show_values(editor, values_of(self._patch, self._registry, self._ids, name))
+        else:
             for name, editor in self.editors.items():
                 if getattr(self._patch, name) != editor.value():
                     editor.set_value(getattr(self._patch, name))
@@ -254,14 +345,23 @@ class Inspector(QScrollArea):
             self._wires.setText(str(len(self._patch.wires)))
         self._show_cost()
 
+    def _show_values(self, editor: ParameterEditor, values: list[object]) -> None:
+        """What several nodes have: one value, or that they differ."""
+        value = shown_value(editor.parameter, values)
+        editor.set_mixed("" if len(values) == 1 else _span(editor.parameter, values))
+        if value != editor.value():
+            editor.set_value(value)
+
     def _show_driver(self, editor: NumberEditor, source: str) -> None:
         if not source:
             editor.set_driven("")
             return
         id, _, port = source.partition(".")
-        type = self._registry[self._patch.node(id).type]
+        node = self._patch.node(id)
+        type = self._registry[node.type]
         output = type.output_ports[port]
-        name = type.label if len(type.outputs) == 1 else f"{type.label}, {shown(port)}"
+        title = node.label or type.label
+        name = title if len(type.outputs) == 1 else f"{title}, {shown(port)}"
         editor.set_driven(name, theme.signal_colour(output.kind, output.unit), self._reach.get(source))
 
     def _show_cost(self) -> None:
@@ -286,6 +386,27 @@ def _editor_of(parameter: Parameter) -> ParameterEditor:
             if fits(parameter):
                 return editor(parameter)
     return editor_for(parameter)
+
+
+def _counted(names: Sequence[str]) -> list[str]:
+    """Names, each once, with how often it was there.
+
+    >>> _counted(["Noise", "Gain", "Noise"])
+    ['2 × Noise', 'Gain']
+    """
+    return [f"{names.count(name)} × {name}" if names.count(name) > 1 else name for name in dict.fromkeys(names)]
+
+
+def _span(parameter: Parameter, values: Sequence[object]) -> str:
+    """Values that differ, short.
+
+    >>> _span(Count(0, 0, 9), [3, 1, 2])
+    '1 to 3'
+    """
+    if isinstance(parameter, Number | Count):
+        numbers = [float(value) for value in values if isinstance(value, int | float)]
+        return f"{in_words(parameter, min(numbers))} to {in_words(parameter, max(numbers))}"
+    return "several values"
 
 
 def edited_patch(patch: Patch, field: str, value: object) -> Patch:

@@ -10,13 +10,12 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPainterPathStr
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
 from underfoot.drawing.thinning import thinned
-from underfoot.patch.node import NodeType
 from underfoot.patch.patch import PlacedNode, Wire
 from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.design.editing import snapped
 from underfoot.widgets.design.marks import button_at, is_taken_out, paint_far_marks, paint_marks
-from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, PlacedPort, Shape, accent, drivable, node_shape, shown
+from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, Face, PlacedPort, Shape, node_shape
 
 LEGIBLE = 0.45
 """Below this zoom a node shows its name alone: nothing else in it could be read."""
@@ -26,6 +25,8 @@ CLEAR = 0.75
 """Below this zoom a wire is one pixel wide, which costs an eighth of two."""
 DOT = 5.0
 BINS = 64
+PROBES = 64
+"""Places of a wire that are looked at when a node is held over it."""
 _MOVES = QGraphicsItem.GraphicsItemChange.ItemPositionChange
 _MOVED = QGraphicsItem.GraphicsItemChange.ItemPositionHasChanged
 
@@ -33,12 +34,12 @@ _MOVED = QGraphicsItem.GraphicsItemChange.ItemPositionHasChanged
 class NodeItem(QGraphicsItem):
     """One node. What it shows is set from outside; it knows neither the patch nor the engine."""
 
-    def __init__(self, node: PlacedNode, type: NodeType) -> None:
+    def __init__(self, node: PlacedNode, face: Face) -> None:
         super().__init__()
         self.node = node
-        self.node_type = type
+        self.face = face
         self.wires: list[WireItem] = []
-        self.shape_now: Shape = node_shape(type, (), False)
+        self.shape_now: Shape = node_shape(face, (), False)
         self.driven: tuple[str, ...] = ()
         self.asked: tuple[str, ...] = ()
         self.opened = False
@@ -56,21 +57,27 @@ class NodeItem(QGraphicsItem):
 
     # --- what it shows ---
 
+    def set_face(self, face: Face) -> None:
+        """Show another name, or other ports."""
+        if face != self.face:
+            self.face = face
+            self._reshape()
+
     def set_ports(self, driven: tuple[str, ...], opened: bool) -> None:
         """Show these parameters as ports; `opened` shows all that a wire may drive."""
         if (driven, opened) != (self.driven, self.opened):
             self.driven, self.opened = driven, opened
-            self._take_shape()
+            self._reshape()
 
     def ask_port(self, name: str, wanted: bool) -> None:
         """Keep the port of a parameter in sight, also while it has no wire; or no longer."""
         self.asked = tuple(one for one in self.asked if one != name) + ((name,) if wanted else ())
-        self._take_shape()
+        self._reshape()
 
-    def _take_shape(self) -> None:
-        opened = self.opened
+    def _reshape(self) -> None:
         self.prepareGeometryChange()
-        self.shape_now = node_shape(self.node_type, self.driven + self.asked, opened)
+        self.shape_now = node_shape(self.face, self.driven + self.asked, self.opened)
+        opened = self.opened
         self.setZValue(1.0 if opened else 0.0)
         for wire in self.wires:
             wire.follow()
@@ -85,7 +92,7 @@ class NodeItem(QGraphicsItem):
     def set_curve(self, values: np.ndarray | None) -> None:
         """Show these samples in the small plot, or nothing."""
         if values is not None or self._plot is not None:
-            self._plot = None if values is None else thumbnail(values, self.node_type.outputs[0].kind == "event")
+            self._plot = None if values is None else thumbnail(values, self.face.outputs[0].port.kind == "event")
             self.update()
 
     def set_alone(self, alone: bool) -> None:
@@ -115,10 +122,23 @@ class NodeItem(QGraphicsItem):
 
     def button_at(self, scene_place: QPointF) -> bool:
         """Whether a mouse at this place of the scene means the button that plays the node alone."""
-        return bool(self.node_type.outputs) and button_at(self.shape_now, self.mapFromScene(scene_place))
+        return self.can_be_alone and button_at(self.shape_now, self.mapFromScene(scene_place))
+
+    @property
+    def can_be_alone(self) -> bool:
+        """Whether it is one node that makes something, and no group."""
+        return bool(self.node.type and self.face.outputs)
+
+    def end(self, placed: PlacedPort) -> str:
+        """The name of a port in the patch, as "node.port"."""
+        return f"{self.node.id}.{placed.name}"
+
+    def wire_place(self, side: str, end: str) -> QPointF:
+        """Where in the scene a wire at "node.port" ends."""
+        return self.port_place(side, end.partition(".")[2])
 
     def port_place(self, side: str, name: str) -> QPointF:
-        """Where in the scene a wire at this port ends."""
+        """Where in the scene the wires of a port end."""
         placed = self.shape_now.port(side, name)
         return self.mapToScene(placed.at if placed else QPointF(0.0, TITLE / 2))
 
@@ -149,12 +169,12 @@ class NodeItem(QGraphicsItem):
         if placed is not None:
             self.setToolTip(port_help(placed))
         elif self.more_at(event.scenePos()):
-            names = ", ".join(shown(port.name) for port in drivable(self.node_type) if port.name not in self.driven)
+            names = ", ".join(row.text for row in self.face.drivable if row.end not in self.driven)
             self.setToolTip(f"A wire may also drive: {names}")
         elif self.button_at(event.scenePos()):
             self.setToolTip("Hear this node alone (A; Shift+A on all tiles)")
         elif event.pos().y() < TITLE:
-            self.setToolTip(pretty_text(self.node_type.doc))
+            self.setToolTip(pretty_text(self.face.doc))
         else:
             self.setToolTip("")
 
@@ -170,7 +190,7 @@ class NodeItem(QGraphicsItem):
         zoom = option.levelOfDetailFromTransform(painter.worldTransform())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         quiet = self.state in ("asleep", "unused") or is_taken_out(self.node)
-        colour = accent(self.node_type)
+        colour = self.face.colour
         self._paint_body(painter, colour, quiet)
         if zoom < LEGIBLE:
             self._paint_far_title(painter, quiet, zoom)
@@ -193,7 +213,7 @@ class NodeItem(QGraphicsItem):
             painter.setPen(QPen(QColor(theme.MUTED if self._hovered else theme.FAINT), 1.0))
             painter.setBrush(QColor(theme.GROUND))
             painter.drawEllipse(self.shape_now.more, 3.0, 3.0)
-        has_button = self._hovered and bool(self.node_type.outputs)
+        has_button = self._hovered and self.can_be_alone
         paint_marks(painter, self.node, self.shape_now, has_button, self.is_alone)
 
     def _paint_body(self, painter: QPainter, colour: str, quiet: bool) -> None:
@@ -220,7 +240,7 @@ class NodeItem(QGraphicsItem):
         painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
         room = width - 2 * PAD - (COST_ROOM if self.cost or self.state else 0.0)
         middle = Qt.AlignmentFlag.AlignVCenter
-        text = painter.fontMetrics().elidedText(self.node_type.label, Qt.TextElideMode.ElideRight, int(room) + 1)
+        text = painter.fontMetrics().elidedText(self.face.title, Qt.TextElideMode.ElideRight, int(room) + 1)
         painter.drawText(QRectF(PAD, 0.0, room + 2, TITLE), middle | Qt.AlignmentFlag.AlignLeft, text)
         note = self.state if self.state in ("asleep", "unused", "fault") else self.cost
         if note:
@@ -238,28 +258,27 @@ class NodeItem(QGraphicsItem):
         painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
         room = self.shape_now.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
         centred = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-        painter.drawText(room, centred, self.node_type.label)
+        painter.drawText(room, centred, self.face.title)
 
     def _paint_port(self, painter: QPainter, placed: PlacedPort) -> None:
         faint = self._dimmed in (placed.side, "both")
         colour = QColor(theme.mixed(placed.colour, theme.RAISED, 0.25) if faint else placed.colour)
-        parameter = placed.side == "in" and placed.name in self.node_type.parameters
         painter.setPen(QPen(QColor(theme.GROUND), 2.0))
         painter.setBrush(colour)
         if placed.port.kind == "event":
             x, y, r = placed.at.x(), placed.at.y(), DOT + 1.0
             painter.drawPolygon(QPolygonF([QPointF(x - r, y), QPointF(x, y - r), QPointF(x + r, y), QPointF(x, y + r)]))
-        elif parameter and placed.name not in self.driven:
+        elif placed.row.is_parameter and placed.name not in self.driven:
             painter.setBrush(QColor(theme.GROUND))
             painter.setPen(QPen(colour, 1.5))
             painter.drawEllipse(placed.at, DOT - 1.0, DOT - 1.0)
         else:
             painter.drawEllipse(placed.at, DOT, DOT)
         painter.setFont(theme.font())
-        painter.setPen(QColor(theme.FAINT if faint else theme.MUTED))
+        painter.setPen(QColor(theme.mixed(theme.MUTED, theme.RAISED, 0.85) if faint else theme.MUTED))
         rect = QRectF(PAD + 4, placed.at.y() - 10, self.shape_now.width - 2 * PAD - 8, 20)
         side = Qt.AlignmentFlag.AlignLeft if placed.side == "in" else Qt.AlignmentFlag.AlignRight
-        painter.drawText(rect, side | Qt.AlignmentFlag.AlignVCenter, shown(placed.name))
+        painter.drawText(rect, side | Qt.AlignmentFlag.AlignVCenter, placed.row.text)
 
 
 class WireItem(QGraphicsItem):
@@ -272,8 +291,10 @@ class WireItem(QGraphicsItem):
         self.colour = colour
         self.chosen = False
         self.refused = False
+        self.offered = False
         self._hovered = False
         self._path = QPainterPath()
+        self._probes: list[QPointF] = []
         self._bounds = QRectF()
         self.setZValue(-1.0)
         self.setAcceptHoverEvents(True)
@@ -288,14 +309,18 @@ class WireItem(QGraphicsItem):
         """Go where the nodes are."""
         if self.source and self.target:
             self.lay(
-                self.source.port_place("out", self.wire[0].partition(".")[2]),
-                self.target.port_place("in", self.wire[1].partition(".")[2]),
+                self.source.wire_place("out", self.wire[0]),
+                self.target.wire_place("in", self.wire[1]),
             )
+
+    def target_place(self) -> QPointF:
+        """Where it ends."""
+        return self._path.currentPosition()
 
     def lay(self, start: QPointF, end: QPointF) -> None:
         """Go from one place to another."""
         self.prepareGeometryChange()
-        self._path = curve(start, end)
+        self._path, self._probes = curve(start, end), []
         self._bounds = self._path.boundingRect().adjusted(-4, -4, 4, 4)
 
     def unhook(self) -> None:
@@ -308,6 +333,21 @@ class WireItem(QGraphicsItem):
         """Show it as what Delete would take away."""
         self.chosen = chosen
         self.update()
+
+    def set_offered(self, offered: bool) -> None:
+        """Light it up as what a node would be put into."""
+        if offered != self.offered:
+            self.offered = offered
+            self.setZValue(2.0 if offered else -1.0)
+            self.update()
+
+    def passes(self, rect: QRectF) -> bool:
+        """Whether the wire itself goes through this rectangle of the scene."""
+        if not self._bounds.intersects(rect):
+            return False
+        if not self._probes:
+            self._probes = [self._path.pointAtPercent(i / PROBES) for i in range(PROBES + 1)]
+        return any(map(rect.contains, self._probes))
 
     def boundingRect(self) -> QRectF:
         return self._bounds
@@ -326,8 +366,9 @@ class WireItem(QGraphicsItem):
         self.update()
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        if self.chosen:
-            painter.setPen(_wire_pen(theme.TEXT, 4.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        if self.chosen or self.offered:
+            painter.setPen(_wire_pen(theme.CONTACT if self.offered else theme.TEXT, 6.0 if self.offered else 4.0))
             painter.drawPath(self._path)
         far = painter.worldTransform().m11() < CLEAR
         colour = theme.ALARM if self.refused else self.colour
@@ -381,7 +422,7 @@ def port_help(placed: PlacedPort) -> str:
     """What a port is, in a line or two."""
     port = placed.port
     what = "events" if port.kind == "event" else f"signal{' in ' + pretty_unit(port.unit) if port.unit else ''}"
-    return f"{shown(port.name)}: {what}" + (f"\n{pretty_text(port.doc)}" if port.doc else "")
+    return f"{placed.row.text}: {what}" + (f"\n{pretty_text(port.doc)}" if port.doc else "")
 
 
 def bounds(items: Sequence[QGraphicsItem]) -> QRectF:

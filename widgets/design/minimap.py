@@ -6,7 +6,6 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.design.scene import PatchScene
-from underfoot.widgets.design.shape import accent
 
 
 class MiniMap(QWidget):
@@ -27,7 +26,7 @@ class MiniMap(QWidget):
         """The part of the scene that is seen now. The map is shown where that is not all of it."""
         self._extent = self._scene.extent()
         self._view = view
-        self.setVisible(len(self._scene.nodes) > 1 and not view.contains(self._extent))
+        self.setVisible(len(self._scene.movable()) > 1 and not view.contains(self._extent))
         self.update()
 
     def _scale(self) -> tuple[float, QPointF]:
@@ -47,9 +46,9 @@ class MiniMap(QWidget):
         painter.scale(scale, scale)
         painter.translate(-middle)
         painter.setPen(Qt.PenStyle.NoPen)
-        for item in self._scene.nodes.values():
+        for item in self._scene.blocks_and_nodes():
             share = 0.9 if item.isSelected() else 0.45
-            painter.setBrush(QColor(theme.mixed(accent(item.node_type), theme.PANEL, share)))
+            painter.setBrush(QColor(theme.mixed(item.face.colour, theme.PANEL, share)))
             painter.drawRect(item.shape_now.rect.translated(item.pos()))
         pen = QPen(QColor(theme.MUTED), 1)
         pen.setCosmetic(True)

@@ -1,5 +1,7 @@
 """The list of node types by family, narrowed by typing: in the palette, and on the canvas where a node is added."""
 
+from collections.abc import Collection
+
 from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QPainter
 from PySide6.QtWidgets import (
@@ -18,8 +20,11 @@ from underfoot.patch.node import NodeType, Registry
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.design.shape import accent
+from underfoot.widgets.escape import asks_for_escape
 
 MIME = "application/x-underfoot-node"
+NO_NODE = "."
+"""What is chosen where a list offers something else than nodes."""
 FAMILIES = (
     *("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters"),
     *("Modulation", "Outputs"),
@@ -37,6 +42,8 @@ class NodeList(QListWidget):
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._registry = registry
+        self._allowed: Collection[str] | None = None
+        self._first = ""
         self.setItemDelegate(_Row(self))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
@@ -46,16 +53,27 @@ class NodeList(QListWidget):
         self.itemDoubleClicked.connect(self._choose)
         self.narrow("")
 
+    def limit(self, allowed: Collection[str] | None, first: str = "") -> None:
+        """Show these types alone, or all; with `first`, words for a choice that is no node before them."""
+        self._allowed, self._first = allowed, first
+
     def narrow(self, text: str) -> None:
         """Show the nodes that fit what was typed; the best is current."""
         self.clear()
+        there = {t: type for t, type in self._registry.items() if self._allowed is None or t in self._allowed}
+        if self._first and not text.strip():
+            item = QListWidgetItem(self._first, self)
+            item.setData(_TYPE, NO_NODE)
+            item.setData(_COLOUR, theme.MUTED)
+            item.setData(_NOTE, "")
+            self.setCurrentRow(0)
         if text.strip():
-            fitting = [type for type in self._registry.values() if rank(type, text) >= 0]
+            fitting = [type for type in there.values() if rank(type, text) >= 0]
             for type in sorted(fitting, key=lambda type: (rank(type, text), type.label.lower())):
                 self._add(type, type.family)
             self.setCurrentRow(0)
             return
-        for family, types in grouped(self._registry).items():
+        for family, types in grouped(there).items():
             heading = QListWidgetItem(family.upper(), self)
             heading.setFlags(Qt.ItemFlag.NoItemFlags)
             for type in types:
@@ -75,7 +93,8 @@ class NodeList(QListWidget):
 
     def types(self) -> list[str]:
         """The types that are shown."""
-        return [type for i in range(self.count()) if (type := self.item(i).data(_TYPE))]
+        found = (self.item(i).data(_TYPE) for i in range(self.count()))
+        return [type for type in found if type and type != NO_NODE]
 
     def step(self, by: int) -> None:
         """Make the next node current, or the one before."""
@@ -121,7 +140,7 @@ class NodeSearch(QFrame):
             f"QListWidget {{ background: {theme.PANEL}; }}"
         )
         self.setFixedSize(QSize(248, 320))
-        self.field = SearchField("Add a node", self)
+        self.field = SearchField("Add a node", self, closes=True)
         self.list = NodeList(registry, self)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.list.setDragEnabled(False)
@@ -137,11 +156,16 @@ class NodeSearch(QFrame):
         self.field.left.connect(lambda: self._done(""))
         self.hide()
 
-    def open(self, x: int, y: int) -> None:
-        """Show it at this place of its parent, as far as it fits there."""
+    def open(
+        self, x: int, y: int, allowed: Collection[str] | None = None, first: str = "", hint: str = "Add a node"
+    ) -> None:
+        """Show it at this place of its parent, as far as it fits there. It offers all types of node, or those that are
+        `allowed`; with `first`, words for a choice before them that is no node: `NO_NODE` is chosen then."""
         room = self._around.rect()
         self.move(max(min(x, room.width() - self.width() - 8), 8), max(min(y, room.height() - self.height() - 8), 8))
         self.field.clear()
+        self.field.setPlaceholderText(hint)
+        self.list.limit(allowed, first)
         self.list.narrow("")
         self.show()
         self.raise_()
@@ -163,16 +187,17 @@ class SearchField(QLineEdit):
     entered = Signal()
     left = Signal()
 
-    def __init__(self, hint: str, parent: QWidget | None = None) -> None:
+    def __init__(self, hint: str, parent: QWidget | None = None, closes: bool = False) -> None:
+        """`closes`: leaving it closes something, also where nothing was typed."""
         super().__init__(parent)
+        self.closes = closes
         self.setPlaceholderText(hint)
         self.setAccessibleName(hint)
         self.setClearButtonEnabled(False)
 
     def event(self, event: QEvent) -> bool:
-        # Escape belongs to the field, whatever else it does in the window.
-        asks = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
-        if asks and event.key() == Qt.Key.Key_Escape:  # type: ignore[attr-defined]
+        # Escape belongs to the field while there is something to be closed: a list that is open, or a text.
+        if asks_for_escape(event) and (self.closes or self.text()):
             event.accept()
             return True
         return super().event(event)
@@ -245,10 +270,12 @@ class _Row(QStyledItemDelegate):
             painter.setFont(theme.font())
             painter.setPen(QColor(theme.TEXT))
             align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(rect.adjusted(20, 0, -4, 0), align, index.data())
+            room = rect.adjusted(20, 0, -4, 0)
+            cut = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, room.width())
+            painter.drawText(room, align, cut)
             if index.data(_NOTE):
                 painter.setFont(theme.font(theme.SMALL_PX))
-                painter.setPen(QColor(theme.FAINT))
+                painter.setPen(QColor(theme.MUTED))
                 align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                 painter.drawText(rect.adjusted(20, 0, -6, 0), align, index.data(_NOTE))
         painter.restore()

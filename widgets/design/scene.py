@@ -7,13 +7,18 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QBrush, QColor, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
+from underfoot.patch.groups import parents
 from underfoot.patch.heard import as_heard
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
 from underfoot.widgets import theme
+from underfoot.widgets.design.blocks import BlockItem, FrameItem, NoteItem, StubItem
 from underfoot.widgets.design.editing import driven_parameters, drivers, upstream
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
-from underfoot.widgets.design.shape import REACH, PlacedPort
+from underfoot.widgets.design.levels import face_of_group, level_of
+from underfoot.widgets.design.placing import Box
+from underfoot.widgets.design.rewiring import passage, port_of
+from underfoot.widgets.design.shape import REACH, Face, PlacedPort, face_of
 
 WORLD = 40_000.0
 """Pixels in each direction: large and fixed, so that the view never jumps when a node is added."""
@@ -31,61 +36,187 @@ class PatchScene(QGraphicsScene):
         self.setBackgroundBrush(QBrush(QColor(theme.GROUND)))
         self.registry = registry
         self.patch = Patch()
+        self.inside = ""
+        self.level = level_of(self.patch)
         self.nodes: dict[str, NodeItem] = {}
+        """Nodes that are seen at this level, by id."""
+        self.blocks: dict[str, BlockItem] = {}
+        self.frames: dict[str, FrameItem] = {}
+        self.notes: dict[str, NoteItem] = {}
         self.wires: dict[Wire, WireItem] = {}
         self._costs: dict[str, float] = {}
+        self._offered: WireItem | None = None
+        self._faces: dict[tuple[str, str], Face] = {}
+        self._curves: dict[str, np.ndarray] = {}
 
-    def show(self, patch: Patch) -> None:
-        """Show this patch instead."""
-        self.patch = patch
-        placed = {node.id: node for node in patch.nodes}
-        wanted = set(patch.wires)
-        for wire in [w for w in self.wires if w not in wanted or not self._keeps(w, placed)]:
-            gone = self.wires.pop(wire)
-            gone.unhook()
-            self.removeItem(gone)
+    def show(self, patch: Patch, inside: str = "") -> None:
+        """Show this patch instead, or what is in one of its groups."""
+        self.patch, self.inside = patch, inside
+        self.level = level_of(patch, inside)
+        before, blocked = self.selected(), self.blockSignals(True)
+        self._offered = None
+        self._show_nodes()
+        self._show_blocks()
+        self._show_notes()
+        self._show_wires()
+        self._show_frames()
+        self.blockSignals(blocked)
+        if before != self.selected():
+            self.selectionChanged.emit()
+
+    def _show_nodes(self) -> None:
+        stands = self.level.stands
+        placed = {node.id: node for node in self.patch.nodes if stands.get(node.id) == node.id}
         for id in [i for i, item in self.nodes.items() if i not in placed or placed[i].type != item.node.type]:
             self.removeItem(self.nodes.pop(id))
         for id, node in placed.items():
             if id not in self.nodes:
-                self.nodes[id] = NodeItem(node, self.registry[node.type])
+                self.nodes[id] = NodeItem(node, self._face(node))
                 self.addItem(self.nodes[id])
+                self.nodes[id].set_curve(self._curves.get(id))
             elif self.nodes[id].node is not node:
-                is_marked_otherwise = self.nodes[id].node.marks != node.marks
-                self.nodes[id].node = node
-                self.nodes[id].setPos(*node.at)
+                item = self.nodes[id]
+                if item.node.label != node.label:
+                    item.set_face(self._face(node))
+                is_marked_otherwise = item.node.marks != node.marks
+                item.node = node
+                item.setPos(*node.at)
                 if is_marked_otherwise:
-                    self.nodes[id].update()
-        wired = drivers(patch)
+                    item.update()
+        if list(self.nodes) != list(placed):
+            self.nodes = {id: self.nodes[id] for id in placed}
+        wired = drivers(self.patch)
         for id, item in self.nodes.items():
             item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.opened)
-        for wire in patch.wires:
+
+    def _face(self, node: PlacedNode) -> Face:
+        """What a node shows: one object for all of the same type and name."""
+        key = node.type, node.label
+        if key not in self._faces:
+            self._faces[key] = face_of(self.registry[node.type], node.label)
+        return self._faces[key]
+
+    def _show_blocks(self) -> None:
+        wanted = {group.id: group for group in self.level.blocks}
+        for id in [id for id in self.blocks if id not in wanted]:
+            self.removeItem(self.blocks.pop(id))
+        for id, group in wanted.items():
+            face = face_of_group(self.patch, self.registry, group)
+            if id in self.blocks:
+                self.blocks[id].set_group(group, face)
+            else:
+                self.blocks[id] = BlockItem(group, face)
+                self.addItem(self.blocks[id])
+
+    def _show_notes(self) -> None:
+        wanted = {note.id: note for note in self.patch.notes if self.level.stands.get(note.id) == note.id}
+        for id in [id for id in self.notes if id not in wanted]:
+            self.removeItem(self.notes.pop(id))
+        for id, note in wanted.items():
+            if id not in self.notes:
+                self.notes[id] = NoteItem(note)
+                self.addItem(self.notes[id])
+            elif self.notes[id].note is not note:
+                self.notes[id].set_note(note)
+
+    def _show_wires(self) -> None:
+        wanted = {wire: ends for wire in self.patch.wires if any(ends := self.level.ends(wire))}
+        for wire, item in list(self.wires.items()):
+            source, target = wanted.get(wire, ("", ""))
+            is_stub = isinstance(item, StubItem)  # its text depends on other wires, too
+            if (
+                is_stub
+                or wire not in wanted
+                or item.source is not self._item(source)
+                or item.target is not self._item(target)
+            ):
+                item.unhook()
+                self.removeItem(self.wires.pop(wire))
+        for wire, ends in wanted.items():
             if wire not in self.wires:
-                self._draw(wire)
+                self._draw(wire, *ends)
 
-    def _keeps(self, wire: Wire, placed: Mapping[str, PlacedNode]) -> bool:
-        """Whether both ends of a drawn wire stay what they are."""
-        ids = (end.partition(".")[0] for end in wire)
-        return all(id in placed and id in self.nodes and placed[id].type == self.nodes[id].node.type for id in ids)
-
-    def _draw(self, wire: Wire) -> None:
-        (source, _, out), (target, _, _) = (end.partition(".") for end in wire)
-        port = self.nodes[source].node_type.output_ports[out]
+    def _draw(self, wire: Wire, source: str, target: str) -> None:
+        port = port_of(self.patch, self.registry, wire[0], "out")
         colour = theme.signal_colour(port.kind, port.unit)
-        self.wires[wire] = WireItem(wire, self.nodes[source], self.nodes[target], colour)
+        start, end = self._item(source), self._item(target)
+        if start is not None and end is not None:
+            self.wires[wire] = WireItem(wire, start, end, colour)
+        else:
+            inner, side = (start, "out") if start is not None else (end, "in")
+            assert inner is not None
+            self.wires[wire] = StubItem(wire, inner, side, colour, self._far_names(wire, side))
         self.addItem(self.wires[wire])
+
+    def _far_names(self, wire: Wire, side: str) -> str:
+        """The names of what is outside at the other end of a wire, and of all others at the same port."""
+        near, far = (0, 1) if side == "out" else (1, 0)
+        ends = [other for other in self.patch.wires if other[near] == wire[near]]
+        outside = [end[far].partition(".")[0] for end in ends if not all(self.level.ends(end))]
+        if wire != next(end for end in ends if not all(self.level.ends(end))):
+            return ""
+        nodes = map(self.patch.node, dict.fromkeys(outside))
+        return ", ".join(node.label or self.registry[node.type].label for node in nodes)
+
+    def _show_frames(self) -> None:
+        wanted = {group.id: group for group in self.level.frames}
+        for id in [id for id in self.frames if id not in wanted]:
+            self.removeItem(self.frames.pop(id))
+        if not wanted:
+            return
+        above = parents(self.patch.groups)
+        depths: dict[str, int] = {}
+        for id, group in wanted.items():
+            depths[id] = depths.get(above[id], -1) + 1
+            if id not in self.frames:
+                self.frames[id] = FrameItem(group)
+                self.addItem(self.frames[id])
+        for id, group in reversed(wanted.items()):
+            direct = {self.level.stands[member] for member in group.members}
+            items = [item for id, item in self.movable().items() if id in direct]
+            inner = [self.frames[other] for other in wanted if above[other] == id]
+            self.frames[id].follow(group, [*items, *inner], depths[id])
+
+    def _item(self, id: str) -> NodeItem | None:
+        """The node or the collapsed group with this id, if it is seen."""
+        return self.nodes.get(id) or self.blocks.get(id)
+
+    def adjust_frames(self) -> None:
+        """Let the frames follow what is dragged."""
+        for frame in reversed(self.frames.values()):
+            frame.adjust()
 
     # --- asking ---
 
+    def blocks_and_nodes(self) -> list[NodeItem]:
+        """Everything that wires may end at."""
+        return [*self.nodes.values(), *self.blocks.values()]
+
+    def movable(self) -> dict[str, NodeItem | NoteItem]:
+        """Everything that can be dragged and selected, by id."""
+        return {**self.nodes, **self.blocks, **self.notes}
+
+    def selected(self) -> list[str]:
+        """What is selected of that: nodes, collapsed groups, notes."""
+        return [id for id, item in self.movable().items() if item.isSelected()]
+
     def selected_ids(self) -> list[str]:
-        """The selected nodes, in the order of the patch."""
-        return [id for id, item in self.nodes.items() if item.isSelected()]
+        """The selected nodes, those in selected groups too, in the order of the patch."""
+        chosen = {id for id, item in (*self.nodes.items(), *self.blocks.items()) if item.isSelected()}
+        if not self.blocks:
+            return [id for id in self.nodes if id in chosen]
+        return [node.id for node in self.patch.nodes if self.level.stands.get(node.id) in chosen]
+
+    def members(self, ids: Iterable[str]) -> list[str]:
+        """The nodes and notes that these stand for."""
+        wanted = set(ids)
+        return [id for id, shown in self.level.stands.items() if shown in wanted]
 
     def select(self, ids: Iterable[str]) -> None:
-        """Select these nodes and no others."""
+        """Select these nodes, groups and notes, and no others."""
         wanted = set(ids)
         blocked = self.blockSignals(True)
-        for id, item in self.nodes.items():
+        for id, item in self.movable().items():
             item.setSelected(id in wanted)
         self.blockSignals(blocked)
         self.selectionChanged.emit()
@@ -94,6 +225,15 @@ class PatchScene(QGraphicsScene):
         """The uppermost node here, or within `reach` of here."""
         area = QRectF(place.x() - reach, place.y() - reach, 2 * reach + 0.1, 2 * reach + 0.1)
         return next((item for item in self.items(area) if isinstance(item, NodeItem)), None)
+
+    def note_at(self, place: QPointF) -> NoteItem | None:
+        """The note here."""
+        return next((item for item in self.items(place) if isinstance(item, NoteItem)), None)
+
+    def frame_at(self, place: QPointF) -> FrameItem | None:
+        """The frame whose title is here, where nothing else is."""
+        hits = [frame for frame in self.frames.values() if frame.title_rect().contains(place)]
+        return max(hits, key=FrameItem.zValue, default=None)
 
     def port_at(self, place: QPointF) -> tuple[NodeItem, PlacedPort] | None:
         """The port that a mouse here means."""
@@ -119,21 +259,47 @@ class PatchScene(QGraphicsScene):
             if item.chosen != (item is wire):
                 item.set_chosen(item is wire)
 
+    def wire_for(self, type: str, area: QRectF) -> WireItem | None:
+        """The wire through this rectangle that a node of `type` can stand in: of several the one through its middle."""
+        fitting = [item for item in self.wires.values() if item.passes(area)]
+        fitting = [item for item in fitting if passage(self.patch, self.registry, type, item.wire)]
+        middle = QRectF(area.center().x() - 8, area.center().y() - 8, 16, 16)
+        return next((item for item in fitting if item.passes(middle)), next(iter(fitting), None))
+
+    def offer(self, wire: WireItem | None) -> None:
+        """Light up the wire that a node would be put into, and no other."""
+        if self._offered is not wire:
+            for item in (self._offered, wire):
+                if item is not None:
+                    item.set_offered(item is wire)
+            self._offered = wire
+
     def sizes(self) -> dict[str, tuple[float, float]]:
-        return {id: item.size for id, item in self.nodes.items()}
+        return {id: item.size for id, item in self.movable().items()}
+
+    def boxes(self, but: Iterable[str] = ()) -> list[Box]:
+        """Where everything stands, but for some."""
+        left_out = set(but)
+        return [
+            (item.pos().x(), item.pos().y(), *item.size) for id, item in self.movable().items() if id not in left_out
+        ]
 
     def places(self) -> dict[str, tuple[float, float]]:
-        """Nodes that were dragged, and where to."""
+        """What was dragged, and where to."""
+        stood = {id: item.node.at for id, item in (*self.nodes.items(), *self.blocks.items())}
+        stood |= {id: item.note.at for id, item in self.notes.items()}
         return {
             id: (item.pos().x(), item.pos().y())
-            for id, item in self.nodes.items()
-            if (item.pos().x(), item.pos().y()) != item.node.at
+            for id, item in self.movable().items()
+            if (item.pos().x(), item.pos().y()) != stood[id]
         }
 
     def extent(self, ids: Iterable[str] = ()) -> QRectF:
-        """The rectangle around these nodes, or around all."""
-        chosen = [self.nodes[id] for id in ids]
-        return bounds(chosen or list(self.nodes.values()))
+        """The rectangle around these, or around all."""
+        there = self.movable()
+        chosen = [there[id] for id in ids if id in there]
+        stubs = [item for item in self.wires.values() if isinstance(item, StubItem)]
+        return bounds(chosen or [*there.values(), *self.frames.values(), *stubs])
 
     # --- what the engine says ---
 
@@ -171,7 +337,12 @@ class PatchScene(QGraphicsScene):
             item.set_alone(other == id)
 
     def show_curve(self, id: str, values: np.ndarray | None) -> None:
-        if id in self.nodes and self.nodes[id].node_type.outputs:
+        """The small plot of a node; it is kept while the node is not seen."""
+        if values is None:
+            self._curves.pop(id, None)
+        else:
+            self._curves[id] = values
+        if id in self.nodes and self.nodes[id].face.outputs:
             self.nodes[id].set_curve(values)
 
 

@@ -1,6 +1,7 @@
 """Where everything of a drawn node is: its size, its ports, its small plot. In the node's own pixels."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -13,21 +14,51 @@ from underfoot.widgets import theme
 TITLE, ROW, PAD, PLOT = 24.0, 20.0, 8.0, 40.0
 NARROWEST = 136.0
 COST_ROOM = 48.0
+WIDEST_TITLE = 240.0
+"""A longer name is cut short."""
 REACH = 12.0
 """How far beside a port the mouse still means it."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A port as it stands in a face: where its wires end, what is written, and whether it is a parameter."""
+
+    port: Port
+    end: str
+    """The port's name; "node.port" where the face is that of a whole group."""
+    text: str
+    is_parameter: bool = False
+
+
+@dataclass(frozen=True)
+class Face:
+    """What a drawn node shows of itself, before its size is known."""
+
+    title: str
+    doc: str
+    colour: str
+    inputs: tuple[Row, ...]
+    outputs: tuple[Row, ...]
+    drivable: tuple[Row, ...] = ()
+    """The parameters that a wire may drive."""
 
 
 @dataclass(frozen=True)
 class PlacedPort:
     """A port, the side it is on ("in" or "out"), and the middle of its dot."""
 
-    port: Port
+    row: Row
     side: str
     at: QPointF
 
     @property
+    def port(self) -> Port:
+        return self.row.port
+
+    @property
     def name(self) -> str:
-        return self.port.name
+        return self.row.end
 
     @property
     def colour(self) -> str:
@@ -61,33 +92,40 @@ class Shape:
         return None
 
 
-def drivable(type: NodeType) -> tuple[Port, ...]:
-    """The parameters that a wire may drive, as ports."""
-    return tuple(port for name, port in type.input_ports.items() if name in type.parameters)
-
-
 def accent(type: NodeType) -> str:
     """The colour of a node: that of the signal it makes, or takes where it makes none."""
     ports = type.outputs or type.inputs
     return theme.signal_colour(ports[0].kind, ports[0].unit) if ports else theme.MUTED
 
 
+def face_of(type: NodeType, label: str = "") -> Face:
+    """What a node of `type` shows; `label` is its name, where it was given one."""
+
+    def rows(ports: Iterable[Port], parameters: bool = False) -> tuple[Row, ...]:
+        return tuple(Row(port, port.name, shown(port.name), parameters) for port in ports)
+
+    drivable = (port for name, port in type.input_ports.items() if name in type.parameters)
+    return Face(
+        label or type.label, type.doc, accent(type), rows(type.inputs), rows(type.outputs), rows(drivable, True)
+    )
+
+
 @lru_cache(maxsize=4096)
-def shape_of(type: str, label: str, inputs: tuple[Port, ...], outputs: tuple[Port, ...], hidden: int) -> Shape:
+def shape_of(title: str, inputs: tuple[Row, ...], outputs: tuple[Row, ...], hidden: int) -> Shape:
     """The form of a node with these ports, `hidden` parameters more than are shown."""
     metrics = QFontMetricsF(theme.font())
-    title = QFontMetricsF(theme.font(bold=True)).horizontalAdvance(label)
-    left = max((metrics.horizontalAdvance(shown(port.name)) for port in inputs), default=0.0)
-    right = max((metrics.horizontalAdvance(shown(port.name)) for port in outputs), default=0.0)
-    wanted = max(title + 2 * PAD + COST_ROOM, left + right + 5 * PAD, NARROWEST)
+    title_px = min(QFontMetricsF(theme.font(bold=True)).horizontalAdvance(title), WIDEST_TITLE)
+    left = max((metrics.horizontalAdvance(row.text) for row in inputs), default=0.0)
+    right = max((metrics.horizontalAdvance(row.text) for row in outputs), default=0.0)
+    wanted = max(title_px + 2 * PAD + COST_ROOM, left + right + 5 * PAD, NARROWEST)
     width = math.ceil(wanted / theme.GRID) * theme.GRID
     rows = max(len(inputs), len(outputs))
     top = TITLE + PAD / 2
     below = top + rows * ROW + PAD / 2
     ports = tuple(
-        PlacedPort(port, side, QPointF(0.0 if side == "in" else width, top + (i + 0.5) * ROW))
+        PlacedPort(row, side, QPointF(0.0 if side == "in" else width, top + (i + 0.5) * ROW))
         for side, group in (("in", inputs), ("out", outputs))
-        for i, port in enumerate(group)
+        for i, row in enumerate(group)
     )
     return Shape(
         width=width,
@@ -98,11 +136,10 @@ def shape_of(type: str, label: str, inputs: tuple[Port, ...], outputs: tuple[Por
     )
 
 
-def node_shape(type: NodeType, driven: tuple[str, ...], opened: bool) -> Shape:
-    """The form of a node of `type` whose parameters `driven` have a wire; `opened` shows all that could have one."""
-    known = drivable(type)
-    extra = known if opened else tuple(port for port in known if port.name in driven)
-    return shape_of(type.type, type.label, type.inputs + extra, type.outputs, len(known) - len(extra))
+def node_shape(face: Face, driven: tuple[str, ...], opened: bool) -> Shape:
+    """The form of a node whose parameters `driven` have a wire; `opened` shows all that could have one."""
+    extra = face.drivable if opened else tuple(row for row in face.drivable if row.end in driven)
+    return shape_of(face.title, face.inputs + extra, face.outputs, len(face.drivable) - len(extra))
 
 
 def shown(name: str) -> str:

@@ -1,6 +1,6 @@
 """The Design workspace: palette, canvas, inspector and preview around one document."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from underfoot.engine.commands import PressTile, Strike
 from underfoot.engine.reports import Costs, Fault, Health, Laws, Preview
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
+from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
@@ -27,6 +28,8 @@ from underfoot.widgets.design.stretch import event_rows, pick
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
+
+_NATIVE = QKeySequence.SequenceFormat.NativeText
 
 SOON_MS = 30
 """Edits in a row, as from a slider, ask for one preview."""
@@ -82,8 +85,13 @@ class DesignWorkspace(Workspace):
         self._again.timeout.connect(self._ask_again)
         self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._idle.timeout.connect(self._renew_one)
-        self.undo_action = self._history("undo", self.document.group.createUndoAction(self, "Undo"))
-        self.redo_action = self._history("redo", self.document.group.createRedoAction(self, "Redo"))
+        group = self.document.group
+        self.undo_action = self._history("Undo", QKeySequence.StandardKey.Undo, self.undo)
+        self.redo_action = self._history("Redo", QKeySequence.StandardKey.Redo, self.redo)
+        group.undoTextChanged.connect(lambda text: _name_step(self.undo_action, "Undo", text))
+        group.redoTextChanged.connect(lambda text: _name_step(self.redo_action, "Redo", text))
+        group.canUndoChanged.connect(self.undo_action.setEnabled)
+        group.canRedoChanged.connect(self.redo_action.setEnabled)
         self._connect()
         self.set_floor(default_floor().tiles)
 
@@ -113,6 +121,7 @@ class DesignWorkspace(Workspace):
         self.slots.preview_wanted.connect(self._want)
         self.slots.renewal_wanted.connect(self._idle.start)
         self.slots.slot_chosen.connect(self.show_slot)
+        self.canvas.play_wanted.connect(controller.play_or_stop)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
         self._prepare_first_steps(context)
@@ -131,8 +140,17 @@ class DesignWorkspace(Workspace):
         return self.undo_action, self.redo_action, *self.listen_bar.actions_by_name.values()
 
     def shortcuts(self) -> Keys:
-        own = (self.undo_action, self.redo_action, *self.listen_bar.actions_by_name.values())
-        return keys_of([*own, *self.canvas.actions_by_name.values()])
+        steps = [
+            (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()[:2]))
+            for name, action in (("Undo", self.undo_action), ("Redo", self.redo_action))
+        ]
+        hand = [
+            ("Look into the sub-patch", "Enter, double-click"),
+            ("Edit a note or a title", "Double-click"),
+            ("Move the view", "Space and drag, middle button"),
+        ]
+        own = (*self.listen_bar.actions_by_name.values(), *self.canvas.actions_by_name.values())
+        return [*steps, *keys_of(own), *hand]
 
     # --- the document ---
 
@@ -147,7 +165,7 @@ class DesignWorkspace(Workspace):
         self.document.load(patch)
         self._loading = False
         self.canvas.patch_scene.select([])
-        self.canvas.frame(everything=True)
+        self.canvas.begin_view()
 
     # --- what the engine reports ---
 
@@ -227,7 +245,7 @@ class DesignWorkspace(Workspace):
         for widget in (self.palette_panel, self._middle, self.inspector):
             self._across.addWidget(widget)
         self._across.setStretchFactor(1, 1)
-        self._across.setSizes([192, 800, 272])
+        self._across.setSizes([192, 800, 280])
         for splitter in (self._middle, self._across):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
@@ -237,9 +255,23 @@ class DesignWorkspace(Workspace):
         self.setFocusProxy(self.canvas)
         self.canvas.setFocus()
 
-    def _history(self, name: str, action: QAction) -> QAction:
-        key = QKeySequence.StandardKey
-        action.setShortcuts(key.Undo if name == "undo" else key.Redo)
+    def undo(self) -> None:
+        """Take back the last edit, and say which."""
+        text = self.document.stack.undoText()
+        self.document.stack.undo()
+        self.said.emit(f"Undone: {_in_a_line(text)}")
+
+    def redo(self) -> None:
+        """Do again what was taken back last, and say what."""
+        text = self.document.stack.redoText()
+        self.document.stack.redo()
+        self.said.emit(f"Done again: {_in_a_line(text)}")
+
+    def _history(self, name: str, keys: QKeySequence.StandardKey, do: Callable[[], object]) -> QAction:
+        action = QAction(name, self)
+        action.setEnabled(False)
+        action.triggered.connect(lambda _=False: do())
+        action.setShortcuts(keys)
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.addAction(action)
         return action
@@ -251,9 +283,11 @@ class DesignWorkspace(Workspace):
         self.canvas.refused.connect(self.refused)
         self.canvas.view_moved.connect(self._idle_again)
         self.inspector.edited.connect(self._set)
+        self.inspector.many_edited.connect(self._set_many)
         self.inspector.patch_edited.connect(self._set_patch_field)
         self.inspector.disconnect_wanted.connect(self._disconnect)
         self.inspector.drive_wanted.connect(self.canvas.driving.open_menu)
+        self.inspector.publish_wanted.connect(self._publish)
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
@@ -277,6 +311,13 @@ class DesignWorkspace(Workspace):
         parameter = self.registry[patch.node(id).type].parameters[name]
         self.document.edit(patch.set(id, name, value, self.registry), f"Set {parameter.label.lower()}", together)
 
+    def _set_many(self, ids: list[str], name: str, value: object, together: str) -> None:
+        patch = self.patch()
+        label = self.registry[patch.node(ids[0]).type].parameters[name].label.lower()
+        for id in ids:
+            patch = patch.set(id, name, value, self.registry)
+        self.document.edit(patch, f"Set {label} of {len(ids)} nodes", together)
+
     def _set_patch_field(self, field: str, value: object, together: str) -> None:
         self.document.edit(edited_patch(self.patch(), field, value), f"Set {field}", together)
 
@@ -295,13 +336,13 @@ class DesignWorkspace(Workspace):
             self._choose_previewed(self.canvas.selected_ids())
         elif self._previewed in changed:
             self._soon.start()
-        self.inspector.show_selection(patch, self.canvas.selected_ids())
+        self._inspect(self.canvas.selected_ids())
         self._idle_again()
         if not self._loading:
             self.patch_edited.emit(patch)
 
     def _selected(self, ids: list[str]) -> None:
-        self.inspector.show_selection(self.patch(), ids)
+        self._inspect(ids)
         self._choose_previewed(ids)
 
     def show_slot(self, slot: str, patch: Patch) -> None:
@@ -312,6 +353,16 @@ class DesignWorkspace(Workspace):
         self._loading = False
         if not shared:
             self.canvas.frame(everything=True)
+
+    def _inspect(self, ids: Sequence[str]) -> None:
+        scene = self.canvas.patch_scene
+        chosen = scene.selected()
+        group = chosen[0] if len(chosen) == 1 and chosen[0] in scene.blocks else ""
+        self.inspector.show_selection(self.patch(), ids, group)
+
+    def _publish(self, end: str, on: bool) -> None:
+        words = "Show on the sub-patch" if on else "Do not show on the sub-patch"
+        self.document.edit(published(self.patch(), end, on), words)
 
     def _choose_previewed(self, ids: Sequence[str]) -> None:
         """Preview the selected node; with none selected, what the tile plays."""
@@ -373,20 +424,34 @@ class DesignWorkspace(Workspace):
 
     def _show_curve(self, node: str, preview: Preview) -> None:
         item = self.canvas.patch_scene.nodes.get(node)
-        if item is None or not item.node_type.outputs:
+        if item is None or not item.face.outputs:
             return
         if node in self._stale:
             self._stale.remove(node)
-        for signal in item.node_type.outputs:
-            if signal.kind == "signal":
-                values = np.asarray(pick(preview.signals, node, signal.name), float)
+        for row in item.face.outputs:
+            if row.port.kind == "signal":
+                values = np.asarray(pick(preview.signals, node, row.port.name), float)
                 if values.size:
-                    self._reach[f"{node}.{signal.name}"] = (float(values.min()), float(values.max()))
+                    self._reach[f"{node}.{row.port.name}"] = (float(values.min()), float(values.max()))
         self.inspector.show_reach(self._reach)
-        port = item.node_type.outputs[0]
+        port = item.face.outputs[0].port
         if port.kind == "event":
             events = event_rows(pick(preview.events, node, port.name))
             frames = max(preview.force_n.shape[0], 1)
             self.canvas.patch_scene.show_curve(node, np.column_stack([events[:, 0] / frames, events[:, 1]]))
         else:
             self.canvas.patch_scene.show_curve(node, np.asarray(pick(preview.signals, node, port.name), float))
+
+
+def _name_step(action: QAction, word: str, text: str) -> None:
+    """Let an action say what it takes back, or does again."""
+    action.setText(f"{word}: {_in_a_line(text)}" if text else word)
+
+
+def _in_a_line(text: str) -> str:
+    """What a step was called, to go on with after a colon.
+
+    >>> _in_a_line("Move 3 nodes")
+    'move 3 nodes'
+    """
+    return text[:1].lower() + text[1:]

@@ -6,6 +6,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from underfoot.errors import UnderfootError
+from underfoot.widgets.controls.file_dialog import file_dialog
 
 
 class FileQuestion:
@@ -33,7 +34,7 @@ class FileQuestion:
             except UnderfootError as error:
                 self._complain(str(error))
 
-        dialog = QFileDialog(self._window, title, self._folder(), filter)
+        dialog = file_dialog(self._window, title, self._folder(), filter)
         dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
         if save_as:
             dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QGridLayout, QScrollArea, QVBoxLayout, QWidget
 
@@ -35,19 +36,22 @@ class ShortcutsDialog(QDialog):
         area = QScrollArea()
         area.setWidget(inside)
         area.setWidgetResizable(True)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setMinimumWidth(inside.sizeHint().width() + 2 * theme.GRID)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
         layout.addWidget(area)
         layout.addWidget(buttons)
-        self.resize(72 * theme.GRID, 80 * theme.GRID)
+        room = parent.height() if parent is not None else 100 * theme.GRID
+        self.resize(0, min(inside.sizeHint().height() + 10 * theme.GRID, room - 4 * theme.GRID))
 
 
 def keys_of(actions: Iterable[QAction]) -> Keys:
     """The keys of those actions that have one."""
     native = QKeySequence.SequenceFormat.NativeText
     return [
-        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:2]))
+        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:3]))
         for action in actions
         if action.shortcuts()
     ]

@@ -19,6 +19,7 @@ from underfoot.patch.node import Registry
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.masking import Masking, is_heard
 from underfoot.studies.runner import Phase, Runner
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
@@ -137,7 +138,7 @@ class ExperimentWorkspace(Workspace):
         self.overview.show_way(has_session and is_id(person), goes_on, why_not)
 
     def _ask_protocol(self) -> None:
-        dialog = QFileDialog(self, "A protocol", "", "Protocols (*.json)")
+        dialog = file_dialog(self, "A protocol", "", "Protocols (*.json)")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda path: self.open_protocol(Path(path)))

@@ -14,6 +14,7 @@ from underfoot.files import make_folder
 from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import gait_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.panels import titled, tool_button
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 
@@ -95,7 +96,7 @@ class StepPanel(QWidget):
         self.said.emit(f"{self.table.steps.rowCount()} footsteps were saved as {path}.")
 
     def _ask_for_file(self) -> None:
-        dialog = QFileDialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
+        dialog = file_dialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setDefaultSuffix("csv")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -10,13 +10,22 @@ from underfoot.documents import parse, refusals
 from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
+from underfoot.patch.groups import (
+    FURTHEST,
+    Group,
+    Note,
+    check_label,
+    check_notes_and_groups,
+    check_place,
+    renamed,
+    without,
+)
 from underfoot.patch.node import NodeType, Registry
 
 FORMAT = "underfoot-patch"
 VERSION = 1
 
-FURTHEST = 1e6
-"""Pixels from the canvas's middle beyond which nothing stands."""
+__all__ = ["FORMAT", "FURTHEST", "VERSION", "Patch", "PlacedNode", "Wire"]
 
 
 MARKS = ("muted", "bypassed", "soloed")
@@ -33,6 +42,8 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     type: str
     at: tuple[float, float] = (0.0, 0.0)
     parameters: Mapping[str, Any] = {}
+    label: str = ""
+    """What it is called on the canvas, in place of its type's name."""
     muted: bool | msgspec.UnsetType = msgspec.UNSET
     bypassed: bool | msgspec.UnsetType = msgspec.UNSET
     soloed: bool | msgspec.UnsetType = msgspec.UNSET
@@ -42,6 +53,8 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Those of `MARKS` that are set."""
         return tuple(name for name in MARKS if getattr(self, name))
 
+
+Thing = TypeVar("Thing", PlacedNode, Note, Group)
 
 Wire = tuple[str, str]
 """From "node.port" to "node.port"."""
@@ -62,6 +75,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seed: int = 0
     nodes: tuple[PlacedNode, ...] = ()
     wires: tuple[Wire, ...] = ()
+    notes: tuple[Note, ...] = ()
+    groups: tuple[Group, ...] = ()
 
     def node(self, id: str) -> PlacedNode:
         """The node with this id; `BadValue` where there is none."""
@@ -71,21 +86,42 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         known = ", ".join(node.id for node in self.nodes)
         raise BadValue(f"there is no node {id!r}; allowed: {known or 'none, the patch is empty'}")
 
+    def group(self, id: str) -> Group:
+        """The group with this id; `BadValue` where there is none."""
+        for group in self.groups:
+            if group.id == id:
+                return group
+        raise BadValue(f"there is no group {id!r}; allowed: {', '.join(g.id for g in self.groups) or 'none'}")
+
+    def things(self) -> "tuple[PlacedNode | Note, ...]":
+        """What stands on the canvas: the nodes, then the notes."""
+        return *self.nodes, *self.notes
+
+    def ids(self) -> set[str]:
+        """Every id that is taken: of nodes, notes and groups."""
+        return {one.id for one in self.things()} | {group.id for group in self.groups}
+
+    def free_id(self, stem: str) -> str:
+        """`stem`, or `stem` and the first number that is free."""
+        taken = self.ids()
+        return next(name for name in (f"{stem}{i or ''}" for i in range(len(taken) + 1)) if name not in taken)
+
     # --- edits ---
 
     def add(self, type: str, registry: Registry, at: tuple[float, float] = (0.0, 0.0), **parameters: Any) -> "Patch":
         """With a new node of `type`; its id is the type's name and the first number that is free."""
-        taken = {node.id for node in self.nodes}
-        id = next(name for name in (f"{type}{i or ''}" for i in range(len(taken) + 1)) if name not in taken)
-        return msgspec.structs.replace(self, nodes=(*self.nodes, PlacedNode(id, type, at, parameters))).check(registry)
+        made = PlacedNode(self.free_id(type), type, at, parameters)
+        return msgspec.structs.replace(self, nodes=(*self.nodes, made)).check(registry)
 
     def remove(self, ids: Iterable[str]) -> "Patch":
-        """Without these nodes and the wires at them."""
+        """Without these nodes and notes, and the wires at them; of a group's id, without the frame."""
         gone = set(ids)
         return msgspec.structs.replace(
             self,
             nodes=tuple(node for node in self.nodes if node.id not in gone),
             wires=tuple(w for w in self.wires if not gone & {end.partition(".")[0] for end in w}),
+            notes=tuple(note for note in self.notes if note.id not in gone),
+            groups=without(self.groups, gone),
         )
 
     def connect(self, source: str, target: str, registry: Registry) -> "Patch":
@@ -117,34 +153,64 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         nodes = tuple(msgspec.structs.replace(n, **value) if n.id in marked else n for n in self.nodes)
         return msgspec.structs.replace(self, nodes=nodes)
 
+    def name(self, id: str, label: str) -> "Patch":
+        """With another name for a node, as the canvas shows it; its id stays."""
+        check_label(f"the name of {id}", label)
+        return self._with(msgspec.structs.replace(self.node(id), label=label))
+
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
-        """With nodes at other places."""
-        nodes = tuple(
-            msgspec.structs.replace(n, at=(float(places[n.id][0]), float(places[n.id][1]))) if n.id in places else n
-            for n in self.nodes
-        )
-        for i, node in enumerate(nodes):
-            _check_place(f"nodes[{i}]", node)
-        return msgspec.structs.replace(self, nodes=nodes)
+        """With nodes, notes and collapsed groups at other places. What is in a group goes with it."""
+        to = {id: (float(x), float(y)) for id, (x, y) in places.items()}
+        groups = list(self.groups)
+        for i, group in enumerate(groups):
+            if group.id in to:
+                by = (to[group.id][0] - group.at[0], to[group.id][1] - group.at[1])
+                groups[i] = msgspec.structs.replace(group, at=to[group.id])
+                inside = set(group.members)
+                stands = {one.id: one.at for one in self.things() if one.id in inside}
+                stands |= {g.id: g.at for g in groups[i + 1 :] if inside.issuperset(g.members)}
+                to = {id: (x + by[0], y + by[1]) for id, (x, y) in stands.items()} | to
+        for kind, ids in (
+            ("nodes", [node.id for node in self.nodes]),
+            ("notes", [note.id for note in self.notes]),
+            ("groups", [group.id for group in groups]),
+        ):
+            for i, id in enumerate(ids):
+                if id in to:
+                    check_place(f"{kind}[{i}]", to[id])
+        nodes = tuple(msgspec.structs.replace(n, at=to[n.id]) if n.id in to else n for n in self.nodes)
+        notes = tuple(msgspec.structs.replace(n, at=to[n.id]) if n.id in to else n for n in self.notes)
+        return msgspec.structs.replace(self, nodes=nodes, notes=notes, groups=tuple(groups))
 
     def paste(self, other: "Patch", registry: Registry, by: tuple[float, float] = (32.0, 32.0)) -> "Patch":
-        """With the nodes and wires of `other` added, under new ids where theirs are taken, moved `by`."""
-        taken = {node.id for node in self.nodes}
+        """With what is in `other` added, under new ids where theirs are taken, moved `by`."""
+        taken = self.ids()
         names: dict[str, str] = {}
-        for node in other.nodes:
-            stem = node.id.rstrip("0123456789") or node.id
-            candidates = (node.id, *(f"{stem}{i}" for i in range(1, len(taken) + len(other.nodes) + 2)))
-            names[node.id] = next(name for name in candidates if name not in taken)
-            taken.add(names[node.id])
-        nodes = tuple(
-            msgspec.structs.replace(n, id=names[n.id], at=(n.at[0] + by[0], n.at[1] + by[1])) for n in other.nodes
-        )
+        theirs = [*(one.id for one in other.things()), *(group.id for group in other.groups)]
+        for id in theirs:
+            stem = id.rstrip("0123456789") or id
+            candidates = (id, *(f"{stem}{i}" for i in range(1, len(taken) + len(theirs) + 2)))
+            names[id] = next(name for name in candidates if name not in taken)
+            taken.add(names[id])
+
+        def moved(one: Thing) -> Thing:
+            return msgspec.structs.replace(one, id=names[one.id], at=(one.at[0] + by[0], one.at[1] + by[1]))
+
         wires = tuple((_rename(a, names), _rename(b, names)) for a, b in other.wires)
-        return msgspec.structs.replace(self, nodes=self.nodes + nodes, wires=self.wires + wires).check(registry)
+        return msgspec.structs.replace(
+            self,
+            nodes=(*self.nodes, *map(moved, other.nodes)),
+            wires=self.wires + wires,
+            notes=(*self.notes, *map(moved, other.notes)),
+            groups=(*self.groups, *map(moved, renamed(other.groups, names))),
+        ).check(registry)
 
     def part(self, ids: Iterable[str]) -> "Patch":
-        """Only these nodes and the wires between them: what is copied."""
-        return self.remove({node.id for node in self.nodes} - set(ids))
+        """Only these nodes and notes, with the wires between them and the groups that are wholly among them: what is
+        copied."""
+        kept = set(ids)
+        cut = {group.id for group in self.groups if not kept.issuperset(group.members)}
+        return self.remove(({one.id for one in self.things()} - kept) | cut)
 
     def _with(self, changed: PlacedNode) -> "Patch":
         return msgspec.structs.replace(self, nodes=tuple(changed if n.id == changed.id else n for n in self.nodes))
@@ -162,7 +228,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(node.id not in seen, f"{place}.id", node.id, "an id that no other node has")
             seen.add(node.id)
             require(node.type in registry, f"{place}.type", node.type, "a node of `underfoot nodes`")
-            _check_place(place, node)
+            check_place(place, node.at)
+            check_label(f"{place}.label", node.label)
             _check_parameters(registry[node.type], node, place)
         types = {node.id: registry[node.type] for node in self.nodes}
         targets: set[str] = set()
@@ -170,6 +237,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             _check_wire(f"wires[{i}]", wire, types)
             require(wire[1] not in targets, f"wires[{i}]", wire[1], "one wire to an input; use a Mix or a Join node")
             targets.add(wire[1])
+        if self.notes or self.groups:
+            parameters = {f"{id}.{name}" for id, type in types.items() for name in type.parameters}
+            check_notes_and_groups(self.notes, self.groups, seen, parameters)
         self.order()
         return self
 
@@ -201,8 +271,16 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     # --- files ---
 
     def dumps(self) -> bytes:
-        """The patch as JSON: one line a parameter, in a fixed order, so that files can be compared."""
-        return msgspec.json.format(msgspec.json.encode(self), indent=1) + b"\n"
+        """The patch as JSON: one line a parameter, in a fixed order, so that files can be compared.
+
+        Names, notes and groups are left out where there are none: such a file is one that older programs read.
+        """
+        fields = msgspec.to_builtins(self)
+        for node in fields["nodes"]:
+            if not node["label"]:
+                del node["label"]
+        lean = {name: value for name, value in fields.items() if value or name not in ("notes", "groups")}
+        return msgspec.json.format(msgspec.json.encode(lean), indent=1) + b"\n"
 
     @staticmethod
     def loads(text: bytes | str, registry: Registry, source: str = "patch") -> "Patch":
@@ -219,11 +297,6 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def save(self, path: str | Path) -> None:
         """Write the patch beside `path` and move it into place."""
         write_file(path, self.dumps())
-
-
-def _check_place(place: str, node: PlacedNode) -> None:
-    near = all(abs(way) <= FURTHEST for way in node.at)
-    require(near, f"{place}.at", node.at, f"two numbers, each -{FURTHEST:g} to {FURTHEST:g}")
 
 
 def _check_parameters(type: NodeType, node: PlacedNode, place: str) -> None:

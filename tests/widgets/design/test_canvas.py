@@ -32,9 +32,9 @@ def test_double_click_on_empty_canvas_adds_a_node_there(workspace):
     assert not workspace.canvas.search.isVisible()
 
 
-def test_space_opens_the_search_and_escape_leaves_it(workspace):
+def test_a_key_opens_the_search_and_escape_leaves_it(workspace):
     before = workspace.patch()
-    QTest.keyClick(workspace.canvas, Qt.Key.Key_Space)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Slash)
     assert workspace.canvas.search.isVisible()
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Escape)
     assert not workspace.canvas.search.isVisible()
@@ -43,6 +43,7 @@ def test_space_opens_the_search_and_escape_leaves_it(workspace):
 
 def test_enter_in_the_palette_adds_the_best_match(workspace):
     palette = workspace.palette_panel
+    palette.field.setFocus()
     QTest.keyClicks(palette.field, "hum")
     assert palette.list.types() == ["hum"]
     QTest.keyClick(palette.field, Qt.Key.Key_Return)
@@ -54,7 +55,7 @@ def test_enter_in_the_palette_adds_the_best_match(workspace):
 def test_a_node_dropped_from_the_palette_lies_where_it_was_dropped(workspace):
     data = QMimeData()
     data.setData(MIME, b"beat")
-    place = QPointF(200, 300)
+    place = QPointF(600, 300)
     drop = QDropEvent(place, Qt.DropAction.CopyAction, data, LEFT, NONE)
     workspace.canvas.dropEvent(drop)
     at = workspace.canvas.mapToScene(place.toPoint())
@@ -133,7 +134,7 @@ def test_a_wire_let_go_in_the_open_asks_for_the_node_at_its_end(workspace):
     assert workspace.document.stack.count() == 1
     drag(workspace, start, start + QPoint(60, 120))
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Escape)
-    QTest.keyClick(workspace.canvas, Qt.Key.Key_Space)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Slash)
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert len(workspace.patch().wires) == 2
 
@@ -141,6 +142,7 @@ def test_a_wire_let_go_in_the_open_asks_for_the_node_at_its_end(workspace):
 def test_pulling_a_wire_off_disconnects_and_undo_brings_it_back(workspace):
     end = port(workspace, "step", "in", "force")
     drag(workspace, end, end + QPoint(0, 140))
+    QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == ()
     workspace.undo_action.trigger()
     assert workspace.patch().wires == (("push.force", "step.force"),)

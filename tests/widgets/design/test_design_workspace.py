@@ -13,6 +13,7 @@ from underfoot.engine.reports import Costs, Fault, Laws, Preview
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.shared_parameters import shared_parameters
 from underfoot.widgets.design.workspace import DesignWorkspace
 
 # --- the inspector ---
@@ -255,3 +256,58 @@ def test_a_workspace_leaves_no_widget_behind(qapp):
     del made
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     assert not set(QApplication.allWidgets()) - before
+
+
+# --- several nodes ---
+
+
+def test_the_same_parameter_of_several_nodes_is_set_at_once(workspace):
+    before = workspace.patch().add("hum", REGISTRY, (0.0, 400.0), frequency=80.0, sharing="local")
+    workspace.set_patch(before)
+    workspace.canvas.patch_scene.select(["hum", "hum1"])
+    editors = workspace.inspector.editors
+    assert list(editors) == ["frequency", "chains", "sharing"]
+    assert editors["frequency"].label.text() == "Frequency: 50 Hz to 80 Hz"
+    assert editors["chains"].label.text() == "Chains"
+    assert editors["sharing"].label.text() == "Sharing: several values"
+    field = editors["frequency"].field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "60")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert [workspace.patch().node(id).parameters["frequency"] for id in ("hum", "hum1")] == [60.0, 60.0]
+    assert editors["frequency"].label.text() == "Frequency"
+    assert workspace.undo_action.text() == "Undo: set frequency of 2 nodes"
+    slider = editors["chains"].slider
+    for place in (0.2, 0.6):
+        slider.moved.emit(place)
+    assert workspace.document.stack.count() == 2
+    workspace.undo_action.trigger()
+    workspace.undo_action.trigger()
+    assert workspace.patch() == before
+
+
+def test_nodes_of_other_types_share_what_has_the_same_name_and_unit():
+    def shared(*types):
+        return shared_parameters([nodes.REGISTRY[type] for type in types])
+
+    assert "cutoff" in shared("low-pass", "high-pass")
+    assert "gain" not in shared("gain", "low-pass")
+    low, high = (nodes.REGISTRY[type].parameters["cutoff"] for type in ("low-pass", "high-pass"))
+    both = shared("low-pass", "high-pass")["cutoff"]
+    assert (both.low, both.high) == (max(low.low, high.low), min(low.high, high.high))
+
+
+def test_undo_says_what_it_takes_back(workspace, qtbot):
+    workspace.canvas.patch_scene.select(["push", "step", "hum"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Right)
+    assert workspace.undo_action.text() == "Undo: move 3 nodes"
+    assert workspace.redo_action.text() == "Redo"
+    assert not workspace.redo_action.isEnabled()
+    with qtbot.waitSignal(workspace.said) as said:
+        QTest.keyClick(workspace.canvas, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert said.args == ["Undone: move 3 nodes"]
+    assert workspace.redo_action.text() == "Redo: move 3 nodes"
+    with qtbot.waitSignal(workspace.said) as said:
+        workspace.redo_action.trigger()
+    assert said.args == ["Done again: move 3 nodes"]

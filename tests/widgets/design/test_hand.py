@@ -1,0 +1,209 @@
+"""A hand's habits on the canvas: nodes dropped on wires, wires that heal, nodes changed, none on top of another."""
+
+from itertools import combinations
+
+import pytest
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, QRectF, Qt
+from PySide6.QtGui import QDragMoveEvent, QDropEvent
+from PySide6.QtTest import QTest
+
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.node_list import MIME
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture
+def line(workspace):
+    """A patch of a tone that is played, with room between."""
+    patch = Patch().add("hum", REGISTRY).add("shaker", REGISTRY, (560.0, 0.0)).add("through", REGISTRY, (0.0, 240.0))
+    workspace.set_patch(patch.connect("hum.out", "shaker.acceleration", REGISTRY))
+    return workspace
+
+
+def in_the_middle(workspace, wire):
+    """Where the middle of a wire is in the view."""
+    return workspace.canvas.mapFromScene(workspace.canvas.patch_scene.wires[wire].boundingRect().center())
+
+
+WIRE = ("hum.out", "shaker.acceleration")
+THROUGH = {("hum.out", "through.signal"), ("through.out", "shaker.acceleration")}
+
+
+def boxes(workspace):
+    return [QRectF(i.pos().x(), i.pos().y(), *i.size) for i in workspace.canvas.patch_scene.nodes.values()]
+
+
+def choose(workspace, words):
+    QTest.keyClicks(workspace.canvas.search.field, words)
+    QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
+
+
+# --- into a wire ---
+
+
+def test_a_node_dragged_onto_a_wire_lights_it_up_and_goes_into_it(line):
+    start, wire = middle(line, "through"), line.canvas.patch_scene.wires[WIRE]
+    drag(line, start, in_the_middle(line, WIRE), release=False)
+    assert wire.offered
+    send(line.canvas.viewport(), QEvent.Type.MouseButtonRelease, in_the_middle(line, WIRE), LEFT)
+    assert set(line.patch().wires) == THROUGH
+    assert line.document.stack.undoText() == "Insert Through"
+    assert not [pair for pair in combinations(boxes(line), 2) if pair[0].intersects(pair[1])]
+    line.undo_action.trigger()
+    assert line.patch().wires == (WIRE,)
+    assert line.patch().node("through").at == (0.0, 240.0)
+
+
+def test_a_node_that_does_not_fit_lights_nothing_up(line):
+    line.document.edit(line.patch().add("beat", REGISTRY, (0.0, 400.0)), "Add")
+    drag(line, middle(line, "beat"), in_the_middle(line, WIRE), release=False)
+    assert not line.canvas.patch_scene.wires[WIRE].offered
+    send(line.canvas.viewport(), QEvent.Type.MouseButtonRelease, in_the_middle(line, WIRE), LEFT)
+    assert line.patch().wires == (WIRE,)
+
+
+def test_a_node_dropped_from_the_palette_on_a_wire_goes_into_it(line):
+    data = QMimeData()
+    data.setData(MIME, b"through")
+    line.document.edit(line.patch().remove(["through"]), "Delete")
+    place = QPointF(in_the_middle(line, WIRE))
+    copy = Qt.DropAction.CopyAction
+    line.canvas.dragMoveEvent(QDragMoveEvent(place.toPoint(), copy, data, LEFT, NONE))
+    assert line.canvas.patch_scene.wires[WIRE].offered
+    line.canvas.dropEvent(QDropEvent(place, copy, data, LEFT, NONE))
+    assert set(line.patch().wires) == THROUGH
+
+
+def test_a_double_click_on_a_wire_lists_what_goes_into_it(line):
+    line.document.edit(line.patch().remove(["through"]), "Delete")
+    QTest.mouseDClick(line.canvas.viewport(), LEFT, NONE, in_the_middle(line, WIRE))
+    assert set(line.canvas.search.list.types()) == {"through", "shaker"}
+    choose(line, "thr")
+    assert set(line.patch().wires) == THROUGH
+
+
+# --- wires in the open ---
+
+
+def test_a_wire_in_the_open_lists_only_what_fits(workspace):
+    start = port(workspace, "push", "out", "force")
+    drag(workspace, start, start + QPoint(30, 260))
+    assert set(workspace.canvas.search.list.types()) == {"step", "through"}
+    choose(workspace, "step")
+    assert ("push.force", "step1.force") in workspace.patch().wires
+
+
+def test_an_input_lists_what_can_feed_it(workspace):
+    start = port(workspace, "shaker", "in", "acceleration")
+    drag(workspace, start, start + QPoint(-60, 160))
+    assert set(workspace.canvas.search.list.types()) == {"hum", "shaker", "through"}
+
+
+@pytest.mark.parametrize("leave", ["escape", "elsewhere"])
+def test_a_list_that_is_left_never_loses_the_wire(workspace, leave):
+    end = port(workspace, "step", "in", "force")
+    drag(workspace, end, end + QPoint(0, 200))
+    if leave == "escape":
+        QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Escape)
+    else:
+        QTest.mouseClick(workspace.canvas.viewport(), LEFT, NONE, QPoint(20, 20))
+    assert not workspace.canvas.search.isVisible()
+    assert workspace.patch().wires == (("push.force", "step.force"),)
+    assert workspace.canvas.patch_scene.wires[("push.force", "step.force")].isVisible()
+    assert workspace.document.stack.count() == 0
+
+
+def test_a_pulled_wire_goes_to_what_is_chosen(workspace):
+    end = port(workspace, "step", "in", "force")
+    drag(workspace, end, end + QPoint(0, 200))
+    choose(workspace, "thr")
+    assert workspace.patch().wires == (("push.force", "through.signal"),)
+    assert workspace.document.stack.count() == 1
+
+
+# --- out of a wire, and into another node ---
+
+
+def test_wires_heal_where_a_node_goes(line):
+    line.canvas.insert(line.patch(), "through", WIRE)
+    line.canvas.patch_scene.select(["through"])
+    QTest.keyClick(line.canvas, Qt.Key.Key_Delete)
+    assert line.patch().wires == (WIRE,)
+    assert line.document.stack.undoText() == "Delete Through"
+
+
+def test_wires_heal_over_several_nodes_and_not_where_units_differ(workspace):
+    patch = workspace.patch().add("through", REGISTRY).add("through", REGISTRY)
+    for wire in (
+        ("push.force", "through.signal"),
+        ("through.out", "through1.signal"),
+        ("through1.out", "shaker.acceleration"),
+        ("through1.out", "step.force"),
+    ):
+        patch = patch.connect(*wire, REGISTRY)
+    workspace.set_patch(patch)
+    workspace.canvas.patch_scene.select(["through", "through1"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Delete)
+    assert workspace.patch().wires == (("push.force", "step.force"),)
+
+
+def test_a_node_is_replaced_and_keeps_wires_place_and_parameters(line):
+    patch = line.patch().set("hum", "frequency", 80.0, REGISTRY).name("hum", "Engine")
+    line.set_patch(patch.move({"hum": (8.0, 16.0)}))
+    line.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(line.canvas, Qt.Key.Key_R)
+    assert "hum" not in line.canvas.search.list.types()
+    choose(line, "through")
+    assert line.patch().wires == (("through1.out", "shaker.acceleration"),)
+    node = line.patch().nodes[0]
+    assert (node.type, node.at, node.label, node.parameters) == ("through", (8.0, 16.0), "Engine", {})
+    assert line.document.stack.undoText() == "Replace Engine by Through"
+
+
+def test_a_wire_that_fits_no_port_of_the_new_node_goes_and_is_told(line):
+    line.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(line.canvas, Qt.Key.Key_R)
+    choose(line, "beat")
+    assert line.patch().wires == ()
+    assert "1 wire did not fit Beat" in line.canvas.said
+
+
+# --- room ---
+
+
+def test_no_new_node_lies_on_another(workspace):
+    canvas = workspace.canvas
+    for _ in range(6):
+        workspace.palette_panel.chosen.emit("hum")
+    for _ in range(3):
+        QTest.keyClick(canvas, Qt.Key.Key_D, CONTROL)
+    canvas.select_all()
+    QTest.keyClick(canvas, Qt.Key.Key_C, CONTROL)
+    QTest.keyClick(canvas, Qt.Key.Key_V, CONTROL)
+    assert len(workspace.patch().nodes) == 26
+    assert not [pair for pair in combinations(boxes(workspace), 2) if pair[0].intersects(pair[1])]
+
+
+def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
+    patch = Patch()
+    for i in range(3):
+        patch = patch.add("through", REGISTRY, (float(300 - 80 * i), float(40 * i)))
+    patch = patch.add("hum", REGISTRY).add("shaker", REGISTRY)
+    for wire in (
+        ("hum.out", "through.signal"),
+        ("through.out", "through1.signal"),
+        ("through1.out", "shaker.acceleration"),
+    ):
+        patch = patch.connect(*wire, REGISTRY)
+    workspace.set_patch(patch)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_L, CONTROL)
+    places = {node.id: node.at for node in workspace.patch().nodes}
+    assert places["hum"][0] < places["through"][0] < places["through1"][0] < places["shaker"][0]
+    assert min(x for x, _ in places.values()) == min(node.at[0] for node in patch.nodes)
+    assert min(y for _, y in places.values()) == min(node.at[1] for node in patch.nodes)
+    assert not [pair for pair in combinations(boxes(workspace), 2) if pair[0].intersects(pair[1])]
+    assert workspace.document.stack.undoText() == "Tidy up 5 nodes"
+    workspace.undo_action.trigger()
+    assert workspace.patch() == patch

@@ -1,0 +1,239 @@
+"""Names, notes, groups and sub-patches on the canvas, by mouse and keys."""
+
+import pytest
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, port
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+
+from underfoot.patch.patch import Patch
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def row(workspace):
+    """A tone through two nodes to the shaker, with room between."""
+    patch = Patch().add("hum", REGISTRY).add("through", REGISTRY, (200.0, 0.0)).add("through", REGISTRY, (400.0, 0.0))
+    patch = patch.add("shaker", REGISTRY, (600.0, 0.0))
+    for wire in (("hum.out", "through.signal"), ("through.out", "through1.signal")):
+        patch = patch.connect(*wire, REGISTRY)
+    workspace.set_patch(patch.connect("through1.out", "shaker.acceleration", REGISTRY))
+    workspace.canvas.zoom_to(1.0)
+    return workspace
+
+
+def write(workspace, text, key=Qt.Key.Key_Return, modifiers=NONE):
+    assert workspace.canvas.inline.isVisible()
+    workspace.canvas.inline.selectAll()
+    QTest.keyClicks(workspace.canvas.inline, text)
+    QTest.keyClick(workspace.canvas.inline, key, modifiers)
+
+
+def collapse(workspace, *ids):
+    workspace.canvas.patch_scene.select(ids)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_E, CONTROL)
+    return workspace.canvas.patch_scene.blocks["group"]
+
+
+def in_view(workspace, place):
+    return workspace.canvas.mapFromScene(place)
+
+
+# --- names and notes ---
+
+
+def test_f2_names_a_node_and_its_id_stays(workspace):
+    workspace.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
+    write(workspace, "Engine below")
+    assert workspace.patch().node("hum").label == "Engine below"
+    assert workspace.canvas.patch_scene.nodes["hum"].face.title == "Engine below"
+    assert workspace.document.stack.undoText() == "Rename Hum"
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
+    write(workspace, "Hum")
+    assert workspace.patch().node("hum").label == ""
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
+    write(workspace, "x", Qt.Key.Key_Escape)
+    assert workspace.patch().node("hum").label == ""
+
+
+def test_a_double_click_on_a_title_names_a_node_too(workspace):
+    item = workspace.canvas.patch_scene.nodes["hum"]
+    QTest.mouseDClick(workspace.canvas.viewport(), LEFT, NONE, in_view(workspace, item.pos() + QPointF(30, 10)))
+    write(workspace, "Low")
+    assert workspace.patch().node("hum").label == "Low"
+
+
+def test_a_note_is_written_moved_edited_and_deleted(workspace):
+    canvas = workspace.canvas
+    QTest.keyClick(canvas, Qt.Key.Key_T)
+    write(workspace, "What the sole feels", Qt.Key.Key_Return, CONTROL)
+    note = workspace.patch().notes[0]
+    assert note.text == "What the sole feels"
+    start = in_view(workspace, canvas.patch_scene.notes["note"].sceneBoundingRect().center())
+    drag(workspace, start, start + QPoint(40, 64))
+    assert workspace.patch().notes[0].at == (note.at[0] + 40.0, note.at[1] + 64.0)
+    QTest.mouseDClick(canvas.viewport(), LEFT, NONE, start + QPoint(40, 64))
+    write(workspace, "Changed")
+    QTest.mouseClick(canvas.viewport(), LEFT, NONE, QPoint(5, 5))
+    assert workspace.patch().notes[0].text.startswith("Changed")
+    canvas.patch_scene.select(["note"])
+    QTest.keyClick(canvas, Qt.Key.Key_Delete)
+    assert workspace.patch().notes == ()
+
+
+# --- groups ---
+
+
+def test_a_group_has_a_title_and_colour_and_moves_what_is_in_it(row):
+    row.canvas.patch_scene.select(["through", "through1"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    write(row, "Body")
+    row.canvas.actions_by_name["colour violet"].trigger()
+    group = row.patch().groups[0]
+    assert (group.title, group.colour, group.members) == ("Body", "violet", ("through", "through1"))
+    frame = row.canvas.patch_scene.frames["group"]
+    before = frame.frame_rect()
+    assert all(before.contains(row.canvas.patch_scene.nodes[id].pos()) for id in group.members)
+    row.canvas.patch_scene.select([])
+    start = in_view(row, frame.title_rect().center())
+    drag(row, start, start + QPoint(16, 80))
+    assert row.patch().node("through").at == (216.0, 80.0)
+    assert row.patch().node("through1").at == (416.0, 80.0)
+    assert row.patch().node("hum").at == (0.0, 0.0)
+    assert frame.frame_rect().topLeft() == before.topLeft() + QPointF(16, 80)
+    assert row.document.stack.undoText() == "Move 2 nodes"
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL | SHIFT)
+    assert row.patch().groups == ()
+    assert not row.canvas.patch_scene.frames
+
+
+def test_a_group_that_would_cut_another_is_refused_in_words(row):
+    row.canvas.patch_scene.select(["through", "through1"])
+    row.canvas.group()
+    QTest.keyClick(row.canvas.inline, Qt.Key.Key_Escape)
+    row.canvas.patch_scene.select(["hum", "through"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    assert "a part of the group" in row.canvas.said
+    assert len(row.patch().groups) == 1
+
+
+# --- sub-patches ---
+
+
+def test_collapsed_it_is_one_node_with_the_ports_of_the_wires_across_its_border(row):
+    before = row.patch()
+    block = collapse(row, "through", "through1")
+    assert set(row.canvas.patch_scene.nodes) == {"hum", "shaker"}
+    assert [placed.name for placed in block.shape_now.ports] == ["through.signal", "through1.out"]
+    assert set(row.canvas.patch_scene.wires) == {("hum.out", "through.signal"), ("through1.out", "shaker.acceleration")}
+    assert row.patch().nodes == before.nodes
+    assert row.patch().wires == before.wires
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL | SHIFT)
+    assert row.patch() == before
+    assert len(row.canvas.patch_scene.wires) == 3
+    assert set(row.canvas.patch_scene.selected()) == {"through", "through1"}
+
+
+def test_wires_are_drawn_to_a_sub_patch_and_pulled_off_it(row):
+    block = collapse(row, "through", "through1")
+    start = in_view(row, block.wire_place("in", "through.signal"))
+    drag(row, start, start + QPoint(0, 220))
+    QTest.keyClick(row.canvas.search.field, Qt.Key.Key_Return)
+    assert ("hum.out", "through.signal") not in row.patch().wires
+    drag(row, port(row, "hum", "out", "out"), in_view(row, block.wire_place("in", "through.signal")))
+    assert ("hum.out", "through.signal") in row.patch().wires
+
+
+def test_enter_goes_in_and_the_crumbs_lead_out(row):
+    collapse(row, "through", "through1")
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    scene = row.canvas.patch_scene
+    assert set(scene.nodes) == {"through", "through1"}
+    assert set(scene.wires) == set(row.patch().wires)
+    assert [button.text() for button in row.canvas.crumbs.buttons] == ["Patch", "Sub-patch"]
+    QTest.mouseClick(row.canvas.crumbs.buttons[0], LEFT)
+    assert set(scene.nodes) == {"hum", "shaker"}
+    assert scene.selected() == ["group"]
+    assert not row.canvas.crumbs.isVisible()
+
+
+def test_what_is_added_inside_belongs_there(row):
+    block = collapse(row, "through", "through1")
+    QTest.mouseDClick(row.canvas.viewport(), LEFT, NONE, in_view(row, block.sceneBoundingRect().center()))
+    QTest.keyClick(row.canvas, Qt.Key.Key_Slash)
+    QTest.keyClicks(row.canvas.search.field, "beat")
+    QTest.keyClick(row.canvas.search.field, Qt.Key.Key_Return)
+    assert "beat" in row.patch().groups[0].members
+    assert "beat" in row.canvas.patch_scene.nodes
+    QTest.keyClick(row.canvas, Qt.Key.Key_U)
+    assert "beat" not in row.canvas.patch_scene.nodes
+    assert [placed.name for placed in row.canvas.patch_scene.blocks["group"].shape_now.ports][-1] == "beat.out"
+
+
+def test_a_sub_patch_in_a_sub_patch_and_back_to_the_same_bytes(row):
+    before = row.patch().dumps()
+    collapse(row, "through")
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    assert set(row.canvas.patch_scene.nodes) == {"through"}
+    QTest.keyClick(row.canvas, Qt.Key.Key_U)
+    row.canvas.patch_scene.select(["group", "through1"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_E, CONTROL)
+    assert set(row.canvas.patch_scene.blocks) == {"group1"}
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    assert set(row.canvas.patch_scene.blocks) == {"group"}
+    text = row.patch().dumps()
+    assert Patch.loads(text, REGISTRY).dumps() == text
+    while row.document.stack.canUndo():
+        row.undo_action.trigger()
+    assert row.patch().dumps() == before
+    assert row.canvas.inside == ""
+
+
+def test_a_sub_patch_is_moved_copied_and_deleted_as_one(row):
+    block = collapse(row, "through", "through1")
+    start = in_view(row, block.shape_now.rect.center() + block.pos())
+    drag(row, start, start + QPoint(0, 160))
+    assert row.patch().node("through").at == (200.0, 160.0)
+    QTest.keyClick(row.canvas, Qt.Key.Key_D, CONTROL)
+    assert set(row.canvas.patch_scene.blocks) == {"group", "group1"}
+    assert row.canvas.patch_scene.selected() == ["group1"]
+    QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
+    row.canvas.patch_scene.select(["group"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
+    assert row.patch().wires == (("hum.out", "shaker.acceleration"),)
+    assert row.patch().groups == ()
+
+
+def test_escape_puts_back_what_is_dragged(row):
+    start = middle(row, "hum")
+    drag(row, start, start + QPoint(80, 80), release=False)
+    QTest.keyClick(row.canvas, Qt.Key.Key_Escape)
+    assert row.canvas.patch_scene.nodes["hum"].pos() == QPointF(0, 0)
+    QTest.mouseRelease(row.canvas.viewport(), LEFT, NONE, start + QPoint(80, 80))
+    assert row.document.stack.count() == 0
+
+
+def test_a_parameter_inside_is_shown_and_set_on_the_sub_patch(row):
+    collapse(row, "hum", "through")
+    assert not row.inspector.editors
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    row.canvas.patch_scene.select(["hum"])
+    show = row.inspector.editors["frequency"].actions()[0]
+    assert not show.isChecked()
+    show.trigger()
+    assert row.patch().groups[0].published == ("hum.frequency",)
+    QTest.keyClick(row.canvas, Qt.Key.Key_U)
+    editor = row.inspector.editors["hum.frequency"]
+    assert editor.label.text() == "Hum: frequency"
+    editor.field.setFocus()
+    editor.field.selectAll()
+    QTest.keyClicks(editor.field, "77")
+    QTest.keyClick(editor.field, Qt.Key.Key_Return)
+    assert row.patch().node("hum").parameters == {"frequency": 77.0}
+    row.undo_action.trigger()
+    assert editor.value() == 50.0
+    row.canvas.setFocus()
+    QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
+    assert row.patch().groups == ()

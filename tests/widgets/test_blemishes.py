@@ -1,0 +1,117 @@
+"""What once looked wrong in the window: the toolbar, its first size, the hint, the inspector, the list of keys."""
+
+from itertools import combinations
+
+import pytest
+from design_samples import REGISTRY, sample
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu, QScrollArea, QStyle, QToolButton, QWidget
+from windows import quiet_window
+
+from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.design.view import LEAST_FIT
+from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
+from underfoot.widgets.transport import TransportBar
+
+
+def luminance(colour):
+    """Relative luminance of WCAG 2.1."""
+    parts = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    red, green, blue = (c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def contrast(colour, ground):
+    light, dark = sorted((luminance(colour), luminance(ground)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+@pytest.mark.parametrize("width", [1024, 1100, 1280, 1600])
+@pytest.mark.parametrize("tabs", [4, 5])
+def test_nothing_in_the_toolbar_overlaps_at_any_width(qtbot, width, tabs):
+    bar = TransportBar(QMenu())
+    qtbot.addWidget(bar)
+    for name in ("Design", "Monitor", "Calibrate", "Experiment", "Recordings")[:tabs]:
+        bar.add_workspace(name, "")
+    bar.set_flags("Calibrate", ["t1 is old"])
+    bar.resize(width, 48)
+    show(qtbot, bar)
+    shown = [child for child in bar.findChildren(QWidget) if child.isVisible() and child.parent() is bar]
+    boxes = [child.geometry() for child in shown]
+    assert not [pair for pair in combinations(boxes, 2) if pair[0].intersects(pair[1])]
+    assert max(box.right() for box in boxes) < width
+    assert bar.panic.isVisible()
+    assert bar.latency.isVisible() or width < 1600
+
+
+def test_the_first_window_is_no_larger_than_its_screen(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    room = window.screen().availableSize()
+    for size in (window.size(), window.minimumSize()):
+        assert size.width() <= room.width()
+        assert size.height() <= room.height()
+
+
+def test_the_hint_goes_with_the_first_node_and_comes_back(workspace):
+    hint = workspace.canvas.hint
+    assert not hint.isVisible()
+    workspace.canvas.select_all()
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Delete)
+    assert hint.isVisible()
+    workspace.palette_panel.chosen.emit("hum")
+    assert not hint.isVisible()
+    workspace.undo_action.trigger()
+    assert hint.isVisible()
+
+
+def test_a_wide_patch_is_opened_at_its_left_end_and_can_be_read(workspace):
+    wide = sample().add("hum", REGISTRY, (6000.0, 0.0))
+    workspace.set_patch(wide)
+    canvas = workspace.canvas
+    assert canvas.transform().m11() == pytest.approx(LEAST_FIT)
+    assert theme.TEXT_PX * LEAST_FIT > 9.0
+    seen = canvas.mapToScene(canvas.viewport().rect()).boundingRect()
+    assert seen.left() < 0.0 < seen.right()
+    QTest.keyClick(canvas, Qt.Key.Key_Home)
+    assert canvas.mapToScene(canvas.viewport().rect()).boundingRect().right() > 6000.0
+
+
+def test_every_page_of_the_inspector_is_equally_wide(workspace):
+    workspace.document.edit(workspace.patch().add("beat", REGISTRY, (0.0, 400.0)), "Add")
+    widths = set()
+    for ids in ([], ["hum"], ["shaker"], ["beat"], ["hum", "shaker"]):
+        workspace.canvas.patch_scene.select(ids)
+        QApplication.processEvents()
+        widths.add((workspace.inspector.width(), workspace.inspector.widget().width()))
+    assert len(widths) == 1
+
+
+def test_the_list_of_keys_is_not_cut_at_its_side(qtbot):
+    keys = [("Redo what was undone", "Ctrl+Shift+Z, Ctrl+Shift+Alt+Backspace"), *[("Cut", "Ctrl+X")] * 60]
+    dialog = ShortcutsDialog([("EVERYWHERE", keys)])
+    qtbot.addWidget(dialog)
+    show(qtbot, dialog)
+    area = dialog.findChild(QScrollArea)
+    assert area.widget().minimumSizeHint().width() <= area.viewport().width()
+
+
+def test_small_text_stands_out_from_its_ground():
+    for ground in (theme.GROUND, theme.PANEL, theme.RAISED):
+        assert contrast(theme.MUTED, ground) >= 4.5
+    assert contrast(theme.mixed(theme.MUTED, theme.RAISED, 0.85), theme.RAISED) >= 3.0
+
+
+def test_buttons_of_dialogs_have_no_pictures(qapp):
+    assert not qapp.style().styleHint(QStyle.StyleHint.SH_DialogButtonBox_ButtonsHaveIcons)
+
+
+def test_buttons_of_a_file_dialog_have_pictures_of_ours(qtbot, tmp_path):
+    window = QWidget()
+    qtbot.addWidget(window)
+    dialog = file_dialog(window, "Open", str(tmp_path))
+    for name, picture in (("backButton", "arrow-left"), ("newFolderButton", "folder-new")):
+        icon = dialog.findChild(QToolButton, name).icon()
+        assert icon.pixmap(32).toImage() == theme.icon(picture, theme.TEXT).pixmap(32).toImage()

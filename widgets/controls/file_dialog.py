@@ -1,0 +1,25 @@
+"""Dialogs that ask for a file. Where the desktop has none of its own, Qt's is shown, with buttons like all others."""
+
+from PySide6.QtWidgets import QFileDialog, QToolButton, QWidget
+
+from underfoot.widgets import theme
+
+_BUTTONS = {
+    "backButton": "arrow-left",
+    "forwardButton": "arrow-right",
+    "toParentButton": "arrow-up",
+    "newFolderButton": "folder-new",
+    "listModeButton": "list",
+    "detailModeButton": "details",
+}
+"""Qt's names of its buttons, and their pictures."""
+
+
+def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "") -> QFileDialog:
+    """A dialog that begins in this folder, and shows files that the filter names."""
+    dialog = QFileDialog(parent, title, folder, filter)
+    for name, icon in _BUTTONS.items():
+        button = dialog.findChild(QToolButton, name)
+        if isinstance(button, QToolButton):
+            button.setIcon(theme.icon(icon, theme.TEXT))
+    return dialog

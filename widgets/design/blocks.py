@@ -1,0 +1,185 @@
+"""What groups and notes look like on the canvas."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+from underfoot.patch.groups import Group, Note
+from underfoot.patch.patch import PlacedNode, Wire
+from underfoot.widgets import theme
+from underfoot.widgets.design.items import NodeItem, WireItem
+from underfoot.widgets.design.levels import COLOURS
+from underfoot.widgets.design.shape import PAD, TITLE, Face, PlacedPort
+
+FRAME_PAD = 2.0 * theme.GRID
+STUB = 40.0
+"""Pixels of a wire that leads out of the group that one looks into."""
+
+
+class BlockItem(NodeItem):
+    """A collapsed group, drawn as one node."""
+
+    def __init__(self, group: Group, face: Face) -> None:
+        super().__init__(PlacedNode(group.id, "", group.at), face)
+        self.group_now = group
+
+    def set_group(self, group: Group, face: Face) -> None:
+        """Show the group as it is now."""
+        self.group_now, self.node = group, PlacedNode(group.id, "", group.at)
+        self.setPos(*group.at)
+        self.set_face(face)
+        for wire in self.wires:
+            wire.follow()
+
+    def end(self, placed: PlacedPort) -> str:
+        return placed.name
+
+    def wire_place(self, side: str, end: str) -> QPointF:
+        return self.port_place(side, end)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        super().paint(painter, option, widget)
+        inner = self.shape_now.rect.adjusted(3.5, 3.5, -3.5, -3.5)
+        painter.setPen(QPen(QColor(theme.mixed(self.face.colour, theme.RAISED, 0.5)), 1.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRoundedRect(inner, 4.0, 4.0)
+        # Three little boxes say that there is more inside.
+        plot = self.shape_now.plot
+        for i in range(3):
+            box = QRectF(plot.center().x() - 26 + 18 * i, plot.center().y() - 6 + 4 * (i % 2), 14, 9)
+            painter.drawRoundedRect(box, 2.0, 2.0)
+
+
+class FrameItem(QGraphicsItem):
+    """The frame around a group that is open; it goes where what is in it goes."""
+
+    def __init__(self, group: Group) -> None:
+        super().__init__()
+        self.group_now = group
+        self._items: Sequence[QGraphicsItem] = ()
+        self._rect = QRectF()
+        self.setZValue(-3.0)
+
+    def follow(self, group: Group, items: Sequence[QGraphicsItem], depth: int) -> None:
+        """Stand around these items; `depth` groups lie around this one."""
+        self.group_now, self._items = group, items
+        self.setZValue(-3.0 - 1.0 / (depth + 1.0))
+        self.adjust()
+
+    def adjust(self) -> None:
+        """Stand around the items where they are now."""
+        rect = QRectF()
+        for item in self._items:
+            rect = rect.united(item.frame_rect() if isinstance(item, FrameItem) else item_rect(item))
+        rect = rect.adjusted(-FRAME_PAD, -FRAME_PAD - TITLE, FRAME_PAD, FRAME_PAD)
+        if rect != self._rect:
+            self.prepareGeometryChange()
+            self._rect = rect
+        self.update()
+
+    def frame_rect(self) -> QRectF:
+        """The frame, in the scene."""
+        return self._rect
+
+    def title_rect(self) -> QRectF:
+        """Its title, in the scene: what the mouse takes it by."""
+        return QRectF(self._rect.left(), self._rect.top(), self._rect.width(), TITLE)
+
+    def boundingRect(self) -> QRectF:
+        return self._rect.adjusted(-1, -1, 1, 1)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        colour = COLOURS[self.group_now.colour]
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(QColor(theme.mixed(colour, theme.GROUND, 0.55)), 1.0))
+        painter.setBrush(QColor(theme.mixed(colour, theme.GROUND, 0.08)))
+        painter.drawRoundedRect(self._rect, 8.0, 8.0)
+        painter.setFont(theme.font(bold=True))
+        painter.setPen(QColor(theme.mixed(colour, theme.TEXT, 0.6)))
+        room = self.title_rect().adjusted(PAD + 4, 0, -PAD, 0)
+        text = painter.fontMetrics().elidedText(
+            self.group_now.title or "Group", Qt.TextElideMode.ElideRight, int(room.width())
+        )
+        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+
+
+class NoteItem(QGraphicsItem):
+    """A text on the canvas."""
+
+    def __init__(self, note: Note) -> None:
+        super().__init__()
+        self.note = note
+        flag = QGraphicsItem.GraphicsItemFlag
+        self.setFlags(flag.ItemIsMovable | flag.ItemIsSelectable | flag.ItemSendsGeometryChanges)
+        self.setZValue(-2.0)
+        self.set_note(note)
+
+    def set_note(self, note: Note) -> None:
+        """Show the note as it is now."""
+        self.prepareGeometryChange()
+        self.note = note
+        metrics = QFontMetricsF(theme.font())
+        wrap = Qt.TextFlag.TextWordWrap
+        room = QRectF(0.0, 0.0, note.width - 2 * PAD, 1e5)
+        height = metrics.boundingRect(room, int(wrap), note.text or " ").height() + 2 * PAD
+        self._rect = QRectF(0.0, 0.0, note.width, float(theme.GRID * -(-height // theme.GRID)))
+        self.setPos(*note.at)
+        self.update()
+
+    @property
+    def size(self) -> tuple[float, float]:
+        return self._rect.width(), self._rect.height()
+
+    def boundingRect(self) -> QRectF:
+        return self._rect.adjusted(-1, -1, 1, 1)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(QColor(theme.TEXT if self.isSelected() else theme.LINE), 1.0))
+        painter.setBrush(QColor(theme.mixed(theme.FORCE, theme.GROUND, 0.1)))
+        painter.drawRoundedRect(self._rect, 4.0, 4.0)
+        painter.setFont(theme.font())
+        painter.setPen(QColor(theme.TEXT if self.note.text else theme.MUTED))
+        room = self._rect.adjusted(PAD, PAD, -PAD, -PAD)
+        wrap = Qt.TextFlag.TextWordWrap
+        painter.drawText(room, int(wrap), self.note.text or "Note")
+
+
+class StubItem(WireItem):
+    """The part of a wire that leads out of the group that one looks into, with the name of what is there."""
+
+    def __init__(self, wire: Wire, item: NodeItem, side: str, colour: str, text: str) -> None:
+        self._side, self._text = side, text
+        super().__init__(wire, item if side == "out" else None, item if side == "in" else None, colour)
+        self.follow()
+
+    def follow(self) -> None:
+        item = self.source or self.target
+        if item is not None:
+            place = item.wire_place(self._side, self.wire[0 if self._side == "out" else 1])
+            away = QPointF(STUB if self._side == "out" else -STUB, 0.0)
+            self.lay(*((place, place + away) if self._side == "out" else (place + away, place)))
+            self._away = place + away
+
+    def boundingRect(self) -> QRectF:
+        width = QFontMetricsF(theme.font(theme.SMALL_PX)).horizontalAdvance(self._text) + 12
+        x = self._away.x() if self._side == "out" else self._away.x() - width
+        return super().boundingRect().united(QRectF(x, self._away.y() - 10, width, 20))
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        super().paint(painter, option, widget)
+        painter.setFont(theme.font(theme.SMALL_PX))
+        painter.setPen(QColor(theme.MUTED))
+        out = self._side == "out"
+        align = Qt.AlignmentFlag.AlignLeft if out else Qt.AlignmentFlag.AlignRight
+        room = QRectF(self._away.x() + 6 if out else self._away.x() - 406, self._away.y() - 10, 400, 20)
+        painter.drawText(room, align | Qt.AlignmentFlag.AlignVCenter, self._text)
+
+
+def item_rect(item: QGraphicsItem) -> QRectF:
+    """What an item fills of the scene, without the room for its dots."""
+    if isinstance(item, NodeItem | NoteItem):
+        return QRectF(item.pos().x(), item.pos().y(), *item.size)
+    return item.sceneBoundingRect()

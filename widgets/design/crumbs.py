@@ -1,0 +1,56 @@
+"""The way back out of a sub-patch: the names of the groups that one has gone into, over the canvas."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QWidget
+
+from underfoot.widgets import theme
+
+
+class Crumbs(QFrame):
+    """Shown while one looks into a group. `wanted` gives the id of the group to go to, "" for the whole patch."""
+
+    wanted = Signal(str)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.buttons: list[QPushButton] = []
+        self._parts: list[QWidget] = []
+        self._way: list[tuple[str, str]] = []
+        self.setObjectName("crumbs")
+        self.setStyleSheet(
+            f"#crumbs {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
+        )
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(4, 2, 4, 2)
+        self._row.setSpacing(0)
+        self.move(8, 8)
+        self.hide()
+
+    def show_way(self, way: Sequence[tuple[str, str]]) -> None:
+        """Ids and names of the groups, the outermost first; none hides it."""
+        if way == self._way:
+            return
+        self._way = list(way)
+        for old in self._parts:
+            old.hide()
+            self._row.removeWidget(old)
+            old.deleteLater()
+        self.buttons, self._parts = [], []
+        steps = [("", "Patch"), *way]
+        for i, (id, name) in enumerate(steps):
+            if i:
+                self._parts.append(theme.label("›", "muted"))
+                self._row.addWidget(self._parts[-1])
+            button = QPushButton(name)
+            button.setProperty("role", "tab")
+            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            button.setEnabled(i < len(steps) - 1)
+            button.clicked.connect(lambda _=False, id=id: self.wanted.emit(id))
+            self._row.addWidget(button)
+            self.buttons.append(button)
+            self._parts.append(button)
+        self.setVisible(bool(way))
+        self.adjustSize()
+        self.raise_()

@@ -1,0 +1,386 @@
+"""What a person can do to the patch on the canvas, but for the hand itself: each is one step of undo."""
+
+from collections.abc import Sequence
+
+import msgspec
+from PySide6.QtCore import QPointF, QRectF, Signal
+from PySide6.QtWidgets import QApplication, QWidget
+
+from underfoot.errors import BadFile, BadValue
+from underfoot.patch.grouping import grouped, put_into, ungrouped
+from underfoot.patch.groups import Note
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch, Wire
+from underfoot.widgets import theme
+from underfoot.widgets.design.editing import aligned, copied, pasted, refusal, snapped
+from underfoot.widgets.design.inline_edit import InlineEdit
+from underfoot.widgets.design.levels import face_of_group
+from underfoot.widgets.design.placing import Box, layered, shift_to_room
+from underfoot.widgets.design.rewiring import healed, inserted, joined, replaced
+from underfoot.widgets.design.shape import TITLE, face_of, node_shape
+from underfoot.widgets.design.undo import Document
+from underfoot.widgets.design.view import PatchView
+
+
+class EditableView(PatchView):
+    """A view whose patch can be edited."""
+
+    selected = Signal(list)
+    """The ids of the selected nodes."""
+
+    def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
+        super().__init__(document, registry, parent)
+        self._nudges = 0
+        self.inline = InlineEdit(self)
+
+    def selected_ids(self) -> list[str]:
+        """The selected nodes, those in collapsed groups too, in the order of the patch."""
+        return self.patch_scene.selected_ids()
+
+    def select_all(self) -> None:
+        """Select everything."""
+        self.patch_scene.select(self.patch_scene.movable())
+
+    def _members(self) -> list[str]:
+        """The nodes and notes that are selected, those in collapsed groups too."""
+        return self.patch_scene.members(self.patch_scene.selected())
+
+    # --- adding ---
+
+    def add(
+        self,
+        type: str,
+        place: QPointF | None = None,
+        held: tuple[str, str] | None = None,
+        old: Wire | None = None,
+        into: Wire | None = None,
+    ) -> None:
+        """Add a node with its title under `place`, or in the middle of what is seen, and select it.
+
+        A wire that is `held` by a port, on its side ("in" or "out"), is brought to the node, in place of the `old` one.
+        `into` is a wire that the node is put into.
+        """
+        if place is None:
+            place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
+        patch = self.document.patch.disconnect([old]) if old else self.document.patch
+        after = patch.add(type, self.registry, self._room_at(type, place))
+        id = after.nodes[-1].id
+        around = self._group_of(into) if into else self.inside
+        if around:
+            after = put_into(after, [id], around)
+        if held is not None:
+            after = joined(after, self.registry, id, *held)
+        if into is not None:
+            after = inserted(after, self.registry, id, into)
+        word = "Insert" if into and into not in after.wires else "Add"
+        self.document.edit(after, f"{word} {self.registry[type].label}")
+        self.patch_scene.select([id])
+
+    def _room_at(self, type: str, place: QPointF) -> tuple[float, float]:
+        shape = node_shape(face_of(self.registry[type]), (), False)
+        x, y = snapped(place.x() - 16.0, place.y() - TITLE / 2)
+        dx, dy = shift_to_room([(x, y, shape.width, shape.height)], self.patch_scene.boxes())
+        return x + dx, y + dy
+
+    def _group_of(self, wire: Wire) -> str:
+        """The innermost group that both ends of a wire are in."""
+        nodes = {end.partition(".")[0] for end in wire}
+        around = [group.id for group in self.document.patch.groups if nodes <= set(group.members)]
+        return around[-1] if around else ""
+
+    def insert(self, patch: Patch, id: str, wire: Wire) -> None:
+        """Put a node of this patch, which the hand has just let go of, into a wire."""
+        around = self._group_of(wire)
+        if around and not any(id in group.members for group in patch.groups):
+            patch = put_into(patch, [id], around)
+        x, y, *size = self._box(patch, id)
+        dx, dy = shift_to_room([(x, y, size[0], size[1])], self.patch_scene.boxes(but=[id]))
+        patch = patch.move({id: (x + dx, y + dy)})
+        self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
+
+    def replace(self, type: str) -> None:
+        """Change the selected node into one of another type; what fits of its wires and parameters stays."""
+        ids = self.selected_ids()
+        if len(ids) == 1:
+            before = self._name(ids[0])
+            after, id, lost = replaced(self.document.patch, self.registry, ids[0], type)
+            self.document.edit(after, f"Replace {before} by {self.registry[type].label}")
+            self.patch_scene.select([id])
+            if lost:
+                self.say(
+                    f"{counted(lost, 'wire')} did not fit {self.registry[type].label} and went; undo brings all back"
+                )
+
+    def add_note(self, place: QPointF) -> None:
+        """Add an empty note, and ask for its text."""
+        patch = self.document.patch
+        x, y = snapped(place.x(), place.y())
+        dx, dy = shift_to_room([(x, y, 200.0, 96.0)], self.patch_scene.boxes())
+        note = Note(patch.free_id("note"), "", (x + dx, y + dy))
+        after = msgspec.structs.replace(patch, notes=(*patch.notes, note))
+        self.document.edit(put_into(after, [note.id], self.inside) if self.inside else after, "Add a note")
+        self.patch_scene.select([note.id])
+        self.edit_note(note.id)
+
+    # --- clipboard ---
+
+    def delete(self) -> None:
+        """Take away what is selected and the chosen wire. Wires through a node heal."""
+        wires = self.patch_scene.chosen_wires()
+        patch = self.document.patch.disconnect(wires)
+        self._take_away(patch, "Delete", "Disconnect" if wires else "Delete")
+
+    def copy(self) -> None:
+        """Put what is selected, with the wires between it, on the clipboard."""
+        if self._members():
+            QApplication.clipboard().setText(copied(self.document.patch, self._members()))
+
+    def cut(self) -> None:
+        """Copy what is selected and take it away."""
+        if self._members():
+            self.copy()
+            self._take_away(self.document.patch, "Cut", "Cut")
+
+    def _take_away(self, patch: Patch, word: str, otherwise: str) -> None:
+        gone = self._members()
+        text = f"{word} {self._words(gone)}" if gone else otherwise
+        self.document.edit(healed(patch, self.registry, gone), text)
+
+    def paste(self) -> None:
+        """Add what the clipboard's text describes, under the mouse where it is over the canvas."""
+        mouse = self.viewport().mapFromGlobal(self.cursor().pos())
+        over = self.viewport().rect().contains(mouse) and self.viewport().underMouse()
+        place = self.mapToScene(mouse)
+        self._paste(QApplication.clipboard().text(), (place.x(), place.y()) if over else None, "Paste")
+
+    def duplicate(self) -> None:
+        """Add what is selected once more, beside itself."""
+        if self._members():
+            self._paste(copied(self.document.patch, self._members()), None, "Duplicate")
+
+    def _paste(self, text: str, at: tuple[float, float] | None, what: str) -> None:
+        patch = self.document.patch
+        try:
+            after, ids = pasted(patch, text, self.registry, at)
+        except BadFile as error:
+            self.say(str(error))
+            return
+        if self.inside:
+            after = put_into(after, ids, self.inside)
+        new = set(ids)
+        boxes = [self._box(after, node.id) for node in after.nodes if node.id in new]
+        dx, dy = shift_to_room(boxes, self.patch_scene.boxes())
+        stands = {one.id: one.at for one in after.things() if one.id in new}
+        stands |= {group.id: group.at for group in after.groups[len(patch.groups) :]}
+        after = after.move({id: (x + dx, y + dy) for id, (x, y) in stands.items()})
+        self.document.edit(after, f"{what} {self._words(ids, after)}")
+        self.patch_scene.select({self.patch_scene.level.stands[id] for id in ids})
+
+    def _box(self, patch: Patch, id: str) -> Box:
+        node = patch.node(id)
+        shape = node_shape(face_of(self.registry[node.type], node.label), (), False)
+        return (*node.at, shape.width, shape.height)
+
+    # --- wires and places ---
+
+    def connect_ports(self, source: str, target: str) -> None:
+        """Connect two ports by a wire, or say why that cannot be."""
+        reason = refusal(self.document.patch, self.registry, source, target)
+        if reason:
+            self.say(reason)
+        else:
+            self.document.edit(self.document.patch.connect(source, target, self.registry), "Connect")
+
+    def align(self, side: str) -> None:
+        """Bring what is selected in line: "left", "right", "top", "bottom", or spread it "across" or "down"."""
+        scene = self.patch_scene
+        places = {id: (item.pos().x(), item.pos().y()) for id, item in scene.movable().items() if item.isSelected()}
+        moved = aligned(places, side, scene.sizes())
+        self.document.edit(self.document.patch.move(moved), f"Align {counted(len(places), 'node')}")
+
+    def nudge(self, dx: int, dy: int) -> None:
+        """Move what is selected by steps of the grid; steps in a row are one step of undo."""
+        chosen = self.patch_scene.selected()
+        there = self.patch_scene.movable()
+        x, y = dx * theme.GRID, dy * theme.GRID
+        places = {id: (there[id].pos().x() + x, there[id].pos().y() + y) for id in chosen}
+        text = f"Move {self._words(self._members())}"
+        self.document.edit(self.document.patch.move(places), text, f"nudge {sorted(chosen)} {self._nudges}")
+
+    def tidy(self) -> None:
+        """Lay out what is selected, or all, in layers along the flow. Its left upper corner stays where it is."""
+        scene = self.patch_scene
+        chosen = scene.selected() if len(scene.selected()) > 1 else [*scene.nodes, *scene.blocks]
+        items = {id: item for id, item in scene.movable().items() if id in set(chosen) and id not in scene.notes}
+        if len(items) < 2:
+            return
+        wires = map(scene.level.ends, self.document.patch.wires)
+        places = layered({id: item.size for id, item in items.items()}, wires)
+        left = min(item.pos().x() for item in items.values())
+        top = min(item.pos().y() for item in items.values())
+        boxes = [(left + x, top + y, *items[id].size) for id, (x, y) in places.items()]
+        dx, dy = shift_to_room(boxes, scene.boxes(but=items))
+        moved = {id: snapped(left + x + dx, top + y + dy) for id, (x, y) in places.items()}
+        self.document.edit(self.document.patch.move(moved), f"Tidy up {counted(len(items), 'node')}")
+
+    # --- names and groups ---
+
+    def rename(self) -> None:
+        """Ask for another name for the selected node or group, or for the text of the note."""
+        chosen = self.patch_scene.selected()
+        frame = self._frame_around(chosen)
+        if frame:
+            self.edit_title(frame)
+        elif len(chosen) == 1 and chosen[0] in self.patch_scene.notes:
+            self.edit_note(chosen[0])
+        elif len(chosen) == 1:
+            self.edit_title(chosen[0])
+        else:
+            self.say("Select the one node, group or note that is to have another name")
+
+    def _frame_around(self, chosen: Sequence[str]) -> str:
+        """The open group whose members are just these, if several are selected."""
+        members = set(self.patch_scene.members(chosen))
+        frames = (group.id for group in self.patch_scene.level.frames if set(group.members) == members)
+        return next(frames, "") if len(chosen) > 1 else ""
+
+    def edit_title(self, id: str) -> None:
+        """Ask for the name of a node or group, where it stands."""
+        patch, scene = self.document.patch, self.patch_scene
+        if id in scene.frames:
+            place = scene.frames[id].title_rect()
+        else:
+            item = scene.nodes.get(id) or scene.blocks[id]
+            place = QRectF(item.pos().x(), item.pos().y(), item.shape_now.width, TITLE)
+        now = self._name(id) if id in scene.nodes else patch.group(id).title
+        over = self.mapFromScene(place).boundingRect()
+        self.inline.open(over, now, lambda text: self._give_title(id, text))
+
+    def _give_title(self, id: str, text: str) -> None:
+        patch = self.document.patch
+        try:
+            if any(group.id == id for group in patch.groups):
+                self.document.edit(self._with_group(id, title=text), "Rename a group")
+            elif text != self._name(id):
+                own = self.registry[patch.node(id).type].label
+                self.document.edit(patch.name(id, "" if text == own else text), f"Rename {self._name(id)}")
+        except BadValue as error:
+            self.say(str(error))
+
+    def edit_note(self, id: str) -> None:
+        """Ask for the text of a note."""
+        item = self.patch_scene.notes[id]
+        over = self.mapFromScene(item.sceneBoundingRect()).boundingRect()
+        self.inline.open(over, item.note.text, lambda text: self._give_note(id, text), one_line=False)
+
+    def _give_note(self, id: str, text: str) -> None:
+        patch = self.document.patch
+        notes = tuple(msgspec.structs.replace(n, text=text) if n.id == id else n for n in patch.notes)
+        try:
+            self.document.edit(msgspec.structs.replace(patch, notes=notes).check(self.registry), "Edit a note")
+        except BadValue as error:
+            self.say(str(error))
+
+    def group(self) -> None:
+        """Put a frame around what is selected, and ask for its title."""
+        members = self._members()
+        if not members:
+            self.say("Select what is to be grouped")
+            return
+        try:
+            after = grouped(self.document.patch, members)
+        except BadValue as error:
+            self.say(str(error))
+            return
+        new = next(iter({g.id for g in after.groups} - {g.id for g in self.document.patch.groups}))
+        self.document.edit(after, f"Group {self._words(members)}")
+        self.edit_title(new)
+
+    def ungroup(self) -> None:
+        """Take away the frame around what is selected, or put what a collapsed group holds back."""
+        blocks = [id for id in self.patch_scene.selected() if id in self.patch_scene.blocks]
+        frame = self._frame_around(self.patch_scene.selected()) or self._one_frame()
+        gone = blocks or ([frame] if frame else [])
+        if not gone:
+            self.say("Select a group")
+            return
+        members = self._members()
+        self.document.edit(ungrouped(self.document.patch, gone), "Ungroup")
+        self.patch_scene.select({self.patch_scene.level.stands[id] for id in members})
+
+    def _one_frame(self) -> str:
+        """The innermost open group that everything selected is in."""
+        members = set(self._members())
+        around = [group.id for group in self.patch_scene.level.frames if members and members <= set(group.members)]
+        return around[-1] if around else ""
+
+    def collapse(self) -> None:
+        """Make what is selected one node, with a port for each wire across its border; open it again if it is one."""
+        chosen = self.patch_scene.selected()
+        blocks = [id for id in chosen if id in self.patch_scene.blocks]
+        patch = self.document.patch
+        if blocks and len(blocks) == len(chosen):
+            members = self._members()
+            for id in blocks:
+                patch = self._with_group(id, patch, collapsed=False)
+            self.document.edit(patch, "Open a sub-patch")
+            self.patch_scene.select({self.patch_scene.level.stands[id] for id in members})
+            return
+        id = self._frame_around(chosen)
+        try:
+            if not id:
+                patch = grouped(patch, self._members())
+                id = next(iter({g.id for g in patch.groups} - {g.id for g in self.document.patch.groups}))
+        except BadValue:
+            self.say("Select what is to be one node: whole groups, or nodes of one group")
+            return
+        patch = self._with_group(id, patch, collapsed=True)
+        shape = node_shape(face_of_group(patch, self.registry, patch.group(id)), (), False)
+        middle = self.patch_scene.extent(chosen).center()
+        x, y = snapped(middle.x() - shape.width / 2, middle.y() - shape.height / 2)
+        dx, dy = shift_to_room([(x, y, shape.width, shape.height)], self.patch_scene.boxes(but=chosen))
+        after = self._with_group(id, patch, at=(x + dx, y + dy))
+        self.document.edit(after, f"Collapse {self._words(patch.group(id).members)}")
+        self.patch_scene.select([id])
+
+    def paint_group(self, colour: str) -> None:
+        """Give the group around what is selected another colour."""
+        chosen = self.patch_scene.selected()
+        blocks = [id for id in chosen if id in self.patch_scene.blocks]
+        for id in blocks or [self._frame_around(chosen) or self._one_frame()]:
+            if id:
+                self.document.edit(self._with_group(id, colour=colour), "Colour a group")
+
+    def enter(self) -> None:
+        """Look into the selected sub-patch."""
+        chosen = self.patch_scene.selected()
+        if len(chosen) == 1 and chosen[0] in self.patch_scene.blocks:
+            self.look_into(chosen[0])
+
+    def _with_group(self, id: str, patch: Patch | None = None, **changes: object) -> Patch:
+        patch = patch or self.document.patch
+        groups = tuple(msgspec.structs.replace(g, **changes) if g.id == id else g for g in patch.groups)
+        return msgspec.structs.replace(patch, groups=groups).check(self.registry)
+
+    # --- words ---
+
+    def _name(self, id: str) -> str:
+        node = self.document.patch.node(id)
+        return node.label or self.registry[node.type].label
+
+    def _words(self, ids: Sequence[str], patch: Patch | None = None) -> str:
+        """These, for the undo list: the name of one, the number of several."""
+        patch = patch or self.document.patch
+        nodes = [node for node in patch.nodes if node.id in set(ids)]
+        if len(nodes) == 1:
+            return nodes[0].label or self.registry[nodes[0].type].label
+        return counted(len(nodes), "node") if nodes else counted(len(ids), "note")
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things.
+
+    >>> counted(1, "node"), counted(3, "node")
+    ('1 node', '3 nodes')
+    """
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,77 @@
+"""A field that opens on the canvas, over what it names, and goes away when the text is given."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QRect, Qt
+from PySide6.QtGui import QFocusEvent, QKeyEvent
+from PySide6.QtWidgets import QPlainTextEdit, QWidget
+
+from underfoot.widgets import theme
+from underfoot.widgets.escape import asks_for_escape
+
+HEIGHT, LEAST_WIDTH, NOTE_HEIGHT = 30, 160, 96
+
+
+class InlineEdit(QPlainTextEdit):
+    """Enter gives a line, Ctrl+Enter a text of several lines, as does a click elsewhere; Escape gives nothing."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._around = parent
+        self._done: Callable[[str], object] | None = None
+        self._is_line = True
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setStyleSheet(f"QPlainTextEdit {{ border: 1px solid {theme.VIBRATION}; padding: 2px 4px; }}")
+        self.setTabChangesFocus(True)
+        self.setAccessibleName("Name or note")
+        self.hide()
+
+    def open(self, over: QRect, text: str, done: Callable[[str], object], one_line: bool = True) -> None:
+        """Ask for a text over this place of the parent; `done` is called with it, if it is given."""
+        self._done, self._is_line = done, one_line
+        least = HEIGHT if one_line else NOTE_HEIGHT
+        size = QRect(over.x(), over.y(), max(over.width(), LEAST_WIDTH), max(0 if one_line else over.height(), least))
+        room = self._around.rect()
+        size.moveLeft(max(min(size.x(), room.width() - size.width() - 4), 4))
+        size.moveTop(max(min(size.y(), room.height() - size.height() - 4), 4))
+        self.setGeometry(size)
+        wrap = QPlainTextEdit.LineWrapMode
+        self.setLineWrapMode(wrap.NoWrap if one_line else wrap.WidgetWidth)
+        self.setPlainText(text)
+        self.selectAll()
+        self.show()
+        self.raise_()
+        self.setFocus()
+
+    def close_with(self, give: bool) -> None:
+        """Go away; give what was typed, or not."""
+        done, self._done = self._done, None
+        if done is None:
+            return
+        self.hide()
+        text = " ".join(self.toPlainText().split()) if self._is_line else self.toPlainText().strip()
+        if give:
+            done(text)
+        self._around.setFocus()
+
+    def event(self, event: QEvent) -> bool:
+        # Escape belongs to the field, whatever else it does in the window.
+        if asks_for_escape(event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        if event.key() == Qt.Key.Key_Escape:
+            self.close_with(give=False)
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and (self._is_line or control):
+            self.close_with(give=True)
+        else:
+            super().keyPressEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        if event.reason() not in (Qt.FocusReason.PopupFocusReason, Qt.FocusReason.ActiveWindowFocusReason):
+            self.close_with(give=True)

@@ -1,0 +1,102 @@
+"""What of a patch is seen at one level: collapsed groups stand for what is in them. Without a screen."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from underfoot.patch.groups import Group, innermost, parents
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.widgets import theme
+from underfoot.widgets.design.shape import Face, Row, shown
+
+_OPEN, _OUTSIDE = "", "."
+"""What a group's members are at a level, when they are not drawn as a block; no id has a dot."""
+
+COLOURS = {
+    "grey": theme.MUTED,
+    "teal": theme.VIBRATION,
+    "amber": theme.FORCE,
+    "violet": theme.EVENTS,
+    "green": theme.CONTACT,
+    "red": theme.ALARM,
+}
+"""The colours that a group may have."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """What is drawn when one looks into a group, or at the whole patch."""
+
+    stands: Mapping[str, str]
+    """For each node and note that is seen: itself, or the collapsed group that stands for it."""
+    blocks: tuple[Group, ...]
+    """Collapsed groups that are drawn as one node."""
+    frames: tuple[Group, ...]
+    """Groups that are drawn as a frame, the outer ones first."""
+
+    def ends(self, wire: Wire) -> tuple[str, str]:
+        """What a wire is drawn between; "" for an end that is outside; twice "" where it is not drawn."""
+        source, target = (self.stands.get(end.partition(".")[0], "") for end in wire)
+        return ("", "") if source == target else (source, target)
+
+
+def level_of(patch: Patch, inside: str = "") -> Level:
+    """What is seen of a patch in the group `inside`, or of the whole."""
+    ids = [one.id for one in patch.things()]
+    if not patch.groups:
+        return Level({id: id for id in ids}, (), ())
+    above, inner = parents(patch.groups), innermost(patch.groups)
+    state = {"": _OUTSIDE if inside else _OPEN}
+    blocks, frames = [], []
+    for group in patch.groups:
+        around = state[above[group.id]]
+        if group.id == inside:
+            state[group.id] = _OPEN
+        elif around != _OPEN:
+            state[group.id] = around
+        elif group.collapsed:
+            state[group.id] = group.id
+            blocks.append(group)
+        else:
+            state[group.id] = _OPEN
+            frames.append(group)
+    stands = {}
+    for id in ids:
+        what = state[inner.get(id, "")]
+        if what != _OUTSIDE:
+            stands[id] = what or id
+    return Level(stands, tuple(blocks), tuple(frames))
+
+
+def face_of_group(patch: Patch, registry: Registry, group: Group) -> Face:
+    """What a collapsed group shows: a port for each wire across its border, and for what has no wire at all."""
+    inside = set(group.members)
+    nodes = sorted((n for n in patch.nodes if n.id in inside), key=lambda node: (node.at[1], node.at[0]))
+    wired = {end for wire in patch.wires for end in wire}
+    crossing = {
+        end
+        for wire in patch.wires
+        if (wire[0].partition(".")[0] in inside) != (wire[1].partition(".")[0] in inside)
+        for end in wire
+    }
+    inputs, outputs = [], []
+    for node in nodes:
+        type = registry[node.type]
+        plain = {port.name for port in type.inputs}
+        into = [p for n, p in type.input_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, n in plain)]
+        out = [p for n, p in type.output_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, True)]
+        inputs += [Row(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(into))) for p in into]
+        outputs += [Row(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
+    title = group.title or "Sub-patch"
+    names = ", ".join(node.label or registry[node.type].label for node in nodes)
+    return Face(title, f"Sub-patch of {names}", COLOURS[group.colour], tuple(inputs), tuple(outputs))
+
+
+def _is_port(end: str, crossing: set[str], wired: set[str], plain: bool) -> bool:
+    return end in crossing or (plain and end not in wired)
+
+
+def _text(node: PlacedNode, registry: Registry, port: str, ports: int) -> str:
+    """A port of a group by its node's name, and by its own where that node has several."""
+    name = node.label or registry[node.type].label
+    return name if ports == 1 else f"{name} {shown(port)}"

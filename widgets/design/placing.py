@@ -1,0 +1,154 @@
+"""Where new nodes find room, and how a patch is tidied up. In pixels of the canvas, without a screen."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from statistics import fmean
+
+import numpy as np
+
+from underfoot.widgets.theme import GRID
+
+Box = tuple[float, float, float, float]
+"""Left, top, width, height."""
+
+GAP = 2.0 * GRID
+"""Between a node and one that is put beside it."""
+
+COLUMN_GAP = 8.0 * GRID
+SWEEPS = 8
+
+NEAR, FAR, STEP = 24, 96, 2
+"""How far, and in which steps, room is looked for: in units of the grid."""
+
+
+def shift_to_room(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float, float]:
+    """The least shift, on the grid, after which none of the new boxes touches one that is there.
+
+    >>> shift_to_room([(0.0, 0.0, 100.0, 80.0)], [])
+    (0.0, 0.0)
+    >>> shift_to_room([(0.0, 0.0, 100.0, 80.0)], [(0.0, 48.0, 100.0, 80.0)])
+    (0.0, -48.0)
+    """
+    if not new or not taken:
+        return 0.0, 0.0
+    there = np.array(taken)
+    for boxes, reach in ((np.array(new), NEAR), (_around(new), FAR)):
+        shifts = _shifts(reach)
+        free = np.ones(len(shifts), bool)
+        for left, top, width, height in boxes:
+            x, y = left + shifts[:, :1], top + shifts[:, 1:]
+            beside = (x >= there[:, 0] + there[:, 2] + GAP) | (x + width + GAP <= there[:, 0])
+            free &= (beside | (y >= there[:, 1] + there[:, 3] + GAP) | (y + height + GAP <= there[:, 1])).all(axis=1)
+        if free.any():
+            x_px, y_px = shifts[int(free.argmax())]
+            return float(x_px), float(y_px)
+    below = (there[:, 1] + there[:, 3]).max() + GAP - min(box[1] for box in new)
+    return 0.0, float(np.ceil(below / GRID) * GRID)
+
+
+def layered(
+    sizes: Mapping[str, tuple[float, float]], wires: Iterable[tuple[str, str]]
+) -> dict[str, tuple[float, float]]:
+    """Places for nodes of these sizes in columns along the flow, from 0, 0 on.
+
+    A node stands as far to the left as its sources let it, but beside what it feeds; in a column, nodes stand in the
+    order, and near the height, of what they are connected to.
+
+    >>> layered({"a": (96.0, 80.0), "b": (96.0, 80.0)}, [("a", "b")])
+    {'a': (0.0, 0.0), 'b': (160.0, 0.0)}
+    """
+    real, edges = list(sizes), sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b})
+    columns = _columns(real, edges)
+    sizes, edges = _with_bends(sizes, edges, columns)
+    beside: dict[str, list[str]] = {id: [] for id in sizes}
+    for a, b in edges:
+        beside[a].append(b)
+        beside[b].append(a)
+    middle: dict[str, float] = {}
+    for column in columns:
+        _stack(column, {}, sizes, middle)
+    for sweep in range(SWEEPS):
+        for column in columns if sweep % 2 == 0 else columns[::-1]:
+            wanted = {id: fmean(middle[o] for o in beside[id]) for id in column if beside[id]}
+            column.sort(key=lambda id: wanted.get(id, middle[id]))
+            _stack(column, wanted, sizes, middle)
+    top = min(middle[id] - sizes[id][1] / 2 for id in sizes)
+    places, x = {}, 0.0
+    for column in columns:
+        for id in column:
+            places[id] = (x, float(round((middle[id] - sizes[id][1] / 2 - top) / GRID) * GRID))
+        x += max(sizes[id][0] for id in column) + COLUMN_GAP
+    return {id: places[id] for id in real}
+
+
+def _with_bends(
+    sizes: Mapping[str, tuple[float, float]], edges: Sequence[tuple[str, str]], columns: Sequence[list[str]]
+) -> tuple[dict[str, tuple[float, float]], list[tuple[str, str]]]:
+    """Sizes and edges with a thin node in each column that a long wire passes: so it passes between the others."""
+    at = {id: i for i, column in enumerate(columns) for id in column}
+    all_sizes, short = dict(sizes), []
+    for a, b in edges:
+        before = a
+        for i in range(at[a] + 1, at[b]):
+            bend = f"{a}>{b}>{i}"
+            all_sizes[bend] = (0.0, GRID)
+            columns[i].append(bend)
+            short.append((before, bend))
+            before = bend
+        short.append((before, b))
+    return all_sizes, short
+
+
+def _columns(ids: list[str], edges: Sequence[tuple[str, str]]) -> list[list[str]]:
+    """Nodes by the longest way to them; those without a source stand just before what they feed."""
+    sources: dict[str, list[str]] = {id: [] for id in ids}
+    targets: dict[str, list[str]] = {id: [] for id in ids}
+    for a, b in edges:
+        sources[b].append(a)
+        targets[a].append(b)
+    waiting = {id: len(sources[id]) for id in ids}
+    order = [id for id in ids if not waiting[id]]
+    depth = dict.fromkeys(ids, 0)
+    for id in order:
+        for target in targets[id]:
+            depth[target] = max(depth[target], depth[id] + 1)
+            waiting[target] -= 1
+            if not waiting[target]:
+                order.append(target)
+    for id in ids:
+        if not sources[id] and targets[id]:
+            depth[id] = min(depth[target] for target in targets[id]) - 1
+    used = sorted(set(depth.values()))
+    return [[id for id in ids if depth[id] == one] for one in used]
+
+
+def _stack(
+    column: Sequence[str],
+    wanted: Mapping[str, float],
+    sizes: Mapping[str, tuple[float, float]],
+    middle: dict[str, float],
+) -> None:
+    """Set the heights of a column's nodes near what is wanted, in this order and without touching."""
+    at = 0.0
+    for i, id in enumerate(column):
+        half = sizes[id][1] / 2
+        free = wanted.get(id, at + half)
+        middle[id] = free if i == 0 else max(free, at + half)
+        at = middle[id] + half + GAP
+    meant = [wanted[id] - middle[id] for id in column if id in wanted]
+    by = fmean(meant) if meant else 0.0
+    for id in column:
+        middle[id] += by
+
+
+def _around(boxes: Sequence[Box]) -> np.ndarray:
+    """The one box around all, as an array [1, 4]."""
+    sides = np.array(boxes)
+    low = sides[:, :2].min(axis=0)
+    return np.concatenate([low, (sides[:, :2] + sides[:, 2:]).max(axis=0) - low])[None]
+
+
+def _shifts(reach: int) -> np.ndarray:
+    """Every shift within reach, [shift, 2], the shortest first; of equal ones that down and to the right."""
+    across = GRID * np.arange(-reach, reach + 1, STEP)
+    x, y = (part.ravel() for part in np.meshgrid(across, across))
+    return np.stack([x, y], axis=1)[np.lexsort((-x, -y, x * x + y * y))].astype(float)

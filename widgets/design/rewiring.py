@@ -1,0 +1,165 @@
+"""Edits that keep wires: a node put into a wire, taken out of one, or changed into another. Without a screen."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import msgspec
+
+from underfoot.errors import BadValue
+from underfoot.parameters import Number, Parameter
+from underfoot.patch.groups import Group, renamed
+from underfoot.patch.node import NodeType, Port, Registry
+from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.widgets.design.editing import may_fit, refusal
+
+
+def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:
+    """The port that "node.port" names, on the side "in" or "out" of its node."""
+    id, _, name = end.partition(".")
+    type = registry[patch.node(id).type]
+    return (type.input_ports if side == "in" else type.output_ports)[name]
+
+
+def fitting_port(type: NodeType, end: Port, side: str) -> str:
+    """The port of a node of `type` for a wire that is held at `end`, on `side` of its own node; "" where none fits.
+
+    Of the parameters only those count that have the wire's unit.
+    """
+    if side == "in":
+        return next((port.name for port in type.outputs if may_fit(port, end)), "")
+    plain = next((port.name for port in type.inputs if may_fit(end, port)), "")
+    if plain or not end.unit:
+        return plain
+    driven = (port for name, port in type.input_ports.items() if name in type.parameters)
+    return next((port.name for port in driven if port.kind == end.kind and port.unit == end.unit), "")
+
+
+def types_that_fit(registry: Registry, end: Port, side: str) -> list[str]:
+    """The types of node that a wire, held at `end`, can be brought to."""
+    return [type.type for type in registry.values() if fitting_port(type, end, side)]
+
+
+def joined(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
+    """With a wire between the port `end`, on `side` of its node, and the port of node `id` that fits."""
+    name = fitting_port(registry[patch.node(id).type], port_of(patch, registry, end, side), side)
+    if not name:
+        return patch
+    wire = (end, f"{id}.{name}") if side == "out" else (f"{id}.{name}", end)
+    return patch if refusal(patch, registry, *wire) else patch.connect(*wire, registry)
+
+
+class Passage(NamedTuple):
+    """The input and the output by which a node can stand in a wire."""
+
+    input: str
+    output: str
+
+
+def passage(patch: Patch, registry: Registry, type: str, wire: Wire) -> Passage | None:
+    """How a node of `type` can stand in this wire; None where it cannot."""
+    source, target = port_of(patch, registry, wire[0], "out"), port_of(patch, registry, wire[1], "in")
+    inputs = (port.name for port in registry[type].inputs if may_fit(source, port))
+    outputs = (port.name for port in registry[type].outputs if may_fit(port, target))
+    input, output = next(inputs, ""), next(outputs, "")
+    return Passage(input, output) if input and output else None
+
+
+def types_for_wire(patch: Patch, registry: Registry, wire: Wire) -> list[str]:
+    """The types of node that can stand in this wire."""
+    return [type for type in registry if passage(patch, registry, type, wire)]
+
+
+def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
+    """With the node `id`, which is there and has no wires, in this wire; the same patch where it does not fit."""
+    way = passage(patch, registry, patch.node(id).type, wire)
+    if way is None:
+        return patch
+    wires = tuple((f"{id}.{way.output}", wire[1]) if other == wire else other for other in patch.wires)
+    through = (*wires, (wire[0], f"{id}.{way.input}"))
+    return msgspec.structs.replace(patch, wires=through).check(registry)
+
+
+def healed(patch: Patch, registry: Registry, ids: Iterable[str]) -> Patch:
+    """Without these nodes. What came into the first input of each goes on to where its outputs went, if that fits."""
+    gone = set(ids)
+    after = patch.remove(gone)
+    into = {target: source for source, target in patch.wires}
+    types = {node.id: registry[node.type] for node in patch.nodes}
+    for source, target in patch.wires:
+        id = source.partition(".")[0]
+        if target.partition(".")[0] in gone:
+            continue
+        while id in gone:
+            first = (into[end] for port in types[id].inputs if (end := f"{id}.{port.name}") in into)
+            source = next(first, "")
+            id = source.partition(".")[0]
+        if id and (source, target) not in after.wires and not refusal(after, registry, source, target):
+            after = after.connect(source, target, registry)
+    return after
+
+
+def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patch, str, int]:
+    """With a node of `type` in place of the node `id`: the patch, the new node's id, and how many wires were let go.
+
+    A wire goes to the port of the same name, else to the first that is free and fits. Parameters of the same name and
+    unit keep their values.
+    """
+    old = patch.node(id)
+    new = patch.free_id(type)
+    kept = {
+        name: value
+        for name, value in old.parameters.items()
+        if _keeps(registry[old.type].parameters[name], registry[type].parameters.get(name), value)
+    }
+    used: set[str] = set()
+    wires, lost = [], 0
+    for wire in patch.wires:
+        moved = _moved(patch, registry, wire, id, PlacedNode(new, type), used)
+        lost += moved is None
+        wires += [moved] if moved else []
+    node = msgspec.structs.replace(old, id=new, type=type, parameters=kept)
+    nodes = tuple(node if other.id == id else other for other in patch.nodes)
+    groups = renamed([_without_published(group, id) for group in patch.groups], {id: new})
+    after = msgspec.structs.replace(patch, nodes=nodes, wires=tuple(wires), groups=groups)
+    return after.check(registry), new, lost
+
+
+def _without_published(group: Group, id: str) -> Group:
+    if not group.published:
+        return group
+    kept = tuple(end for end in group.published if end.partition(".")[0] != id)
+    return msgspec.structs.replace(group, published=kept)
+
+
+def _keeps(old: Parameter, new: Parameter | None, value: object) -> bool:
+    if new is None or new.kind != old.kind:
+        return False
+    if isinstance(old, Number) and isinstance(new, Number) and old.unit != new.unit:
+        return False
+    try:
+        new.check(value)
+    except BadValue:
+        return False
+    return True
+
+
+def _moved(patch: Patch, registry: Registry, wire: Wire, id: str, new: PlacedNode, used: set[str]) -> Wire | None:
+    """The wire with its end at node `id` at the new node instead; None where that has no port for it."""
+    ends = list(wire)
+    type = registry[new.type]
+    for i, side in enumerate(("out", "in")):
+        node, _, name = wire[i].partition(".")
+        if node != id:
+            continue
+        other = port_of(patch, registry, wire[1 - i], "in" if side == "out" else "out")
+        ports = type.output_ports if side == "out" else type.input_ports
+        fits = [p for p in ports.values() if may_fit(*((p, other) if side == "out" else (other, p)))]
+        open_ports = [p.name for p in fits if side == "out" or f"{new.id}.{p.name}" not in used]
+        plain = [name for name in open_ports if name not in type.parameters]
+        chosen = name if name in open_ports else next(iter(plain), "")
+        if not chosen:
+            return None
+        ends[i] = f"{new.id}.{chosen}"
+        if side == "in":
+            used.add(ends[i])
+    return ends[0], ends[1]

@@ -1,0 +1,66 @@
+"""Parameters that several nodes have alike, so that they can be set for all at once. Without a screen."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from underfoot.errors import BadValue
+from underfoot.parameters import Count, Number, Parameter
+from underfoot.patch.node import NodeType, Registry
+from underfoot.patch.patch import Patch
+
+
+def shared_parameters(types: Sequence[NodeType]) -> dict[str, Parameter]:
+    """What all these have by the same name, of the same kind and unit; of numbers, with the range that all allow."""
+    first, *others = types
+    found = {}
+    for name, parameter in first.parameters.items():
+        common: Parameter | None = parameter
+        for other in others:
+            common = _common(common, other.parameters.get(name))
+        if common is not None:
+            found[name] = common
+    return found
+
+
+def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:
+    if a is None or b is None or type(a) is not type(b):
+        return None
+    if isinstance(a, Number | Count) and isinstance(b, Number | Count):
+        low, high = max(a.low, b.low), min(a.high, b.high)
+        if a.unit != b.unit or low >= high or getattr(a, "scale", "") != getattr(b, "scale", ""):
+            return None
+        if (low, high) == (a.low, a.high):
+            return a
+        made: Number | Count
+        if isinstance(a, Count):
+            made = dataclasses.replace(a, low=int(low), high=int(high), default=min(max(a.default, low), high))
+        else:
+            made = dataclasses.replace(a, low=low, high=high, default=min(max(a.default, low), high))
+        object.__setattr__(made, "name", a.name)
+        return made
+    alike = dataclasses.replace(b, default=a.default, doc=a.doc, label=a.label) == a
+    return a if alike else None
+
+
+def values_of(patch: Patch, registry: Registry, ids: Sequence[str], name: str) -> list[Any]:
+    """The different values that a parameter has in these nodes, in their order."""
+    found: list[Any] = []
+    there = {node.id: node for node in patch.nodes}
+    for id in ids:
+        node = there[id]
+        parameter = registry[node.type].parameters[name]
+        value = parameter.check(node.parameters.get(name, parameter.default))
+        if value not in found:
+            found.append(value)
+    return found
+
+
+def shown_value(parameter: Parameter, values: Sequence[Any]) -> Any:
+    """The first of these values that all nodes allow."""
+    for value in values:
+        try:
+            return parameter.check(value)
+        except BadValue:
+            continue
+    return parameter.default

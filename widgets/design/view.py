@@ -1,0 +1,190 @@
+"""The view of a patch: which part of it is seen, how large, and at which level."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QPainter, QResizeEvent
+from PySide6.QtWidgets import QFrame, QGraphicsView, QWidget
+
+from underfoot.patch.groups import chain
+from underfoot.patch.node import Registry
+from underfoot.widgets import theme
+from underfoot.widgets.design.crumbs import Crumbs
+from underfoot.widgets.design.message import Message
+from underfoot.widgets.design.minimap import MiniMap
+from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.design.undo import Document
+
+CLOSEST, FARTHEST = 2.5, 0.1
+LEAST_FIT = 0.75
+"""A patch that is opened is not made smaller than this to fit: its text would be too small to be read."""
+HINT = "Double-click, or press /, to add a node\nor drag one here from the list"
+
+
+class PatchView(QGraphicsView):
+    """Shows the document's patch, or what is in one of its groups."""
+
+    refused = Signal(str)
+    """Why a wire was not made, or a paste not taken: what the canvas also shows itself."""
+
+    view_moved = Signal()
+    """Another part of the patch, or another zoom, is seen."""
+
+    def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.registry = registry
+        self.patch_scene = PatchScene(registry)
+        self.setScene(self.patch_scene)
+        self.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.MinimalViewportUpdate)
+        self.setOptimizationFlag(QGraphicsView.OptimizationFlag.DontSavePainterState)
+        self.setTransformationAnchor(QGraphicsView.ViewportAnchor.NoAnchor)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setDragMode(QGraphicsView.DragMode.RubberBandDrag)
+        self.setAcceptDrops(True)
+        self.setAccessibleName("Canvas")
+        self.setMinimumSize(240, 160)
+        self.inside = ""
+        self._keeps_all = False
+        self.map = MiniMap(self.patch_scene, self)
+        self.crumbs = Crumbs(self)
+        self.hint = theme.label(HINT, "muted")
+        self.hint.setParent(self)
+        self.hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.hint.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._message = Message(self)
+        self.map.wanted.connect(self._look_at)
+        self.crumbs.wanted.connect(self.look_into)
+        document.changed.connect(self._show)
+        self._show()
+
+    # --- which part ---
+
+    def zoom(self, factor: float, about: QPoint | None = None) -> None:
+        """Zoom by a factor; what is at this place of the view, or in its middle, stays there."""
+        self._keeps_all = False
+        about = about or self.viewport().rect().center()
+        held = self.mapToScene(about)
+        now = self.transform().m11()
+        factor = min(max(now * factor, FARTHEST), CLOSEST) / now
+        self.scale(factor, factor)
+        slipped = self.mapToScene(about) - held
+        self.translate(slipped.x(), slipped.y())
+        self._moved()
+
+    def zoom_to(self, scale: float) -> None:
+        """Zoom so that a node is drawn at `scale` times its size."""
+        self.zoom(scale / self.transform().m11())
+
+    def frame(self, everything: bool = False) -> None:
+        """Bring what is selected, or all, into view, never larger than actual size."""
+        self._keeps_all = False
+        self._fit(self.patch_scene.extent(() if everything else self.patch_scene.selected()), FARTHEST)
+
+    def begin_view(self) -> None:
+        """Bring all into view, or its left end where all of it could not be read; so it stays, whatever size the window
+        takes, until the view is moved."""
+        self._fit(self.patch_scene.extent(), LEAST_FIT)
+        self._keeps_all = True
+
+    def _fit(self, extent: QRectF, least: float) -> None:
+        self.resetTransform()
+        if extent.isNull():
+            self.centerOn(0.0, 0.0)
+        else:
+            extent = extent.adjusted(-32, -32, 32, 32)
+            room = self.viewport().rect()
+            scale = max(min(room.width() / extent.width(), room.height() / extent.height(), 1.0), least)
+            self.scale(scale, scale)
+            wide, high = room.width() / scale, room.height() / scale
+            middle = extent.center()
+            if extent.width() > wide:
+                middle.setX(extent.left() + wide / 2)
+            if extent.height() > high:
+                middle.setY(extent.top() + high / 2)
+            self.centerOn(middle)
+        self._moved()
+
+    def pan(self, dx_px: int, dy_px: int) -> None:
+        """Move the view by pixels of the screen."""
+        self._keeps_all = False
+        self.horizontalScrollBar().setValue(self.horizontalScrollBar().value() + dx_px)
+        self.verticalScrollBar().setValue(self.verticalScrollBar().value() + dy_px)
+        self._moved()
+
+    def bring(self, ids: Sequence[str]) -> None:
+        """Move the view as little as it takes to see these."""
+        self.ensureVisible(self.patch_scene.extent(ids), 32, 32)
+        self._moved()
+
+    def _look_at(self, place: QPointF) -> None:
+        self._keeps_all = False
+        self.centerOn(place)
+        self._moved()
+
+    def visible_ids(self) -> Sequence[str]:
+        """Nodes that are in view and large enough to be read."""
+        if self.transform().m11() < 0.45:
+            return ()
+        seen = self.mapToScene(self.viewport().rect()).boundingRect()
+        return [id for id, item in self.patch_scene.nodes.items() if seen.intersects(item.sceneBoundingRect())]
+
+    # --- which level ---
+
+    def look_into(self, group: str) -> None:
+        """Show what is in a group; "" is the whole patch. What one comes out of is selected."""
+        left, self.inside = self.inside, group
+        self._show()
+        way = chain(self.document.patch.groups, left)
+        below = way[way.index(group) + 1 :] if group in way else way if not group else []
+        self.patch_scene.select(below[:1])
+        self._fit(self.patch_scene.extent(), LEAST_FIT)
+        self.setFocus()
+
+    def leave(self) -> None:
+        """Show the group around the one that is seen, or the whole patch."""
+        way = chain(self.document.patch.groups, self.inside)
+        if way:
+            self.look_into(way[-2] if len(way) > 1 else "")
+
+    def _show(self) -> None:
+        self._keeps_all = False
+        patch = self.document.patch
+        if self.inside not in {group.id for group in patch.groups}:
+            self.inside = ""
+        self.patch_scene.show(patch, self.inside)
+        names = {group.id: group.title or "Sub-patch" for group in patch.groups}
+        self.crumbs.show_way([(id, names[id]) for id in chain(patch.groups, self.inside)] if self.inside else [])
+        self.hint.setVisible(not patch.nodes and not patch.notes)
+        self._moved()
+
+    # --- what it says ---
+
+    def say(self, text: str, alarm: bool = True) -> None:
+        """Show a line over the canvas for a few seconds; an empty one clears it."""
+        self._message.show_text(text, alarm)
+        if text and alarm:
+            self.refused.emit(text)
+
+    @property
+    def said(self) -> str:
+        """The line that is shown now."""
+        return self._message.shown
+
+    # --- Qt ---
+
+    def _moved(self) -> None:
+        seen = self.mapToScene(self.viewport().rect()).boundingRect()
+        self.map.follow(seen)
+        self.view_moved.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.map.move(self.width() - self.map.width() - 8, self.height() - self.map.height() - 8)
+        self.hint.setGeometry(self.rect())
+        if self._keeps_all:
+            self.begin_view()
+        self._moved()

@@ -1,0 +1,14 @@
+"""Escape closes what is open, and is panic where nothing is: how a widget with something open takes it for itself."""
+
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QKeyEvent
+
+
+def asks_for_escape(event: QEvent) -> bool:
+    """Whether this event asks a widget, before the window hears of it, if it has a use for Escape.
+
+    A widget that accepts such an event closes something. Shift+Escape is never asked for: that is always panic.
+    """
+    if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
+        return False
+    return event.key() == Qt.Key.Key_Escape and not event.modifiers() & Qt.KeyboardModifier.ShiftModifier

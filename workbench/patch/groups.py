@@ -1,0 +1,177 @@
+"""What a patch has for the eye alone: notes, and groups of nodes. Neither changes a sample of what is computed."""
+
+from collections.abc import Collection, Iterable, Mapping
+
+import msgspec
+
+from underfoot.errors import BadValue, require
+from underfoot.parameters import IDENTIFIER
+
+COLOURS = ("grey", "teal", "amber", "violet", "green", "red")
+"""What a group's frame may be painted in."""
+
+LONGEST_LABEL, LONGEST_NOTE = 80, 4000
+"""Characters."""
+
+FURTHEST = 1e6
+"""Pixels from the canvas's middle beyond which nothing stands."""
+
+NARROWEST, WIDEST = 64.0, 2000.0
+"""Pixels that a note may be wide."""
+
+
+class Note(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A text on the canvas."""
+
+    id: str
+    text: str = ""
+    at: tuple[float, float] = (0.0, 0.0)
+    width: float = 200.0
+
+
+class Group(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Nodes and notes with a frame around them; collapsed, a sub-patch that is drawn as one node at `at`.
+
+    Groups lie within one another or apart; an outer one stands before those inside it.
+    """
+
+    id: str
+    members: tuple[str, ...] = ()
+    title: str = ""
+    colour: str = "grey"
+    collapsed: bool = False
+    at: tuple[float, float] = (0.0, 0.0)
+    published: tuple[str, ...] = ()
+    """Parameters of inner nodes, as "node.parameter", that are set on the collapsed node, too."""
+
+
+def innermost(groups: Iterable[Group]) -> dict[str, str]:
+    """For each node and note in a group, the innermost one.
+
+    >>> innermost([Group("a", ("x", "y")), Group("b", ("y",))])
+    {'x': 'a', 'y': 'b'}
+    """
+    return {member: group.id for group in groups for member in group.members}
+
+
+def parents(groups: Iterable[Group]) -> dict[str, str]:
+    """For each group the one that it lies in, or "".
+
+    >>> parents([Group("a", ("x", "y")), Group("b", ("y",))])
+    {'a': '', 'b': 'a'}
+    """
+    inner: dict[str, str] = {}
+    found = {}
+    for group in groups:
+        found[group.id] = inner.get(group.members[0], "")
+        inner.update(dict.fromkeys(group.members, group.id))
+    return found
+
+
+def chain(groups: Iterable[Group], id: str) -> list[str]:
+    """A group and those that it lies in, the outermost first.
+
+    >>> chain([Group("a", ("x", "y")), Group("b", ("y",))], "b")
+    ['a', 'b']
+    """
+    above = parents(groups)
+    found: list[str] = []
+    while id:
+        found.insert(0, id)
+        id = above[id]
+    return found
+
+
+def without(groups: Iterable[Group], gone: Collection[str]) -> tuple[Group, ...]:
+    """The groups without these members and groups; one that has lost all its members is gone."""
+    kept = []
+    for group in groups:
+        if group.id in gone:
+            continue
+        if not gone or not any(member in gone for member in group.members):
+            kept.append(group)
+            continue
+        members = tuple(member for member in group.members if member not in gone)
+        published = tuple(end for end in group.published if end.partition(".")[0] not in gone)
+        if members:
+            kept.append(msgspec.structs.replace(group, members=members, published=published))
+    return tuple(kept)
+
+
+def renamed(groups: Iterable[Group], names: Mapping[str, str]) -> tuple[Group, ...]:
+    """The groups with other names for some members."""
+    return tuple(
+        msgspec.structs.replace(
+            group,
+            members=tuple(names.get(member, member) for member in group.members),
+            published=tuple(_renamed_end(end, names) for end in group.published),
+        )
+        if any(member in names for member in group.members)
+        else group
+        for group in groups
+    )
+
+
+def _renamed_end(end: str, names: Mapping[str, str]) -> str:
+    id, dot, name = end.partition(".")
+    return f"{names.get(id, id)}{dot}{name}"
+
+
+def check_notes_and_groups(
+    notes: Iterable[Note], groups: Iterable[Group], nodes: Iterable[str], parameters: Collection[str]
+) -> None:
+    """`BadValue` where an id is taken, a text is too long, or groups overlap. `parameters` are all, as
+    "node.parameter"."""
+    seen = set(nodes)
+    for i, note in enumerate(notes):
+        _check_id(f"notes[{i}]", note.id, seen)
+        long = f"text of at most {LONGEST_NOTE} characters"
+        require(len(note.text) <= LONGEST_NOTE, f"notes[{i}].text", note.text[:40], long)
+        check_place(f"notes[{i}]", note.at)
+        wide = NARROWEST <= note.width <= WIDEST
+        require(wide, f"notes[{i}].width", note.width, f"{NARROWEST:g} to {WIDEST:g}")
+    members = frozenset(seen)
+    for i, group in enumerate(groups):
+        _check_id(f"groups[{i}]", group.id, seen)
+        check_label(f"groups[{i}].title", group.title)
+        require(group.colour in COLOURS, f"groups[{i}].colour", group.colour, ", ".join(COLOURS))
+        check_place(f"groups[{i}]", group.at)
+        for end in group.published:
+            known = end.partition(".")[0] in group.members and end in parameters
+            require(known, f"groups[{i}].published", end, "parameters of its nodes, as node.parameter")
+    check_members(groups, members)
+
+
+def check_label(place: str, text: str) -> None:
+    """`BadValue` for a name that does not stand in one line."""
+    fits = len(text) <= LONGEST_LABEL and (text.isprintable() or not text)
+    require(fits, place, text[: LONGEST_LABEL + 1], f"one line of at most {LONGEST_LABEL} characters")
+
+
+def check_place(place: str, at: tuple[float, float]) -> None:
+    """`BadValue` for a place outside the canvas."""
+    near = all(abs(way) <= FURTHEST for way in at)
+    require(near, f"{place}.at", at, f"two numbers, each -{FURTHEST:g} to {FURTHEST:g}")
+
+
+def _check_id(place: str, id: str, seen: set[str]) -> None:
+    require(bool(IDENTIFIER.fullmatch(id)), f"{place}.id", id, "letters, digits, - and _")
+    require(id not in seen, f"{place}.id", id, "an id that no other node, note or group has")
+    seen.add(id)
+
+
+def check_members(groups: Iterable[Group], ids: Collection[str]) -> None:
+    """`BadValue` where a group has a member that there is not, or cuts another group in two."""
+    inner: dict[str, str] = {}
+    for i, group in enumerate(groups):
+        require(bool(group.members), f"groups[{i}].members", "[]", "one node or note, or more")
+        around = inner.get(group.members[0], "")
+        seen: set[str] = set()
+        for member in group.members:
+            require(member in ids, f"groups[{i}].members", member, "nodes and notes of this patch")
+            require(member not in seen, f"groups[{i}].members", member, "each member once")
+            seen.add(member)
+            if inner.get(member, "") != around:
+                cut = inner.get(member, "") or around
+                raise BadValue(f"groups[{i}] would hold a part of the group {cut!r}; take all of it, or nothing")
+        inner.update(dict.fromkeys(group.members, group.id))
