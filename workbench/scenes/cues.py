@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass
 
 from underfoot.engine import commands
-from underfoot.engine.commands import Command
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
 from underfoot.patch.node import Registry
@@ -30,9 +29,11 @@ class Strike:
 
     def __post_init__(self) -> None:
         require(0.0 <= self.strength <= 1.0, "strength", self.strength, "0 to 1")
-        require(math.isfinite(self.x_m) and math.isfinite(self.y_m), "place", (self.x_m, self.y_m), "two finite lengths")
+        require(
+            math.isfinite(self.x_m) and math.isfinite(self.y_m), "place", (self.x_m, self.y_m), "two finite lengths"
+        )
 
-    def command(self, floor: Floor, delay_s: float) -> Command:
+    def command(self, floor: Floor, delay_s: float) -> commands.Strike:
         """The engine's command; the event comes `delay_s` after it."""
         tile = nearest_tile(floor, self.x_m, self.y_m)
         return commands.Strike(self.node, tile, self.strength, min(max(delay_s, 0.0), commands.MOST_DELAY_S))
