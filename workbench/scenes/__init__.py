@@ -1,7 +1,7 @@
 """Scenes: the floor as a surface to look at and to act on. Each is a folder here that declares one.
 
-A folder of `underfoot.scenes` is a scene where its `__init__.py` has a class made of `Scene`: the workspace, the command
-and the tests of all scenes follow from that. docs/scenes.md writes one.
+A folder of `underfoot.scenes` is a scene where its `__init__.py` has a class made of `Scene`: the workspace, the
+command and the tests of all scenes follow from that. docs/scenes.md writes one.
 """
 
 import importlib

@@ -29,9 +29,8 @@ class Strike:
 
     def __post_init__(self) -> None:
         require(0.0 <= self.strength <= 1.0, "strength", self.strength, "0 to 1")
-        require(
-            math.isfinite(self.x_m) and math.isfinite(self.y_m), "place", (self.x_m, self.y_m), "two finite lengths"
-        )
+        place = (self.x_m, self.y_m)
+        require(all(map(math.isfinite, place)), "place", place, "two finite lengths")
 
     def command(self, floor: Floor, delay_s: float) -> commands.Strike:
         """The engine's command; the event comes `delay_s` after it."""

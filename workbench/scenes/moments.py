@@ -7,6 +7,7 @@ of whose foot it is. A contact keeps its id as long as it stands, over tile edge
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +72,7 @@ class Moments:
         times = frames / self._rate_hz
         numbers = np.floor(times / MOMENT_S + 1e-6).astype(np.int64)
         edges = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(times)]
-        for first, end in zip(edges, edges[1:], strict=False):
+        for first, end in pairwise(edges):
             if first == end:
                 continue
             if numbers[first] != self._number:

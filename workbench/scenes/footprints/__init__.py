@@ -47,7 +47,7 @@ class Print:
     def follow(self, contact: OngoingContact) -> None:
         """The contact went on."""
         self.contact = contact
-        self.sum_m = self.sum_m + (contact.x_m, contact.y_m)
+        self.sum_m = self.sum_m + np.array([contact.x_m, contact.y_m])
         self.count += 1
 
 

@@ -62,8 +62,9 @@ class Cracks:
     def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: Draws) -> float:
         """One crack event under a foot; returns how far cracks ran.
 
-        Where no seed is within `spacing_m`, but for those all of whose fronts have come to the edge, there is one now. Else the nearest one's fronts run on by `length_m`, each
-        of n with probability 1 / n, and turn by a normal draw whose standard deviation is `turn`, of the unit vector.
+        Where no seed that can still grow is within `spacing_m` there is one now. Else the nearest one's fronts run on
+        by `length_m`, each of n with probability 1 / n, and turn by a normal draw whose standard deviation is `turn`,
+        of the unit vector.
         """
         self.seeds = [seed for seed in self.seeds if not all(front.is_at_edge for front in seed.fronts)]
         nearest = min(self.seeds, key=lambda seed: math.dist(seed.at_m, under_m), default=None)

@@ -33,7 +33,7 @@ class TargetSelection(Scene):
     title = "Target selection"
     doc = (
         "Round buttons of several widths, distances and bearings appear one after the other, as in the study; each is "
-        "pressed with a foot before it vanishes. Hits, misses and times are shown. Nothing is kept: that is the study's."
+        "pressed with a foot before it vanishes. Hits, misses and times are shown; to keep them, run the study."
     )
     widths_m, distances_m, bearings_deg = Method.widths_m, Method.distances_m, Method.bearings_deg
     preferred_foot, force_n, visible_s = Method.preferred_foot, Method.force_n, Method.visible_s
@@ -80,7 +80,7 @@ class TargetSelection(Scene):
         words = f"width {100.0 * target.width_m:.1f} cm"
         if answers["selected"] == YES:
             self._hit = target
-            self.times_s.append(answers["time_s"])
+            self.times_s.append(float(answers["time_s"]))
             yield Strike("click", target.x_m, target.y_m)
             yield Say(f"hit after {answers['time_s']:.2f} s, {words}")
         else:
