@@ -24,7 +24,7 @@ RATE_HZ = 1000.0
 """The ice is computed so often: as often as tiles read."""
 FRESH_S = 0.25
 """A crack is bright for so long."""
-ICE, CRACK, FRESH, FOOT = "#0e2536", "#7fb4cc", "#ffffff", "#1d4560"
+ICE, CRACK, FRESH, FOOT = "#0e2536", "#6998ae", "#ffffff", "#18394f"
 
 
 class FrozenPond(Scene):
@@ -90,8 +90,8 @@ class FrozenPond(Scene):
         for tile in self.floor.tiles:
             yield Polygon(tile.corners_m(), ICE)
         for contact in self._contacts:
-            yield Disc(contact.x_m, contact.y_m, 0.05 + 0.05 * min(contact.force_n / 700.0, 1.0), FOOT, 0.7)
-        yield Lines(self.cracks.lines_m, CRACK, 0.0025, 0.8)
+            yield Disc(contact.x_m, contact.y_m, 0.05 + 0.05 * min(contact.force_n / 700.0, 1.0), FOOT)
+        yield Lines(self.cracks.lines_m, CRACK, 0.0025)
         if self._grown:
             yield Lines(self.cracks.latest_m(self._grown[0][1]), FRESH, 0.004)
 
