@@ -4,6 +4,7 @@ import time
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
     QFrame,
@@ -80,7 +81,8 @@ class TransportBar(QWidget):
         self._tab_group.addButton(button)
         self._tab_line.addWidget(button)
         button.ensurePolished()
-        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window the level slider gives way
+        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window the figures and the target give way
+        self._fit()
 
     def set_workspace(self, name: str) -> None:
         """Mark the workspace that is on the screen."""
@@ -163,6 +165,20 @@ class TransportBar(QWidget):
 
     # --- layout ---
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Show the figures that there is room for: the last ones to go are load and latency."""
+        figures = (self.engine, self.latency, self.xruns, self.lost, self.asleep)
+        for figure in figures:
+            figure.show()
+        for figure in reversed(figures):
+            if self._layout.minimumSize().width() <= self.width():
+                break
+            figure.hide()
+
     def _add_menu(self, menu: QMenu) -> None:
         self.menu = QToolButton()
         self.menu.setProperty("role", "flat")
@@ -189,9 +205,10 @@ class TransportBar(QWidget):
         self.target.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         self.target.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.target.setMenu(QMenu(self.target))
-        self.target.setFixedWidth(22 * theme.GRID)
+        self.target.setMinimumWidth(12 * theme.GRID)
+        self.target.setMaximumWidth(22 * theme.GRID)
         self.target.setStyleSheet("QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }")
-        self._layout.addWidget(self.target)
+        self._layout.addWidget(self.target, 100)  # it takes what room there is, up to its most, before the level does
 
     def _add_flags(self) -> None:
         self.flags = QToolButton()

@@ -92,7 +92,7 @@ class ScenePanel(QWidget):
         self.screen_choice.setAccessibleName("Screen of the projector")
         self.project = QPushButton("Show on the floor…")
         self.project.setToolTip("Fill this screen with the scene at its true size, for a projector")
-        self.walker = QCheckBox("Somebody walks on the simulated floor")
+        self.walker = QCheckBox("A simulated walker walks")
         self.editors: dict[str, ParameterEditor] = {}
         self.parameters = QScrollArea()
         self.parameters.setWidgetResizable(True)

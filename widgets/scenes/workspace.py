@@ -13,6 +13,7 @@ from underfoot.engine.session import Session
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
 from underfoot.scenes import discover
+from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage
 from underfoot.widgets.dialogs.shortcuts import Keys
@@ -27,6 +28,8 @@ SHORTCUTS = (
     ("Press with a foot, on a simulated floor", "Mouse button"),
     ("On the projector: scale, move, reset, close", "+ −, arrows, 0, Esc"),
 )
+_BESIDE_TICKS = 6
+"""Beside the projector the pane is painted once in so many ticks."""
 _SPEED_TICKS = 20
 """Figures are shown once in so many ticks."""
 
@@ -200,14 +203,16 @@ class ScenesWorkspace(Workspace):
         painted = self.projection or self.view
         for moment in moments:
             for contact in moment.down:
-                painted.times.expect(contact.start_s)
+                if contact.start_s >= moment.began_s - MOMENT_S:  # others stood there before the scene began
+                    painted.times.expect(contact.start_s)
         while stage.said:
             self.panel.add_line(stage.said.popleft())
+        self._ticks += 1
         if moments:
-            self.view.update()
             if self.projection is not None:
                 self.projection.update()
-        self._ticks += 1
+            if self.projection is None or self._ticks % _BESIDE_TICKS == 0:
+                self.view.update()
         if self._ticks % _SPEED_TICKS == 0:
             self.panel.state.setText(stage.scene.state)
             self.panel.show_speed(painted.times.per_s, stage.latencies_s, painted.times.shown_s)

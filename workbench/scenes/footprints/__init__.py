@@ -59,7 +59,15 @@ class Footprints(Scene):
         "A trail of footprints that fades. A print is there as the foot comes down, and becomes a left or right sole "
         "with the length of its step a second later. Steps are counted; the ground can be gravel, snow, sand or leaves."
     )
-    fades_s = Number(8.0, 0.5, 120.0, unit="s", scale="log", doc="how long a print is seen after its foot has left")
+    fades_s = Number(
+        8.0,
+        0.5,
+        120.0,
+        unit="s",
+        scale="log",
+        label="Fades after",
+        doc="how long a print is seen after its foot",
+    )
     ground = Choice("silent", options=tuple(GROUNDS), doc="what the floor feels like")
     gain = Number(1.0, 0.0, 1.0, scale="gain", doc="of the ground")
 

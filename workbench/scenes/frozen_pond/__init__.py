@@ -35,12 +35,16 @@ class FrozenPond(Scene):
         "Ice that cracks under the feet. A load makes the sheet slip again and again (5.4); each slip sets an energy "
         "free, which is felt and heard as one blow on the tile, and seen as one growth of the cracks."
     )
-    threshold_n = Number(100.0, 10.0, 1000.0, unit="N", scale="log", doc="force at which the ice slips: thin ice 30")
+    threshold_n = Number(
+        100.0, 10.0, 1000.0, unit="N", scale="log", label="Threshold", doc="force at which the ice slips: thin ice 30"
+    )
     spread = Number(0.4, 0.0, 0.9, doc="how much thresholds vary, of their mean")
     gamma = Number(1.5, 0.0, 4.0, doc="exponent of the law of energies: the larger, the fewer large cracks")
-    growth_m_per_j = Number(6.0, 0.1, 100.0, unit="m/J", scale="log", doc="how far a crack runs for its energy")
+    growth_m_per_j = Number(
+        6.0, 0.1, 100.0, unit="m/J", scale="log", label="Growth", doc="how far a crack runs for its energy"
+    )
     turn = Number(0.35, 0.0, 2.0, doc="standard deviation of a crack's turn from line to line")
-    spacing_m = Number(0.12, 0.02, 1.0, unit="m", doc="nearer than this to a seed, no other one begins")
+    spacing_m = Number(0.12, 0.02, 1.0, unit="m", label="Spacing", doc="nearer to a seed no other one begins")
     most_lines = Count(2000, 100, 4000, doc="of more lines the oldest close again; from the next start on")
 
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:

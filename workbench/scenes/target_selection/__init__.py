@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,9 +36,13 @@ class TargetSelection(Scene):
         "Round buttons of several widths, distances and bearings appear one after the other, as in the study; each is "
         "pressed with a foot before it vanishes. Hits, misses and times are shown; to keep them, run the study."
     )
-    widths_m, distances_m, bearings_deg = Method.widths_m, Method.distances_m, Method.bearings_deg
-    preferred_foot, force_n, visible_s = Method.preferred_foot, Method.force_n, Method.visible_s
-    pause_s = Number(1.0, 0.0, 60.0, unit="s", doc="from a button's end to the next one")
+    widths_m = replace(Method.widths_m, label="Widths")
+    distances_m = replace(Method.distances_m, label="Distances")
+    bearings_deg = replace(Method.bearings_deg, label="Bearings")
+    preferred_foot = Method.preferred_foot
+    force_n = replace(Method.force_n, label="Force")
+    visible_s = replace(Method.visible_s, label="Visible for")
+    pause_s = Number(1.0, 0.0, 60.0, unit="s", label="Pause", doc="from a button's end to the next one")
     repeats = Count(1, 1, 100, doc="how often each button comes; this and those above from the next start on")
 
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:

@@ -22,9 +22,13 @@ class TouchWidgets(Scene):
         "A button, a toggle and a slider to be pressed and dragged with a foot. A press clicks under the foot, and "
         "clicks again, softer, as it is let go; a slider is felt as it slips along."
     )
-    engage_n = Number(35.0, 5.0, 500.0, unit="N", scale="log", doc="a press has this force; it ends below half of it")
-    grain_mm = Number(4.0, 1.0, 50.0, unit="mm", scale="log", doc="a slider's way from slip to slip, in the mean")
-    size_m = Number(0.165, 0.05, 0.5, unit="m", doc="diameter of the button; from the next start on")
+    engage_n = Number(
+        35.0, 5.0, 500.0, unit="N", scale="log", label="Force", doc="a press has this force; it ends below half of it"
+    )
+    grain_m = Number(
+        0.004, 0.001, 0.05, unit="m", scale="log", label="Grain", doc="a slider's way from slip to slip, in the mean"
+    )
+    size_m = Number(0.165, 0.05, 0.5, unit="m", label="Size", doc="diameter of the button; from the next start on")
 
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
         super().__init__(floor, given, seed)
@@ -39,7 +43,7 @@ class TouchWidgets(Scene):
 
     def step(self, moment: Moment) -> Iterable[Cue]:
         self._moment = moment
-        feel = Feel(self.given["engage_n"], 1e-3 * self.given["grain_mm"])
+        feel = Feel(self.given["engage_n"], self.given["grain_m"])
         free = {contact.id for contact in moment.contacts} - {control.held_by for control in self.controls}
         for control in self.controls:
             yield from control.step(moment, free, feel, self.draws)
