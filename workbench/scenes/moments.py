@@ -82,7 +82,7 @@ class Moments:
                     self._begin()
                 self._number = int(numbers[first])
             self._times.append(times[first:end])
-            self._forces.append(force_n[first:end])
+            self._forces.append(force_n[first:end].copy())  # the caller fills its array anew
 
     def _complete(self) -> Moment:
         times, forces = np.concatenate(self._times), np.concatenate(self._forces)
