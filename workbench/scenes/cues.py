@@ -35,7 +35,8 @@ class Strike:
     def command(self, floor: Floor, delay_s: float) -> commands.Strike:
         """The engine's command; the event comes `delay_s` after it."""
         tile = nearest_tile(floor, self.x_m, self.y_m)
-        return commands.Strike(self.node, tile, self.strength, min(max(delay_s, 0.0), commands.MOST_DELAY_S))
+        delay = min(max(float(delay_s), 0.0), commands.MOST_DELAY_S)
+        return commands.Strike(self.node, tile, float(self.strength), delay)  # plain numbers, as recordings keep them
 
 
 @dataclass(frozen=True)

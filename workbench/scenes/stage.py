@@ -80,8 +80,8 @@ class Stage:
                 session.send(strike)
                 self._sent.append((strike, cue.at_s if math.isfinite(cue.at_s) else moment.began_s))
             case Set(node, name, value):
-                self._own = self._own.set(node, name, value, session.registry)
-                session.send(commands.Set(node, name, value))
+                self._own = self._own.set(node, name, float(value), session.registry)
+                session.send(commands.Set(node, name, float(value)))
             case Play():
                 session.edit(cue.beside(self._own, self.scene.floor, session.registry))
             case Say(words):
