@@ -49,13 +49,14 @@ def test_shapes_have_their_areas_and_places():
     assert disc.sum() == pytest.approx(np.pi * (0.05 * px_per_m) ** 2, rel=0.01)
     rows, columns = np.indices(disc.shape)
     middle = (disc * (columns + 0.5)).sum() / disc.sum(), (disc * (rows + 0.5)).sum() / disc.sum()
-    expected = 200 + 0.1 * px_per_m, disc.shape[0] / 2 - 0.2 * px_per_m
+    low, high = corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05
+    expected = (0.1 - low[0]) * px_per_m, (high[1] - 0.2) * px_per_m
     assert middle == pytest.approx(expected, abs=0.5)
-    ring = canvas.paint([Disc(0.0, 0.0, 0.05, "#ffffff", rim_m=0.01)])[..., 0] / 255.0
+    ring = canvas.paint([Disc(0.3, 0.3, 0.05, "#ffffff", rim_m=0.01)])[..., 0] / 255.0
     assert ring.sum() == pytest.approx(np.pi * (0.05**2 - 0.04**2) * px_per_m**2, rel=0.02)
-    half = canvas.paint([box(0.0, 0.0, 0.2, 0.1, "#ffffff", 0.5)])[..., 0] / 255.0
+    half = canvas.paint([box(0.3, 0.3, 0.2, 0.1, "#ffffff", 0.5)])[..., 0] / 255.0
     assert half.sum() == pytest.approx(0.5 * 0.02 * px_per_m**2, rel=0.02)
-    line = canvas.paint([Lines(np.array([[[0.0, 0.0], [0.2, 0.1]]]), "#ffffff", 0.01)])[..., 0] / 255.0
+    line = canvas.paint([Lines(np.array([[[0.1, 0.1], [0.3, 0.2]]]), "#ffffff", 0.01)])[..., 0] / 255.0
     assert line.sum() == pytest.approx((0.01 * np.hypot(0.2, 0.1) + np.pi * 0.005**2) * px_per_m**2, rel=0.03)
-    assert canvas.paint([Text(0.0, 0.0, "12 cm", 0.05, "#ffffff")]).any()
+    assert canvas.paint([Text(0.3, 0.3, "12 cm", 0.05, "#ffffff")]).any()
     assert not canvas.paint([Disc(9.0, 9.0, 0.05, "#ffffff")]).any()  # beside the picture
