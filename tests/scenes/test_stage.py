@@ -23,11 +23,11 @@ BEFORE = Patch(title="before")
 
 def test_a_scene_is_felt_recorded_and_replayed_to_the_same_bytes(until, tmp_path):
     path = tmp_path / "pond.underfoot"
-    with live(BEFORE, until, record=path) as session:
-        session.started()
-        broken_scene_leaves(session)
+    with live(BEFORE, until, record=path, start=False) as session:
         pond = discover()["frozen-pond"](FLOOR)
         stage = Stage(session.session, pond)
+        until(path.exists, "it is recorded")
+        session.session.start()
         assert session.session.patch.title == "Frozen pond"
         felt = []
 
@@ -45,10 +45,12 @@ def test_a_scene_is_felt_recorded_and_replayed_to_the_same_bytes(until, tmp_path
         stage.close()  # once is enough
         assert session.session.patch == BEFORE
         assert stage.tick() == []
+        session.session.stop_recording()
+        broken_scene_leaves(session)
     with Recording(path) as recording:
         kinds = [kind for _, kind, _ in recording.commands()]
         _, played = recording.vibration()
-    assert {"Swap", "Strike"} <= set(kinds)
+    assert "Strike" in kinds
     assert played.any()
     again = replay(path, REGISTRY, block=256).samples
     assert np.array_equal(again[: len(played)], played)

@@ -167,10 +167,12 @@ class ScenePanel(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(*[2 * theme.GRID] * 4)
         column.setSpacing(theme.GRID)
-        for part in (self.title, self.about, self.start):
+        above: tuple[QWidget, ...] = (self.title, self.about, self.start)
+        below: tuple[QWidget, ...] = (self.walker, self.state, self.speed)
+        for part in above:
             column.addWidget(part)
         column.addLayout(screen)
-        for part in (self.walker, self.state, self.speed):
+        for part in below:
             column.addWidget(part)
         column.addWidget(theme.label("PARAMETERS", "heading"))
         column.addWidget(self.parameters, 1)
