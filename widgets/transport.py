@@ -29,6 +29,9 @@ BUSY = 0.8
 ALARM_S = 10.0
 """How long a new loss is shown as an alarm."""
 
+READ_PX = 7 * theme.GRID
+"""Beyond its least width a target takes so much to be read."""
+
 Choices = Sequence[tuple["str | Choices", str]]
 """A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
 
@@ -170,12 +173,12 @@ class TransportBar(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        """Show the figures that there is room for: the last ones to go are load and latency."""
+        """Show the figures for which there is room beside a target that can be read; load and latency go last."""
         figures = (self.engine, self.latency, self.xruns, self.lost, self.asleep)
         for figure in figures:
             figure.show()
         for figure in reversed(figures):
-            if self._layout.minimumSize().width() <= self.width():
+            if self._layout.minimumSize().width() + READ_PX <= self.width():
                 break
             figure.hide()
 

@@ -40,7 +40,7 @@ def _(shape: Lines, painter: QPainter) -> None:
     ends += (to_pixels.dx(), to_pixels.dy())
     wide = shape.width_m * math.hypot(to_pixels.m11(), to_pixels.m12())
     painter.resetTransform()
-    painter.setPen(QPen(QColor(shape.colour), max(wide, 1.0), c=Qt.PenCapStyle.FlatCap))
+    painter.setPen(QPen(QColor(shape.colour), max(wide, 1.0), c=Qt.PenCapStyle.SquareCap))
     painter.drawLines([QLineF(*line) for line in ends.reshape(-1, 4).tolist()])
     painter.setTransform(to_pixels)
 
