@@ -203,8 +203,8 @@ class ScenesWorkspace(Workspace):
         painted = self.projection or self.view
         for moment in moments:
             for contact in moment.down:
-                if contact.start_s >= moment.began_s - MOMENT_S:  # others stood there before the scene began
-                    painted.times.expect(contact.start_s)
+                # Whoever stood there before the scene began, or is told of late, counts from this moment.
+                painted.times.expect(max(contact.start_s, moment.began_s - MOMENT_S))
         while stage.said:
             self.panel.add_line(stage.said.popleft())
         self._ticks += 1
