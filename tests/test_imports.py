@@ -46,7 +46,7 @@ LEVELS = (
     {"parameters"},
     {"floor", "patch"},
     {"nodes", "devices", "calibration", "records", "experiments"},
-    {"engine", "bench", "network", "studies", "exchange"},
+    {"engine", "bench", "exchange", "network", "scenes", "studies"},
     {"commands", "monitoring"},
     {"widgets"},
     {"__main__"},

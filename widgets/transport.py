@@ -20,8 +20,6 @@ from underfoot.engine.reports import Health
 from underfoot.widgets import theme
 from underfoot.widgets.level_slider import LevelSlider
 
-WIDE_TARGET, NARROW_TARGET = 22 * theme.GRID, 14 * theme.GRID
-
 MOST_FLAGS = 8
 """So many warnings are listed in a tooltip."""
 
@@ -30,6 +28,9 @@ BUSY = 0.8
 
 ALARM_S = 10.0
 """How long a new loss is shown as an alarm."""
+
+READ_PX = 7 * theme.GRID
+"""Beyond its least width a target takes so much to be read."""
 
 Choices = Sequence[tuple["str | Choices", str]]
 """A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
@@ -83,7 +84,7 @@ class TransportBar(QWidget):
         self._tab_group.addButton(button)
         self._tab_line.addWidget(button)
         button.ensurePolished()
-        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window other things give way
+        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window the figures and the target give way
         self._make_room()
 
     def set_workspace(self, name: str) -> None:
@@ -177,15 +178,14 @@ class TransportBar(QWidget):
         self._make_room()
 
     def _make_room(self) -> None:
-        """In a narrow window the figures give way, what a person needs least first, and the target's name is cut."""
-        self.target.setFixedWidth(WIDE_TARGET)
-        for figure in self._figures:
+        """Show the figures for which there is room beside a target that can be read; load and latency go last."""
+        figures = (self.engine, self.latency, self.xruns, self.lost, self.asleep)
+        for figure in figures:
             figure.show()
-        for figure in self._figures:
-            if self._layout.minimumSize().width() <= self.width():
-                return
+        for figure in reversed(figures):
+            if self._layout.minimumSize().width() + READ_PX <= self.width():
+                break
             figure.hide()
-        self.target.setFixedWidth(NARROW_TARGET)
 
     def _add_menu(self, menu: QMenu) -> None:
         self.menu = QToolButton()
@@ -213,9 +213,10 @@ class TransportBar(QWidget):
         self.target.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         self.target.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.target.setMenu(QMenu(self.target))
-        self.target.setFixedWidth(WIDE_TARGET)
+        self.target.setMinimumWidth(12 * theme.GRID)
+        self.target.setMaximumWidth(22 * theme.GRID)
         self.target.setStyleSheet("QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }")
-        self._layout.addWidget(self.target)
+        self._layout.addWidget(self.target, 100)  # it takes what room there is, up to its most, before the level does
 
     def _add_flags(self) -> None:
         self.flags = QToolButton()
@@ -277,7 +278,6 @@ class TransportBar(QWidget):
         self.latency = Figure("Latency", "00.0 + 00.0 ms")
         for figure in (self.engine, self.asleep, self.xruns, self.lost, self.latency):
             self._layout.addWidget(figure)
-        self._figures = (self.asleep, self.latency, self.lost, self.xruns, self.engine)
         audio = QToolButton()
         audio.setProperty("role", "flat")
         audio.setIcon(theme.icon("speaker", theme.MUTED))

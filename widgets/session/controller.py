@@ -78,7 +78,7 @@ class SessionController(QObject):
         """What this session plays for the window's patch: that with what other programs asked for."""
         self._preview_ticket, self._preview_node = 0, ""
         self._worker: threading.Thread | None = None
-        self._is_leaving = self._is_changing = self._is_released = self._is_lent = False
+        self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
         self.target_locked.connect(self._note_lock)
         self._closed.connect(self._open)
@@ -150,9 +150,16 @@ class SessionController(QObject):
         else:
             self.set_target(self.target)
 
-    def lend(self) -> Session | None:
-        """Leave the session to a study: edits, level, play and stop wait until `take_back`. None for no session."""
+    def lend(self, only_patch: bool = False) -> Session | None:
+        """Leave the session to a study: edits, level, play and stop wait until `take_back`. None for no session.
+
+        A scene takes `only_patch`: level, play and stop act as ever. None, too, while somebody else has the session.
+        """
+        if self._is_lent:
+            self.said.emit("A study or a scene has the session; end that first.")
+            return None
         self._is_lent = self.session is not None
+        self._is_level_lent = self._is_lent and not only_patch
         self.target_locked.emit(self._is_lent)
         return self.session
 
@@ -160,12 +167,15 @@ class SessionController(QObject):
         """Play the patch again at the window's level, as it was before `lend`, with what was changed since."""
         if not self._is_lent:
             return
-        self._is_lent = False
+        was_level_lent = self._is_level_lent
+        self._is_lent = self._is_level_lent = False
         self.target_locked.emit(False)
         if self.session is not None:
-            self.session.send(Level(self._settings.level_db))
+            if was_level_lent:
+                self.session.send(Level(self._settings.level_db))
             self.edit(self._patch, self._patch_folder)
-            (self.session.play if self.playing else self.session.stop)()
+            if was_level_lent:
+                (self.session.play if self.playing else self.session.stop)()
 
     def use_profile(self, profile: Profile, kind: str, folder: Path) -> None:
         """Part `kind` of a profile was written: the engine is to use it at once."""
@@ -278,7 +288,7 @@ class SessionController(QObject):
         """Let sound out, also after a panic."""
         self._is_silent_start = False
         self._set_playing(True)
-        if self.session is not None and not self._is_lent:
+        if self.session is not None and not self._is_level_lent:
             self.session.play()
 
     def play_from_start(self, tile: str) -> None:
@@ -293,7 +303,7 @@ class SessionController(QObject):
         """Ramp the sound down; the session goes on."""
         self._is_silent_start = False
         self._set_playing(False)
-        if self.session is not None and not self._is_lent:
+        if self.session is not None and not self._is_level_lent:
             self.session.stop()
 
     def play_or_stop(self) -> None:
@@ -313,7 +323,7 @@ class SessionController(QObject):
     def set_level(self, db: float) -> None:
         """Output level in decibels of full scale; kept for the next start."""
         self._settings.level_db = db
-        if not self._is_lent:
+        if not self._is_level_lent:
             self.send(Level(db))
         self.level_changed.emit(db)
 

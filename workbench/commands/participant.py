@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
     from underfoot.engine.session import Session
-    from underfoot.engine.target import Target
     from underfoot.experiments.protocol import Protocol
     from underfoot.experiments.store import SessionFile
     from underfoot.studies.equipment import Equipment
@@ -32,7 +32,7 @@ def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
 
     if options.session is None:
         raise BadValue("--participant needs --session FILE, where answers are kept")
-    target = _target(options)
+    target = session_target(options.target, options.floor, options.profiles, options.sound, walker=False)
     with ExitStack() as opened:
         file = _session_file(options, protocol, folder)
         opened.callback(file.close)
@@ -83,23 +83,6 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
         file.close()
         raise BadValue(f"{path} is of participant {kept}, not {person}; choose another --session")
     return file
-
-
-def _target(options: "ExperimentOptions") -> "Target":
-    from underfoot.devices.transports import split_target
-    from underfoot.engine.target import Target, require_source, simulation_of
-    from underfoot.floor.layout import Floor, default_floor
-
-    floor = Floor.load(options.floor) if options.floor else default_floor()
-    sound = None if options.sound is None else "" if options.sound == "default" else options.sound
-    hardware, simulation = split_target(options.target), simulation_of(options.target)
-    if hardware is None and simulation is None:
-        raise BadValue(f"--target is {options.target}; allowed: simulator, or hardware as `underfoot monitor` names it")
-    kind, source = hardware or ("simulator", "")
-    target = Target(floor, kind, source, sound, walker=False, profiles=str(options.profiles or ""),
-                    simulation=simulation or "")  # fmt: skip
-    require_source(target)
-    return target
 
 
 @dataclass

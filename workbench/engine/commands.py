@@ -30,6 +30,8 @@ from underfoot.patch.program import Program
 
 SILENT_DB = -120.0
 """A level of this or less is silence."""
+MOST_DELAY_S = 1.0
+"""A strike comes this much later than its command, at most."""
 
 
 class LoopParts(Protocol):
@@ -127,14 +129,24 @@ class Set(Command):
 
 @dataclass(frozen=True)
 class Strike(Command):
-    """An event of this strength for a node that can be struck, on one tile; node "" is every such node."""
+    """An event of this strength for a node that can be struck, on one tile; node "" is every such node.
+
+    It comes `delay_s` after the command's frame: events that were found together keep the time between them.
+    """
 
     node: str
     tile: str
     strength: float = 1.0
+    delay_s: float = 0.0
+
+    def check(self, floor: Floor) -> None:
+        """As for every command, and `BadValue` for a delay below 0 or beyond a second."""
+        super().check(floor)
+        require(0.0 <= self.delay_s <= MOST_DELAY_S, "delay_s", self.delay_s, f"0 to {MOST_DELAY_S:g} s")
 
     def apply(self, loop: LoopParts, frame: int) -> None:
-        loop.programs.current.strike(self.node, self.tile, float(frame), self.strength)
+        time = float(frame) + self.delay_s * loop.rate_hz
+        loop.programs.current.strike(self.node, self.tile, time, self.strength)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,33 @@
+"""`underfoot scene`: the list, what it refuses, and a film of a simulated walk."""
+
+from underfoot.scenes import discover
+
+
+def test_scenes_are_listed_with_their_parameters(underfoot):
+    said = underfoot("scene")
+    assert said.status == 0
+    for name, kind in discover().items():
+        assert name in said.out
+        assert all(parameter in said.out for parameter in kind.parameters)
+
+
+def test_what_cannot_be_is_refused_in_a_line(refused):
+    assert "frozen-pond" in refused("scene", "lake")
+    assert "allowed" in refused("scene", "frozen-pond", "--set", "depth=3")
+    assert "0 to 2" in refused("scene", "frozen-pond", "--set", "turn=9")
+    assert "allowed" in refused("scene", "footprints", "--set", "ground=lava")
+    assert "--seconds" in refused("scene", "frozen-pond", "--film", "a.gif")
+    assert "above 0" in refused("scene", "frozen-pond", "--seconds", "0")
+    assert "folder" in refused("scene", "frozen-pond", "--picture", "nowhere/a.png")
+    assert "walk.csv" in refused("scene", "frozen-pond", "--target", "walk.csv")
+
+
+def test_a_walk_is_played_printed_and_filmed(underfoot, folder):
+    files = ("--film", "feet.gif", "--picture", "feet.png", "--width", "96")
+    said = underfoot("scene", "target-selection", "--seconds", "1.2", "--set", "pause_s=0.2", *files)
+    assert said.status == 0, said.error
+    assert "to come" in said.out
+    film, picture = (folder / "feet.gif").read_bytes(), (folder / "feet.png").read_bytes()
+    assert film.startswith(b"GIF89a")
+    assert film.count(b"\x21\xf9\x04") >= 3  # pictures
+    assert picture.startswith(b"\x89PNG")

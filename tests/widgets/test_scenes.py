@@ -1,0 +1,157 @@
+"""The Scenes workspace by real clicks and keys, on a window that plays the simulated floor."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QCoreApplication, QPoint, QPointF, Qt
+from PySide6.QtGui import QImage, QPainter, QTransform
+from windows import hiss, play_on_simulator
+
+from underfoot.engine.commands import Walk
+from underfoot.floor.layout import default_floor
+from underfoot.scenes import discover
+from underfoot.scenes.pictures import Canvas
+from underfoot.scenes.shapes import Disc, Lines, box
+from underfoot.widgets.scenes.painting import paint_shapes
+
+LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 60_000
+
+
+@pytest.fixture(scope="module")
+def window(qapp, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("window")
+    (folder / "hiss.json").write_bytes(hiss().dumps())
+    made = play_on_simulator(folder)
+    yield made
+    made.leave()
+    made.close()
+    QCoreApplication.processEvents()
+
+
+@pytest.fixture
+def scenes(window, qtbot):
+    window.transport.tabs["Scenes"].click()
+    made = window.workspaces["Scenes"]
+    window.controller.send(Walk(False))
+    yield made
+    made.stop()
+
+
+def start(scenes, qtbot, name):
+    scenes.list.list.setCurrentRow(list(scenes.kinds).index(name))
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+    qtbot.waitUntil(lambda: scenes.stage is not None, timeout=SLOW_MS)
+    return scenes.stage.scene
+
+
+def pixel(scenes, x_m, y_m):
+    return scenes.view.to_pixels().map(QPointF(x_m, y_m)).toPoint()
+
+
+def test_a_button_is_pressed_by_a_foot_and_the_patch_comes_back(scenes, window, qtbot):
+    session = window.controller.session
+    scene = start(scenes, qtbot, "touch-widgets")
+    assert session.patch.title == "Touch widgets"
+    place = pixel(scenes, scene.button.x_m, scene.button.y_m)
+    qtbot.mousePress(scenes.view, LEFT, pos=place)
+    qtbot.waitUntil(lambda: scene.button.presses == 1, timeout=SLOW_MS)
+    qtbot.waitUntil(lambda: bool(scenes.view.times.shown_s), timeout=SLOW_MS)
+    qtbot.mouseRelease(scenes.view, LEFT, pos=place)
+    qtbot.waitUntil(lambda: not scene.button.held_by, timeout=SLOW_MS)
+    qtbot.waitUntil(lambda: "Button up" in scenes.panel.said.toPlainText(), timeout=SLOW_MS)
+    qtbot.waitUntil(lambda: "pictures a second" in scenes.panel.speed.text(), timeout=SLOW_MS)
+    assert all(0.0 < late_s < 60.0 for late_s in scenes.view.times.shown_s)
+    window.controller.set_level(-33.0)  # the level is the window's as ever
+    assert session.level_db == -33.0
+    assert window.controller.lend() is None  # nobody else gets the session meanwhile
+    assert not window.transport.target.isEnabled()
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+    assert scenes.stage is None
+    assert session.patch.title == "Hiss"
+    assert window.transport.target.isEnabled()
+
+
+def test_panic_ends_a_scene(scenes, window, qtbot):
+    start(scenes, qtbot, "footprints")
+    window.panic()
+    assert scenes.stage is None
+    assert window.controller.session.patch.title == "Hiss"
+    assert window.controller.session.panicked
+    window.controller.play()
+
+
+def test_a_parameter_is_changed_while_the_scene_plays(scenes, qtbot):
+    scene = start(scenes, qtbot, "footprints")
+    box_ = scenes.panel.editors["ground"].box
+    box_.setFocus()
+    qtbot.keyClick(box_, Qt.Key.Key_S)  # silent goes on to snow or sand
+    qtbot.keyClick(box_, Qt.Key.Key_Down)
+    box_.activated.emit(box_.currentIndex())
+    assert scene.given["ground"] == box_.currentText() != "silent"
+    scenes.change("ground", "silent")
+
+
+def test_a_scene_that_fails_is_ended_and_not_the_window(scenes, window, qtbot):
+    scene = start(scenes, qtbot, "frozen-pond")
+    scene.step = lambda moment: 1 / 0
+    qtbot.waitUntil(lambda: scenes.stage is None, timeout=SLOW_MS)
+    assert "ZeroDivisionError" in scenes.panel.state.text()
+    assert window.controller.session.patch.title == "Hiss"
+
+
+def test_the_projection_is_true_to_scale_follows_keys_and_closes_by_escape(scenes, qtbot):
+    scene = start(scenes, qtbot, "touch-widgets")
+    qtbot.mouseClick(scenes.panel.project, LEFT)
+    view = scenes.projection
+    qtbot.waitUntil(view.isVisible)
+    screen = view.screen()
+    px_per_m = 1e3 * screen.geometry().width() / screen.physicalSize().width()
+
+    def places():
+        to_pixels = view.to_pixels()
+        return to_pixels.map(QPointF(0.1, 0.1)), to_pixels.map(QPointF(0.3, 0.1))
+
+    left, right = places()
+    assert right.x() - left.x() == pytest.approx(0.2 * px_per_m)
+    qtbot.keyClick(view, Qt.Key.Key_Plus)
+    qtbot.keyClick(view, Qt.Key.Key_Right)
+    scaled, _ = places()
+    assert scaled != left
+    assert scenes._settings.projector_scale == pytest.approx(1.01)
+    qtbot.keyClick(view, Qt.Key.Key_0)
+    assert places() == (left, right)
+    corners = np.concatenate([tile.corners_m() for tile in scene.floor.tiles])
+    middle = view.to_pixels().map(QPointF(*(0.5 * (corners.min(axis=0) + corners.max(axis=0)))))
+    assert (middle.x(), middle.y()) == pytest.approx((view.width() / 2, view.height() / 2))
+    qtbot.keyClick(view, Qt.Key.Key_Escape)
+    assert scenes.projection is None
+
+
+def test_the_window_paints_what_films_have():
+    floor = default_floor()
+    shapes = [
+        box(0.3, 0.3, 0.2, 0.1, "#3fc1c9"),
+        Disc(0.4, 0.2, 0.05, "#ffffff", 0.5),
+        Disc(0.2, 0.4, 0.06, "#f0a63c", rim_m=0.02),
+        Lines(np.array([[[0.1, 0.1], [0.5, 0.45]]]), "#ff6259", 0.01),
+    ]
+    film = Canvas(floor, 400).paint(shapes).astype(int)
+    image = QImage(film.shape[1], film.shape[0], QImage.Format.Format_RGB888)
+    image.fill(0)
+    corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
+    low = corners.min(axis=0) - 0.05
+    scale = 400 / (np.ptp(corners[:, 0]) + 0.1)
+    painter = QPainter(image)
+    to_pixels = QTransform.fromTranslate(0, film.shape[0]).scale(scale, -scale).translate(-low[0], -low[1])
+    paint_shapes(painter, shapes, to_pixels)
+    painter.end()
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.bytesPerLine())
+    window = rows[:, : 3 * image.width()].reshape(film.shape).astype(int)
+    assert np.abs(window - film).mean() < 1.0
+    assert (np.abs(window - film).max(axis=2) > 64).mean() < 0.01  # but for edges
+
+
+def test_every_scene_is_listed_with_its_picture(scenes):
+    listed = scenes.list.list
+    assert [listed.item(row).text() for row in range(listed.count())] == [k.title for k in discover().values()]
+    assert not any(listed.item(row).icon().isNull() for row in range(listed.count()))
+    assert scenes.view.rect().contains(QPoint(10, 10))

@@ -1,0 +1,12 @@
+"""The Scenes workspace: the floor as a surface to look at and act on, in the window and on a projector."""
+
+from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
+
+
+def _make(context: WorkspaceContext) -> Workspace:
+    from underfoot.widgets.scenes.workspace import ScenesWorkspace
+
+    return ScenesWorkspace()
+
+
+WORKSPACE = WorkspaceDeclaration(name="Scenes", key="Ctrl+6", make=_make)

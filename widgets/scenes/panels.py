@@ -1,0 +1,180 @@
+"""The experimenter's side of a scene: the list of scenes with their pictures, and what can be set and seen of one."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QPlainTextEdit,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.scenes.scene import Scene
+from underfoot.widgets import theme
+from underfoot.widgets.controls.fields import ParameterEditor
+from underfoot.widgets.controls.parameter_editor import editor_for
+
+LIST_PX, SIDE_PX, PICTURE_PX = 24 * theme.GRID, 38 * theme.GRID, 18 * theme.GRID
+MOST_SAID = 200
+"""Lines of what happened that are kept on the screen."""
+
+
+class SceneList(QWidget):
+    """The scenes there are, with a picture each; one is chosen."""
+
+    chosen = Signal(str)
+
+    def __init__(self, kinds: Iterable[type[Scene]]) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(LIST_PX)
+        self.list = QListWidget()
+        self.list.setAccessibleName("Scenes")
+        self.list.setViewMode(QListWidget.ViewMode.IconMode)
+        self.list.setMovement(QListWidget.Movement.Static)
+        self.list.setFlow(QListWidget.Flow.TopToBottom)
+        self.list.setWrapping(False)
+        self.list.setIconSize(QSize(PICTURE_PX, PICTURE_PX))
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        for kind in kinds:
+            item = QListWidgetItem(kind.title)
+            item.setData(Qt.ItemDataRole.UserRole, kind.name)
+            item.setSizeHint(QSize(LIST_PX - 4 * theme.GRID, PICTURE_PX + 3 * theme.GRID))
+            path = kind.picture()
+            if path is not None:
+                item.setIcon(QIcon(QPixmap(str(path))))
+            self.list.addItem(item)
+        column = QVBoxLayout(self)
+        column.addWidget(theme.label("SCENES", "heading"))
+        column.addWidget(self.list, 1)
+        self.list.currentItemChanged.connect(self._choose)
+        self.setFocusProxy(self.list)
+
+    def _choose(self, item: QListWidgetItem | None) -> None:
+        if item is not None:
+            self.chosen.emit(item.data(Qt.ItemDataRole.UserRole))
+
+
+class ScenePanel(QWidget):
+    """What a scene is about, its parameters, start and stop, the screen, and how late it answers."""
+
+    start_wanted = Signal()
+    stop_wanted = Signal()
+    project_wanted = Signal()
+    walker_wanted = Signal(bool)
+    changed = Signal(str, object)
+    """A parameter and its value."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(SIDE_PX)
+        self.title, self.about = theme.label("", "title"), theme.label("", "muted")
+        self.state, self.speed = theme.label(), theme.label("", "small")
+        for label in (self.about, self.state, self.speed):
+            label.setWordWrap(True)
+        self.start = QPushButton("Start")
+        self.start.setProperty("role", "primary")
+        self.screen_choice = QComboBox()
+        self.screen_choice.setAccessibleName("Screen of the projector")
+        self.project = QPushButton("Show on the floor…")
+        self.project.setToolTip("Fill this screen with the scene at its true size, for a projector")
+        self.walker = QCheckBox("A simulated walker walks")
+        self.editors: dict[str, ParameterEditor] = {}
+        self.parameters = QScrollArea()
+        self.parameters.setWidgetResizable(True)
+        self.parameters.setFrameShape(QFrame.Shape.NoFrame)
+        self.parameters.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.parameters.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.said = QPlainTextEdit()
+        self.said.setReadOnly(True)
+        self.said.setMaximumBlockCount(MOST_SAID)
+        self.said.setAccessibleName("What happened")
+        self.said.setFixedHeight(14 * theme.GRID)
+        self._lay_out()
+        self.start.clicked.connect(self._start_or_stop)
+        self.project.clicked.connect(self.project_wanted)
+        self.walker.toggled.connect(self.walker_wanted)
+        self.is_playing = False
+
+    def show_kind(self, kind: type[Scene], given: dict[str, Any]) -> None:
+        """Show a scene, with the values of its parameters."""
+        self.title.setText(kind.title)
+        self.about.setText(kind.doc)
+        page = QWidget()
+        page.setProperty("role", "panel")
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 0, theme.GRID, 0)
+        column.setSpacing(theme.GRID)
+        self.editors = {}
+        for name, parameter in kind.parameters.items():
+            editor = self.editors[name] = editor_for(parameter)
+            editor.set_value(given[name])
+            editor.value_changed.connect(lambda value, name=name: self.changed.emit(name, value))
+            column.addWidget(editor)
+        column.addStretch()
+        self.parameters.setWidget(page)
+
+    def show_playing(self, playing: bool, why_not: str) -> None:
+        """Whether a scene plays; if none can, why not."""
+        self.is_playing = playing
+        self.start.setText("Stop" if playing else "Start")
+        self.start.setEnabled(playing or not why_not)
+        self.project.setEnabled(playing)
+        if why_not or not playing:
+            self.state.setText(why_not)
+
+    def show_screens(self, names: Sequence[str]) -> None:
+        """The screens that there are; the last is the projector's, where there are several."""
+        if [self.screen_choice.itemText(k) for k in range(self.screen_choice.count())] != list(names):
+            self.screen_choice.clear()
+            self.screen_choice.addItems(list(names))
+            self.screen_choice.setCurrentIndex(len(names) - 1)
+
+    def show_speed(self, per_s: float, cue_s: Sequence[float], shown_s: Sequence[float]) -> None:
+        """Pictures a second, and how late strikes and pictures were."""
+        parts = [f"{per_s:.0f} pictures a second"]
+        for name, values in (("felt", cue_s), ("seen", shown_s)):
+            if len(values):
+                half, most = 1e3 * np.percentile(values, (50, 95))
+                parts.append(f"{name} after {half:.0f} ms (95 %: {most:.0f} ms)")
+        self.speed.setText("  ·  ".join(parts))
+
+    def add_line(self, words: str) -> None:
+        """Something happened."""
+        self.said.appendPlainText(words)
+
+    def _start_or_stop(self) -> None:
+        (self.stop_wanted if self.is_playing else self.start_wanted).emit()
+
+    def _lay_out(self) -> None:
+        screen = QHBoxLayout()
+        screen.addWidget(self.screen_choice, 1)
+        screen.addWidget(self.project)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(theme.GRID)
+        above: tuple[QWidget, ...] = (self.title, self.about, self.start)
+        below: tuple[QWidget, ...] = (self.walker, self.state, self.speed)
+        for part in above:
+            column.addWidget(part)
+        column.addLayout(screen)
+        for part in below:
+            column.addWidget(part)
+        column.addWidget(theme.label("PARAMETERS", "heading"))
+        column.addWidget(self.parameters, 1)
+        column.addWidget(theme.label("WHAT HAPPENED", "heading"))
+        column.addWidget(self.said)

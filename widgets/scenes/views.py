@@ -1,0 +1,196 @@
+"""A scene as it is seen: in the workspace, fitted to its pane, and on a projector, at true scale."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from underfoot.floor.layout import Floor
+from underfoot.scenes.scene import Scene
+from underfoot.widgets import theme
+from underfoot.widgets.controls.true_scale import TrueScaleWindow
+from underfoot.widgets.floor_map import PRESS_N
+from underfoot.widgets.scenes.painting import paint_shapes
+
+KEPT = 500
+HINT_S = 6.0
+"""How long the keys of the projector are told, after it was opened or adjusted."""
+
+
+class PaintTimes:
+    """How often something is painted, how long that takes, and how long after contacts came."""
+
+    def __init__(self) -> None:
+        self.paint_s: deque[float] = deque(maxlen=KEPT)
+        self.shown_s: deque[float] = deque(maxlen=KEPT)
+        """From a contact's onset until a picture with it was painted, by the session's clock."""
+        self.clock: Callable[[], float] = lambda: 0.0
+        """Seconds of the session."""
+        self._ends: deque[float] = deque(maxlen=240)
+        self._awaited: list[float] = []
+
+    def expect(self, onset_s: float) -> None:
+        """The next picture shows a contact that began then."""
+        self._awaited.append(onset_s)
+
+    def painted(self, began: float) -> None:
+        """A picture is done that was begun at `began` of `time.perf_counter`."""
+        now = time.perf_counter()
+        self.paint_s.append(now - began)
+        self._ends.append(now)
+        if self._awaited:
+            now_s = self.clock()
+            self.shown_s.extend(now_s - onset_s for onset_s in self._awaited)
+            self._awaited.clear()
+
+    @property
+    def per_s(self) -> float:
+        """Pictures in the last second."""
+        now = time.perf_counter()
+        return float(sum(end > now - 1.0 for end in self._ends))
+
+
+class SceneView(QWidget):
+    """The floor fitted to the pane, with the scene that plays. On a simulated floor the mouse is a foot."""
+
+    pressed = Signal(str, float, float, float)
+    """Tile, x and y in metres of its frame, force in newtons; 0 ends the press."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Scene on the floor")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.times = PaintTimes()
+        self.can_press = False
+        self._floor: Floor | None = None
+        self._scene: Scene | None = None
+        self._pressing = ""
+
+    def show_floor(self, floor: Floor | None) -> None:
+        """Show this floor, with nothing on it."""
+        self._floor, self._pressing = floor, ""
+        self.update()
+
+    def show_scene(self, scene: Scene | None) -> None:
+        """Show a scene from now on; None for none."""
+        self._scene = scene
+        self.update()
+
+    def to_pixels(self) -> QTransform:
+        """From the floor's frame to the pane's pixels."""
+        assert self._floor is not None
+        low, high = bounds(self._floor)
+        area = QRectF(self.rect()).adjusted(*[2.0 * theme.GRID] * 2, *[-2.0 * theme.GRID] * 2)
+        scale = max(1.0, min(area.width() / (high[0] - low[0]), area.height() / (high[1] - low[1])))
+        moved = QTransform.fromTranslate(area.center().x(), area.center().y())
+        return moved.scale(scale, -scale).translate(*(-0.5 * (low + high)).tolist())
+
+    def sizeHint(self) -> QSize:
+        return QSize(640, 640)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(240, 240)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        began = time.perf_counter()
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor("black"))
+        if self._floor is None:
+            return
+        to_pixels = self.to_pixels()
+        painter.setPen(QPen(QColor(theme.LINE), 1.0))
+        for tile in self._floor.tiles:
+            painter.drawPolygon(to_pixels.map(QPolygonF([QPointF(x, y) for x, y in tile.corners_m().tolist()])))
+        if self._scene is not None:
+            paint_shapes(painter, self._scene.shapes(), to_pixels)
+            painter.end()
+            self.times.painted(began)
+
+    # --- a foot made with the mouse ---
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._press(event.position())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._pressing:
+            self._press(event.position())
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._lift()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        self._lift()
+        super().hideEvent(event)
+
+    def _press(self, place: QPointF) -> None:
+        if not self.can_press or self._floor is None:
+            return
+        back, _ = self.to_pixels().inverted()
+        at = back.map(place)
+        tile = next((tile for tile in self._floor.tiles if tile.distance_m((at.x(), at.y())) == 0.0), None)
+        if self._pressing and (tile is None or tile.id != self._pressing):
+            self._lift()
+        if tile is not None:
+            self._pressing = tile.id
+            x, y = tile.to_tile((at.x(), at.y())).tolist()
+            self.pressed.emit(tile.id, x, y, PRESS_N)
+
+    def _lift(self) -> None:
+        if self._pressing:
+            tile, self._pressing = self._pressing, ""
+            self.pressed.emit(tile, 0.0, 0.0, 0.0)
+
+
+class SceneProjection(TrueScaleWindow):
+    """A scene alone on a screen, at true scale: the floor's middle in the screen's, moved as the keys say."""
+
+    def __init__(self, scene: Scene, scale: float = 1.0, at_m: tuple[float, float] = (0.0, 0.0)) -> None:
+        super().__init__(scale, at_m)
+        self.setWindowTitle(f"{scene.title} on the floor – Underfoot")
+        self.setAccessibleName("Scene at true size")
+        self.times = PaintTimes()
+        self._scene = scene
+        low, high = bounds(scene.floor)
+        self._middle_m = (0.5 * (low + high)).tolist()
+        self._hint_until = time.monotonic() + HINT_S
+        self.adjusted.connect(self._tell)
+
+    def show_scene(self, scene: Scene) -> None:
+        """Show another scene."""
+        self._scene = scene
+        self.update()
+
+    def to_pixels(self) -> QTransform:
+        """From the floor's frame to the screen's pixels."""
+        middle = self.place((0.0, 0.0))
+        moved = QTransform.fromTranslate(middle.x(), middle.y()).scale(self.px_per_m, -self.px_per_m)
+        return moved.translate(-self._middle_m[0], -self._middle_m[1])
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        began = time.perf_counter()
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor("black"))
+        paint_shapes(painter, self._scene.shapes(), self.to_pixels())
+        if time.monotonic() < self._hint_until:
+            line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
+            painter.setFont(theme.font())
+            painter.setPen(QColor(theme.MUTED))
+            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.words("this line goes by itself"))
+        painter.end()
+        self.times.painted(began)
+
+    def _tell(self) -> None:
+        self._hint_until = time.monotonic() + HINT_S
+
+
+def bounds(floor: Floor) -> np.ndarray:
+    """The lowest and the highest corner of the rectangle around a floor's tiles: shape (2, 2)."""
+    corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
+    return np.array([corners.min(axis=0), corners.max(axis=0)])

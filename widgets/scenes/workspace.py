@@ -1,0 +1,265 @@
+"""The Scenes workspace: a scene is chosen, set, started, seen here and on the projector, and stopped."""
+
+import threading
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QHBoxLayout
+
+from underfoot.engine.commands import PressTile, Walk
+from underfoot.engine.reports import Report
+from underfoot.engine.session import Session
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import Floor
+from underfoot.scenes import discover
+from underfoot.scenes.moments import MOMENT_S
+from underfoot.scenes.scene import Scene
+from underfoot.scenes.stage import Stage
+from underfoot.widgets.dialogs.shortcuts import Keys
+from underfoot.widgets.scenes.panels import SceneList, ScenePanel
+from underfoot.widgets.scenes.views import PaintTimes, SceneProjection, SceneView
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.workspace import Workspace, WorkspaceContext
+
+SHORTCUTS = (
+    ("Start or stop the scene", "Return, with the focus on the list"),
+    ("Press with a foot, on a simulated floor", "Mouse button"),
+    ("On the projector: scale, move, reset, close", "+ −, arrows, 0, Esc"),
+)
+_BESIDE_TICKS = 6
+"""Beside the projector the pane is painted once in so many ticks."""
+_SPEED_TICKS = 20
+"""Figures are shown once in so many ticks."""
+
+
+class ScenesWorkspace(Workspace):
+    """Plays one scene on the window's session, whose patch it borrows meanwhile."""
+
+    _made = Signal(object)
+    _failed = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setProperty("role", "ground")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.kinds = discover()
+        self._given: dict[str, dict[str, Any]] = {
+            name: {key: p.check(p.default) for key, p in kind.parameters.items()} for name, kind in self.kinds.items()
+        }
+        self.chosen = next(iter(self.kinds))
+        self.stage: Stage | None = None
+        self.projection: SceneProjection | None = None
+        self._controller: SessionController | None = None
+        self._settings = Settings()
+        self._maker: threading.Thread | None = None
+        self._ticks = 0
+        self.list, self.view, self.panel = SceneList(self.kinds.values()), SceneView(), ScenePanel()
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.list)
+        layout.addWidget(self.view, 1)
+        layout.addWidget(self.panel)
+        self.setFocusProxy(self.list)
+        self._connect()
+        self.list.list.setCurrentRow(0)
+        self._show_way()
+
+    # --- as a workspace ---
+
+    def listen(self, context: WorkspaceContext) -> None:
+        self._controller, self._settings = context.controller, context.settings
+        bridge = context.controller.bridge
+        bridge.reported.connect(self._take)
+        bridge.ticked.connect(self._tick)
+        context.controller.opened.connect(self._opened)
+        context.controller.released.connect(self.stop)
+        self._opened()
+
+    def shortcuts(self) -> Keys:
+        return SHORTCUTS
+
+    def set_active(self, active: bool) -> None:
+        if active:
+            self.panel.show_screens([screen.name() or "screen" for screen in QGuiApplication.screens()])
+
+    def silence(self) -> None:
+        """Panic: the scene ends, and the window's patch is back."""
+        self.stop()
+
+    def close_down(self) -> None:
+        """End the scene."""
+        self.stop()
+        if self._maker is not None:
+            self._maker.join()
+
+    # --- the choice ---
+
+    def choose(self, name: str) -> None:
+        """Choose a scene by its name; one that plays is ended."""
+        if self.stage is not None and name != self.chosen:
+            self.stop()
+        self.chosen = name
+        self.panel.show_kind(self.kinds[name], self._given[name])
+
+    def change(self, parameter: str, value: Any) -> None:
+        """Change a parameter of the chosen scene, also while it plays."""
+        self._given[self.chosen][parameter] = value
+        if self.stage is not None:
+            self.stage.scene.change(parameter, value)
+
+    # --- playing ---
+
+    @property
+    def is_making(self) -> bool:
+        """Whether a scene is being made: its kernels are loaded."""
+        return self._maker is not None and self._maker.is_alive()
+
+    def start(self) -> None:
+        """Make the chosen scene, in a thread, and let it play; what hinders it is said."""
+        controller = self._controller
+        if controller is None or controller.session is None or self.stage is not None or self.is_making:
+            return
+        kind, floor, given = self.kinds[self.chosen], controller.session.target.floor, dict(self._given[self.chosen])
+        self.panel.state.setText("Preparing the scene…")
+        self.panel.start.setEnabled(False)
+
+        def make() -> None:
+            try:
+                self._made.emit(kind(floor, given))
+            except UnderfootError as error:
+                self._failed.emit(str(error))
+
+        self._maker = threading.Thread(target=make, name="make scene")
+        self._maker.start()
+
+    def stop(self) -> None:
+        """End the scene: the patch from before plays again."""
+        stage, self.stage = self.stage, None
+        if self.projection is not None:
+            self.projection.close()
+        if stage is None or self._controller is None:
+            return
+        if self._controller.session is stage.session:
+            stage.close()
+        self._controller.take_back()
+        self.view.show_scene(None)
+        self._show_way()
+        self.panel.state.setText(stage.scene.state)
+
+    def project(self) -> None:
+        """Show the scene at its true size on the chosen screen."""
+        if self.stage is None:
+            return
+        if self.projection is None:
+            self.projection = SceneProjection(
+                self.stage.scene, self._settings.projector_scale, self._settings.projector_at
+            )
+            self.projection.times.clock = self._session_s
+            self.projection.adjusted.connect(self._keep_projection)
+            self.projection.closed.connect(self._projection_closed)
+        screens = QGuiApplication.screens()
+        self.projection.show_on(screens[min(max(self.panel.screen_choice.currentIndex(), 0), len(screens) - 1)])
+
+    def _play(self, scene: Scene) -> None:
+        """The scene has been made."""
+        controller = self._controller
+        session = controller.lend(only_patch=True) if controller is not None else None
+        if controller is None or session is None:
+            self._show_way()
+            return
+        try:
+            self.stage = Stage(session, scene)
+        except UnderfootError as error:
+            controller.take_back()
+            self._fail(str(error))
+            return
+        self.view.times = PaintTimes()
+        self.view.times.clock = self._session_s
+        self.view.show_scene(scene)
+        self.panel.said.clear()
+        self._show_way()
+
+    def _fail(self, why: str) -> None:
+        self.stop()
+        self._show_way()
+        self.panel.state.setText(why)
+
+    def _take(self, reports: list[Report]) -> None:
+        if self.stage is not None:
+            self.stage.take(reports)
+
+    def _tick(self) -> None:
+        stage = self.stage
+        if stage is None:
+            return
+        try:
+            moments = stage.tick()
+        except Exception as error:  # a scene may be anybody's: it ends, and not the window
+            self._fail(f"The scene was stopped: {type(error).__name__}: {error}")
+            return
+        painted = self.projection or self.view
+        for moment in moments:
+            for contact in moment.down:
+                # Whoever stood there before the scene began, or is told of late, counts from this moment.
+                painted.times.expect(max(contact.start_s, moment.began_s - MOMENT_S))
+        while stage.said:
+            self.panel.add_line(stage.said.popleft())
+        self._ticks += 1
+        if moments:
+            if self.projection is not None:
+                self.projection.update()
+            if self.projection is None or self._ticks % _BESIDE_TICKS == 0:
+                self.view.update()
+        if self._ticks % _SPEED_TICKS == 0:
+            self.panel.state.setText(stage.scene.state)
+            self.panel.show_speed(painted.times.per_s, stage.latencies_s, painted.times.shown_s)
+
+    # --- the session ---
+
+    def _session(self) -> Session | None:
+        return self._controller.session if self._controller is not None else None
+
+    def _session_s(self) -> float:
+        return self._controller.played_s if self._controller is not None else 0.0
+
+    def _opened(self) -> None:
+        self.stop()
+        session = self._session()
+        floor: Floor | None = session.target.floor if session is not None else None
+        self.view.show_floor(floor)
+        self.view.can_press = session is not None and session.target.kind == "simulator"
+        self.panel.walker.setVisible(self.view.can_press)
+        self.panel.walker.setChecked(session is not None and session.target.walker)
+        self._show_way()
+
+    def _show_way(self) -> None:
+        why_not = "" if self._session() is not None else "The session is not open yet."
+        self.panel.show_playing(self.stage is not None, why_not)
+
+    def _send(self, command: PressTile | Walk) -> None:
+        session = self._session()
+        if session is not None:
+            session.send(command)
+
+    def _keep_projection(self, scale: float, right_m: float, up_m: float) -> None:
+        self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
+
+    def _projection_closed(self) -> None:
+        self.projection = None
+        self.window().activateWindow()
+
+    def _connect(self) -> None:
+        panel = self.panel
+        self.list.chosen.connect(self.choose)
+        self.list.list.itemActivated.connect(lambda _: self.stop() if self.stage is not None else self.start())
+        panel.start_wanted.connect(self.start)
+        panel.stop_wanted.connect(self.stop)
+        panel.project_wanted.connect(self.project)
+        panel.changed.connect(self.change)
+        panel.walker_wanted.connect(lambda on: self._send(Walk(on)))
+        self.view.pressed.connect(lambda *press: self._send(PressTile(*press)))
+        self._made.connect(self._play)
+        self._failed.connect(self._fail)

@@ -1,0 +1,117 @@
+"""How late the floor answers in a scene: from the onset of a press to the first frame that is felt."""
+
+import math
+import random
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.engine.commands import PressTile
+from underfoot.engine.session import Session
+from underfoot.engine.session_memory import ForceReader, VibrationReader
+from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
+from underfoot.floor.layout import default_floor
+from underfoot.floor.tracking import ON_N
+from underfoot.nodes import REGISTRY
+from underfoot.scenes.scene import Scene
+from underfoot.scenes.stage import Stage
+
+TICK_S = 1.0 / 60.0
+PRESS_N = 400.0
+DOWN_S, UP_S = 0.25, 0.45
+"""How long a press takes, and the least pause behind it."""
+MOST_S = 0.3
+"""What is felt later than this after an onset is no answer to it."""
+_QUIET_S = 0.05
+_START_S = 60.0
+
+
+@dataclass(frozen=True)
+class SceneLatency:
+    """Seconds from a contact's onset (`ON_N` on its tile) to the first frame that its tile moves, one a press.
+
+    `cue_s` are those of single strikes: from the beginning of what made them to their frame in the engine.
+    """
+
+    felt_s: NDArray[np.float64]
+    cue_s: NDArray[np.float64]
+    presses: int
+
+    def in_words(self) -> str:
+        """Both distributions, a line each."""
+        lines = [f"{self.presses} presses, {self.felt_s.size} answered"]
+        for name, values in (("onset to the first felt frame", self.felt_s), ("event to its frame", self.cue_s)):
+            if values.size:
+                low, half, high, most = 1e3 * np.percentile(values, (5, 50, 95, 99))
+                lines.append(f"{name}: median {half:.1f} ms, 5 to 95 % {low:.1f} to {high:.1f} ms, 99 % {most:.1f} ms")
+        return "\n".join(lines)
+
+
+def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0, seed: int = 1) -> SceneLatency:
+    """Press tiles of the simulated 2 x 2 floor in their middles, at drawn times, while a scene plays without sound.
+
+    `UnderfootError` where the engine does not play.
+    """
+    target = Target(default_floor(), walker=False)
+    scene = kind(target.floor, given, seed)
+    session = Session(target, scene.patch(REGISTRY), REGISTRY)
+    try:
+        forces, vibration = ForceReader(session.memory.force), VibrationReader(session.memory.vibration)
+        session.start()
+        _wait(session)
+        stage = Stage(session, scene)
+        draws, loads, played, presses = random.Random(seed), [], [], 0
+        began = due = time.monotonic() + 0.5
+        pressing = ""
+        while time.monotonic() < began + seconds:
+            stage.take(session.poll())
+            stage.tick()
+            loads.append(forces.read())
+            played.append(vibration.read())
+            if time.monotonic() >= due:
+                tile = pressing or draws.choice(target.floor.ids)
+                session.send(PressTile(tile, 0.0, 0.0, 0.0 if pressing else PRESS_N))
+                presses += not pressing
+                due += UP_S + 0.1 * draws.random() if pressing else DOWN_S
+                pressing = "" if pressing else tile
+            time.sleep(TICK_S)
+        stage.close()
+    finally:
+        session.close()
+    frames = np.concatenate([frames for frames, _ in loads])
+    load_n = np.concatenate([force_n for _, force_n in loads]).sum(axis=2)
+    first = next(first for first, samples in played if len(samples))
+    moved = np.abs(np.concatenate([samples for _, samples in played])) > 0.0
+    felt = _felt_s(frames, load_n, first, moved, float(target.rate))
+    return SceneLatency(felt, np.array(stage.latencies_s), presses)
+
+
+def _wait(session: Session) -> None:
+    began = time.monotonic()
+    while not session.memory.vibration.written:
+        reports = session.poll()
+        if time.monotonic() - began > _START_S:
+            raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
+        time.sleep(TICK_S)
+
+
+def _felt_s(
+    frames: NDArray[np.float64], load_n: NDArray[np.float64], first: int, moved: NDArray[np.bool_], rate_hz: float
+) -> NDArray[np.float64]:
+    """For each onset on a tile that was still before, how much later it moves; none where it does not."""
+    found = []
+    for tile in range(load_n.shape[1]):
+        on = load_n[:, tile] >= ON_N
+        for sample in np.flatnonzero(on[1:] & ~on[:-1]) + 1:
+            at = math.ceil(frames[sample]) - first
+            if at < 0 or moved[max(at - round(_QUIET_S * rate_hz), 0) : at, tile].any():
+                continue
+            after = np.flatnonzero(moved[at : at + round(MOST_S * rate_hz), tile])
+            if after.size:
+                found.append(float(after[0]) / rate_hz)
+    return np.array(found)

@@ -1,0 +1,167 @@
+"""`underfoot scene`: a scene on the floor without a window: what happens is printed, and filmed if asked for."""
+
+import signal
+import sys
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from underfoot.commands.compiling import compiling_told
+from underfoot.commands.files import FILE, require_room
+from underfoot.commands.options import grouped
+from underfoot.commands.session_target import session_target
+from underfoot.errors import BadValue, DeviceError, require
+
+if TYPE_CHECKING:
+    from underfoot.engine.session import Session
+    from underfoot.scenes.scene import Scene
+    from underfoot.scenes.shapes import Shape
+    from underfoot.scenes.stage import Stage
+
+_TICK_S = 0.005
+FILM_HZ = 12.5
+MOST_FILM_S = 60.0
+
+
+@dataclass(frozen=True)
+class SceneOptions:
+    """What the command line says; None is what was not given."""
+
+    name: str | None
+    target: str
+    floor: Path | None
+    profiles: Path | None
+    sound: str | None
+    seconds: float | None
+    settings: tuple[str, ...]
+    seed: int
+    record: Path | None
+    film: Path | None
+    picture: Path | None
+    width: int
+    measure: bool
+
+
+@click.command()
+@click.argument("name", required=False)
+@click.option("--target", default="simulator", show_default=True, help="Where forces come from, as for `monitor`.")
+@click.option("--floor", type=FILE, help="Floor JSON of the target; the default floor without.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files.")
+@click.option("--sound", help='Sound device; "default" for the system\'s. None: nothing is heard or felt.')
+@click.option("--seconds", type=float, help="Stop after this long; without, at Ctrl-C.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="A parameter of the scene.")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True, help="Seed of its draws.")
+@click.option("--record", type=FILE, help="Record the session to this file.")
+@click.option("--film", type=FILE, help="GIF film to write of what was to be seen; it needs --seconds, at most 60.")
+@click.option("--picture", type=FILE, help="PNG picture to write of how it looked at the end.")
+@click.option(
+    "--width", type=click.IntRange(64, 1920), default=480, show_default=True, help="Pixels of film and picture."
+)
+@click.option("--measure", is_flag=True, help="Press simulated tiles, and tell how late the floor answers.")
+@grouped(SceneOptions)
+def scene(options: SceneOptions) -> None:
+    """Let the scene NAME play on the floor, and print what happens. Without NAME, list the scenes.
+
+    A scene is a surface to look at and to act on. In the window it is shown on a projector (Ctrl+6).
+    """
+    from underfoot.scenes import discover
+    from underfoot.scenes.scene import values_of
+
+    if options.name is None:
+        for name, kind in discover().items():
+            print(f"{name:18} {kind.doc}")
+            for parameter in kind.parameters.values():
+                print(f"    {parameter.name}={parameter.default}: {parameter.doc} ({parameter.allowed})")
+        return
+    require(options.name in discover(), "scene", options.name, ", ".join(discover()))
+    kind = discover()[options.name]
+    given = values_of(kind, options.settings)
+    _check(options)
+    with compiling_told():
+        if options.measure:
+            from underfoot.bench.scene_latency import measured
+
+            print(measured(kind, given, seconds=options.seconds or 30.0).in_words())
+        else:
+            target = session_target(options.target, options.floor, options.profiles, options.sound, walker=True)
+            _Show(options, kind(target.floor, given, options.seed)).run(target)
+
+
+def _check(options: SceneOptions) -> None:
+    if options.seconds is not None and not 0.0 < options.seconds <= 24 * 3600.0:
+        raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0, up to a day")
+    if options.film is not None and (options.seconds is None or options.seconds > MOST_FILM_S):
+        raise BadValue(f"--film needs --seconds of at most {MOST_FILM_S:g}")
+    require_room(options.record, options.film, options.picture, inputs=(options.floor,))
+
+
+@dataclass
+class _Show:
+    """A scene at work in a session of its own."""
+
+    options: SceneOptions
+    scene: "Scene"
+    _frames: "list[list[Shape]]" = field(default_factory=list)
+    _stopped: bool = False
+
+    def run(self, target: object) -> None:
+        """Play until the time is over, or a signal comes; then write what was asked for."""
+        from underfoot.engine.session import Session
+        from underfoot.engine.target import Target
+        from underfoot.nodes import REGISTRY
+        from underfoot.scenes.stage import Stage
+
+        assert isinstance(target, Target)
+        with ExitStack() as opened:
+            session = Session(target, self.scene.patch(REGISTRY), REGISTRY)
+            opened.callback(session.close)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                opened.callback(signal.signal, number, signal.signal(number, lambda *_: self._stop()))
+            if self.options.record is not None:
+                session.record(self.options.record)
+            session.start()
+            stage = Stage(session, self.scene)
+            opened.callback(stage.close)
+            self._play(session, stage)
+        print(self.scene.state)
+        self._write()
+
+    def _stop(self) -> None:
+        self._stopped = True
+
+    def _play(self, session: "Session", stage: "Stage") -> None:
+        from underfoot.engine.reports import Notice
+
+        now_s, film_s = 0.0, 0.0
+        while not self._stopped and (self.options.seconds is None or now_s < self.options.seconds):
+            reports = session.poll()
+            for report in reports:
+                if isinstance(report, Notice):
+                    if not session.health.running:
+                        raise DeviceError(report.text)
+                    print(f"underfoot: {report.text}", file=sys.stderr, flush=True)
+            stage.take(reports)
+            for moment in stage.tick():
+                now_s = moment.time_s
+            while stage.said:
+                print(f"{now_s:8.2f} s  {stage.said.popleft()}", flush=True)
+            if self.options.film is not None and now_s >= film_s:
+                film_s += 1.0 / FILM_HZ
+                self._frames.append(list(self.scene.shapes()))
+            time.sleep(_TICK_S)
+
+    def _write(self) -> None:
+        """The picture and the film."""
+        from underfoot.files import write_file
+        from underfoot.scenes.pictures import Canvas, gif, png
+
+        canvas = Canvas(self.scene.floor, self.options.width)
+        if self.options.picture is not None:
+            write_file(self.options.picture, png(canvas.paint(self.scene.shapes())))
+        if self.options.film is not None:
+            print(f"underfoot: painting {len(self._frames)} pictures", file=sys.stderr, flush=True)
+            write_file(self.options.film, gif([canvas.paint(shapes) for shapes in self._frames], 1.0 / FILM_HZ))

@@ -1,0 +1,38 @@
+"""Scenes: the floor as a surface to look at and to act on. Each is a folder here that declares one.
+
+A folder of `underfoot.scenes` is a scene where its `__init__.py` has a class made of `Scene`: the workspace, the
+command and the tests of all scenes follow from that. docs/scenes.md writes one.
+"""
+
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from underfoot.scenes.scene import Scene
+
+
+@cache
+def discover() -> "Mapping[str, type[Scene]]":
+    """The scenes that there are, by the names of their folders with "-" for "_".
+
+    >>> "frozen-pond" in discover()
+    True
+    """
+    from underfoot.scenes.scene import Scene
+
+    found: dict[str, type[Scene]] = {}
+    for folder in pkgutil.iter_modules(__path__):
+        if not folder.ispkg:
+            continue
+        package = importlib.import_module(f"{__name__}.{folder.name}")
+        for value in vars(package).values():
+            if inspect.isclass(value) and issubclass(value, Scene) and not inspect.isabstract(value):
+                value.name, value.folder = folder.name.replace("_", "-"), Path(str(package.__file__)).parent
+                found[value.name] = value
+    return MappingProxyType(found)

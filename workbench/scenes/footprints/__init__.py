@@ -1,0 +1,157 @@
+"""Footprints: a trail of steps that fades, counted, with the length of each: for rehabilitation and play."""
+
+import math
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
+from underfoot.nodes import REGISTRY
+from underfoot.parameters import Choice, Number
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.scenes.cues import Cue, Play, Say
+from underfoot.scenes.moments import Moment
+from underfoot.scenes.scene import Scene
+from underfoot.scenes.shapes import Disc, Lines, Polygon, Shape, Text
+
+GROUNDS = {"silent": "", "gravel": "gravel", "snow": "snow", "sand": "material-sand-dry", "leaves": "material-leaves"}
+LEFT, RIGHT, EITHER, WORDS = "#3fc1c9", "#f0a63c", "#7ed491", "#dfe5ec"
+MOST_PRINTS = 60
+SOLE_M = (0.27, 0.09)
+"""Length and width of a sole that is drawn."""
+
+
+@dataclass
+class Print:
+    """One footprint: where the middle of the pressure was, and, once it is known, the step that it was."""
+
+    contact: OngoingContact
+    first_m: tuple[float, float]
+    sum_m: NDArray[np.float64]
+    count: int = 1
+    ended_s: float = math.inf
+    step: Step | None = None
+
+    @property
+    def at_m(self) -> NDArray[np.float64]:
+        """The middle of where it pressed."""
+        return self.sum_m / self.count
+
+    def follow(self, contact: OngoingContact) -> None:
+        """The contact went on."""
+        self.contact = contact
+        self.sum_m = self.sum_m + np.array([contact.x_m, contact.y_m])
+        self.count += 1
+
+
+class Footprints(Scene):
+    """A disc as a foot comes down; a sole with its side and its step's length as soon as these are known."""
+
+    title = "Footprints"
+    doc = (
+        "A trail of footprints that fades. A print is there as the foot comes down, and becomes a left or right sole "
+        "with the length of its step a second later. Steps are counted; the ground can be gravel, snow, sand or leaves."
+    )
+    fades_s = Number(
+        8.0,
+        0.5,
+        120.0,
+        unit="s",
+        scale="log",
+        label="Fades after",
+        doc="how long a print is seen after its foot",
+    )
+    ground = Choice("silent", options=tuple(GROUNDS), doc="what the floor feels like")
+    gain = Number(1.0, 0.0, 1.0, scale="gain", doc="of the ground")
+
+    def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
+        super().__init__(floor, given, seed)
+        self.prints: deque[Print] = deque(maxlen=MOST_PRINTS)
+        self.steps = 0
+        self.lengths_mm: list[float] = []
+        self._now_s = 0.0
+        self._played: tuple[str, float] = ("silent", 1.0)
+
+    def step(self, moment: Moment) -> Iterable[Cue]:
+        self._now_s = moment.time_s
+        wanted = (self.given["ground"], self.given["gain"])
+        if wanted != self._played:
+            self._played = wanted
+            yield Play(_ground(wanted[0]), gain=wanted[1])
+        standing = {one.contact.id: one for one in self.prints if one.ended_s == math.inf}
+        for contact in moment.contacts:
+            if contact.id in standing:
+                standing[contact.id].follow(contact)
+            else:
+                here = (contact.x_m, contact.y_m)
+                self.prints.append(Print(contact, here, np.array(here)))
+        for contact in moment.up:
+            if contact.id in standing:
+                standing[contact.id].ended_s = moment.time_s
+        while self.prints and self._now_s - self.prints[0].ended_s > self.given["fades_s"]:
+            self.prints.popleft()
+        for step in moment.steps:
+            yield from self._count(step)
+
+    def shapes(self) -> Iterable[Shape]:
+        for one in self.prints:
+            left = 1.0 - (self._now_s - one.ended_s) / self.given["fades_s"] if one.ended_s < math.inf else 1.0
+            yield from _shapes_of(one, min(max(left, 0.0), 1.0))
+        corners = np.concatenate([tile.corners_m() for tile in self.floor.tiles])
+        x, y = 0.5 * (corners[:, 0].min() + corners[:, 0].max()), corners[:, 1].max() - 0.035
+        yield Text(x, y, f"{self.steps} step{'' if self.steps == 1 else 's'}", 0.03, WORDS)
+
+    @property
+    def state(self) -> str:
+        lengths = self.lengths_mm
+        mean = f", mean length {sum(lengths) / len(lengths):.0f} mm" if lengths else ""
+        return f"{self.steps} steps{mean}"
+
+    def _count(self, step: Step) -> Iterable[Cue]:
+        self.steps += 1
+        length = ""
+        if math.isfinite(step.step_length_mm):
+            self.lengths_mm.append(step.step_length_mm)
+            del self.lengths_mm[:-1000]
+            length = f", {step.step_length_mm:.0f} mm"
+        near = [one for one in self.prints if abs(one.contact.start_s - step.start_s) < 0.05 and one.step is None]
+        for one in near[:1]:
+            one.step = step
+        yield Say(f"step {step.step}, {step.side}{length}")
+
+
+def _ground(name: str) -> Patch | None:
+    """The preset of a ground; None for none."""
+    return Patch.load(library.patches()[GROUNDS[name]], REGISTRY) if GROUNDS[name] else None
+
+
+def _shapes_of(one: Print, opacity: float) -> Iterable[Shape]:
+    x, y = one.at_m.tolist()
+    step = one.step
+    if step is None or not math.isfinite(step.heading_deg):
+        yield Disc(x, y, 0.045, EITHER, 0.8 * opacity)
+        yield Lines(np.array([[one.first_m, (one.contact.x_m, one.contact.y_m)]]), WORDS, 0.006, 0.6 * opacity)
+        return
+    colour = {"left": LEFT, "right": RIGHT}.get(step.side, EITHER)
+    for part in _sole(x, y, math.radians(step.heading_deg)):
+        yield Polygon(part, colour, 0.85 * opacity)
+    if math.isfinite(step.step_length_mm):
+        yield Text(x, y, f"{0.1 * step.step_length_mm:.0f} cm", 0.018, "#000000", opacity)
+
+
+def _sole(x: float, y: float, heading_rad: float) -> tuple[NDArray[np.float64], ...]:
+    """Ball and heel of a sole around a place: an ellipse each, shape (n, 2)."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
+    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+    turn = np.array([[cos, sin], [-sin, cos]])
+    length, width = SOLE_M
+    ball = np.stack([0.3 * length * np.cos(angle) + 0.19 * length, 0.5 * width * np.sin(angle)], axis=1)
+    heel = np.stack([0.18 * length * np.cos(angle) - 0.3 * length, 0.36 * width * np.sin(angle)], axis=1)
+    return ball @ turn + (x, y), heel @ turn + (x, y)

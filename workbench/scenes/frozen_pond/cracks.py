@@ -1,0 +1,106 @@
+"""Cracks in a sheet of ice, as the thesis grows them (5.5.2): seeds under the foot, and fronts that run from them."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.experiments.draws import Draws
+
+FEWEST_FRONTS, MOST_FRONTS = 2, 6
+"""A seed has so many latent fronts, each number as likely as the others."""
+
+Point = tuple[float, float]
+
+
+@dataclass
+class Front:
+    """The end of a crack, and the unit vector along which it runs."""
+
+    at_m: Point
+    way: Point
+    is_at_edge: bool = False
+
+
+@dataclass
+class Seed:
+    """Where cracks began."""
+
+    at_m: Point
+    fronts: list[Front] = field(default_factory=list)
+
+
+class Cracks:
+    """Cracks within a rectangle from `low_m` to `high_m`; of more than `most` lines the oldest close again.
+
+    >>> cracks = Cracks((-1.0, -1.0), (1.0, 1.0), 100)
+    >>> cracks.grow((0.0, 0.0), 0.02, 0.1, 0.3, Draws(1))
+    0.0
+    >>> len(cracks.seeds), len(cracks.lines_m)
+    (1, 0)
+    """
+
+    def __init__(self, low_m: Point, high_m: Point, most: int) -> None:
+        self._low, self._high = np.array(low_m), np.array(high_m)
+        self._ends = np.zeros((most, 2, 2))
+        self.count = 0
+        """Lines that ever were."""
+        self.seeds: list[Seed] = []
+        """Those that can still grow."""
+
+    @property
+    def lines_m(self) -> NDArray[np.float64]:
+        """The lines there are, from end to end: shape (n, 2, 2)."""
+        return self._ends[: min(self.count, len(self._ends))].copy()
+
+    def latest_m(self, first: int) -> NDArray[np.float64]:
+        """The lines from number `first` of those that ever were on, as far as they are there: shape (n, 2, 2)."""
+        most = len(self._ends)
+        return self._ends[np.arange(max(first, self.count - most), self.count) % most]
+
+    def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: Draws) -> float:
+        """One crack event under a foot; returns how far cracks ran.
+
+        Where no seed that can still grow is within `spacing_m` there is one now. Else the nearest one's fronts run on
+        by `length_m`, each of n with probability 1 / n, and turn by a normal draw whose standard deviation is `turn`,
+        of the unit vector.
+        """
+        self.seeds = [seed for seed in self.seeds if not all(front.is_at_edge for front in seed.fronts)]
+        nearest = min(self.seeds, key=lambda seed: math.dist(seed.at_m, under_m), default=None)
+        if nearest is None or math.dist(nearest.at_m, under_m) > spacing_m:
+            self.seeds.append(_seed(under_m, draws))
+            del self.seeds[: -len(self._ends)]
+            return 0.0
+        ran_m = 0.0
+        for front in nearest.fronts:
+            if draws.happens(1.0 / len(nearest.fronts)) and not front.is_at_edge:
+                ran_m += self._extend(front, length_m, turn * _normal(draws))
+        return ran_m
+
+    def _extend(self, front: Front, length_m: float, beta: float) -> float:
+        """Let a front run on; at the sheet's edge it ends."""
+        x, y = front.way
+        x, y = x - beta * y, y + beta * x
+        size = math.hypot(x, y)
+        front.way = x / size, y / size
+        begin = np.array(front.at_m)
+        end = np.clip(begin + length_m * np.array(front.way), self._low, self._high)
+        front.is_at_edge = bool(((end <= self._low) | (end >= self._high)).any())
+        self._ends[self.count % len(self._ends)] = begin, end
+        self.count += 1
+        front.at_m = float(end[0]), float(end[1])
+        return math.dist(begin, end)
+
+
+def _seed(at_m: Point, draws: Draws) -> Seed:
+    count = draws.one_of(range(FEWEST_FRONTS, MOST_FRONTS + 1))
+    first = draws.uniform(0.0, 2.0 * math.pi)
+    angles = [first + 2.0 * math.pi * k / count for k in range(count)]
+    return Seed(at_m, [Front(at_m, (math.cos(angle), math.sin(angle))) for angle in angles])
+
+
+def _normal(draws: Draws) -> float:
+    """A draw with mean 0 and standard deviation 1 (Box and Muller)."""
+    radius = math.sqrt(-2.0 * math.log(1.0 - draws.uniform(0.0, 1.0)))
+    return radius * math.cos(draws.uniform(0.0, 2.0 * math.pi))

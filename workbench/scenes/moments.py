@@ -1,0 +1,124 @@
+"""Force samples cut into moments of 10 ms: who stands where, who came, who went. The same samples, the same moments.
+
+Contacts here are provisional, as they stand at the moment's last sample: nobody waits for what the following ones say
+of whose foot it is. A contact keeps its id as long as it stands, over tile edges, too.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor.contacts import ContactTracker, OngoingContact
+from underfoot.floor.footsteps import Step
+from underfoot.floor.layout import Floor
+from underfoot.floor.walks import StepCounter
+
+MOMENT_S = 0.01
+MOST_CONTACTS = 12
+"""The contacts with the largest forces; the others are not told of."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The floor at `time_s` of the session, `MOMENT_S` after the moment before.
+
+    `contacts` are in the order of their force, the largest first; their `id` goes up from 1. `down` are those that
+    came since the moment before, `up` those that went, as they were last. `steps` are footsteps that became known:
+    whose, which side, how long; that takes 0.7 s and more after their end (docs/contracts.md).
+    """
+
+    time_s: float
+    contacts: tuple[OngoingContact, ...] = ()
+    down: tuple[OngoingContact, ...] = ()
+    up: tuple[OngoingContact, ...] = ()
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def began_s(self) -> float:
+        """Where the moment begins."""
+        return self.time_s - MOMENT_S
+
+
+class Moments:
+    """Makes moments of force samples, however these are cut into chunks. Frames are `rate_hz` a second."""
+
+    def __init__(self, floor: Floor, rate_hz: float, force_hz: float) -> None:
+        self.floor = floor
+        self._rate_hz, self._force_hz = rate_hz, force_hz
+        self.baseline_n = np.zeros((len(floor.tiles), 4))
+        self._begin()
+
+    def _begin(self) -> None:
+        self._tracker = ContactTracker(self.floor, self._force_hz)
+        self._counter = StepCounter(self.floor)
+        self._known: dict[int, OngoingContact] = {}
+        self._ids = 0
+        self._before_s = -math.inf  # the last sample of the moment before
+        self._number = -1  # of the moment that is being collected, from the session's begin
+        self._times: list[NDArray[np.float64]] = []
+        self._forces: list[NDArray[np.float64]] = []
+
+    def feed(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> Iterator[Moment]:
+        """The moments that samples complete: session frames (n,), ascending, and corner forces (n, tiles, 4).
+
+        A moment is complete with the first sample behind it. Tiles whose samples are NaN are taken to be as they were.
+        Samples of an engine that was started again, whose time
+        runs back, begin anew.
+        """
+        times = frames / self._rate_hz
+        numbers = np.floor(times / MOMENT_S + 1e-6).astype(np.int64)
+        edges = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(times)]
+        for first, end in pairwise(edges):
+            if first == end:
+                continue
+            if numbers[first] != self._number:
+                if self._times:
+                    yield self._complete()
+                if numbers[first] < self._number:
+                    self._begin()
+                self._number = int(numbers[first])
+            self._times.append(times[first:end])
+            self._forces.append(force_n[first:end].copy())  # the caller fills its array anew
+
+    def _complete(self) -> Moment:
+        times, forces = np.concatenate(self._times), np.concatenate(self._forces)
+        self._times, self._forces = [], []
+        finished = self._tracker.feed(times, forces).finished
+        steps = tuple(self._counter.feed(finished, float(times[-1])))
+        self.baseline_n = self._tracker.baseline_n
+        contacts = self._named(sorted(self._tracker.ongoing(), key=lambda one: -one.force_n)[:MOST_CONTACTS])
+        self._before_s = float(times[-1])
+        before, self._known = self._known, {contact.id: contact for contact in contacts}
+        return Moment(
+            (self._number + 1) * MOMENT_S,
+            contacts,
+            tuple(contact for contact in contacts if contact.id not in before),
+            tuple(contact for id, contact in before.items() if id not in self._known),
+            steps,
+        )
+
+    def _named(self, found: Sequence[OngoingContact]) -> tuple[OngoingContact, ...]:
+        """Contacts under the ids of those that stood on their tiles the moment before; the others get new ones."""
+        left = dict(self._known)
+        named = []
+        for contact in found:
+            heirs = [
+                (-len(set(old.tiles) & set(contact.tiles)), math.dist(_place(old), _place(contact)), id)
+                for id, old in left.items()
+                if set(old.tiles) & set(contact.tiles) and contact.start_s <= self._before_s
+            ]
+            if heirs:
+                id = min(heirs)[2]
+                named.append(replace(contact, id=id, start_s=left.pop(id).start_s))
+            else:
+                self._ids += 1
+                named.append(replace(contact, id=self._ids))
+        return tuple(named)
+
+
+def _place(contact: OngoingContact) -> tuple[float, float]:
+    return contact.x_m, contact.y_m

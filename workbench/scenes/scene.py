@@ -1,0 +1,108 @@
+"""What a scene is: who stands on the floor goes in moment by moment, cues and shapes come out. It knows no screen.
+
+All that a scene does depends on its parameters, its seed and the moments so far: the same contacts give the same cues
+and the same picture. docs/scenes.md writes one from an empty folder.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from underfoot.errors import BadValue, require
+from underfoot.experiments.draws import Draws
+from underfoot.floor.layout import Floor
+from underfoot.parameters import Parameter
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.scenes.cues import Cue
+from underfoot.scenes.moments import Moment
+from underfoot.scenes.shapes import Shape
+
+
+class Scene(ABC):
+    """One scene at work on a floor. `name` is that of its folder, `title` and `doc` are for people.
+
+    Parameters are declared as those of nodes are; `given` has their values. The patch of the scene is `patch.json` in
+    its folder; without that it plays nothing.
+    """
+
+    name: ClassVar[str] = ""
+    title: ClassVar[str]
+    doc: ClassVar[str]
+    """What is seen, felt and done, in two or three sentences."""
+    folder: ClassVar[Path | None] = None
+    """Where its patch and its picture lie."""
+    parameters: ClassVar[dict[str, Parameter]] = {}
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.parameters = cls.parameters | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
+
+    def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
+        """`BadValue` for parameters that cannot be."""
+        self.floor, self.seed = floor, seed
+        self.draws = Draws(seed, self.name or type(self).__name__)
+        self.given: dict[str, Any] = {name: p.check(p.default) for name, p in self.parameters.items()}
+        for name, value in (given or {}).items():
+            self.change(name, value)
+
+    def change(self, name: str, value: Any) -> None:
+        """Change a parameter; `BadValue` for what is not allowed."""
+        known = ", ".join(self.parameters) or "none"
+        require(name in self.parameters, "parameter", name, f"the parameters of {self.title}: {known}")
+        self.given[name] = self.parameters[name].check(value)
+
+    @classmethod
+    def patch(cls, registry: Registry) -> Patch:
+        """The patch that it plays."""
+        path = cls.folder / "patch.json" if cls.folder is not None else None
+        return Patch.load(path, registry) if path is not None and path.exists() else Patch(title=cls.title)
+
+    @classmethod
+    def picture(cls) -> Path | None:
+        """A picture of it, where its folder has one."""
+        path = cls.folder / "picture.png" if cls.folder is not None else None
+        return path if path is not None and path.exists() else None
+
+    @abstractmethod
+    def step(self, moment: Moment) -> Iterable[Cue]:
+        """Take the next moment, and say what is to be done; a hundred times a second."""
+
+    @abstractmethod
+    def shapes(self) -> Iterable[Shape]:
+        """What is to be seen now, the last on top. It changes nothing: it may be asked for at any rate."""
+
+    @property
+    def state(self) -> str:
+        """How it stands, in a few words for the experimenter."""
+        return ""
+
+
+def values_of(kind: type[Scene], texts: Iterable[str]) -> dict[str, Any]:
+    """Parameters of a scene that are given as "name=value"; `BadValue` names what is allowed.
+
+    Numbers in lists are separated by commas.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        known = ", ".join(kind.parameters) or "none"
+        require(bool(equals) and name in kind.parameters, "set", text, f"NAME=VALUE with a name of: {known}")
+        parameter = kind.parameters[name]
+        try:
+            found[name] = parameter.check(_parsed(parameter, value))
+        except ValueError as error:
+            raise error if isinstance(error, BadValue) else parameter.refuse(value) from None
+    return found
+
+
+def _parsed(parameter: Parameter, text: str) -> Any:
+    match parameter.kind:
+        case "number":
+            return float(text)
+        case "count":
+            return int(text)
+        case "numbers":
+            return [float(part) for part in text.split(",")]
+    return text
