@@ -4,40 +4,27 @@ import math
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.devices.transports import split_target, target_forms
-from underfoot.engine.loss_concealment import LossConcealment
 from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Report, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target, require_source, simulation_of
 from underfoot.errors import BadFile, BadValue, DeviceError
-from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
-from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.walks import StepCounter
+from underfoot.floor.step_finder import CHUNK, Found, StepFinder
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.records.recording import Recording, is_recording
+from underfoot.records.forces import Forces, forces_of_csv, recorded_forces
+from underfoot.records.recording import is_recording
 
-_CHUNK = 4096
 _WAIT_S = 0.02
 _SILENT_S = 0.5
-
-
-@dataclass(frozen=True)
-class Found:
-    """What a chunk of forces brought: contacts at their samples, footsteps that are over, and news for the person."""
-
-    rows: ContactRows
-    steps: list[Step]
-    news: tuple[str, ...] = ()
 
 
 class FileStream:
@@ -46,20 +33,20 @@ class FileStream:
     failure = ""
     """What went wrong although all went on; said at the end."""
 
-    def __init__(self, forces: ForceSeries, floor: Floor, seconds: float | None) -> None:
-        self.floor = floor
+    def __init__(self, forces: Forces, seconds: float | None) -> None:
+        self.floor = forces.floor
         end = len(forces.time_s)
         if seconds is not None:
             end = int(np.searchsorted(forces.time_s, forces.time_s[0] + seconds))
         self._time_s, self._force_n = forces.time_s[:end], forces.force_n[:end]
-        self._finder = StepFinder(floor, forces.rate_hz)
+        self._finder = StepFinder(forces.floor, forces.rate_hz)
         self._stopped = False
 
     def __iter__(self) -> Iterator[Found]:
-        for at in range(0, len(self._time_s), _CHUNK):
+        for at in range(0, len(self._time_s), CHUNK):
             if self._stopped:
                 break
-            yield self._finder.feed(self._time_s[at : at + _CHUNK], self._force_n[at : at + _CHUNK])
+            yield self._finder.feed(self._time_s[at : at + CHUNK], self._force_n[at : at + CHUNK])
         yield self._finder.finish()
 
     def stop(self) -> None:
@@ -144,50 +131,6 @@ def news_of(report: Report, running: bool) -> Iterator[str]:
             yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
 
 
-class StepFinder:
-    """Contacts and footsteps from chunks of force samples, at `rate_hz`."""
-
-    def __init__(self, floor: Floor, rate_hz: float) -> None:
-        self._floor = floor
-        self._tracker = ContactTracker(floor, rate_hz)
-        self._counter = StepCounter(floor)
-        self._concealment = LossConcealment(self._tracker, _CHUNK)
-        self._untared = np.zeros(len(floor.tiles), bool)
-
-    def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
-        """What the next samples brought: `time_s` (n,) and `force_n` (n, tiles, 4), NaN where one was lost."""
-        if not np.isfinite(force_n).all():
-            force_n = force_n.copy()
-            self._concealment.fill(time_s, force_n, len(time_s))
-        followed = self._tracker.feed(time_s, force_n)
-        self._untared |= self._tracker.untared
-        now = float(time_s[-1]) if len(time_s) else -math.inf
-        return Found(followed.rows, self._counter.feed(followed.finished, now))
-
-    def ongoing(self) -> tuple[OngoingContact, ...]:
-        """The contacts at the latest sample, each with the person who stands there, if that is known."""
-        person_at = self._counter.person_at
-        return tuple(
-            replace(contact, person=person_at(contact.start_s, (contact.x_m, contact.y_m)))
-            for contact in self._tracker.ongoing()
-        )
-
-    @property
-    def baseline_n(self) -> NDArray[np.float64]:
-        """What each sensor reads unloaded: shape (tiles, 4)."""
-        return self._tracker.baseline_n
-
-    def finish(self) -> Found:
-        """What was held back when the stream ends."""
-        followed = self._tracker.finish()
-        return Found(followed.rows, self._counter.feed(followed.finished, math.inf) + self._counter.finish())
-
-    def warnings(self) -> list[str]:
-        """What the person should know of the data."""
-        names = [tile.id for tile, untared in zip(self._floor.tiles, self._untared, strict=True) if untared]
-        return [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
-
-
 def open_stream(
     source: str,
     floor: Path | None = None,
@@ -216,31 +159,17 @@ def open_stream(
     if is_recording(path):
         if pace or record is not None or patch is not None:
             raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
-        return FileStream(*_recorded(path), seconds)
+        return FileStream(recorded_forces(path), seconds)
     if not os.path.isfile(path):
         simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
         allowed = f"{simulators}, {target_forms()}, a force CSV, or a recording"
         raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
-    beside = floor_beside(path)
-    if floor is None and not beside.is_file():
-        raise BadFile(f"{source} has no floor beside it ({beside.name}); say --floor FILE")
-    layout = Floor.load(floor or beside)
-    forces = read_forces(path, layout)
+    forces = forces_of_csv(path, floor)
     if pace or record is not None or patch is not None:
         length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
-        target = Target(layout, kind="replay", source=str(path))
+        target = Target(forces.floor, kind="replay", source=str(path))
         return SessionStream(target, min(length, seconds or math.inf), record, patch)
-    return FileStream(forces, layout, seconds)
-
-
-def _recorded(path: Path) -> tuple[ForceSeries, Floor]:
-    with Recording(path) as recording:
-        floor = Floor.loads(recording.about["floor"], str(path))
-        rows, rate = recording.forces(), float(recording.about["rate"])
-        force_rate = float(recording.about["force_rate"])
-    if len(rows) == 0:
-        raise BadFile(f"{path} holds no force samples: it was ended before the first")
-    return ForceSeries(rows[:, 0] / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor
+    return FileStream(forces, seconds)
 
 
 def step_line(step: Step) -> str:

@@ -103,7 +103,8 @@ def serve(options: ServeOptions) -> None:
 def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: ServeOptions, stack: ExitStack) -> None:
     """Serve until the time is over, or a signal ends it."""
     from underfoot.engine.commands import Level
-    from underfoot.monitoring import StepFinder, news_of
+    from underfoot.floor.step_finder import StepFinder
+    from underfoot.monitoring import news_of
     from underfoot.network.cue_player import CuePlayer
 
     floor, rate = session.target.floor, session.target.rate

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
-from underfoot.engine.loss_concealment import LossConcealment, conceal
 from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.loss_concealment import LossConcealment, conceal
 from underfoot.kernels import kernel
 
 HOLD_S = 0.020

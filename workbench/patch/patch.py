@@ -10,7 +10,7 @@ from underfoot.documents import parse, refusals
 from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
-from underfoot.patch.node import NodeType, Registry
+from underfoot.patch.node import NodeType, Registry, installed_nodes
 
 FORMAT = "underfoot-patch"
 VERSION = 1
@@ -35,8 +35,13 @@ Wire = tuple[str, str]
 class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A patch. `check` says whether its nodes and wires fit the node types; every edit keeps a checked patch checked.
 
-    >>> patch = Patch(title="empty")
-    >>> Patch.loads(patch.dumps(), {}) == patch
+    Where a method takes a `registry` and none is given, that is every node type there is.
+
+    >>> patch = Patch(title="Hum").add("tone", frequency=80.0).add("tile-output")
+    >>> patch = patch.connect("tone.out", "tile-output.acceleration").set("tone", "amplitude", 2.0)
+    >>> patch
+    <Patch 'Hum': 2 nodes, 1 wire>
+    >>> Patch.loads(patch.dumps()) == patch
     True
     """
 
@@ -48,6 +53,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     nodes: tuple[PlacedNode, ...] = ()
     wires: tuple[Wire, ...] = ()
 
+    def __repr__(self) -> str:
+        nodes, wires = len(self.nodes), len(self.wires)
+        counted = f"{nodes} node{'s' * (nodes != 1)}, {wires} wire{'s' * (wires != 1)}"
+        return f"<Patch {self.title!r}: {counted}>"
+
     def node(self, id: str) -> PlacedNode:
         """The node with this id; `BadValue` where there is none."""
         for node in self.nodes:
@@ -58,7 +68,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     # --- edits ---
 
-    def add(self, type: str, registry: Registry, at: tuple[float, float] = (0.0, 0.0), **parameters: Any) -> "Patch":
+    def add(
+        self, type: str, registry: Registry | None = None, at: tuple[float, float] = (0.0, 0.0), **parameters: Any
+    ) -> "Patch":
         """With a new node of `type`; its id is the type's name and the first number that is free."""
         taken = {node.id for node in self.nodes}
         id = next(name for name in (f"{type}{i or ''}" for i in range(len(taken) + 1)) if name not in taken)
@@ -73,7 +85,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             wires=tuple(w for w in self.wires if not gone & {end.partition(".")[0] for end in w}),
         )
 
-    def connect(self, source: str, target: str, registry: Registry) -> "Patch":
+    def connect(self, source: str, target: str, registry: Registry | None = None) -> "Patch":
         """With a wire from an output to an input; a wire that was there at the input gives way."""
         wires = tuple(wire for wire in self.wires if wire[1] != target)
         return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
@@ -83,7 +95,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         gone = set(wires)
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
-    def set(self, id: str, name: str, value: Any, registry: Registry) -> "Patch":
+    def set(self, id: str, name: str, value: Any, registry: Registry | None = None) -> "Patch":
         """With one parameter of one node changed."""
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: value})
@@ -99,7 +111,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             _check_place(f"nodes[{i}]", node)
         return msgspec.structs.replace(self, nodes=nodes)
 
-    def paste(self, other: "Patch", registry: Registry, by: tuple[float, float] = (32.0, 32.0)) -> "Patch":
+    def paste(
+        self, other: "Patch", registry: Registry | None = None, by: tuple[float, float] = (32.0, 32.0)
+    ) -> "Patch":
         """With the nodes and wires of `other` added, under new ids where theirs are taken, moved `by`."""
         taken = {node.id for node in self.nodes}
         names: dict[str, str] = {}
@@ -123,8 +137,10 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     # --- checks ---
 
-    def check(self, registry: Registry) -> "Patch":
+    def check(self, registry: Registry | None = None) -> "Patch":
         """This patch, or `BadValue`: the place in it, the value, and what is allowed."""
+        if registry is None:
+            registry = installed_nodes()
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
         seen: set[str] = set()
@@ -177,14 +193,14 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.json.format(msgspec.json.encode(self), indent=1) + b"\n"
 
     @staticmethod
-    def loads(text: bytes | str, registry: Registry, source: str = "patch") -> "Patch":
+    def loads(text: bytes | str, registry: Registry | None = None, source: str = "patch") -> "Patch":
         """The patch in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
         raw = parse(text, source, FORMAT, VERSION)
         with refusals(source, raw):
             return msgspec.convert(raw, Patch).check(registry)
 
     @staticmethod
-    def load(path: str | Path, registry: Registry) -> "Patch":
+    def load(path: str | Path, registry: Registry | None = None) -> "Patch":
         """The patch in a file."""
         return Patch.loads(read_file(path), registry, str(path))
 

@@ -5,9 +5,9 @@ import pytest
 from given_forces import Given, drawn, standing
 
 from underfoot.engine.intake import GATE_S, HOLD_S
-from underfoot.engine.loss_concealment import LossConcealment
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
+from underfoot.floor.loss_concealment import LossConcealment
 
 RATE = 48_000.0
 FLOOR = default_floor(1, 2)
