@@ -41,6 +41,7 @@ LEVELS = (
         "memory_lowering",
         "models",
         "options",
+        "plugins",
         "quantities",
     },
     {"parameters"},

@@ -1,6 +1,5 @@
 """Pictures that a script saves and a notebook shows: one drawing, or several one under the other."""
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,11 +25,15 @@ class Picture:
 
     def _repr_svg_(self) -> str:
         """The picture as Jupyter asks for it."""
-        inner = (
-            re.sub(r"^<svg ", f'<svg y="{row * HEIGHT}" ', svg(drawing)) for row, drawing in enumerate(self.drawings)
-        )
-        size = f'width="{WIDTH}" height="{len(self.drawings) * HEIGHT}"'
-        return f'<svg xmlns="http://www.w3.org/2000/svg" {size}>\n{"".join(inner)}</svg>\n'
+        if len(self.drawings) == 1:
+            return svg(self.drawings[0])
+        height = len(self.drawings) * HEIGHT
+        size = f'viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}"'
+        parts = [f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif">']
+        for row, drawing in enumerate(self.drawings):
+            inner = svg(drawing).partition(">")[2].rpartition("</svg>")[0]
+            parts.append(f'<g transform="translate(0 {row * HEIGHT})">{inner}</g>')
+        return "\n".join([*parts, "</svg>\n"])
 
     def save(self, path: str | Path) -> None:
         """Write the picture as SVG; `BadFile` for another ending, or where it cannot be written."""

@@ -59,7 +59,7 @@ class Rendered:
     def _curves(self, title: str, unit: str, samples: NDArray[np.float32]) -> Drawing:
         time_s = np.arange(len(samples)) / self.rate_hz
         x, y, _ = extremes(time_s, samples, max(len(samples) / self.rate_hz / _POINTS, 1.0 / self.rate_hz))
-        loud = [channel for channel in range(samples.shape[1]) if samples[:, channel].any()]
+        loud = sorted(np.flatnonzero(samples.any(axis=0)), key=lambda k: -np.abs(samples[:, k]).max())  # softest on top
         lines = [series(f"{k + 1}", x, y[:, k], colour=_COLOURS[k % len(_COLOURS)]) for k in loud]
         return Drawing(title, "time, s", f"channel, {unit}", tuple(lines), note="" if lines else "silence")
 

@@ -180,7 +180,7 @@ def protocols() -> dict[str, Path]:
 def walks() -> dict[str, Path]:
     """Sample recordings of forces, each with its floor beside it: the files by name, in alphabetical order.
 
-    >>> "two-people" in walks()
+    >>> "corridor" in walks()
     True
     """
     return _files("walks", "csv")

@@ -108,12 +108,11 @@ class Forces(ForceSeries):
         loads = self.force_n.sum(axis=2)
         step_s = max(self.seconds, 1e-9) / _POINTS
         x, y = thinned(self.time_s, loads, step_s)
-        lines = [
-            series(tile.id, x, y[:, row], colour=_colour(row))
-            for row, tile in enumerate(self.floor.tiles)
-            if np.abs(loads[:, row]).max(initial=0.0) > 0.0
-        ]
-        return Drawing("Load of each tile", "time, s", "force, N", tuple(lines), note="" if lines else "no load")
+        most = np.argsort(-np.abs(loads).max(axis=0, initial=0.0), kind="stable")[: len(_OF_CURVES)]
+        rows = sorted(row for row in most if loads[:, row].any())
+        lines = [series(self.floor.ids[row], x, y[:, row], colour=_colour(place)) for place, row in enumerate(rows)]
+        title = "Load of each tile" if len(self.floor.tiles) <= len(_OF_CURVES) else "Load of the tiles with most of it"
+        return Drawing(title, "time, s", "force, N", tuple(lines), note="" if lines else "no load")
 
     def _ways(self) -> Drawing:
         contacts = self.contacts()
@@ -144,8 +143,8 @@ def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Fo
     Beside walk.csv its floor is found by itself as walk.floor.json; `floor` is another one, or its file. `BadFile`, one
     line, where something is not there or cannot be read.
 
-    >>> read_forces("two-people")
-    <Forces: 1600 samples of 4 tiles at 200 Hz, 8 s>
+    >>> read_forces("corridor")
+    <Forces: 1000 samples of 8 tiles at 200 Hz, 5 s>
     """
     found = Path(path)
     if not found.is_file() and str(path) in walks():
