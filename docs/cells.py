@@ -2,7 +2,9 @@
 
 import ast
 import json
+import tempfile
 from collections.abc import Iterator
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
@@ -36,15 +38,19 @@ def _run(text: str, names: dict[str, Any], place: str) -> Any:
 def markdown(path: Path) -> str:
     """A notebook as a page: its text, its code, and what came out of it."""
     parts = []
-    for kind, text, value in cells(path):
-        parts.append(text if kind == "markdown" else f"```python\n{text}\n```")
-        if hasattr(value, "_repr_svg_"):
-            parts.append(_whole(value._repr_svg_()))
-        elif hasattr(value, "_repr_html_"):
-            parts.append(_whole(value._repr_html_()))
-        elif value is not None:
-            parts.append(f"```text\n{value!r}\n```")
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):  # for what a notebook saves
+        for kind, text, value in cells(path):
+            parts.append(text if kind == "markdown" else f"```python\n{text}\n```")
+            parts += _shown(value)
     return "\n\n".join(parts) + "\n"
+
+
+def _shown(value: Any) -> list[str]:
+    if hasattr(value, "_repr_svg_"):
+        return [_whole(value._repr_svg_())]
+    if hasattr(value, "_repr_html_"):
+        return [_whole(value._repr_html_())]
+    return [] if value is None else [f"```text\n{value!r}\n```"]
 
 
 def _whole(html: str) -> str:
