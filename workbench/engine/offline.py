@@ -6,6 +6,7 @@ from pathlib import Path
 
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import ForceSource
+from underfoot.devices.offline import DEFAULT_S, TAIL_S
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import equalisers_of
@@ -20,11 +21,6 @@ from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.node import installed_nodes
 from underfoot.patch.patch import Patch
 from underfoot.records.forces import Forces
-
-DEFAULT_S = 5.0
-"""Seconds that are rendered where no forces say how long."""
-TAIL_S = 0.5
-"""Seconds that are rendered behind the last sample of forces."""
 
 
 @dataclass(frozen=True)
