@@ -1,9 +1,10 @@
-"""What `make docs` adds to the pages of this folder: the front page, and a reference of what scripts may call.
+"""What `make docs` adds to the pages of this folder: front page, notebooks, nodes, and what scripts may call.
 
 MkDocs runs the functions as hooks, and Griffe, which reads the sources without importing them, the class.
 """
 
 import re
+import sys
 from pathlib import Path
 
 import griffe
@@ -12,6 +13,7 @@ from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ROOT / "workbench"
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 NOT_FOR_SCRIPTS = ("bench", "commands", "nodes")
 """Packages without a page: two are reached from the command line, and `underfoot nodes` prints the third."""
 
@@ -19,6 +21,9 @@ NOT_FOR_SCRIPTS = ("bench", "commands", "nodes")
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Put the pages of the reference behind the others."""
     assert config.nav is not None
+    names = [path.stem for path in NOTEBOOKS]
+    config.nav.append({"Notebooks": [{name[2:].replace("-", " ").capitalize(): _notebook(name)} for name in names]})
+    config.nav.append({"Nodes": "reference/nodes.md"})
     config.nav.append({"Reference": [{name: _page(name)} for name in _modules()]})
     return config
 
@@ -26,6 +31,12 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made: README, CONTRIBUTING, and the reference."""
     made = {"index.md": _from_docs("README.md"), "contributing.md": _from_docs("CONTRIBUTING.md")}
+    sys.path.insert(0, str(ROOT / "docs"))
+    import cells
+    import node_pages
+
+    made["reference/nodes.md"] = node_pages.page()
+    made |= {_notebook(path.stem): cells.markdown(path) for path in NOTEBOOKS}
     for name, modules in _modules().items():
         made[_page(name)] = f"# {name}\n\n" + "\n\n".join(f"::: {module}" for module in modules) + "\n"
     for path, text in made.items():
@@ -38,6 +49,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def _from_docs(name: str) -> str:
     """A page of the project's top folder, with its links to docs/ as they are from there."""
     return (ROOT / name).read_text(encoding="utf-8").replace("](docs/", "](")
+
+
+def _notebook(name: str) -> str:
+    return f"notebooks/{name}.md"
 
 
 def _page(name: str) -> str:

@@ -159,7 +159,7 @@ def test_render_of_several_patches_gives_the_files_of_each_alone(underfoot, fold
     for path in paths:
         assert underfoot("render", path, "-o", "one.wav", "--seconds", "0.5").status == 0
         assert (folder / "all" / f"{path.stem}.wav").read_bytes() == (folder / "one.wav").read_bytes()
-    assert len(list((folder / "all").iterdir())) == 3
+    assert len(list((folder / "all").iterdir())) == 3 + 1  # and the manifest
 
 
 def test_render_says_which_of_several_patches_failed_and_does_the_others(underfoot, folder):
@@ -173,7 +173,7 @@ def test_render_says_which_of_several_patches_failed_and_does_the_others(underfo
     errors = said.error.splitlines()
     assert "underfoot: missing.json: cannot be read: no such file or directory" in errors
     assert errors[-1] == "underfoot: 2 of 3 patches were not rendered"
-    assert [path.name for path in (folder / "all").iterdir()] == [f"{SINE.stem}.wav"]
+    assert sorted(path.name for path in (folder / "all").iterdir()) == ["manifest.csv", f"{SINE.stem}.wav"]
 
 
 def test_ctrl_c_stops_a_rendering_of_several_and_leaves_no_part_of_a_file(underfoot, folder, until):

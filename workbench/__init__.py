@@ -1,3 +1,87 @@
-"""Underfoot: a workbench for vibrotactile floors. Nothing here imports Qt, but for `underfoot.widgets`."""
+"""Underfoot: a workbench for vibrotactile floors. Nothing here imports Qt, but for `underfoot.widgets`.
+
+The names below are what scripts use (docs/scripting.md). Each is imported when it is first asked for: `import
+underfoot` alone loads nothing.
+
+>>> open_patch("gravel")
+<Patch 'Gravel underfoot': 15 nodes, 16 wires>
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # for editors and type checkers: what `_PLACES` says
+    from underfoot.drawing.picture import Picture as Picture
+    from underfoot.engine.offline import render as render
+    from underfoot.engine.render import Rendered as Rendered
+    from underfoot.errors import UnderfootError as UnderfootError
+    from underfoot.floor.layout import Floor as Floor
+    from underfoot.floor.layout import default_floor as default_floor
+    from underfoot.floor.profile import Profile as Profile
+    from underfoot.models.fibre_bundle.bundle import FibreBundle as FibreBundle
+    from underfoot.models.stick_slip.oscillator import BlockOnBelt as BlockOnBelt
+    from underfoot.models.stick_slip.slip_distribution import SlipDistribution as SlipDistribution
+    from underfoot.patch.library import open_patch as open_patch
+    from underfoot.patch.patch import Patch as Patch
+    from underfoot.records.forces import Forces as Forces
+    from underfoot.records.forces import read_forces as read_forces
+    from underfoot.records.forces import walk as walk
+    from underfoot.records.recording import Recording as Recording
+    from underfoot.records.tables import Table as Table
 
 __version__ = "0.1.0"
+
+_PLACES = {
+    "BlockOnBelt": "models.stick_slip.oscillator",
+    "FibreBundle": "models.fibre_bundle.bundle",
+    "Floor": "floor.layout",
+    "Forces": "records.forces",
+    "Patch": "patch.patch",
+    "Picture": "drawing.picture",
+    "Profile": "floor.profile",
+    "Recording": "records.recording",
+    "Rendered": "engine.render",
+    "SlipDistribution": "models.stick_slip.slip_distribution",
+    "Table": "records.tables",
+    "UnderfootError": "errors",
+    "default_floor": "floor.layout",
+    "open_patch": "patch.library",
+    "read_forces": "records.forces",
+    "render": "engine.offline",
+    "walk": "records.forces",
+}
+"""In which module each public name stands."""
+
+__all__ = [  # by hand, since type checkers read it; a test holds it to `_PLACES`
+    "BlockOnBelt",
+    "FibreBundle",
+    "Floor",
+    "Forces",
+    "Patch",
+    "Picture",
+    "Profile",
+    "Recording",
+    "Rendered",
+    "SlipDistribution",
+    "Table",
+    "UnderfootError",
+    "__version__",
+    "default_floor",
+    "open_patch",
+    "read_forces",
+    "render",
+    "walk",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module 'underfoot' has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"underfoot.{_PLACES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PLACES})

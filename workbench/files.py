@@ -20,13 +20,14 @@ def read_file(path: str | Path) -> bytes:
         raise BadFile(f"{path} cannot be read: {_reason(error)}") from None
 
 
-def write_file(path: str | Path, data: bytes) -> None:
-    """Write `data` beside `path` and move it into place: the old file stays until the new one is whole.
+def write_file(path: str | Path, *data: bytes | memoryview) -> None:
+    """Write `data`, one part behind the other, beside `path` and move it into place: the old file stays until then.
 
     `BadFile` with the system's word where it cannot be written.
     """
-    with replaced(path) as part, written(path):
-        part.write_bytes(data)
+    with replaced(path) as part, written(path), part.open("wb") as file:
+        for one in data:
+            file.write(one)
 
 
 @contextmanager

@@ -189,8 +189,8 @@ class _Files(FunctionCache):
 
         path = Path(self.cache_path, f"{self._impl.filename_base}.lock")
         if self._lock is None:
-            self._lock = FileLock(path, _LONGEST_COMPILE_S, poll_interval=0.01, thread_local=False)
-        self._lock.acquire()
+            self._lock = FileLock(path, _LONGEST_COMPILE_S, thread_local=False)
+        self._lock.acquire(poll_interval=0.01)
 
     def unlock(self) -> None:
         """Let another process compile it."""

@@ -1,8 +1,11 @@
-"""`underfoot render`: patches, played offline: one here, several at once on all cores."""
+"""`underfoot render`: patches, played offline: one here, several or a grid at once on all cores or a cluster."""
 
 import json
+import os
 import sys
-from dataclasses import dataclass, replace
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,9 +20,11 @@ from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
 
 if TYPE_CHECKING:
-    from underfoot.engine.render import Rendered
+    from underfoot.engine.bulk import Job, Values
+    from underfoot.engine.offline import RenderJob
     from underfoot.engine.requests import CompileRequest
     from underfoot.floor.simulated_plates import Heard
+    from underfoot.patch.patch import Patch
 
 Summary = dict[str, Any]
 
@@ -40,6 +45,8 @@ class RenderOptions:
     simulation: Path | None
     measured: Path | None
     under_foot: Path | None
+    settings: tuple[str, ...]
+    cluster: str | None
     as_json: bool
 
     @property
@@ -56,9 +63,7 @@ class RenderOptions:
 
 @click.command()
 @click.argument("patches", metavar="PATCH...", type=FILE, nargs=-1, required=True)
-@click.option(
-    "-o", "--output", type=FILE, help="WAV file: float samples, one channel per tile. For several patches, a folder."
-)
+@click.option("-o", "--output", type=FILE, help="WAV file: float samples, one channel per tile. For several, a folder.")
 @click.option("--seconds", type=float, help="Length; by default the force's, or 5 s.")
 @click.option("--rate", type=float, help=f"Frames per second; {RATE_HZ} by default.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block; the output is the same.")
@@ -69,21 +74,48 @@ class RenderOptions:
 @click.option("--simulation", type=FILE, help="What simulated tiles are made of: a parameter file.")
 @click.option("--measured", type=FILE, help="WAV file of what simulated accelerometers measure, m/s^2, one a tile.")
 @click.option("--under-foot", type=FILE, help="WAV file of the simulated acceleration under the foot, m/s^2.")
+@click.option(
+    "--set",
+    "settings",
+    metavar="NODE.PARAMETER=VALUE,...",
+    multiple=True,
+    help="Values instead of the patch's own; several make a file each, several --set every combination.",
+)
+@click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster that renders several.")
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:
-    """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes; several at once on all cores."""
-    if len(options.patches) > 1:
+    """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes; several at once on all cores.
+
+    A PATCH that is a folder stands for all patches in it. What several make goes into a folder, with a manifest.
+    """
+    from underfoot.engine.bulk import grid_of
+
+    grid, patches = grid_of(options.settings), _patches(options)
+    if len(patches) * len(grid) > 1 or os.path.isdir(options.patch):
         if options.plates:
             raise BadValue("--measured and --under-foot are for one patch at a time")
-        _render_all(options)
-        return
+        _render_all(options, patches, grid)
+    elif options.cluster is not None:
+        raise BadValue("--cluster is for several patches, or several values of --set")
+    else:
+        _render_one(options, grid[0])
+
+
+def _render_one(options: RenderOptions, values: "Values") -> None:
+    """Render the one patch, write what is to be written, and say the figures."""
     from underfoot.records.recording import is_recording
+    from underfoot.records.wav import write_wav
 
     inputs = (options.patch, options.force, options.floor, options.simulation)
     require_room(options.output, *options.plates.values(), inputs=inputs)
     with compiling_told(None if is_recording(options.patch) else partial(compile_request, options.patch)):
-        summary = _render_one(options)
+        rendered = _jobs_of(options, options.patch, [values])[0].run()
+        if options.output is not None:
+            rendered.save(options.output)
+        for heard, path in options.plates.items():
+            write_wav(path, rendered.tiles[heard], rendered.rate_hz)
+        summary = rendered.summary()
     print(json.dumps(summary) if options.as_json else _line(summary))
 
 
@@ -96,59 +128,93 @@ def compile_request(patch: Path) -> "CompileRequest":
     return CompileRequest(0, patch.read_bytes(), Target(default_floor()), str(patch.parent))
 
 
-def _render_one(options: RenderOptions) -> Summary:
-    """Render the one patch, write what is to be written, and return the figures."""
-    from underfoot.records.recording import is_recording
-    from underfoot.records.wav import write_wav
-
-    rendered = _replayed(options) if is_recording(options.patch) else _rendered(options)
-    if options.output is not None:
-        write_wav(options.output, rendered.samples, rendered.rate_hz)
-    for heard, path in options.plates.items():
-        write_wav(path, rendered.tiles[heard], rendered.rate_hz)
-    return rendered.summary()
+def _patches(options: RenderOptions) -> list[Path]:
+    """The files that were named, and those of the folders."""
+    found = []
+    for path in options.patches:
+        inside = sorted(path.glob("*.json")) if os.path.isdir(path) else [path]
+        if not inside:
+            raise BadFile(f"{path} cannot be read: there is no patch in it; allowed: a folder of .json files")
+        found += inside
+    return found
 
 
-def _render_all(options: RenderOptions) -> None:
-    """Render several patches, each into a file of its own in the folder; what fails is said, and the others go on."""
-    from underfoot.engine.worker_pool import cores, in_parallel
+def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence[Values]") -> None:
+    """Render several, each into a file of its own in the folder; what fails is said, and the others go on."""
+    from underfoot.engine.bulk import MANIFEST, Item, Manifest, file_names, rendered
 
-    outputs = _outputs(options)
-    jobs = [replace(options, patches=(patch,), output=out) for patch, out in zip(options.patches, outputs, strict=True)]
-    found: dict[int, Summary] = {}
-    failed = 0
-    for done, (number, answer) in enumerate(in_parallel(_render_one, jobs, cores()), 1):
-        patch = options.patches[number]
-        if isinstance(answer, UnderfootError):
-            failed += 1
-            reason = str(answer).removeprefix(f"{patch}: ").removeprefix(f"{patch} ")
-            found[number] = {"error": str(answer)}
-            print(f"underfoot: {patch}: {reason}", file=sys.stderr)
+    names = file_names([(path.stem, values) for path in patches for values in grid])
+    outputs = _outputs(options, patches, [f"{name}.wav" for name in names])
+    found: dict[int, Any] = {}
+    items: dict[int, Item] = {}
+    for k, path in enumerate(patches):
+        places = range(k * len(grid), (k + 1) * len(grid))
+        try:
+            jobs = _jobs_of(options, path, grid)
+        except UnderfootError as error:
+            found |= dict.fromkeys(places, error)
+            _tell_failure(path, error)
             continue
-        found[number] = answer
-        print(f"underfoot: {done} of {len(jobs)}: {patch}", file=sys.stderr)
+        items |= {
+            at: Item(job, str(path), values, outputs[at]) for at, job, values in zip(places, jobs, grid, strict=True)
+        }
+    told = [f"{path}{''.join(f' {name}={value}' for name, value in v.items())}" for path in patches for v in grid]
+    order, began = list(items), time.monotonic()
+    folder = options.output
+    manifest = Manifest(folder / MANIFEST, list(items.values())) if folder is not None else None
+    try:
+        for number, answer in rendered(list(items.values()), options.cluster):
+            at = order[number]
+            found[at] = answer
+            if manifest is not None:
+                manifest.add(number, answer)
+            if isinstance(answer, UnderfootError):
+                _tell_failure(told[at], answer)
+            else:
+                print(f"underfoot: {len(found)} of {len(told)}: {told[at]}{_left(found, told, began)}", file=sys.stderr)
+    finally:
+        if manifest is not None:
+            manifest.write()
+    _say_all(options, told, found)
+
+
+def _left(found: Sequence[Any] | dict[int, Any], told: Sequence[str], began: float) -> str:
+    """How long the rest may take, once that is more than a moment."""
+    left_s = (time.monotonic() - began) / len(found) * (len(told) - len(found))
+    return f" ({left_s:.0f} s left)" if left_s >= 2.0 else ""
+
+
+def _tell_failure(what: object, error: UnderfootError) -> None:
+    reason = str(error).removeprefix(f"{what}: ").removeprefix(f"{what} ")
+    print(f"underfoot: {what}: {reason}", file=sys.stderr)
+
+
+def _say_all(options: RenderOptions, told: Sequence[str], found: dict[int, Any]) -> None:
+    """The figures of all, in their order; an error where some were not rendered."""
+    failed = sum(isinstance(answer, UnderfootError) for answer in found.values())
     if options.as_json:
-        print(json.dumps([{"patch": str(patch)} | found[number] for number, patch in enumerate(options.patches)]))
+        as_data = [{"error": str(a)} if isinstance(a, UnderfootError) else a for _, a in sorted(found.items())]
+        print(json.dumps([{"patch": name} | one for name, one in zip(told, as_data, strict=True)]))
     else:
-        for number, patch in enumerate(options.patches):
-            if "error" not in found[number]:
-                print(f"{patch}: {_line(found[number])}")
+        for number, name in enumerate(told):
+            if not isinstance(found[number], UnderfootError):
+                print(f"{name}: {_line(found[number])}")
     if failed:
-        raise UnderfootError(f"{failed} of {len(jobs)} patches were not rendered")
+        raise UnderfootError(f"{failed} of {len(told)} patches were not rendered")
 
 
-def _outputs(options: RenderOptions) -> list[Path | None]:
-    """The file of each patch, in the folder that was named."""
+def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[str]) -> list[Path | None]:
+    """The file of each, in the folder that was named."""
     if options.output is None:
-        return [None] * len(options.patches)
+        return [None] * len(names)
     if options.output.is_file() or options.output.suffix == ".wav":
-        raise BadFile(f"{options.output} is no folder; {len(options.patches)} patches need one to be written into")
-    outputs = [options.output / f"{patch.stem}.wav" for patch in options.patches]
+        raise BadFile(f"{options.output} is no folder; {len(names)} patches need one to be written into")
+    outputs = [options.output / name for name in names]
     twice = {out.name for out in outputs if outputs.count(out) > 1}
     if twice:
         raise BadFile(f"{', '.join(sorted(twice))} would be written twice; render them one by one")
     make_folder(options.output)
-    require_room(*outputs, inputs=(*options.patches, options.force, options.floor))
+    require_room(*outputs, inputs=(*patches, options.force, options.floor))
     return list(outputs)
 
 
@@ -159,47 +225,51 @@ def _line(summary: Summary) -> str:
     )
 
 
-def _replayed(options: RenderOptions) -> "Rendered":
-    """A recording, played again."""
-    from underfoot.engine.session_replay import replay
-    from underfoot.nodes import REGISTRY
+def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "Sequence[Job]":
+    """A job for each of the grid's values: the patch in a file, or a recording, which takes none."""
+    from underfoot.engine.session_replay import ReplayJob
+    from underfoot.patch.patch import Patch
+    from underfoot.records.recording import is_recording
 
-    of_a_patch = (options.rate, options.seed, options.force, options.floor, options.seconds, options.profiles)
-    if any(given is not None for given in (*of_a_patch, options.simulation)):
-        raise BadValue(
-            f"{options.patch} is a recording; allowed with it: --output, --measured, --under-foot, --block and --json"
-        )
-    return replay(options.patch, REGISTRY, options.block, tuple(options.plates))
+    if is_recording(path):
+        of_a_patch = (options.rate, options.seed, options.force, options.floor, options.seconds, options.profiles)
+        if any(given is not None for given in (*of_a_patch, options.simulation)) or options.settings:
+            allowed = "--output, --measured, --under-foot, --block and --json"
+            raise BadValue(f"{path} is a recording; allowed with it: {allowed}")
+        return [ReplayJob(path, options.block, tuple(options.plates))]
+    patch = Patch.load(path)
+    return [_job(options, path, patch, values) for values in grid]
 
 
-def _rendered(options: RenderOptions) -> "Rendered":
-    """A patch, played on the force that was asked for."""
-    from underfoot.devices.offline import offline_source
-    from underfoot.engine.commands import equalisers_of
-    from underfoot.engine.loop import LoopOptions
-    from underfoot.engine.render import render as run
-    from underfoot.floor.layout import Floor
+def _job(options: RenderOptions, path: Path, patch: "Patch", values: "Values") -> "RenderJob":
+    """A patch with these values, played on the force that was asked for."""
+    from underfoot.engine.offline import RenderJob
+    from underfoot.floor.layout import Floor, default_floor
     from underfoot.floor.profile import profiles_of
     from underfoot.floor.tile_parameters import TileParameters
-    from underfoot.nodes import REGISTRY
-    from underfoot.patch.patch import Patch
+    from underfoot.records.forces import read_forces
 
-    patch = Patch.load(options.patch, REGISTRY)
+    for name, value in values.items():
+        node, _, parameter = name.partition(".")
+        patch = patch.set(node, parameter, value)
     rate_hz = float(RATE_HZ if options.rate is None else options.rate)
-    if not rate_hz.is_integer():
-        raise BadValue(f"--rate is {rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
-    seed = patch.seed if options.seed is None else options.seed
     simulation = TileParameters.load(options.simulation) if options.simulation else None
-    floor = Floor.load(options.floor) if options.floor else None
-    source, length_s = offline_source(options.force, floor, rate_hz, seed, simulation, options.profiles)
-    profiles = profiles_of(options.profiles, source.floor) if options.profiles else {}
-    how = LoopOptions(
+    forces = None if options.force in (None, "none") else read_forces(options.force, options.floor)
+    if forces is not None:
+        floor = forces.floor
+    else:
+        floor = Floor.load(options.floor) if options.floor else default_floor()
+    return RenderJob(
+        patch,
+        forces,
+        floor,
+        walking=options.force is None,
+        seconds=options.seconds,
         rate_hz=rate_hz,
         block=options.block,
-        equalisers=equalisers_of(profiles),
-        folder=options.patch.parent,
         seed=options.seed,
-        plates=tuple(options.plates),
+        profiles=profiles_of(options.profiles, floor) if options.profiles else {},
         simulation=simulation,
+        plates=tuple(options.plates),
+        folder=path.parent,
     )
-    return run(patch, REGISTRY, source, length_s if options.seconds is None else options.seconds, how)

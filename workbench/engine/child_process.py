@@ -2,11 +2,13 @@
 
 import multiprocessing
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterable
 from importlib import import_module
 from multiprocessing import connection
+from pathlib import Path
 from typing import Any
 
 ORPHAN_S = 15.0
@@ -20,6 +22,7 @@ class ChildProcess:
     """
 
     def __init__(self, name: str, module: str, *given: Any, daemon: bool = True) -> None:
+        _require_guard()
         context = multiprocessing.get_context("spawn")  # a fork would take over threads' locks and the card's handles
         self.name = name
         self._connection, theirs = context.Pipe()
@@ -84,6 +87,27 @@ class ChildProcess:
 def engine_process() -> ChildProcess:
     """An engine, which loads what every engine needs and waits for its `Setup`."""
     return ChildProcess("engine", "underfoot.engine.process")
+
+
+def _require_guard() -> None:
+    """End a script that would start itself without end, in one line: each process that it starts reads it again.
+
+    What stands behind a guard is not read then. A program that is run as a package, and a notebook, are not read at
+    all.
+    """
+    main = sys.modules["__main__"]
+    path, spec = getattr(main, "__file__", None), getattr(main, "__spec__", None)
+    if path is None or (spec is not None and spec.name.endswith("__main__")):
+        return
+    try:
+        text = Path(path).read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return
+    if "__name__" not in text and path.endswith(".py"):
+        raise SystemExit(
+            f'underfoot: {path} starts processes, each of which reads it again; put what it does into `if __name__ == "'
+            '__main__":`'
+        )
 
 
 def _run(module: str, connection: Any, *given: Any) -> None:

@@ -2,20 +2,28 @@
 
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.force_source import ForceSource
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.picture import Picture
+from underfoot.drawing.thinning import extremes
 from underfoot.engine.commands import Command, Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.errors import BadValue, require
 from underfoot.models import sole
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.records.wav import write_wav
+
+_POINTS = 600
+"""Points across a picture."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Rendered:
     """What came out: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, were left out.
 
@@ -32,6 +40,28 @@ class Rendered:
     run: list[str]
     asleep: list[str]
     left_out: list[str]
+
+    def __repr__(self) -> str:
+        frames, channels = self.samples.shape
+        peak = float(np.abs(self.samples).max(initial=0.0))
+        return f"<Rendered: {frames} frames of {channels} channels at {self.rate_hz:.6g} Hz, peak {peak:.4f}>"
+
+    def save(self, path: str | Path) -> None:
+        """Write a WAV file, float samples, a channel a tile; `BadFile` where that cannot be."""
+        write_wav(path, self.samples, self.rate_hz)
+
+    def plot(self) -> Picture:
+        """The samples of each channel that is not silent, and what simulated plates did of it."""
+        drawings = [self._curves("Rendered", "full scale", self.samples)]
+        drawings += [self._curves(heard.capitalize(), "m/s^2", done) for heard, done in self.tiles.items()]
+        return Picture(tuple(drawings))
+
+    def _curves(self, title: str, unit: str, samples: NDArray[np.float32]) -> Drawing:
+        time_s = np.arange(len(samples)) / self.rate_hz
+        x, y, _ = extremes(time_s, samples, max(len(samples) / self.rate_hz / _POINTS, 1.0 / self.rate_hz))
+        loud = sorted(np.flatnonzero(samples.any(axis=0)), key=lambda k: -np.abs(samples[:, k]).max())  # softest on top
+        lines = [series(f"{k + 1}", x, y[:, k], colour=_COLOURS[k % len(_COLOURS)]) for k in loud]
+        return Drawing(title, "time, s", f"channel, {unit}", tuple(lines), note="" if lines else "silence")
 
     @staticmethod
     def of(loop: Loop, frames: int) -> "Rendered":
@@ -63,6 +93,9 @@ class Rendered:
             "program_times_real_time": seconds / self.program_s,
             "nodes": {"run": self.run, "asleep": self.asleep, "left_out": self.left_out},
         }
+
+
+_COLOURS = ("vibration", "force", "events", "contact", "corner 1", "corner 2")
 
 
 def _levels(samples: NDArray[np.float32], unit: str) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """A recorded session, played again: the same patch, forces and commands at the same frames, and so the same bytes."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -15,7 +16,7 @@ from underfoot.errors import BadFile
 from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import Heard
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.patch.node import Registry
+from underfoot.patch.node import Registry, installed_nodes
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
@@ -41,6 +42,19 @@ class RecordedForce:
         return count
 
 
+@dataclass(frozen=True)
+class ReplayJob:
+    """A recording that is to be played again, as `replay` does it."""
+
+    path: Path
+    block: int = 1024
+    plates: tuple[Heard, ...] = ()
+
+    def run(self) -> Rendered:
+        """Play it."""
+        return replay(self.path, installed_nodes(), self.block, self.plates)
+
+
 def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Heard, ...] = ()) -> Rendered:
     """Play the recording again from its first frame to its last; `plates` as in `LoopOptions`.
 
@@ -50,6 +64,8 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Hear
         first, played = recording.vibration()
         if first != 0 or recording.gaps():
             raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
+        if len(played) == 0:
+            raise BadFile(f"{path} cannot be replayed: it was ended before the first frame")
         loop = _loop_of(recording, registry, block, plates)
         for frame, kind, body in recording.commands():
             command = from_text(kind, body)

@@ -2,7 +2,7 @@
 
 import os
 import signal
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from multiprocessing import resource_tracker
@@ -12,6 +12,8 @@ from typing import Any
 from underfoot.engine.child_process import ChildProcess, wait_for_any
 from underfoot.errors import UnderfootError
 
+MOST_TRIES = 3
+"""A job whose process died is given to another one, so often."""
 _LEAVE_S = 2.0
 """How long a process may take to put away what it has begun, once nobody waits for it."""
 
@@ -25,13 +27,16 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def in_parallel(work: Callable[[Any], Any], jobs: Sequence[Any], processes: int) -> Iterator[tuple[int, Any]]:
+def in_parallel(
+    work: Callable[[Any], Any], jobs: Sequence[Any], processes: int, tries: int = 1
+) -> Iterator[tuple[int, Any]]:
     """What `work` returns for each of `jobs`, with its number, as they become ready; or the `UnderfootError` it raised.
 
-    `work` is a function of a module; jobs and results can be pickled. A process that dies is its job's error, and
-    another takes its place. Where whoever asked stops (Ctrl-C), all do.
+    `work` is a function of a module; jobs and results can be pickled. Where a process dies another takes its place; a
+    job that was lost so `tries` times has that for its error. Where whoever asked stops (Ctrl-C), all do.
     """
     waiting = deque(enumerate(jobs))
+    lost: Counter[int] = Counter()
     busy: dict[ChildProcess, int] = {}
     try:
         for _ in range(min(processes, len(jobs))):
@@ -45,7 +50,12 @@ def in_parallel(work: Callable[[Any], Any], jobs: Sequence[Any], processes: int)
                     _give(child, waiting, busy)
                 elif not child.is_alive:
                     del busy[child]
-                    yield number, UnderfootError(f"the process that worked on it died: {child.end(_LEAVE_S)}")
+                    reason = child.end(_LEAVE_S)
+                    lost[number] += 1
+                    if lost[number] < tries:
+                        waiting.appendleft((number, jobs[number]))
+                    else:
+                        yield number, UnderfootError(f"the process that worked on it died: {reason}")
                     if waiting:
                         _give(_started(work), waiting, busy)
     finally:

@@ -110,6 +110,9 @@ class Floor(msgspec.Struct, frozen=True):
     tiles: tuple[Tile, ...]
     title: str = ""
 
+    def __repr__(self) -> str:
+        return f"<Floor {self.title!r}: {len(self.tiles)} tile{'s' * (len(self.tiles) != 1)}>"
+
     def __post_init__(self) -> None:
         require(len(self.tiles) > 0, "tiles", self.tiles, "at least one tile")
         seen: set[str] = set()

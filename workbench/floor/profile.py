@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot import __version__
 from underfoot.documents import read_document, write_document
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.picture import Picture
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.floor.centroid_correction import CentroidCorrection
@@ -163,6 +165,25 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     response: Response | None = None
     latency: Latency | None = None
     earlier: tuple[Earlier, ...] = ()
+
+    def __repr__(self) -> str:
+        parts = [kind for kind in PARTS if self.part(kind) is not None]
+        return f"<Profile of {self.tile}: {', '.join(parts) or 'not calibrated'}>"
+
+    def plot(self) -> Picture:
+        """The curve of each sensor and the response of the plate, as far as they were measured."""
+        drawings = []
+        if self.fsr is not None:
+            curves = [
+                series(f"sensor {j + 1}", curve.readings, curve.forces_n, colour=f"corner {j + 1}")
+                for j, curve in enumerate(self.fsr.sensors)
+            ]
+            drawings.append(Drawing(f"Sensors of {self.tile}", "reading, counts", "force, N", tuple(curves)))
+        if self.response is not None:
+            curve = series("", self.response.frequencies_hz, self.response.magnitude)
+            title = f"Response of {self.tile}"
+            drawings.append(Drawing(title, "frequency, Hz", "m/s^2 at full scale", (curve,), x_log=True, y_log=True))
+        return Picture(tuple(drawings) or (Drawing(f"Profile of {self.tile}", "", "", note="not calibrated"),))
 
     def __post_init__(self) -> None:
         require(bool(IDENTIFIER.fullmatch(self.tile)), "tile", self.tile, "letters, digits, - and _")

@@ -7,8 +7,9 @@ from pathlib import Path
 import msgspec
 
 from underfoot import presets
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadFile, UnderfootError
 from underfoot.files import read_file
+from underfoot.patch.patch import Patch
 
 
 def presets_folder() -> Path:
@@ -27,6 +28,20 @@ def patches() -> dict[str, Path]:
     True
     """
     return _files("patches")
+
+
+def open_patch(name: str | Path) -> Patch:
+    """The preset of this name, or the patch in a file; `BadFile` where there is neither, or the file is no patch.
+
+    >>> open_patch("gravel")
+    <Patch 'Gravel underfoot': 15 nodes, 16 wires>
+    """
+    found = Path(name)
+    if found.suffix != ".json" and not found.is_file():
+        if str(name) not in patches():
+            raise BadFile(f"there is no patch {str(name)!r}; allowed: a file, or one of {', '.join(patches())}")
+        found = patches()[str(name)]
+    return Patch.load(found)
 
 
 FAMILIES = {"material": "Materials", "stimulus": "Thesis stimuli", "tacton": "Tactons"}
@@ -162,6 +177,15 @@ def protocols() -> dict[str, Path]:
     return _files("protocols")
 
 
-def _files(kind: str) -> dict[str, Path]:
-    found = (presets_folder() / kind).glob("*.json")
+def walks() -> dict[str, Path]:
+    """Sample recordings of forces, each with its floor beside it: the files by name, in alphabetical order.
+
+    >>> "corridor" in walks()
+    True
+    """
+    return _files("walks", "csv")
+
+
+def _files(kind: str, ending: str = "json") -> dict[str, Path]:
+    found = (presets_folder() / kind).glob(f"*.{ending}")
     return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}

@@ -33,6 +33,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -152,6 +153,18 @@ class NodeType:
 
 Registry = Mapping[str, NodeType]
 """Node types by their name in files."""
+
+
+def installed_nodes() -> Registry:
+    """Every node type there is: Underfoot's own, and those of plug-ins.
+
+    The module is asked for by its name and not imported: which nodes there are is known above this package.
+
+    >>> "tile-output" in installed_nodes()
+    True
+    """
+    found: Registry = import_module("underfoot.nodes").REGISTRY
+    return found
 
 
 def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:

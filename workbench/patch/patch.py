@@ -20,7 +20,7 @@ from underfoot.patch.groups import (
     renamed,
     without,
 )
-from underfoot.patch.node import NodeType, Registry
+from underfoot.patch.node import NodeType, Registry, installed_nodes
 
 FORMAT = "underfoot-patch"
 VERSION = 1
@@ -63,8 +63,13 @@ Wire = tuple[str, str]
 class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A patch. `check` says whether its nodes and wires fit the node types; every edit keeps a checked patch checked.
 
-    >>> patch = Patch(title="empty")
-    >>> Patch.loads(patch.dumps(), {}) == patch
+    Where a method takes a `registry` and none is given, that is every node type there is.
+
+    >>> patch = Patch(title="Hum").add("tone", frequency=80.0).add("tile-output")
+    >>> patch = patch.connect("tone.out", "tile-output.acceleration").set("tone", "amplitude", 2.0)
+    >>> patch
+    <Patch 'Hum': 2 nodes, 1 wire>
+    >>> Patch.loads(patch.dumps()) == patch
     True
     """
 
@@ -77,6 +82,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     wires: tuple[Wire, ...] = ()
     notes: tuple[Note, ...] = ()
     groups: tuple[Group, ...] = ()
+
+    def __repr__(self) -> str:
+        nodes, wires = len(self.nodes), len(self.wires)
+        counted = f"{nodes} node{'s' * (nodes != 1)}, {wires} wire{'s' * (wires != 1)}"
+        return f"<Patch {self.title!r}: {counted}>"
 
     def node(self, id: str) -> PlacedNode:
         """The node with this id; `BadValue` where there is none."""
@@ -108,7 +118,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     # --- edits ---
 
-    def add(self, type: str, registry: Registry, at: tuple[float, float] = (0.0, 0.0), **parameters: Any) -> "Patch":
+    def add(
+        self, type: str, registry: Registry | None = None, at: tuple[float, float] = (0.0, 0.0), **parameters: Any
+    ) -> "Patch":
         """With a new node of `type`; its id is the type's name and the first number that is free."""
         made = PlacedNode(self.free_id(type), type, at, parameters)
         return msgspec.structs.replace(self, nodes=(*self.nodes, made)).check(registry)
@@ -124,7 +136,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             groups=without(self.groups, gone),
         )
 
-    def connect(self, source: str, target: str, registry: Registry) -> "Patch":
+    def connect(self, source: str, target: str, registry: Registry | None = None) -> "Patch":
         """With a wire from an output to an input; a wire that was there at the input gives way."""
         wires = tuple(wire for wire in self.wires if wire[1] != target)
         return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
@@ -134,7 +146,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         gone = set(wires)
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
-    def set(self, id: str, name: str, value: Any, registry: Registry) -> "Patch":
+    def set(self, id: str, name: str, value: Any, registry: Registry | None = None) -> "Patch":
         """With one parameter of one node changed."""
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: value})
@@ -182,7 +194,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         notes = tuple(msgspec.structs.replace(n, at=to[n.id]) if n.id in to else n for n in self.notes)
         return msgspec.structs.replace(self, nodes=nodes, notes=notes, groups=tuple(groups))
 
-    def paste(self, other: "Patch", registry: Registry, by: tuple[float, float] = (32.0, 32.0)) -> "Patch":
+    def paste(
+        self, other: "Patch", registry: Registry | None = None, by: tuple[float, float] = (32.0, 32.0)
+    ) -> "Patch":
         """With what is in `other` added, under new ids where theirs are taken, moved `by`."""
         taken = self.ids()
         names: dict[str, str] = {}
@@ -217,8 +231,10 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     # --- checks ---
 
-    def check(self, registry: Registry) -> "Patch":
+    def check(self, registry: Registry | None = None) -> "Patch":
         """This patch, or `BadValue`: the place in it, the value, and what is allowed."""
+        if registry is None:
+            registry = installed_nodes()
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
         seen: set[str] = set()
@@ -283,14 +299,14 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.json.format(msgspec.json.encode(lean), indent=1) + b"\n"
 
     @staticmethod
-    def loads(text: bytes | str, registry: Registry, source: str = "patch") -> "Patch":
+    def loads(text: bytes | str, registry: Registry | None = None, source: str = "patch") -> "Patch":
         """The patch in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
         raw = parse(text, source, FORMAT, VERSION)
         with refusals(source, raw):
             return msgspec.convert(raw, Patch).check(registry)
 
     @staticmethod
-    def load(path: str | Path, registry: Registry) -> "Patch":
+    def load(path: str | Path, registry: Registry | None = None) -> "Patch":
         """The patch in a file."""
         return Patch.loads(read_file(path), registry, str(path))
 

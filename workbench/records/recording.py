@@ -180,6 +180,9 @@ class Recording:
             self._floor_tiles = self._tiles_of_floor()
             unless_read.pop_all()
 
+    def __repr__(self) -> str:
+        return f"<Recording {self.path.name}: {self._floor_tiles} tiles, {float(self.about['rate']):g} frames/s>"
+
     def __enter__(self) -> "Recording":
         return self
 

@@ -1,14 +1,19 @@
-"""Tables that commands write: UTF-8 CSV with a header, beside the file and moved into place, whole or not at all.
+"""Tables: columns by name for scripts, and what commands write.
 
-A table is open for the length of a `with` block, and written line by line as rows come: only a block that ends well
+A file is UTF-8 CSV with a header, written beside its place and moved there, whole or not at all. One that a command
+writes is open for the length of a `with` block, and written line by line as rows come: only a block that ends well
 replaces what was there. `BadFile` says where it cannot.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+from numpy.typing import NDArray
+
+from underfoot.errors import BadValue, UnderfootError
 from underfoot.files import replaced, written
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
@@ -36,6 +41,68 @@ _STEP_COLUMNS = {
     "heading_deg": ".2f",
     "heading_error_deg": ".2f",
 }
+
+
+class Table(Mapping[str, NDArray[Any]]):
+    """Columns of equal length by their names, in order: `table["force_n"]` is an array.
+
+    >>> table = Table("presses", {"tile": np.array(["t1", "t2"]), "force_n": np.array([40.0, 55.5])})
+    >>> table
+    <2 presses: tile, force_n>
+    >>> float(table["force_n"].sum())
+    95.5
+    """
+
+    def __init__(self, what: str, columns: Mapping[str, NDArray[Any]]) -> None:
+        self._what, self._columns = what, dict(columns)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._columns:
+            raise BadValue(f"{self._what} have no column {name!r}; allowed: {', '.join(self._columns)}")
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns
+
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+        return len(next(iter(self._columns.values()), ()))
+
+    def __repr__(self) -> str:
+        return f"<{self.rows} {self._what}: {', '.join(self)}>"
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame with these columns."""
+        return to_dataframe(self._columns)
+
+    def save(self, path: str | Path) -> None:
+        """Write a CSV file; a number that is not there (NaN) is an empty cell. `BadFile` where that cannot be."""
+        with _table(path, ",".join(self)) as lines:
+            cells = zip(*(column.tolist() for column in self.values()), strict=True)
+            lines(",".join("" if value != value else _cell(value) for value in row) for row in cells)
+
+
+def to_dataframe(columns: Mapping[str, Any]) -> Any:
+    """A pandas DataFrame of columns by name; an `UnderfootError` where pandas is not installed."""
+    try:
+        import pandas
+    except ModuleNotFoundError:
+        raise UnderfootError("to_dataframe needs pandas: pip install pandas") from None
+    return pandas.DataFrame(dict(columns))
+
+
+def force_table(path: str | Path, columns: Mapping[str, Any]) -> None:
+    """Write a force CSV, `time_s` to the microsecond and forces in newtons to the millinewton."""
+    with _table(path, ",".join(columns)) as lines:
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        lines(f"{time_s:.6f}," + ",".join(f"{force:.3f}" for force in forces) for time_s, *forces in rows)
 
 
 @contextmanager
@@ -87,6 +154,10 @@ def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], 
                 file.flush()
         finally:
             file.close()
+
+
+def _cell(value: object) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def _step_line(step: Step) -> str:

@@ -1,36 +1,56 @@
-"""Sound files that commands write: the same samples give the same bytes."""
+"""Sound files: float32, interleaved, without a time stamp: the same samples give the same bytes."""
 
+import struct
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile
-from underfoot.files import replaced, written
+from underfoot.files import replaced, write_file, written
 
-_SET_ADD_PEAK_CHUNK = 0x1050
-"""libsndfile's SFC_SET_ADD_PEAK_CHUNK: the chunk would carry a time stamp, and two files would differ."""
-_MOST_BYTES = 0xFFFF0000
+_FLOAT = 3
+"""The format's number for float samples (WAVE_FORMAT_IEEE_FLOAT)."""
+_MOST = 2**32 - 1
+"""Bytes that WAV can count. Beyond, a file is RF64 (EBU Tech 3306), which counts in 64 bits."""
 
 
 def write_wav(path: str | Path, samples: NDArray[np.float32], rate_hz: float) -> None:
     """Write float32 [frame, channel] as a float WAV, whole or not at all. `BadFile` where that cannot be."""
-    import soundfile
-
-    with replaced(path) as part, written(path):
-        try:
-            with float_wav(part, rate_hz, samples.shape[1], len(samples)) as file:
-                file.write(samples)
-        except soundfile.LibsndfileError as error:
-            raise BadFile(f"{path} cannot be written: {error}") from None
+    data = np.ascontiguousarray(samples, "<f4")
+    write_file(path, wav_header(len(data), data.shape[1], round(rate_hz)), data.data)
 
 
-def float_wav(path: Path, rate_hz: float, channels: int, frames: int) -> Any:
-    """A float WAV to be written, of about so many frames: RF64 where WAV ends. A `soundfile.SoundFile`."""
-    import soundfile
+def write_wav_parts(
+    path: str | Path, parts: Iterable[NDArray[np.float32]], frames: int, channels: int, rate_hz: float
+) -> None:
+    """The same of `parts`, one behind the other, which are `frames` frames together and need not fit into memory."""
+    with replaced(path) as part, written(path), part.open("wb") as file:
+        file.write(wav_header(frames, channels, round(rate_hz)))
+        for samples in parts:
+            file.write(np.ascontiguousarray(samples, "<f4").data)
 
-    kind = "WAV" if 4 * channels * frames < _MOST_BYTES else "RF64"
-    file = soundfile.SoundFile(path, "w", round(rate_hz), channels, "FLOAT", format=kind)
-    soundfile._snd.sf_command(file._file, _SET_ADD_PEAK_CHUNK, soundfile._ffi.NULL, 0)
-    return file
+
+def wav_bytes(samples: NDArray[np.float32], rate_hz: float) -> bytes:
+    """The same file as bytes."""
+    data = np.ascontiguousarray(samples, "<f4")
+    return wav_header(len(data), data.shape[1], round(rate_hz)) + data.tobytes()
+
+
+def wav_header(frames: int, channels: int, rate_hz: int) -> bytes:
+    """What stands before the samples.
+
+    >>> len(wav_header(48_000, 4, 48_000)), wav_header(10**9, 4, 48_000)[:4]
+    (56, b'RF64')
+    """
+    frame = 4 * channels
+    size = frames * frame
+    is_long = 48 + size > _MOST
+    large = struct.pack("<4sIQQQI", b"ds64", 28, 84 + size, size, frames, 0) if is_long else b""
+    return (
+        struct.pack("<4sI4s", b"RF64" if is_long else b"RIFF", _MOST if is_long else 48 + size, b"WAVE")
+        + large
+        + struct.pack("<4sIHHIIHH", b"fmt ", 16, _FLOAT, channels, rate_hz, rate_hz * frame, frame, 32)
+        + struct.pack("<4sII", b"fact", 4, min(frames, _MOST))
+        + struct.pack("<4sI", b"data", _MOST if is_long else size)
+    )

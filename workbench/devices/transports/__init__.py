@@ -4,13 +4,16 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Mapping
+from typing import Any, TypeGuard
 
 from underfoot.devices.transport import Sender, Transport
 from underfoot.errors import BadValue
+from underfoot.plugins import TRANSPORTS as ENTRY_POINTS
+from underfoot.plugins import declared, refuse
 
 
 def discover() -> dict[str, type[Transport]]:
-    """Every transport that the modules of this folder declare, by its scheme.
+    """Every transport that the modules of this folder and plug-ins declare, by its scheme.
 
     >>> "udp" in discover()
     True
@@ -18,11 +21,23 @@ def discover() -> dict[str, type[Transport]]:
     found: dict[str, type[Transport]] = {}
     for module in pkgutil.iter_modules(__path__):
         for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
-            if isinstance(value, type) and issubclass(value, Transport) and not inspect.isabstract(value):
-                _require_declared(value, Transport)
-                _require_declared(value.sender, Sender)
+            if _is_transport(value):
                 found[value.scheme] = value
+    for name, value in declared(ENTRY_POINTS):
+        try:
+            if _is_transport(value) and found.setdefault(value.scheme, value) is not value:
+                refuse(name, f"there is a transport {value.scheme} already")
+        except TypeError as error:
+            refuse(name, str(error))
     return found
+
+
+def _is_transport(value: Any) -> TypeGuard[type[Transport]]:
+    if not (isinstance(value, type) and issubclass(value, Transport) and not inspect.isabstract(value)):
+        return False
+    _require_declared(value, Transport)
+    _require_declared(value.sender, Sender)
+    return True
 
 
 def _require_declared(found: type, base: type) -> None:

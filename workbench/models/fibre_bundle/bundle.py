@@ -25,6 +25,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of, whole
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.picture import Picture
 from underfoot.errors import require
 from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
@@ -54,9 +56,20 @@ STATE = Layout("bundle", "strain", "speed", "load", "failed", "next_hazard", "wo
 """Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fracture:
     """What a bundle did: one value a frame, shape [frames], and the times of its events."""
+
+    def __repr__(self) -> str:
+        return f"<Fracture: {self.failures.sum()} failures in {self.event_s.size} of {self.strain.size} frames>"
+
+    def plot(self) -> Picture:
+        """Strain, and the fibres that failed, frame by frame."""
+        frame = np.arange(self.strain.size)
+        strain = Drawing("Strain", "frame", "strain", (series("", frame, self.strain, colour="force"),))
+        failed = np.flatnonzero(self.failures)
+        stems = series("", failed, self.failures[failed], "stems", "events")
+        return Picture((strain, Drawing("Failures", "frame", "fibres", (stems,), x_range=(0.0, float(frame.size)))))
 
     strain: NDArray[np.float64]
     """Strain x at each frame."""

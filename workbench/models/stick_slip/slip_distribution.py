@@ -23,7 +23,7 @@ from underfoot.models.stick_slip.panels import (
 from underfoot.models.stick_slip.tabulated import Distribution, tabulate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SlipDistribution:
     """The joint distribution of where and when a slip ends: F(x, t), and the marginal distributions that follow.
 
@@ -38,6 +38,9 @@ class SlipDistribution:
     t_end: float
     error: float
     panels: Panels
+
+    def __repr__(self) -> str:
+        return f"<SlipDistribution of {self.block}, followed {self.t_end:g} s, within {self.error:g}>"
 
     @classmethod
     def solve(cls, block: BlockOnBelt, t_end: float, error: float = 1e-4) -> "SlipDistribution":
@@ -54,7 +57,7 @@ class SlipDistribution:
     def duration(self) -> Distribution:
         """Distribution of the slip's duration, s (8.3)."""
         starts = self.panels.table["start"]
-        return tabulate(self._duration, (0.0, self.t_end), starts, 0.25 * self.error, self.survival)
+        return tabulate(self._duration, (0.0, self.t_end), starts, 0.25 * self.error, self.survival, "duration, s")
 
     @cached_property
     def distance(self) -> Distribution:
@@ -69,6 +72,7 @@ class SlipDistribution:
             _quantiles(means, weights),
             0.25 * self.error,
             self.survival,
+            "distance, m",
         )
 
     @cached_property
@@ -84,6 +88,7 @@ class SlipDistribution:
             _quantiles(periods, weights),
             0.25 * self.error,
             self.survival + self.negative_stick,
+            "period, s",
         )
 
     @cached_property

@@ -6,12 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.drawing import Drawing, series
+from underfoot.drawing.picture import Picture
+
 _MOST_HALVINGS = 12
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Distribution:
-    """The distribution of one quantity, tabulated so densely that linear interpolation keeps the asked error."""
+    """The distribution of one quantity, tabulated so densely that linear interpolation keeps the asked error.
+
+    >>> Distribution(np.array([0.0, 2.0]), np.array([0.5, 0.5]), np.array([0.0, 1.0]), 0.0, "duration, s")
+    <Distribution of duration, s: median 1, 2 points>
+    """
 
     points: NDArray[np.float64]
     """Values of the quantity, rising: s or m."""
@@ -21,6 +28,23 @@ class Distribution:
     """Probability, of all slips, up to each point; it ends at 1 - `unobserved`."""
     unobserved: float
     """Probability that the quantity has no value: the slip still lasts at the end of the observation, say."""
+    name: str = "value"
+    """What the quantity is, and its unit."""
+
+    def __repr__(self) -> str:
+        half = f"{self.quantile(0.5):.4g}" if self.cdf.size and self.cdf[-1] >= 0.5 else "none"
+        return f"<Distribution of {self.name}: median {half}, {self.points.size} points>"
+
+    def quantile(self, probability: float) -> float:
+        """The value up to which there is so much of the probability; NaN where that is never reached."""
+        reached = self.cdf.size > 0 and 0.0 <= probability <= self.cdf[-1]
+        return float(np.interp(probability, self.cdf, self.points)) if reached else float("nan")
+
+    def plot(self) -> Picture:
+        """Density and distribution function."""
+        density = Drawing("Density", self.name, "density, 1/unit", (series("", self.points, self.density),))
+        cdf = Drawing("Distribution", self.name, "probability", (series("", self.points, self.cdf, colour="force"),))
+        return Picture((density, cdf))
 
 
 def tabulate(
@@ -29,6 +53,7 @@ def tabulate(
     seeds: NDArray[np.float64],
     tolerance: float,
     unobserved: float,
+    name: str = "value",
 ) -> Distribution:
     """Tabulate a distribution between its `ends`, halving intervals until the CDF is straight to `tolerance`.
 
@@ -53,4 +78,4 @@ def tabulate(
         values = np.concatenate([values, between[:, curved]], axis=1)[:, order]
     density = np.maximum(values[0], 0.0)
     cdf = np.clip(np.maximum.accumulate(values[1]), 0.0, 1.0)
-    return Distribution(points, density, cdf, unobserved)
+    return Distribution(points, density, cdf, unobserved, name)

@@ -1,0 +1,97 @@
+"""Packages of other people bring nodes and transports; one that cannot be loaded is left out."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TEMPLATE = Path(__file__).resolve().parents[1] / "docs" / "plugin-template"
+
+
+def install(folder, name, group, value, modules):
+    """A package as an installer leaves it: its modules, and what they are declared as."""
+    for path, text in modules.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text)
+    about = folder / f"{name}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(f"[{group}]\n{name} = {value}\n")
+
+
+@pytest.fixture
+def python(tmp_path):
+    """Runs Python where packages of a folder are installed, too."""
+    site = tmp_path / "site"
+    site.mkdir()
+
+    def run(*arguments):
+        path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
+        environment = {**os.environ, "PYTHONPATH": path}
+        return subprocess.run(
+            [sys.executable, *map(str, arguments)], env=environment, cwd=tmp_path, capture_output=True, text=True
+        )
+
+    run.site = site
+    return run
+
+
+def test_the_template_installs_and_its_tests_pass(python, tmp_path):
+    copied = tmp_path / "squeak"
+    for path in TEMPLATE.rglob("*"):
+        if path.is_file() and path.suffix in (".py", ".toml", ".md"):
+            there = copied / path.relative_to(TEMPLATE)
+            there.parent.mkdir(parents=True, exist_ok=True)
+            there.write_bytes(path.read_bytes())
+    offline = ["--no-deps", "--no-build-isolation", "--no-index", "--quiet", "--disable-pip-version-check"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", "install", *offline, "--target", str(python.site), str(copied)],
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode != 0:  # no pip, or setuptools too old to build: as it would have installed it
+        sources = {
+            f"underfoot_squeak/{path.name}": path.read_text()
+            for path in (TEMPLATE / "src" / "underfoot_squeak").glob("*.py")
+        }
+        install(python.site, "underfoot_squeak", "underfoot.nodes", "underfoot_squeak.nodes", sources)
+    tried = python("-m", "pytest", "-q", "-p", "no:cacheprovider", copied / "tests")
+    assert tried.returncode == 0, tried.stdout + tried.stderr
+    told = python("-m", "underfoot", "nodes", "squeak")
+    assert (told.returncode, told.stderr) == (0, "")
+    assert told.stdout.startswith("squeak  (Tones: Squeak)")
+
+
+def test_what_cannot_be_loaded_is_left_out_and_takes_no_place(python):
+    install(python.site, "broken", "underfoot.nodes", "broken", {"broken.py": "1 / 0"})
+    again = (
+        "from underfoot.patch.node import node, Output\n"
+        "@node('gain', 'Mine')\nclass Gain:\n  'Mine.'\n  out = Output()\n  def run(out):\n    out[:] = 0.0\n"
+    )
+    install(python.site, "twice", "underfoot.nodes", "twice", {"twice.py": again})
+    poor = "from underfoot.devices.transport import Transport\nclass Poor(Transport):\n"
+    poor += "".join(f"  def {name}(*_): ...\n" for name in ("of", "suggestions", "open", "read", "close"))
+    install(python.site, "poor", "underfoot.transports", "poor:Poor", {"poor.py": poor})
+    told = python("-m", "underfoot", "nodes", "gain")
+    assert told.returncode == 0
+    assert told.stdout.startswith("gain  (Shapes: Gain)")
+    told = [line for line in told.stderr.splitlines() if "plug-in" in line]
+    assert told == [
+        "underfoot: plug-in poor is left out: Poor does not declare scheme, address_form, help, label, title, "
+        "dialog_help, sender",
+        "underfoot: plug-in broken is left out: ZeroDivisionError: division by zero",
+        "underfoot: plug-in twice is left out: there is a node gain already",
+    ]
+
+
+def test_a_transport_of_a_plug_in_is_a_target(python):
+    code = (
+        "from underfoot.devices.transports.udp import UdpTransport\n"
+        "class Radio(UdpTransport):\n    scheme = 'radio'\n    help = 'tiles by radio'\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    told = python("-m", "underfoot", "monitor", "--help")
+    assert (told.returncode, told.stderr) == (0, "")
+    assert "radio:" in told.stdout

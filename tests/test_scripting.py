@@ -1,0 +1,159 @@
+"""The names that scripts use: docs/scripting.md runs by the letter, in as few lines as it says."""
+
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+import underfoot as uf
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.render import render as play
+from underfoot.nodes import REGISTRY
+from underfoot.records.tables import Table
+
+PAGE = (Path(__file__).resolve().parents[1] / "docs" / "scripting.md").read_text()
+SCRIPTS = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+MOST_LINES = 5
+
+
+def run(script):
+    """The names that a script leaves behind."""
+    found = {}
+    exec(script, found)
+    return found
+
+
+@pytest.mark.parametrize("place", range(5))
+def test_five_things_take_five_lines(place):
+    lines = [line for line in SCRIPTS[place].splitlines() if line.strip()]
+    assert len(lines) <= MOST_LINES
+
+
+def test_fifty_impacts_become_fifty_sound_files(folder):
+    run(SCRIPTS[0])
+    written = sorted(folder.glob("*.wav"))
+    assert len(written) == 50
+    peaks = [np.abs(soundfile.read(path)[0]).max() for path in written]
+    assert min(peaks) > 0.0
+    assert len(set(peaks)) == 50
+
+
+def test_a_csv_becomes_steps_and_centroids(folder, walk):
+    run(SCRIPTS[1])
+    header, *steps = (folder / "steps.csv").read_text().splitlines()
+    assert header.startswith("step,tile,side,start_s,contact_ms,peak1_n")
+    assert [line.split(",")[1] for line in steps] == ["t1", "t2"]
+    table = np.genfromtxt(folder / "centroids.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    assert set(table["contact"]) == {1, 2}
+    assert table["force_n"].max() == pytest.approx(800.0, abs=1.0)
+
+
+def test_a_walker_presses_with_its_weight():
+    assert run(SCRIPTS[2])["forces"].force_n.shape == (10_000, 8, 4)
+    force_n = uf.walk(10.0, uf.default_floor(6, 6)).force_n
+    # The ground gives a walker's weight back on average: here the usual 700 N.
+    assert force_n[2000:].sum(axis=(1, 2)).mean() == pytest.approx(700.0, rel=0.02)
+
+
+def test_a_patch_becomes_the_array_that_the_engine_would_play():
+    samples = run(SCRIPTS[3])["samples"]
+    patch = uf.open_patch("gravel")
+    expected = play(patch, REGISTRY, SimulatedFloor(uf.default_floor(), 48_000.0, patch.seed), 2.0)
+    assert samples.tobytes() == expected.samples.tobytes()
+
+
+def test_a_distribution_is_plotted(folder):
+    slips = run(SCRIPTS[4])["slips"]
+    picture = xml.parse(folder / "durations.svg").getroot()
+    assert picture.tag.endswith("svg")
+    assert "duration, s" in "".join(picture.itertext())
+    median = slips.duration.quantile(0.5)
+    assert np.interp(median, slips.duration.points, slips.duration.cdf) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("script", SCRIPTS[5:])
+def test_the_rest_of_the_page_runs(script, folder, capsys):
+    run(script)
+    assert "inputs of tile-output" in capsys.readouterr().out
+
+
+def test_the_names_of_the_page_are_the_names_that_there_are():
+    named = {name for row in re.findall(r"^\| `([^|]*)\|", PAGE, re.MULTILINE) for name in re.findall(r"\w+", row)}
+    assert set(uf.__all__) - {"__version__"} <= named
+    assert set(uf.__all__) <= set(dir(uf))
+    for name in uf.__all__:
+        assert getattr(uf, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'rendr'"):
+        uf.rendr  # noqa: B018
+
+
+@pytest.mark.parametrize("make", [
+    lambda: uf.open_patch("gravel"),
+    lambda: uf.default_floor(),
+    lambda: uf.Profile(tile="t1"),
+    lambda: uf.read_forces("corridor"),
+    lambda: uf.read_forces("corridor").steps(),
+    lambda: uf.render(uf.open_patch("gravel"), seconds=0.1),
+    lambda: uf.FibreBundle(20).response(np.linspace(0.0, 20.0, 100), 1000.0),
+])  # fmt: skip
+def test_what_a_notebook_shows_is_short(make):
+    text = repr(make())
+    assert len(text) < 300
+    assert "\n" not in text
+
+
+def test_tables_are_data_frames_where_pandas_is_there():
+    pandas = pytest.importorskip("pandas")
+    contacts = uf.read_forces("corridor").contacts()
+    frame = contacts.to_dataframe()
+    assert isinstance(frame, pandas.DataFrame)
+    assert list(frame.columns) == list(contacts)
+    np.testing.assert_array_equal(frame["force_n"], contacts["force_n"])
+    assert uf.read_forces("corridor").to_dataframe().shape == (1000, 33)
+
+
+def test_a_column_that_is_not_there_is_said():
+    table = Table("presses", {"tile": np.array(["t1"])})
+    assert "force_n" not in table
+    with pytest.raises(uf.UnderfootError, match="presses have no column 'force_n'; allowed: tile"):
+        table["force_n"]
+
+
+def test_forces_come_back_from_the_file_they_were_saved_to(tmp_path):
+    forces = uf.walk(1.5, uf.default_floor(1, 2))
+    forces.save(tmp_path / "walk.csv")
+    back = uf.read_forces(tmp_path / "walk.csv")
+    assert back.floor == forces.floor
+    np.testing.assert_allclose(back.time_s, forces.time_s, atol=1e-6)
+    np.testing.assert_allclose(back.force_n, forces.force_n, atol=5.1e-4)
+
+
+@pytest.mark.parametrize(("name", "message"), [("gravle", "there is no patch 'gravle'"), ("a.json", "cannot be read")])
+def test_a_patch_that_is_not_there(name, message):
+    with pytest.raises(uf.UnderfootError, match=message):
+        uf.open_patch(name)
+
+
+UNGUARDED = "from underfoot.engine.worker_pool import in_parallel\nprint(list(in_parallel(abs, [-1, -2], 2)))\n"
+
+
+def test_a_script_without_a_guard_ends_with_one_line(tmp_path):
+    (tmp_path / "script.py").write_text(UNGUARDED)
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert 'put what it does into `if __name__ == "__main__":`' in done.stderr
+
+
+def test_a_script_with_a_guard_has_its_processes(tmp_path):
+    guarded = UNGUARDED.replace("print", 'if __name__ == "__main__":\n    print')
+    (tmp_path / "script.py").write_text(guarded)
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert sorted(eval(done.stdout)) == [(0, 1), (1, 2)]

@@ -1,0 +1,42 @@
+"""Pictures that a script saves and a notebook shows: one drawing, or several one under the other."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from underfoot.drawing import Drawing
+from underfoot.drawing.svg import HEIGHT, WIDTH, svg
+from underfoot.errors import BadFile
+from underfoot.files import write_file
+
+
+@dataclass(frozen=True, repr=False)
+class Picture:
+    """What `plot` returns: a notebook shows it by itself, `save` writes it.
+
+    >>> from underfoot.drawing import series
+    >>> Picture((Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),)),))
+    <Picture: Creep>
+    """
+
+    drawings: tuple[Drawing, ...]
+
+    def __repr__(self) -> str:
+        return f"<Picture: {', '.join(drawing.title for drawing in self.drawings)}>"
+
+    def _repr_svg_(self) -> str:
+        """The picture as Jupyter asks for it."""
+        if len(self.drawings) == 1:
+            return svg(self.drawings[0])
+        height = len(self.drawings) * HEIGHT
+        size = f'viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}"'
+        parts = [f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif">']
+        for row, drawing in enumerate(self.drawings):
+            inner = svg(drawing).partition(">")[2].rpartition("</svg>")[0]
+            parts.append(f'<g transform="translate(0 {row * HEIGHT})">{inner}</g>')
+        return "\n".join([*parts, "</svg>\n"])
+
+    def save(self, path: str | Path) -> None:
+        """Write the picture as SVG; `BadFile` for another ending, or where it cannot be written."""
+        if Path(path).suffix.lower() != ".svg":
+            raise BadFile(f"{path} is no name of a picture; allowed: a name that ends in .svg")
+        write_file(path, self._repr_svg_().encode())

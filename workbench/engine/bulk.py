@@ -1,0 +1,191 @@
+"""Many renderings: grids of parameters, on all cores or on a cluster, with a manifest of what was made.
+
+Whatever computes a file, it has the same bytes: its SHA-256 stands in the manifest. Files are whole or not there, and
+the manifest lists those that are there, also where the work was stopped or a process was killed.
+"""
+
+import csv
+import hashlib
+import io
+import itertools
+import json
+import re
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from underfoot.engine.cluster import on_cluster
+from underfoot.engine.offline import RenderJob
+from underfoot.engine.session_replay import ReplayJob
+from underfoot.engine.worker_pool import MOST_TRIES, cores, in_parallel
+from underfoot.errors import BadValue, UnderfootError, require
+from underfoot.files import write_file
+from underfoot.patch.node import installed_nodes
+from underfoot.records.wav import wav_bytes
+
+MOST_FILES = 100_000
+MANIFEST = "manifest.csv"
+_EVERY_S = 1.0
+"""How often the manifest is written while files are made."""
+_LONGEST_NAME = 120
+_ONE_AT_A_TIME = threading.Lock()
+
+Summary = dict[str, Any]
+Values = Mapping[str, Any]
+"""Values by "node.parameter"."""
+Job = RenderJob | ReplayJob
+
+
+@dataclass(frozen=True)
+class Item:
+    """One file that is to be rendered: what is played, from which patch file, and the values that were set in it."""
+
+    job: Job
+    patch: str
+    values: Values = field(default_factory=dict)
+    output: Path | None = None
+
+
+def grid_of(settings: Sequence[str]) -> list[Values]:
+    """Every combination of values, the last one's changing fastest, from texts as "node.parameter=1,2,3".
+
+    `BadValue` for a text that is none, and where there are too many combinations.
+
+    >>> grid_of(["impact.stiffness=1e4,1e5", "tone.shape=sine"])
+    [{'impact.stiffness': 10000.0, 'tone.shape': 'sine'}, {'impact.stiffness': 100000.0, 'tone.shape': 'sine'}]
+    """
+    axes: dict[str, list[Any]] = {}
+    for text in settings:
+        name, equals, values = text.partition("=")
+        node, dot, parameter = name.partition(".")
+        if not (equals and dot and node and parameter and values):
+            raise BadValue(f"--set is {text!r}; allowed: NODE.PARAMETER=VALUE,..., as impact.stiffness=1e4,1e5")
+        require(name not in axes, "--set", text, f"each parameter once; {name} was set before")
+        axes[name] = [_value(one) for one in re.findall(r"(?:\[.*\]|[^,])+", values)]
+    count = 1
+    for several in axes.values():
+        count *= len(several)
+    require(count <= MOST_FILES, "--set", f"{count} combinations", f"at most {MOST_FILES}")
+    return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
+
+
+def _value(text: str) -> Any:
+    """A number, a list, or a word."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        pass
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def file_names(items: Sequence[tuple[str, Values]]) -> list[str]:
+    """A name without ending for each patch's name and values; numbers where names would be too long.
+
+    >>> file_names([("stone", {"impact.stiffness": 1e4}), ("stone", {"impact.stiffness": 2e4})])
+    ['stone_impact.stiffness=10000', 'stone_impact.stiffness=20000']
+    """
+    names = [stem + "".join(f"_{name}={_text(value)}" for name, value in values.items()) for stem, values in items]
+    names = [re.sub(r"[^\w.+=-]", "-", name) for name in names]
+    if max(map(len, names), default=0) <= _LONGEST_NAME:
+        return names
+    digits = len(str(len(items)))
+    return [f"{stem[:_LONGEST_NAME]}-{number:0{digits}}" for number, (stem, _) in enumerate(items, 1)]
+
+
+def _text(value: Any) -> str:
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tuple[int, Any]]:
+    """Render all, on every core or on the Dask cluster at this address: the number of each and its summary, as they
+    come, or the `UnderfootError` that came instead.
+
+    A file is there when its summary comes, with its `sha256`. What was lost with a process that died another makes.
+    """
+    if cluster is None:
+        yield from in_parallel(_file, items, cores(), MOST_TRIES)
+        return
+    for item in items:
+        _require_movable(item)
+    for number, answer in on_cluster(_bytes, items, cluster):
+        if isinstance(answer, UnderfootError):
+            yield number, answer
+            continue
+        summary, data = answer
+        output = items[number].output
+        if output is not None:
+            write_file(output, data)
+        yield number, summary
+
+
+def _bytes(item: Item) -> tuple[Summary, bytes]:
+    """What a worker of a cluster gives back, one at a time: it may have several threads."""
+    with _ONE_AT_A_TIME:
+        made = item.job.run()
+    data = wav_bytes(made.samples, made.rate_hz)
+    return made.summary() | {"rate_hz": made.rate_hz, "sha256": hashlib.sha256(data).hexdigest()}, data
+
+
+def _file(item: Item) -> Summary:
+    summary, data = _bytes(item)
+    if item.output is not None:
+        write_file(item.output, data)
+    return summary
+
+
+def _require_movable(item: Item) -> None:
+    """A job that reads files of this computer as it runs cannot be run on another one."""
+    if isinstance(item.job, ReplayJob):
+        raise BadValue(f"{item.patch} is a recording on this computer; render it without --cluster")
+    nodes = installed_nodes()
+    for node in item.job.patch.nodes:
+        for name, parameter in nodes[node.type].parameters.items():
+            if parameter.kind == "file" and node.parameters.get(name, parameter.default):
+                raise BadValue(
+                    f"{item.patch}: node {node.id} plays a file of this computer; render it without --cluster"
+                )
+    if item.job.simulation is not None and item.job.simulation.recording:
+        raise BadValue("--simulation plays a recording of this computer; render it without --cluster")
+
+
+class Manifest:
+    """A CSV file of what was made: a row a file, in the order of the items, with its values, levels and hash."""
+
+    def __init__(self, path: Path, items: Sequence[Item]) -> None:
+        self._path, self._items = path, items
+        self._rows: dict[int, dict[str, Any]] = {}
+        self._written = time.monotonic()
+        values = dict.fromkeys(name for item in items for name in item.values)
+        self._columns = ["file", "patch", *values, "seed", "seconds", "rate_hz", "peak", "rms", "sha256", "error"]
+
+    def add(self, number: int, answer: Any) -> None:
+        """The summary of a file that is there, or why it is not."""
+        item = self._items[number]
+        row: dict[str, Any] = {"patch": item.patch, **{name: _text(value) for name, value in item.values.items()}}
+        if isinstance(answer, UnderfootError):
+            row["error"] = str(answer)
+        else:
+            row["file"] = item.output.name if item.output else ""
+            row |= {name: answer[name] for name in ("seconds", "rate_hz", "peak", "rms", "sha256")}
+            if isinstance(item.job, RenderJob):
+                row["seed"] = item.job.patch.seed if item.job.seed is None else item.job.seed
+        self._rows[number] = row
+        if time.monotonic() - self._written > _EVERY_S:
+            self.write()
+
+    def write(self) -> None:
+        """Write what there is so far; nothing before the first row."""
+        if not self._rows:
+            return
+        text = io.StringIO()
+        table = csv.DictWriter(text, self._columns, restval="", lineterminator="\n")
+        table.writeheader()
+        table.writerows(self._rows[number] for number in sorted(self._rows))
+        write_file(self._path, text.getvalue().encode())
+        self._written = time.monotonic()

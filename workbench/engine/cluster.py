@@ -1,0 +1,72 @@
+"""Work on other computers: jobs on an existing Dask cluster, in the form that `worker_pool` has for this one."""
+
+import socket
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+from urllib.parse import urlsplit
+
+from underfoot.engine.worker_pool import MOST_TRIES
+from underfoot.errors import BadValue, DeviceError, UnderfootError
+
+CONNECT_S = 10.0
+_FEWEST, _A_THREAD = 4, 2
+"""Jobs that are under way at once: so many, or so many a thread of the cluster. What comes back is not hoarded."""
+
+
+def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) -> Iterator[tuple[int, Any]]:
+    """What `work` returns for each of `jobs`, with its number, or the `UnderfootError` it raised, as they come.
+
+    The cluster's scheduler is at `address`, as tcp://host:8786; its workers have Underfoot of this version. What a
+    worker that dies has not given back is computed by others. `BadValue` where the package distributed is not
+    installed, `DeviceError` where the cluster is not there or gives up.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ModuleNotFoundError:
+        raise BadValue('--cluster needs the package distributed: pip install "underfoot[cluster]"') from None
+    _require_reachable(address)
+    try:
+        client = Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise DeviceError(f"the cluster {address} cannot be reached: {_words(error)}") from None
+    with client:
+        waiting, places = deque(enumerate(jobs)), dict[str, int]()
+        answers = as_completed(loop=client.loop)
+
+        def give() -> None:
+            most = max(_FEWEST, _A_THREAD * sum(client.nthreads().values()))
+            while waiting and len(places) < most:
+                number, job = waiting.popleft()
+                future = client.submit(work, job, pure=False, retries=MOST_TRIES)
+                places[future.key] = number
+                answers.add(future)
+
+        give()
+        for future in answers:
+            number = places.pop(future.key)
+            try:
+                result = future.result()
+            except UnderfootError as error:
+                result = error
+            except Exception as error:
+                raise DeviceError(f"the cluster {address} gave up: {_words(error)[:200]}") from None
+            yield number, result
+            del future, result
+            give()
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _require_reachable(address: str) -> None:
+    """Say at once where nobody listens: the library would try for long, and leave a thread behind."""
+    parts = urlsplit(address)
+    try:
+        host, port = parts.hostname, parts.port
+        if not (parts.scheme and host and port):
+            raise ValueError("allowed: tcp://HOST:PORT")
+        socket.create_connection((host, port), CONNECT_S).close()
+    except (OSError, ValueError) as error:
+        raise DeviceError(f"the cluster {address} cannot be reached: {_words(error)}") from None

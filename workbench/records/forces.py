@@ -1,0 +1,173 @@
+"""Forces of a floor as scripts have them: read from a file or walked by simulated people, with contacts and steps."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from underfoot.clock import RATE_HZ
+from underfoot.devices.force_source import MAX_SAMPLES, SENSOR_HZ
+from underfoot.devices.simulated_floor import WALK_S, SimulatedFloor
+from underfoot.drawing import Drawing, Series, series
+from underfoot.drawing.picture import Picture
+from underfoot.drawing.thinning import thinned
+from underfoot.errors import require
+from underfoot.floor.contacts import ContactRows
+from underfoot.floor.footsteps import Step
+from underfoot.floor.forces import ForceSeries, floor_beside
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.simulated_people import drawn_people
+from underfoot.floor.step_finder import Found, found_in
+from underfoot.patch.library import walks
+from underfoot.records.force_files import read_force_file
+from underfoot.records.tables import Table, force_table, to_dataframe
+
+_POINTS = 600
+"""Points across a picture."""
+
+
+@dataclass(frozen=True, repr=False)
+class Forces(ForceSeries):
+    """Corner forces of a `floor`: `time_s` (n,) ascending, `force_n` (n, tiles, 4) in newtons, `rate_hz`.
+
+    >>> walk(2.0)
+    <Forces: 2000 samples of 4 tiles at 1000 Hz, 2 s>
+    """
+
+    floor: Floor
+
+    def __repr__(self) -> str:
+        tiles = len(self.floor.tiles)
+        what = f"{len(self)} samples of {tiles} tile{'s' * (tiles != 1)} at {self.rate_hz:.6g} Hz"
+        return f"<Forces: {what}, {self.seconds:.6g} s>"
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def seconds(self) -> float:
+        """How long they last, one period of the last sample included."""
+        return float(self.time_s[-1] - self.time_s[0]) + 1.0 / self.rate_hz if len(self) else 0.0
+
+    def steps(self) -> Table:
+        """The footsteps, a row each, with the columns of `Step`: what `underfoot monitor --steps` writes, and more.
+
+        >>> walk(4.0).steps()["side"]
+        array(['unknown', 'left', 'right', 'left', 'right', 'left'], dtype='<U7')
+        """
+        found = [step for part in self._found() for step in part.steps]
+        columns = {one.name: [getattr(step, one.name) for step in found] for one in fields(Step)}
+        return Table("steps", {name: np.array(values) for name, values in columns.items()})
+
+    def contacts(self) -> Table:
+        """Where somebody stands, a row for each contact and sample: time_s, contact, x_m, y_m, force_n and tiles.
+
+        `contact` is an id that lasts as long as the contact does; x_m and y_m are its centroid, in the floor's frame.
+
+        >>> contacts = walk(2.0).contacts()
+        >>> bool(contacts["force_n"].max() > 500.0), list(contacts)
+        (True, ['time_s', 'contact', 'x_m', 'y_m', 'force_n', 'tiles'])
+        """
+        parts = [part.rows for part in self._found()]
+        columns = {name: np.concatenate([getattr(rows, name) for rows in parts]) for name in _CONTACT_COLUMNS}
+        tiles = [name for rows in parts for name in rows.tiles(self.floor)]
+        return Table("contacts", {**columns, "tiles": np.array(tiles, dtype=np.str_)})
+
+    def plot(self) -> Picture:
+        """The load of each tile over time, and the ways of the contacts' centroids over the floor."""
+        return Picture((self._loads(), self._ways()))
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame: `time_s`, then a column a sensor, named as in a force CSV."""
+        return to_dataframe(self._columns())
+
+    def save(self, path: str | Path) -> None:
+        """Write a force CSV, and its floor beside it; `BadFile` where that cannot be."""
+        force_table(path, self._columns())
+        self.floor.save(floor_beside(path))
+
+    def _columns(self) -> dict[str, Any]:
+        sensors = {
+            f"{tile.id}.{sensor + 1}": self.force_n[:, row, sensor]
+            for row, tile in enumerate(self.floor.tiles)
+            for sensor in range(4)
+        }
+        return {"time_s": self.time_s, **sensors}
+
+    def _found(self) -> Iterator[Found]:
+        return found_in([(self.time_s, self.force_n)], self.floor, self.rate_hz)
+
+    def _loads(self) -> Drawing:
+        loads = self.force_n.sum(axis=2)
+        step_s = max(self.seconds, 1e-9) / _POINTS
+        x, y = thinned(self.time_s, loads, step_s)
+        most = np.argsort(-np.abs(loads).max(axis=0, initial=0.0), kind="stable")[: len(_OF_CURVES)]
+        rows = sorted(row for row in most if loads[:, row].any())
+        lines = [series(self.floor.ids[row], x, y[:, row], colour=_colour(place)) for place, row in enumerate(rows)]
+        title = "Load of each tile" if len(self.floor.tiles) <= len(_OF_CURVES) else "Load of the tiles with most of it"
+        return Drawing(title, "time, s", "force, N", tuple(lines), note="" if lines else "no load")
+
+    def _ways(self) -> Drawing:
+        contacts = self.contacts()
+        outlines = [_outline(np.array([*tile.corners_m(), tile.corners_m()[0]])) for tile in self.floor.tiles]
+        ways = []
+        for place, contact in enumerate(np.unique(contacts["contact"])):
+            rows = np.flatnonzero(contacts["contact"] == contact)
+            rows = rows[:: max(1, len(rows) // 100)]
+            ways.append(series("", contacts["x_m"][rows], contacts["y_m"][rows], colour=_colour(place)))
+        return Drawing("Ways of the contacts' centroids", "x, m", "y, m", (*outlines, *ways), equal=True)
+
+
+_CONTACT_COLUMNS = tuple(name for name in ContactRows.__dataclass_fields__ if name != "on_tile")
+_OF_CURVES = ("force", "vibration", "events", "contact", "corner 1", "corner 2")
+
+
+def _colour(place: int) -> str:
+    return _OF_CURVES[place % len(_OF_CURVES)]
+
+
+def _outline(corners_m: Any) -> Series:
+    return series("", corners_m[:, 0], corners_m[:, 1], colour="muted")
+
+
+def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Forces:
+    """The forces of a CSV file, of a recording, of a C3D file with force plates, or of a sample walk by its name.
+
+    Beside walk.csv its floor is found by itself as walk.floor.json; `floor` is another one, or its file. `BadFile`, one
+    line, where something is not there or cannot be read.
+
+    >>> read_forces("corridor")
+    <Forces: 1000 samples of 8 tiles at 200 Hz, 5 s>
+    """
+    found = Path(path)
+    if str(path) in walks() and not os.path.isfile(found):
+        found = walks()[str(path)]
+    forces, own = read_force_file(found, floor if floor is None or isinstance(floor, Floor) else Floor.load(floor))
+    return Forces(forces.time_s, forces.force_n, forces.rate_hz, own)
+
+
+def walk(
+    seconds: float = 10.0, floor: Floor | None = None, *, people: int = 1, path: str = "", seed: int = 1
+) -> Forces:
+    """What simulated people do to a floor, by default the usual walker on 2 x 2 tiles: corner forces at 1 kHz.
+
+    `path` is how they go: straight, turn, in-place, random or crossing; "" is round and round for one, at random for
+    several. The same seed gives the same walk. `BadValue` for values out of range.
+
+    >>> forces = walk(3.0, default_floor(1, 4), people=2, path="straight")
+    >>> forces.force_n.shape, forces.floor.ids
+    ((3000, 4, 4), ('t1', 't2', 't3', 't4'))
+    """
+    require(0.0 < seconds <= WALK_S, "seconds", seconds, f"above 0, up to {WALK_S:g} s")
+    who = drawn_people(people, path or "random", seed) if people != 1 or path else ()
+    source = SimulatedFloor(floor or default_floor(), RATE_HZ, seed, people=who)
+    count = max(round(seconds * SENSOR_HZ), 1)
+    force_n = np.zeros((count, len(source.floor.tiles), 4))
+    for at in range(0, count, MAX_SAMPLES):
+        n = min(MAX_SAMPLES, count - at)
+        source.pull(round((at + n) * RATE_HZ / SENSOR_HZ))
+        force_n[at : at + n] = source.forces[:n]
+    return Forces(np.arange(count) / SENSOR_HZ, force_n, SENSOR_HZ, source.floor)
