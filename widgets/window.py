@@ -413,7 +413,7 @@ class MainWindow(QMainWindow):
         transport, bridge, open_patch = self.transport, self.bridge, self.open_patch
         controller = self.controller
         self.menu.recent_chosen.connect(open_patch.open)
-        self.menu.preset_chosen.connect(open_patch.use)
+        self.menu.preset_chosen.connect(open_patch.adopt)
         transport.workspace_chosen.connect(self.show_workspace)
         transport.flags_clicked.connect(self.show_workspace)
         transport.target_chosen.connect(self._target_chooser.choose)

@@ -1,6 +1,5 @@
 """The presets beside the canvas: found by words, seen, heard as one goes through them, and opened."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QFile, QTimer, Signal
@@ -21,16 +20,17 @@ _SHOWS = {"All": "All presets", "★": "Those with a star", "Mine": "Presets tha
 class PresetPanel(QWidget):
     """`chosen` gives the preset to be opened; `heard` the one to be played meanwhile, or None for the patch itself.
 
-    `own` is the folder of the person's own presets; `stars` lists the files with a star, and is kept up to date.
+    `bind` says where the person's own presets lie, and which files have a star.
     """
 
     chosen = Signal(object)
     heard = Signal(object)
     said = Signal(str)
 
-    def __init__(self, own: Callable[[], Path | None], stars: list[str], parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._own, self._stars = own, stars
+        self._own: Path | None = None
+        self._stars: list[str] = []
         self._presets: list[Preset] = []
         self._known: dict[Path, PresetPicture] = {}
         self._heard: Preset | None = None
@@ -44,6 +44,7 @@ class PresetPanel(QWidget):
         self.hears = QToolButton(self)
         self.hears.setText("Hear")
         self.hears.setCheckable(True)
+        theme.set_role(self.hears, "chip")
         self.hears.setChecked(True)
         self.hears.setToolTip("Play a preset while you go through the list; Esc goes back to your patch")
         self._lay_out()
@@ -60,9 +61,13 @@ class PresetPanel(QWidget):
         self.list.unwanted.connect(self._ask_to_remove)
         self.list.left.connect(self.end_hearing)
 
+    def bind(self, own: Path, stars: list[str]) -> None:
+        """`own` is the folder of the person's own presets; `stars`, the files with a star, is kept up to date."""
+        self._own, self._stars = own, stars
+
     def refresh(self) -> None:
         """Look at the folders again: what was saved or taken away meanwhile shows."""
-        self._presets = all_presets(self._own())
+        self._presets = all_presets(self._own)
         self._narrow()
         self.pictures.ask([preset.path for preset in self._presets])
 
@@ -94,6 +99,7 @@ class PresetPanel(QWidget):
             button.setText(text)
             button.setToolTip(tip)
             button.setCheckable(True)
+            theme.set_role(button, "chip")
             self.shows.addButton(button)
             chips.addWidget(button)
         self.shows.buttons()[0].setChecked(True)

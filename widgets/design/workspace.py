@@ -22,7 +22,10 @@ from underfoot.widgets.design.hearing import Hearing
 from underfoot.widgets.design.inspector import Inspector, edited_patch
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.palette import Palette
+from underfoot.widgets.design.preset_browsing import PresetBrowsing
+from underfoot.widgets.design.preset_panel import PresetPanel
 from underfoot.widgets.design.preview import PreviewPanel
+from underfoot.widgets.design.side_panel import SidePanel
 from underfoot.widgets.design.slot_listening import OTHER, SlotListening
 from underfoot.widgets.design.stretch import event_rows, pick
 from underfoot.widgets.design.undo import Document
@@ -72,6 +75,8 @@ class DesignWorkspace(Workspace):
         self._stale: list[str] = []
         self._reach: dict[str, tuple[float, float]] = {}
         self.palette_panel = Palette(registry, self)
+        self.side = SidePanel(self.palette_panel, PresetPanel(), self)
+        self.browsing: PresetBrowsing | None = None
         self.canvas = Canvas(self.document, registry, self)
         self.inspector = Inspector(registry, self)
         self.preview = PreviewPanel(self)
@@ -124,7 +129,14 @@ class DesignWorkspace(Workspace):
         self.canvas.play_wanted.connect(controller.play_or_stop)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
+        open_patch.adopted.connect(self.document.edit)
+        self.side.presets.said.connect(self.said)
+        self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
+        self.addActions([self.browsing.show_action, self.browsing.save_action])
         self._prepare_first_steps(context)
+
+    def close_down(self) -> None:
+        self.side.presets.close_down()
 
     def _prepare_first_steps(self, context: WorkspaceContext) -> None:
         """The three steps of a first start, until the person puts them away."""
@@ -137,7 +149,8 @@ class DesignWorkspace(Workspace):
         steps.closed.connect(lambda: setattr(settings, "first_steps_done", True))
 
     def menu_actions(self) -> Sequence[QAction]:
-        return self.undo_action, self.redo_action, *self.listen_bar.actions_by_name.values()
+        presets = (self.browsing.show_action, self.browsing.save_action) if self.browsing is not None else ()
+        return self.undo_action, self.redo_action, *presets, *self.listen_bar.actions_by_name.values()
 
     def shortcuts(self) -> Keys:
         steps = [
@@ -242,7 +255,7 @@ class DesignWorkspace(Workspace):
         self._middle.setStretchFactor(1, 1)
         self._middle.setSizes([420, 320])
         self._across = QSplitter(Qt.Orientation.Horizontal)
-        for widget in (self.palette_panel, self._middle, self.inspector):
+        for widget in (self.side, self._middle, self.inspector):
             self._across.addWidget(widget)
         self._across.setStretchFactor(1, 1)
         self._across.setSizes([192, 800, 280])

@@ -50,6 +50,7 @@ class Listening(QObject):
         self._heard: tuple[str, Ear | None] = ("", None)
         self._stale = set(SLOTS)
         self._blind = ""
+        self._preset: Patch | None = None
         self._blind_timer = QTimer(self, singleShot=True, interval=SILENCE_MS)
         self._blind_timer.timeout.connect(self._begin_blind)
         self._strikes = False
@@ -116,6 +117,14 @@ class Listening(QObject):
             self.said.emit("The whole patch plays again.")
             self.changed.emit()
 
+    def hear_preset(self, patch: Patch | None) -> None:
+        """Play this patch from its start for as long as it is looked at; None: what is open plays again."""
+        if patch is None and self._preset is None:
+            return
+        self._preset = patch
+        self._strikes = patch is not None
+        self._apply(anew=patch is not None)
+
     # --- A and B ---
 
     def set_level(self, slot: str, rms_m_s2: float | None) -> None:
@@ -168,7 +177,7 @@ class Listening(QObject):
     def _hear_reports(self, reports: list[object]) -> None:
         """Strike, once the patch in which one node is heard alone plays."""
         swapped = any(isinstance(one, CommandApplied) and isinstance(one.command, Swap) for one in reports)
-        if self._strikes and swapped and self.ear is not None:
+        if self._strikes and swapped and (self.ear is not None or self._preset is not None):
             self._strikes = False
             QTimer.singleShot(round(1e3 * SETTLE_S), self._strike)
 
@@ -183,6 +192,10 @@ class Listening(QObject):
 
     def _apply(self, _: object = None, *, anew: bool = False) -> str:
         """Tell the session what to play; how a node is heard alone, in words."""
+        if self._preset is not None:
+            self._heard = ("", None)
+            self._controller.edit(self._preset, None, anew=anew, settle_s=SETTLE_S)
+            return ""
         slot = self._blind or self._open_patch.slot
         open_patch, other = self._open_patch, self._open_patch.other
         here = Waiting(open_patch.patch, open_patch.path, open_patch.patch)

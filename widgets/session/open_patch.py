@@ -48,6 +48,16 @@ class Waiting:
         return self.path.absolute().parent if self.path else None
 
 
+@dataclass(frozen=True)
+class _Adoption:
+    """A preset took the place of a patch: both, and that one's file and what is in it."""
+
+    before: Patch
+    path: Path | None
+    saved: Patch
+    after: Patch
+
+
 class OpenPatch(QObject):
     """A patch and its file; and beside it another one, in the other of two slots, once it was asked for.
 
@@ -62,6 +72,8 @@ class OpenPatch(QObject):
     """The `Patch` with other paths to the same files, when it was saved in another folder; to be edited on."""
     folder_changed = Signal(object)
     """The folder that the patch lies in, or None."""
+    adopted = Signal(object, str)
+    """A `Patch` that takes the place of the one that is edited, as an edit of this name that can be taken back."""
     switched = Signal(str, object)
     """The slot that is edited from now on, and its `Patch`."""
     title_changed = Signal()
@@ -79,6 +91,7 @@ class OpenPatch(QObject):
         self.keeps_unsaved = False
         self.autosave = Autosave(folder)
         self._saved = self.patch
+        self._adoptions: list[_Adoption] = []
         self._registry, self._settings, self._window = registry, settings, window
         self._files = FileQuestion(window, lambda: settings.folder, self.said.emit)
         self._writer = ThreadPoolExecutor(1, "autosave")
@@ -110,14 +123,37 @@ class OpenPatch(QObject):
     def take(self, patch: Patch) -> None:
         """The patch after an edit."""
         self.patch = patch
+        for step in reversed(self._adoptions):
+            if patch in (step.before, step.after):
+                self._follow(step, patch == step.after)
+                break
         self._timer.start()
         self.patch_changed.emit(patch)
         self.title_changed.emit()
+
+    def adopt(self, path: Path) -> None:
+        """Edit on with a copy of a preset, as a step that can be taken back; what was before is kept for that."""
+        try:
+            patch = with_files_kept(Patch.load(path, self._registry), self._registry, path.parent, None)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        if patch != self.patch:
+            self._adoptions.append(_Adoption(self.patch, self.path, self._saved, patch))
+            self.adopted.emit(patch, f"Open {patch.title or path.stem}")
+            self.said.emit(f"{patch.title or path.stem} is open; undo brings back what was there.")
+
+    def _follow(self, step: "_Adoption", is_after: bool) -> None:
+        """A preset has no file of the person's: saving asks for one. What was before it has its own again."""
+        was_saved = step.before == step.saved
+        self._saved = step.after if is_after and was_saved else step.saved
+        self._set_path(None if is_after else step.path)
 
     # --- A and B ---
 
     def switch(self) -> None:
         """Edit and play the other slot. B begins as a copy of A without a file."""
+        self._adoptions.clear()
         other = self.other or Waiting(self._without_folder(), None, self._without_folder())
         self.other = Waiting(self.patch, self.path, self._saved)
         self.slot = other_slot(self.slot)
@@ -171,6 +207,7 @@ class OpenPatch(QObject):
         return True
 
     def _begin_with(self, patch: Patch, path: Path | None, saved: Patch) -> None:
+        self._adoptions.clear()
         self.patch, self._saved = patch, saved
         self._set_path(path)
         self.opened.emit(patch)
@@ -202,10 +239,6 @@ class OpenPatch(QObject):
         else:
             self.when_safe(lambda: self._files.ask("Open a patch", FILTER, self.read))
 
-    def use(self, path: Path) -> None:
-        """Begin with a copy of the patch in a file, such as a preset."""
-        self.when_safe(lambda: self._copy(path))
-
     def take_over(self, patch: Patch) -> None:
         """Begin with a patch that has no file yet, such as one that was imported."""
         self._begin_with(patch, None, saved=patch)
@@ -225,14 +258,6 @@ class OpenPatch(QObject):
                 then()
 
         self._files.ask("Save the patch", FILTER, write, f"{self.name}.json")
-
-    def _copy(self, path: Path) -> None:
-        try:
-            patch = Patch.load(path, self._registry)
-        except UnderfootError as error:
-            self.said.emit(str(error))
-        else:
-            self.take_over(patch)
 
     def _write(self, path: Path) -> bool:
         before, folder = self.patch, path.absolute().parent

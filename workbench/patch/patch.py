@@ -28,6 +28,8 @@ VERSION = 1
 __all__ = ["FORMAT", "FURTHEST", "VERSION", "Patch", "PlacedNode", "Wire"]
 
 
+_LEFT_OUT = ("notes", "groups", "author", "tags")
+"""Fields that are not in the file where they are empty."""
 MARKS = ("muted", "bypassed", "soloed")
 """How a node can be taken out of what is heard, or all else beside it (`underfoot.patch.heard`)."""
 
@@ -82,6 +84,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     wires: tuple[Wire, ...] = ()
     notes: tuple[Note, ...] = ()
     groups: tuple[Group, ...] = ()
+    author: str = ""
+    tags: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         nodes, wires = len(self.nodes), len(self.wires)
@@ -289,13 +293,13 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def dumps(self) -> bytes:
         """The patch as JSON: one line a parameter, in a fixed order, so that files can be compared.
 
-        Names, notes and groups are left out where there are none: such a file is one that older programs read.
+        Names, notes, groups, author and tags are left out where there are none: such a file older programs read.
         """
         fields = msgspec.to_builtins(self)
         for node in fields["nodes"]:
             if not node["label"]:
                 del node["label"]
-        lean = {name: value for name, value in fields.items() if value or name not in ("notes", "groups")}
+        lean = {name: value for name, value in fields.items() if value or name not in _LEFT_OUT}
         return msgspec.json.format(msgspec.json.encode(lean), indent=1) + b"\n"
 
     @staticmethod

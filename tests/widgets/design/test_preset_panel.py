@@ -25,7 +25,8 @@ def own(tmp_path):
 
 @pytest.fixture
 def panel(qtbot, own):
-    panel = PresetPanel(lambda: own, [])
+    panel = PresetPanel()
+    panel.bind(own, [])
     qtbot.addWidget(panel)
     panel.resize(220, 700)
     panel.refresh()

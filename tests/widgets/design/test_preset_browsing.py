@@ -1,0 +1,87 @@
+"""Presets in the window: heard, opened as an edit, saved as one's own, and found again."""
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox
+from windows import hiss, quiet_window
+
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.preset_browsing import PresetDialog
+
+
+@pytest.fixture
+def window(qtbot, tmp_path):
+    hiss().save(tmp_path / "hiss.json")
+    return quiet_window(qtbot, tmp_path / "kept", tmp_path / "hiss.json")
+
+
+@pytest.fixture
+def design(window):
+    return window.workspaces["Design"]
+
+
+def opened(qtbot, design, words):
+    qtbot.keyClick(design.canvas, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    field = design.side.presets.field
+    assert field.hasFocus()
+    qtbot.keyClicks(field, words)
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+
+
+def test_a_preset_is_opened_as_an_edit_that_undo_takes_back_with_its_file(window, design, qtbot, tmp_path):
+    before = window.open_patch.path
+    opened(qtbot, design, "ice")
+    assert design.patch() == Patch.load(library.patches()["material-ice"], REGISTRY)
+    assert window.open_patch.path is None  # saving asks, and never writes over hiss.json
+    assert window.open_patch.is_saved
+    design.undo_action.trigger()
+    assert design.patch() == hiss()
+    assert window.open_patch.path == before
+    design.redo_action.trigger()
+    assert design.patch().title == "Ice"
+    assert window.open_patch.path is None
+
+
+def test_work_that_was_not_saved_is_still_asked_for_after_a_preset_was_opened(window, design, qtbot):
+    design.document.edit(design.patch().set("noise", "amplitude", 0.25, REGISTRY), "Set")
+    opened(qtbot, design, "ice")
+    assert not window.open_patch.is_saved
+
+
+def test_a_preset_is_heard_in_place_of_the_patch_which_stays_as_it_is(window, design, qtbot):
+    qtbot.keyClick(design.canvas, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    field = design.side.presets.field
+    qtbot.keyClicks(field, "ice")
+    qtbot.keyClick(field, Qt.Key.Key_Down)
+    qtbot.waitUntil(lambda: window.controller.patch.title == "Ice")
+    assert design.patch() == hiss()
+    qtbot.keyClick(field, Qt.Key.Key_Escape)
+    assert window.controller.patch.title == hiss().title
+    assert window.open_patch.is_saved
+
+
+def test_ones_own_preset_is_saved_found_by_its_tag_and_not_replaced_without_asking(window, design, qtbot):
+    design.browsing.save_action.trigger()
+    dialog = window.findChild(PresetDialog)
+    dialog.title.selectAll()
+    qtbot.keyClicks(dialog.title, "Soft hiss")
+    qtbot.keyClicks(dialog.tags, "airy, airy, quiet")
+    qtbot.keyClicks(dialog.author, "Ann")
+    qtbot.keyClick(dialog, Qt.Key.Key_Return)
+    saved = Patch.load(design.browsing.folder / "soft-hiss.json", REGISTRY)
+    assert (saved.title, saved.tags, saved.author) == ("Soft hiss", ("airy", "quiet"), "Ann")
+    field = design.side.presets.field
+    qtbot.keyClicks(field, "airy")
+    assert [preset.title for preset in design.side.presets.list.presets()] == ["Soft hiss"]
+    design.browsing.save_action.trigger()
+    again = window.findChildren(PresetDialog)[-1]
+    again.title.setText("Soft hiss")
+    qtbot.keyClick(again, Qt.Key.Key_Return)
+    assert "Replace it?" in window.findChild(QMessageBox).text()
+
+
+def test_author_and_tags_are_not_in_a_file_that_has_none():
+    assert b"tags" not in hiss().dumps()
+    assert b"author" not in hiss().dumps()

@@ -1,0 +1,133 @@
+"""Between the list of presets and the patch that is open: hearing one, opening one, saving one's own."""
+
+from pathlib import Path
+
+import msgspec
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QMessageBox, QVBoxLayout, QWidget
+
+from underfoot.errors import UnderfootError
+from underfoot.files import make_folder
+from underfoot.patch.file_paths import with_files_kept
+from underfoot.patch.library import Preset, file_of
+from underfoot.patch.patch import Patch
+from underfoot.widgets import theme
+from underfoot.widgets.design.side_panel import PRESETS, SidePanel
+from underfoot.widgets.workspace import WorkspaceContext
+
+
+class PresetBrowsing(QObject):
+    """Binds the panel of presets to what is open and what is heard. `folder` is that of the person's own presets."""
+
+    def __init__(self, side: SidePanel, context: WorkspaceContext, folder: Path) -> None:
+        super().__init__(side)
+        self._side, self._context, self.folder = side, context, folder
+        panel = side.presets
+        panel.bind(folder, context.settings.stars)
+        panel.heard.connect(self._hear)
+        panel.chosen.connect(self._open)
+        self.show_action = QAction("Presets", side)
+        self.show_action.setShortcut("Ctrl+P")
+        self.show_action.triggered.connect(lambda: side.show_page(PRESETS))
+        self.save_action = QAction("Save as preset…", side)
+        self.save_action.setShortcut("Ctrl+Alt+S")
+        self.save_action.triggered.connect(self.ask_to_save)
+
+    def ask_to_save(self) -> None:
+        """Ask how the patch is to be called as a preset of one's own, and write it."""
+        dialog = PresetDialog(self._context.open_patch.patch, self._side.window())
+        dialog.accepted.connect(lambda: self._save(dialog.named()))
+        dialog.open()
+
+    def _hear(self, preset: Preset | None) -> None:
+        listening = self._context.listening
+        if preset is None:
+            listening.hear_preset(None)
+            return
+        try:
+            patch = Patch.load(preset.path, self._context.registry)
+        except UnderfootError as error:
+            self._side.presets.said.emit(str(error))
+            return
+        listening.hear_preset(with_files_kept(patch, self._context.registry, preset.path.parent, None))
+
+    def _open(self, preset: Preset) -> None:
+        self._context.listening.hear_preset(None)
+        self._context.open_patch.adopt(preset.path)
+
+    def _save(self, patch: Patch) -> None:
+        path = file_of(patch.title, self.folder)
+        if not path.exists():
+            self._write(patch, path)
+            return
+        box = QMessageBox(self._side.window())
+        box.setWindowTitle("Save as preset")
+        box.setText(f"There is a preset “{patch.title}” already. Replace it?")
+        box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(QMessageBox.StandardButton.Cancel)
+        box.button(QMessageBox.StandardButton.Yes).setText("Replace")
+        box.accepted.connect(lambda: self._write(patch, path))
+        box.finished.connect(box.deleteLater)
+        box.open()
+
+    def _write(self, patch: Patch, path: Path) -> None:
+        try:
+            make_folder(self.folder)
+            folder = self._context.open_patch.folder
+            with_files_kept(patch, self._context.registry, folder, self.folder).save(path)
+        except UnderfootError as error:
+            self._side.presets.said.emit(str(error))
+            return
+        self._side.show_page(PRESETS)
+        self._side.presets.reveal(path)
+        self._side.presets.said.emit(f"Saved as the preset “{patch.title}”; it is under My presets")
+
+
+class PresetDialog(QDialog):
+    """What a preset says of itself."""
+
+    def __init__(self, patch: Patch, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Save as preset")
+        self._patch = patch
+        self.title, self.comment = QLineEdit(patch.title), QLineEdit(patch.comment)
+        self.tags, self.author = QLineEdit(", ".join(patch.tags)), QLineEdit(patch.author)
+        self.tags.setPlaceholderText("words to be found by, with commas between")
+        self.comment.setPlaceholderText("what it feels like")
+        form = QFormLayout()
+        form.setHorizontalSpacing(2 * theme.GRID)
+        form.setVerticalSpacing(theme.GRID)
+        for name, field in (
+            ("&Title", self.title),
+            ("&Comment", self.comment),
+            ("Ta&gs", self.tags),
+            ("&Author", self.author),
+        ):
+            form.addRow(name, field)
+        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
+        self.buttons.accepted.connect(self.accept)
+        self.buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(*[2 * theme.GRID] * 4)
+        layout.setSpacing(2 * theme.GRID)
+        layout.addLayout(form)
+        layout.addWidget(self.buttons)
+        self.resize(56 * theme.GRID, 10)
+        self.title.textChanged.connect(self._check)
+        self._check()
+        self.title.selectAll()
+
+    def named(self) -> Patch:
+        """The patch, with what was typed."""
+        tags = tuple(dict.fromkeys(tag.strip() for tag in self.tags.text().split(",") if tag.strip()))
+        return msgspec.structs.replace(
+            self._patch,
+            title=self.title.text().strip(),
+            comment=self.comment.text().strip(),
+            tags=tags,
+            author=self.author.text().strip(),
+        )
+
+    def _check(self) -> None:
+        self.buttons.button(QDialogButtonBox.StandardButton.Save).setEnabled(bool(self.title.text().strip()))

@@ -1,0 +1,60 @@
+"""The column beside the canvas: the nodes to build with, or the presets to begin with."""
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+
+from underfoot.widgets import theme
+from underfoot.widgets.design.palette import Palette
+from underfoot.widgets.design.preset_panel import PresetPanel
+
+NODES, PRESETS = "Nodes", "Presets"
+_TIPS = {NODES: "Nodes to build with (/ on the canvas)", PRESETS: "Presets to hear and to begin with (Ctrl+P)"}
+
+
+class SidePanel(QWidget):
+    """Two pages, one of which is seen."""
+
+    def __init__(self, palette: Palette, presets: PresetPanel, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self._pages: dict[str, QWidget] = {NODES: palette, PRESETS: presets}
+        self.presets = presets
+        self._stack = QStackedWidget()
+        self.tabs: dict[str, QToolButton] = {}
+        group, line = QButtonGroup(self), QHBoxLayout()
+        line.setContentsMargins(8, 8, 4, 0)
+        line.setSpacing(4)
+        for name, page in self._pages.items():
+            self._stack.addWidget(page)
+            tab = self.tabs[name] = QToolButton()
+            tab.setText(name)
+            tab.setToolTip(_TIPS[name])
+            tab.setCheckable(True)
+            theme.set_role(tab, "tab")
+            tab.clicked.connect(lambda _=False, name=name: self.show_page(name))
+            group.addButton(tab)
+            line.addWidget(tab)
+        line.addStretch(1)
+        self.tabs[NODES].setChecked(True)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(line)
+        column.addWidget(self._stack, 1)
+
+    @property
+    def page(self) -> str:
+        """The page that is seen."""
+        return next(name for name, page in self._pages.items() if page is self._stack.currentWidget())
+
+    def show_page(self, name: str) -> None:
+        """Bring a page to the front; its field is ready to be typed into."""
+        if name != PRESETS:
+            self.presets.end_hearing()
+        self.tabs[name].setChecked(True)
+        self._stack.setCurrentWidget(self._pages[name])
+        if name == PRESETS:
+            self.presets.refresh()
+            self.presets.field.setFocus()
+            self.presets.field.selectAll()
