@@ -1,4 +1,4 @@
-"""Packages of other people bring nodes and transports; one that cannot be loaded is left out."""
+"""Packages of other people bring nodes, transports and scenes; one that cannot be loaded is left out."""
 
 import os
 import subprocess
@@ -95,3 +95,15 @@ def test_a_transport_of_a_plug_in_is_a_target(python):
     told = python("-m", "underfoot", "monitor", "--help")
     assert (told.returncode, told.stderr) == (0, "")
     assert "radio:" in told.stdout
+
+
+def test_a_scene_of_a_plug_in_is_run_by_the_command(python):
+    code = (
+        "from underfoot.scenes.scene import Scene\n"
+        "class Puddle(Scene):\n    'Water.'\n    title, doc = 'Puddle', 'Water on the floor.'\n"
+        "    def step(self, moment):\n        return ()\n    def shapes(self):\n        return ()\n"
+    )
+    install(python.site, "puddle", "underfoot.scenes", "puddle", {"puddle/__init__.py": code})
+    told = python("-m", "underfoot", "scene")
+    assert (told.returncode, told.stderr) == (0, "")
+    assert "puddle" in told.stdout

@@ -10,7 +10,7 @@ from multiprocessing import parent_process
 from types import ModuleType
 
 NODES, TRANSPORTS, SCENES = "underfoot.nodes", "underfoot.transports", "underfoot.scenes"
-"""Groups of entry points. What loads scenes asks `declared(SCENES)`."""
+"""Groups of entry points."""
 
 
 def declared(group: str) -> Iterator[tuple[str, object]]:

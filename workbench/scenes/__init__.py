@@ -11,7 +11,9 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
+
+from underfoot.plugins import SCENES, declared, refuse
 
 if TYPE_CHECKING:
     from underfoot.scenes.scene import Scene
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 @cache
 def discover() -> "Mapping[str, type[Scene]]":
-    """The scenes that there are, by the names of their folders with "-" for "_".
+    """The scenes that there are, by the names of their folders with "-" for "_"; then those that plug-ins bring.
 
     >>> "frozen-pond" in discover()
     True
@@ -32,7 +34,20 @@ def discover() -> "Mapping[str, type[Scene]]":
             continue
         package = importlib.import_module(f"{__name__}.{folder.name}")
         for value in vars(package).values():
-            if inspect.isclass(value) and issubclass(value, Scene) and not inspect.isabstract(value):
+            if _is_scene(value, Scene):
                 value.name, value.folder = folder.name.replace("_", "-"), Path(str(package.__file__)).parent
                 found[value.name] = value
+    for plugin, value in declared(SCENES):
+        if not _is_scene(value, Scene):
+            continue
+        name = value.__module__.rpartition(".")[2].replace("_", "-")
+        if name in found:
+            refuse(plugin, f"there is a scene {name!r} already")
+            continue
+        value.name, value.folder = name, Path(inspect.getfile(value)).parent
+        found[name] = value
     return MappingProxyType(found)
+
+
+def _is_scene(value: object, scene: type) -> "TypeGuard[type[Scene]]":
+    return inspect.isclass(value) and issubclass(value, scene) and not inspect.isabstract(value)
