@@ -263,7 +263,6 @@ def test_accelerometers_are_heard_on_the_clock_that_plays(null_sink, until, tmp_
         first, measured = recording.tiles("measured")
     assert not measured[:, [0, 2]].any()
     assert asked.any(axis=0).all()
-    np.savez("/tmp/uf/acc.npz", played=played, asked=asked, measured=measured, first=first)
     delays = []
     for begin in range(24_000, 120_000, 4_800):
         part = measured[begin - first : begin - first + 4_800, 1] / 20.0
