@@ -55,8 +55,8 @@ class Forces(ForceSeries):
     def steps(self) -> Table:
         """The footsteps, a row each, with the columns of `Step`: what `underfoot monitor --steps` writes, and more.
 
-        >>> walk(4.0).steps()["side"]
-        array(['unknown', 'left', 'right', 'left', 'right', 'left'], dtype='<U7')
+        >>> walk(4.0).steps()["tile"]
+        array(['t1', 't2', 't4', 't3', 't1', 't2'], dtype='<U2')
         """
         found = [step for part in self._found() for step in part.steps]
         columns = {one.name: [getattr(step, one.name) for step in found] for one in fields(Step)}

@@ -46,6 +46,7 @@ _STEP_COLUMNS = {
 class Table(Mapping[str, NDArray[Any]]):
     """Columns of equal length by their names, in order: `table["force_n"]` is an array.
 
+    >>> import numpy as np
     >>> table = Table("presses", {"tile": np.array(["t1", "t2"]), "force_n": np.array([40.0, 55.5])})
     >>> table
     <2 presses: tile, force_n>

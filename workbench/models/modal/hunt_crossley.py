@@ -32,7 +32,7 @@ def blow(
     Raises `BadValue` for a damping below 0, and for anything else not above 0.
 
     >>> spring = blow(2.0, 1.0, 800.0, 1.0, 0.0)
-    >>> round(spring.penetration_m.max(), 6), round(spring.force_n.max(), 6), spring.restitution
+    >>> float(round(spring.penetration_m.max(), 6)), float(round(spring.force_n.max(), 6)), spring.restitution
     (0.05, 40.0, 1.0)
     """
     m, v0 = (number(n, v, TINY, HUGE, "above 0") for n, v in (("mass_kg", mass_kg), ("velocity_m_s", velocity_m_s)))
