@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -87,10 +88,20 @@ def _started(work: Callable[[Any], Any]) -> ChildProcess:
     """A process that hears Ctrl-C once it can put away what it has begun; this one hears it when that is started."""
     resource_tracker.ensure_running()  # which would let Ctrl-C through, the first time
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    stops: list[int] = []  # Ctrl-C may also come to another thread of this process, which is heard here
+    is_main = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, lambda number, _: stops.append(number)) if is_main else None
     try:
-        return ChildProcess("worker", __name__, work)
+        child = ChildProcess("worker", __name__, work)
     finally:
+        if is_main:
+            signal.signal(signal.SIGINT, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    if stops:
+        child.hang_up()
+        child.end(_LEAVE_S)
+        raise KeyboardInterrupt
+    return child
 
 
 def _answer(work: Callable[[Any], Any], job: object) -> Any:
