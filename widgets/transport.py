@@ -151,8 +151,11 @@ class TransportBar(QWidget):
             f"Share of the time a block may take: {100 * health.load:.1f} % lately, {100 * health.worst:.0f} % at most"
         )
         self.asleep.show_value(f"{tiles - health.awake} of {tiles} tiles" if running else "–")
+        before = self.xruns.text(), self.lost.text()
         self.xruns.show_count(health.xruns)
         self.lost.show_count(health.lost)
+        if "0" in before and before != (self.xruns.text(), self.lost.text()):
+            self._make_room()
         own, stream = 1e3 * health.latency_s, 1e3 * health.stream_latency_s
         self.latency.show_value(f"{own:.1f} + {stream:.1f} ms" if running else "–")
         self.latency.setToolTip(
@@ -178,8 +181,10 @@ class TransportBar(QWidget):
         self._make_room()
 
     def _make_room(self) -> None:
-        """Show the figures for which there is room beside a target that can be read; load and latency go last."""
-        figures = (self.engine, self.latency, self.xruns, self.lost, self.asleep)
+        """Show the figures for which there is room beside a target that can be read; what was lost goes last."""
+        losses = [figure for figure in (self.xruns, self.lost) if figure.text() not in ("0", "–")]
+        others = (self.engine, self.latency, self.xruns, self.lost, self.asleep)
+        figures = list(dict.fromkeys((*losses, *others)))
         for figure in figures:
             figure.show()
         for figure in reversed(figures):

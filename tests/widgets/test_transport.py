@@ -164,3 +164,15 @@ def test_the_latency_says_whether_it_was_measured(bar):
     assert "estimated, as the device says of itself" in bar.latency.toolTip()
     bar.set_health(replace(WELL, stream_latency_s=0.0107, round_trip_s=0.0214), 4)
     assert "measured, half of a round trip of 21.40 ms" in bar.latency.toolTip()
+
+
+def test_in_a_narrow_bar_what_was_lost_is_shown_before_all_else(bar):
+    bar.set_health(WELL, 4)
+    width = bar.width()
+    while bar.xruns.isVisible():
+        width -= 10
+        bar.resize(width, bar.height())
+    assert width > 300
+    bar.set_health(replace(WELL, xruns=2), 4)
+    assert bar.xruns.isVisible()
+    assert bar.xruns.text() == "2"
