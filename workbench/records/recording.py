@@ -368,7 +368,7 @@ class Recording:
     def _tiles_of_floor(self) -> int:
         try:
             return len(json.loads(self.about["floor"])["tiles"])
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             raise BadFile(f"{self.path} is not a whole recording: its floor cannot be read") from None
 
     @contextmanager
@@ -376,7 +376,7 @@ class Recording:
         """Say in one line that a table is damaged."""
         try:
             yield
-        except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, MemoryError) as error:
+        except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as error:
             raise BadFile(f"{self.path}: table {table} cannot be read: {' '.join(str(error).split())}") from None
 
 
