@@ -131,8 +131,8 @@ class SessionFile:
                     raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
                 base.execute("pragma journal_mode = wal")
                 base.execute("pragma synchronous = full")  # not even a power cut loses an answer
-            except sqlite3.Error as error:
-                raise BadFile(f"{path} is not a session of a study: {error}") from None
+            except (sqlite3.Error, UnicodeDecodeError) as error:
+                raise BadFile(f"{path} is not a session of a study: {' '.join(str(error).split())}") from None
             unless_opened.pop_all()
         return SessionFile(path, base)
 

@@ -340,7 +340,11 @@ class Recording:
     def commands(self) -> list[tuple[int, str, str]]:
         """(frame, kind, body) of every command, in order."""
         with self._readable("command"):
-            return list(self._base.execute("select frame, kind, body from command order by id"))
+            found = list(self._base.execute("select frame, kind, body from command order by id"))
+            for row in found:
+                if [type(value) for value in row] != [int, str, str] or row[0] < 0:
+                    raise ValueError(f"a command is {row!r:.60}")
+            return found
 
     def gaps(self, table: str = "vibration") -> list[Gap]:
         """What is missing between the blocks of a table."""

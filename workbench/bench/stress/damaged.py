@@ -3,6 +3,7 @@
 import json
 import sqlite3
 from contextlib import closing, suppress
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -53,20 +54,20 @@ def of_document(data: bytes, draw: np.random.Generator) -> bytes:
     document = json.loads(data)
     for _ in range(int(draw.integers(1, 3))):
         places = list(_places(document))
+        if not places:
+            break
         holder, key = places[int(draw.integers(len(places)))]
         match int(draw.integers(0, 8)):
             case 0:
                 del holder[key]
             case 1 if isinstance(holder, list):
-                holder.append(holder[key])
+                holder.append(deepcopy(holder[key]))
             case 2 if isinstance(holder, dict):
-                holder[str(NASTY[int(draw.integers(len(NASTY)))])] = holder[key]
+                holder[str(NASTY[int(draw.integers(len(NASTY)))])] = deepcopy(holder[key])
             case 3 if isinstance(holder[key], int | float):
                 holder[key] = float(holder[key]) * float(10.0 ** draw.integers(-12, 12)) * float(draw.choice([-1, 1]))
             case _:
-                holder[key] = NASTY[int(draw.integers(len(NASTY)))]
-        if not document:
-            break
+                holder[key] = deepcopy(NASTY[int(draw.integers(len(NASTY)))])
     return json.dumps(document, ensure_ascii=bool(draw.integers(2))).encode(errors="surrogatepass")
 
 
