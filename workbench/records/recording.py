@@ -172,6 +172,11 @@ class Recording:
                 self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
                 tables = self._base.execute("select name from sqlite_master where type = 'table'")
                 self._tables = {name for (name,) in tables}
+            except sqlite3.OperationalError as error:
+                if "full" not in str(error) and "I/O" not in str(error):
+                    raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
+                room = "what its writer left has to be put in order first, which takes some room on its disk"
+                raise BadFile(f"{path} cannot be read: {error}; {room}") from None
             except (sqlite3.Error, UnicodeDecodeError, TypeError) as error:
                 raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
             missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
