@@ -29,6 +29,8 @@ NEEDED = ("floor", "rate", "force_rate", "patch")
 """What every recording says of its session."""
 FRAMES = ("vibration", "commanded", "measured")
 """The tables of what tiles played, were asked and did, a row a session frame."""
+FURTHEST_FRAME = 1e15
+"""Frames that no session reaches: at 192 kHz, after a century and a half."""
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
 create table force (first integer primary key, count integer not null, data blob not null);
@@ -196,7 +198,10 @@ class Recording:
 
     def forces(self) -> NDArray[np.float64]:
         """All force samples: (stamp, arrival, corners...) each, float64; none where none was recorded yet."""
-        return self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
+        rows = self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
+        if not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # false where it is not a number
+            raise BadFile(f"{self.path}: table force cannot be read: it has times that no session can have")
+        return rows
 
     def vibration(self) -> tuple[int, NDArray[np.float32]]:
         """The first session frame, and what the tiles played, [frame, tile]; 0 in gaps."""

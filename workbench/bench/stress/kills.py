@@ -74,7 +74,7 @@ class _Heard:
                 if self._sounded >= 0:
                     self.gaps_s.append((first + int(moved[0]) - self._sounded) / _RATE)
                 self._sounded = first + int(moved[-1]) + 1
-                self.loudest = float(np.abs(rows).max())
+                self.loudest = max(self.loudest, float(np.abs(rows).max()))
             if until():
                 return True
             time.sleep(0.004)
@@ -92,6 +92,7 @@ def _within(victim: str, times: int, draw: np.random.Generator, record: Path) ->
         ready = {"engine", "standby", "compiler", "recorder"}
         if not heard.listen(_START_S, lambda: bool(heard.started) and ready <= set(session.pids)):
             return Tried(victim, 0, "the session did not start", False)
+        heard.loudest = 0.0
         heard.listen(2.0)
         before = heard.loudest
         for _ in range(times):
@@ -102,6 +103,8 @@ def _within(victim: str, times: int, draw: np.random.Generator, record: Path) ->
             back = heard.listen(60.0, lambda pid=pid: session.pids.get(victim, pid) != pid)  # type: ignore[misc]
             if victim == "engine":
                 back = back and heard.listen(60.0, lambda started=started: heard.started > started)  # type: ignore[misc]
+            heard.listen(0.5)
+            heard.loudest = 0.0
             heard.listen(1.0)
             away_s.append(max(heard.gaps_s, default=np.inf))
             if not back:
@@ -135,7 +138,7 @@ def _whole(how: str, what: str, times: int, draw: np.random.Generator, folder: P
         program = Program.of_window(folder) if how == "window" else Program.of_session(record)
         try:
             plays = draw.random() < 0.7
-            if plays and not program.plays(_START_S):
+            if plays and not program.plays(_START_S, None if how == "window" else record):
                 return Tried(f"{what} killed", number, f"it did not play: {program.said()}", False)
             time.sleep(float(draw.uniform(0.0, 2.0)))
             tail = program.kill(group=how == "group")

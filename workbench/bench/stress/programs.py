@@ -61,11 +61,11 @@ class Program:
         options = ["--patch", str(folder / "tone.json"), "--floor", str(folder / "floor.json")]
         return Program([sys.executable, "-m", "underfoot", *options], folder, len(FLOOR.tiles))
 
-    def plays(self, within_s: float) -> bool:
-        """Wait until it has played something."""
+    def plays(self, within_s: float, record: Path | None = None) -> bool:
+        """Wait until it has played something, and until the recorder, which starts at the same time, keeps it."""
         end = time.monotonic() + within_s
         while time.monotonic() < end and self._process.poll() is None:
-            if self._sounded() > 0:
+            if self._sounded() > 0 and (record is None or _has_begun(record)):
                 return True
             time.sleep(0.02)
         return False
@@ -144,6 +144,12 @@ class Program:
             if len(loud):
                 found = max(found, int((written - (written - 1 - loud) % len(rows)).max()))
         return found
+
+
+def _has_begun(record: Path) -> bool:
+    """Whether the log beside a recording has blocks in it."""
+    log = record.with_name(f"{record.name}-wal")
+    return log.exists() and log.stat().st_size > 100_000
 
 
 def _written(ring: np.memmap) -> int:
