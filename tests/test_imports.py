@@ -219,8 +219,8 @@ def test_everything_imports_where_the_system_is_not_posix():
     every = sorted(SOURCES)
     done = python(
         "import os, pathlib, signal, sys, importlib\n"
-        "import numpy, scipy.signal, scipy.optimize, numba, click, msgspec, platformdirs, soundfile, sounddevice, serial\n"
-        "import multiprocessing.shared_memory, concurrent.futures.process, serial.tools.list_ports\n"
+        "import numpy, scipy.signal, scipy.optimize, numba, click, msgspec, platformdirs, soundfile, sounddevice\n"
+        "import multiprocessing.shared_memory, concurrent.futures.process, serial, serial.tools.list_ports\n"
         "import PySide6.QtWidgets, pyqtgraph\n"
         "sys.modules.update(dict.fromkeys(('fcntl', 'pty', 'termios', 'tty', 'resource', 'pwd', 'grp')))\n"
         "for name in ('pthread_sigmask', 'SIG_BLOCK', 'SIGKILL', 'SIGHUP', 'SIGUSR1', 'SIGALRM'):\n"

@@ -12,7 +12,7 @@ from underfoot.__main__ import cli
 from underfoot.bench import stress
 from underfoot.bench.stress import damage, damaged, datagrams, full_disk, sinks
 from underfoot.bench.stress.tried import Scale, Tried
-from underfoot.bench.stress.whole_files import KINDS, refusal
+from underfoot.bench.stress.whole_files import KINDS, Kind, refusal
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.records.recording import Recording
 
@@ -33,8 +33,8 @@ def test_a_reader_that_lets_an_error_through_is_found(monkeypatch):
     def careless(path):
         np.frombuffer(path.read_bytes(), "<f8")
 
-    kind = KINDS["patch"]
-    monkeypatch.setattr(damage, "KINDS", {"patch": type(kind)(lambda path: path.write_bytes(bytes(80)), careless, None)})
+    kind = Kind(lambda path: path.write_bytes(bytes(80)), careless, None)
+    monkeypatch.setattr(damage, "KINDS", {"patch": kind})
     monkeypatch.setattr(damage, "of_database", lambda path, draw: path.write_bytes(b"seven b"))
     lines = []
     (tried,) = damage.run(Scale(times=5), lines.append)

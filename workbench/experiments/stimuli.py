@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.files import is_within
 from underfoot.parameters import Number
 from underfoot.patch import library
 from underfoot.patch.node import Registry
@@ -102,7 +101,7 @@ def patch_path(name: str, folder: Path | None) -> Path:
     """The file of a preset's name, or in `folder`; `BadFile` where there is none."""
     require("\0" not in name, "patch", name, "a preset's name, or a file's")
     presets = library.patches()
-    inside = name in presets or is_within((folder or Path()) / name, folder or Path())
+    inside = not Path(name).is_absolute() and ".." not in Path(name).parts
     require(inside, "patch", name, "a preset's name, or a file beside the protocol or below")
     path = presets.get(name) or (folder or Path()) / name
     try:

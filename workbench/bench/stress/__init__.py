@@ -13,10 +13,11 @@ from underfoot.errors import require
 ROWS = ("kills", "damage", "datagrams", "full_disk", "surroundings", "sinks", "endurance")
 """The rows, which are modules of this package."""
 
+_USUAL = Scale()
 Table = Mapping[str, Sequence[Tried]]
 
 
-def run(row: str = "", scale: Scale = Scale(), tell: Tell = lambda line: None) -> dict[str, list[Tried]]:
+def run(row: str = "", scale: Scale = _USUAL, tell: Tell = lambda line: None) -> dict[str, list[Tried]]:
     """Try one row, or all of them: lines by the names of rows."""
     require(row in ("", *ROWS), "stress", row, ", ".join(ROWS))
     found = {}

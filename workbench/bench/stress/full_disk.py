@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.bench.stress.tried import Scale, Tell, Tried
-from underfoot.bench.stress.whole_files import FLOOR, tone
+from underfoot.bench.stress.whole_files import FLOOR, answers_to, tone
 from underfoot.engine.reports import Notice, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
@@ -119,8 +119,7 @@ def _study(folder: Path) -> tuple[str, bool]:
     draw = np.random.default_rng(1)
     try:
         while not said and kept < 400:
-            answers = {"agreed": "yes"} if study.page.kind == "consent" else {a.name: a.default for a in study.page.asks}
-            entry = study.answer(answers)
+            entry = study.answer(answers_to(study.page))
             noise = Stretch("vibration", 0, 0.0, 48_000.0, ("t1", "t2"), draw.normal(size=(48_000, 2)))
             said = _refused(lambda entry=entry, noise=noise: file.add(entry, [noise]))  # type: ignore[misc]
             kept += not said
@@ -161,7 +160,9 @@ def _recording(folder: Path) -> tuple[str, bool]:
             shutil.copy(part, roomy)
         with Recording(Path(roomy, path.name)) as recording:
             kept_s = len(recording.vibration()[1]) / 48_000.0
-    found = f"{_without(said[0] if said else '', folder)}; it plays on, and {kept_s:.1f} s can be read once there is room"
+    found = (
+        f"{_without(said[0] if said else '', folder)}; it plays on, and {kept_s:.1f} s can be read once there is room"
+    )
     return found, len(said) == 1 and "\n" not in said[0] and goes_on and kept_s > 0.5
 
 

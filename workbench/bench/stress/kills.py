@@ -69,7 +69,7 @@ class _Heard:
                 if isinstance(report, Notice):
                     self.notices.append(report.text)
             first, rows = self.session.vibration.read()
-            moved = np.flatnonzero(np.abs(rows).max(axis=1) > 1e-6) if len(rows) else []
+            moved = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > 1e-6)
             if len(moved):
                 if self._sounded >= 0:
                     self.gaps_s.append((first + int(moved[0]) - self._sounded) / _RATE)

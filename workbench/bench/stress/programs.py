@@ -1,4 +1,4 @@
-"""Whole programs, started in sessions of their own to be killed, and what their shared memory says of what they play."""
+"""Whole programs, started in sessions of their own to be killed, and what shared memory says of what they play."""
 
 import os
 import signal

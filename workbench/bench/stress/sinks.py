@@ -17,7 +17,7 @@ from underfoot.engine.safety import RMS_SECONDS, Limits
 from underfoot.floor.forces import ForceSeries
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Choice
-from underfoot.patch.node import Output, node
+from underfoot.patch.node import Output, Registry, node
 from underfoot.patch.patch import Patch
 
 SIGNALS = ("nan", "infinity", "1e300", "dc", "square", "square of 5 Hz", "now and then nan")
@@ -37,7 +37,7 @@ class Unwanted:
     out = Output()
     tail = math.inf
 
-    def run(kind, frame, out):
+    def run(kind, frame, out):  # type: ignore[no-untyped-def]
         for i in range(out.size):
             at = frame + i
             if kind == 0:
@@ -56,7 +56,7 @@ class Unwanted:
                 out[i] = math.nan if at % 997 == 0 else 20.0 * math.sin(0.01 * at)
 
 
-REGISTRY_HERE = {**REGISTRY, "unwanted": Unwanted}
+REGISTRY_HERE: Registry = {**REGISTRY, "unwanted": Unwanted}  # type: ignore[dict-item]
 
 
 def run(scale: Scale, tell: Tell) -> Iterator[Tried]:

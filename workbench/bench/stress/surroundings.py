@@ -1,4 +1,4 @@
-"""Surroundings that no developer has: no home, no cache, two programs at once, another locale, other scripts in names."""
+"""Surroundings that no developer has: no home, no cache, several programs at once, another locale, strange names."""
 
 import hashlib
 import os
@@ -35,7 +35,7 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
             below = folder / name
             below.mkdir()
             tone().save(below / f"{name}.json")
-            yield _same(f"the name {ascii(name)}", _rendered(below, {}, f"{name}.json"), wanted)
+            yield _same(f"the name {name!a}", _rendered(below, {}, f"{name}.json"), wanted)
         tell("stress: two programs at once")
         yield _together(folder, wanted)
         tell("stress: no cache; this compiles all kernels anew")

@@ -16,7 +16,7 @@ from underfoot.errors import UnderfootError
 from underfoot.experiments.exchange import read_csv, write_csv
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile, Stretch
-from underfoot.experiments.study import Study
+from underfoot.experiments.study import Page, Study
 from underfoot.experiments.table import rows_of
 from underfoot.files import read_file
 from underfoot.floor.curves import Compensation, Curve
@@ -81,14 +81,18 @@ def _read_profile(path: Path) -> None:
     np.isfinite(profile.equaliser)
 
 
+def answers_to(page: Page) -> dict[str, Any]:
+    """What a page is answered with: consent, and the defaults of what it asks."""
+    return {"agreed": "yes"} if page.kind == "consent" else {asked.name: asked.default for asked in page.asks}
+
+
 def _write_session(path: Path) -> None:
     protocol = Protocol.load(library.protocols()["identification-impact"], REGISTRY)
     file = SessionFile.create(path, protocol, "P1", library.protocols()["identification-impact"].parent)
     study = Study(protocol, "P1")
     for number in range(12):
-        answers = {"agreed": "yes"} if study.page.kind == "consent" else {a.name: a.default for a in study.page.asks}
         force = Stretch("force", 0, 96.0, 1000.0, ("t1.1", "t1.2"), np.full((50, 2), float(number)))
-        file.add(study.answer(answers), [force])
+        file.add(study.answer(answers_to(study.page)), [force])
     file.add_note("heel, not sole")
     file.close()
 

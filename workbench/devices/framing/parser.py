@@ -144,7 +144,7 @@ class Parser:
         """The valid frames that end in these bytes, but for doubled, stale and foreign ones: records of `SAMPLE` (n,).
 
         `senders` (n, 2) says where the bytes of each sender end, and its number; they came at `now_s`. Without it, all
-        are of one sender. Microseconds are unwrapped. The array is the parser's own, and is written to by the next call.
+        are of one sender. Microseconds are unwrapped. The array is the parser's own; the next call writes to it.
         """
         given = np.frombuffer(memoryview(data).toreadonly(), np.uint8)  # one kind of array, one kernel
         self.bytes += len(given)
