@@ -56,6 +56,7 @@ class _Heard:
     session: Session
     gaps_s: list[float] = field(default_factory=list)
     loudest: float = 0.0
+    frames: int = 0
     started: int = 0
     notices: list[str] = field(default_factory=list)
     _sounded: int = -1  # the frame behind the last that was not silent
@@ -69,6 +70,7 @@ class _Heard:
                 if isinstance(report, Notice):
                     self.notices.append(report.text)
             first, rows = self.session.vibration.read()
+            self.frames += len(rows)
             moved = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > 1e-6)
             if len(moved):
                 if self._sounded >= 0:
@@ -92,8 +94,8 @@ def _within(victim: str, times: int, draw: np.random.Generator, record: Path) ->
         ready = {"engine", "standby", "compiler", "recorder"}
         if not heard.listen(_START_S, lambda: bool(heard.started) and ready <= set(session.pids)):
             return Tried(victim, 0, "the session did not start", False)
-        heard.loudest = 0.0
-        heard.listen(2.0)
+        heard.loudest, heard.frames = 0.0, 0
+        heard.listen(20.0, lambda: heard.frames >= _RATE)
         before = heard.loudest
         for _ in range(times):
             heard.listen(_APART_S + float(draw.uniform(0.0, 2.0)))
@@ -104,13 +106,13 @@ def _within(victim: str, times: int, draw: np.random.Generator, record: Path) ->
             if victim == "engine":
                 back = back and heard.listen(60.0, lambda started=started: heard.started > started)  # type: ignore[misc]
             heard.listen(0.5)
-            heard.loudest = 0.0
-            heard.listen(1.0)
+            heard.loudest, heard.frames = 0.0, 0
+            heard.listen(20.0, lambda: heard.frames >= _RATE)
             away_s.append(max(heard.gaps_s, default=np.inf))
             if not back:
                 wrong.append("it did not come back")
             if session.patch != tone() or abs(heard.loudest - before) > 0.02 * before:
-                wrong.append("another sound came back")
+                wrong.append(f"another sound came back: {heard.loudest:.4f} after {before:.4f}")
         session.stop_recording()
         written = session.vibration._reader.next
     finally:
