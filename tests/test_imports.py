@@ -235,4 +235,5 @@ def test_everything_imports_where_the_system_is_not_posix():
 
 def test_no_interval_is_told_by_a_clock_that_can_be_stepped():
     """Somebody sets the clock, or a server does: `time.monotonic` and `time.perf_counter` do not mind."""
-    assert [module for module, path in SOURCES.items() if "time.time" in path.read_text()] == []
+    told = {"underfoot.network.server", "underfoot.widgets.design.blind_test"}  # a time of day for others, and a seed
+    assert {module for module, path in SOURCES.items() if "time.time" in path.read_text()} <= told

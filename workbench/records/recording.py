@@ -213,9 +213,10 @@ class Recording:
             return 0, np.zeros((0, 1), np.float32)
         blocks = list(self.blocks(table))
         first, end = (blocks[0][0], blocks[-1][0] + len(blocks[-1][1])) if blocks else (0, 0)
-        whole = np.zeros((end - first, self._floor_tiles), np.float32)
-        for at, rows in blocks:
-            whole[at - first : at - first + len(rows)] = rows
+        with self._readable(table):
+            whole = np.zeros((end - first, self._floor_tiles), np.float32)
+            for at, rows in blocks:
+                whole[at - first : at - first + len(rows)] = rows
         return first, whole
 
     def blocks(
