@@ -81,7 +81,7 @@ def of_document(data: bytes, draw: np.random.Generator) -> bytes:
                 holder.append(deepcopy(holder[key]))
             case 2 if isinstance(holder, dict):
                 holder[str(NASTY[int(draw.integers(len(NASTY)))])] = deepcopy(holder[key])
-            case 3 if isinstance(holder[key], int | float):
+            case 3 if isinstance(holder[key], int | float) and abs(holder[key]) < 1e200:
                 holder[key] = float(holder[key]) * float(10.0 ** draw.integers(-12, 12)) * float(draw.choice([-1, 1]))
             case _:
                 holder[key] = deepcopy(NASTY[int(draw.integers(len(NASTY)))])
