@@ -1,12 +1,15 @@
 """Files and options that are wrong: each exits with status 1 and one line, and leaves every file as it was."""
 
 import json
+import os
 
 import pytest
 
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.stimuli import patch_path
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch import library
 from underfoot.patch.program import Program
 
@@ -249,3 +252,36 @@ def test_documents_that_no_json_reader_would_survive_are_refused_in_one_line(tex
     with pytest.raises(BadFile, match=why) as refused:
         Profile.loads(text, "t1.json")
     str(refused.value).encode()
+
+
+# --- what is not read without asking ---
+
+
+def test_a_patch_reads_nothing_outside_its_folder_unless_it_is_let(refused, underfoot, folder):
+    sound = bad_node("wav-player", parameters={"file": "/etc/passwd"})
+    (folder / "a.json").write_bytes(sound)
+    for command in (["render", "a.json", "-o", "out.wav"], ["cost", "a.json"]):
+        assert "/etc/passwd, outside its folder; allowed: files beside the patch" in refused(*command)
+    played = {"nodes": [{"id": "a", "type": "wav-player", "parameters": {"file": "/etc/passwd"}}]}
+    played["nodes"].append({"id": "b", "type": "tile-output"})
+    (folder / "a.json").write_bytes(bad_patch(**played, wires=[["a.out", "b.acceleration"]]))
+    assert "/etc/passwd cannot be played" in refused("render", "a.json", "-o", "out.wav", "--outside-files")
+
+
+def test_a_sound_file_that_is_a_pipe_is_not_waited_for(refused, folder):
+    nodes = [{"id": "a", "type": "wav-player", "parameters": {"file": "pipe"}}, {"id": "b", "type": "tile-output"}]
+    (folder / "a.json").write_bytes(bad_patch(nodes=nodes, wires=[["a.out", "b.acceleration"]]))
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(folder / "pipe")
+    assert "pipe cannot be played: there is no such file" in refused("render", "a.json", "-o", "out.wav")
+
+
+def test_simulations_and_protocols_read_what_lies_beside_them(folder):
+    inside = folder / "inside"
+    inside.mkdir()
+    for name in ("/etc/passwd", "../walk.csv"):
+        TileParameters(recording=name).save(inside / "a.json")
+        with pytest.raises(BadFile, match="allowed: a file beside this one or below"):
+            TileParameters.load(inside / "a.json")
+        with pytest.raises(BadValue, match="allowed: a preset's name, or a file beside the protocol or below"):
+            patch_path(name, inside)

@@ -212,3 +212,28 @@ def test_the_engine_plays_a_patch_without_scipy():
         "loop.run(64)\n"
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_everything_imports_where_the_system_is_not_posix():
+    """As on Windows: what other libraries need of the system is loaded before it is taken away."""
+    every = sorted(SOURCES)
+    done = python(
+        "import os, pathlib, signal, sys, importlib\n"
+        "import numpy, scipy.signal, scipy.optimize, numba, click, msgspec, platformdirs, soundfile, sounddevice\n"
+        "import multiprocessing.shared_memory, concurrent.futures.process, serial, serial.tools.list_ports\n"
+        "import PySide6.QtWidgets, pyqtgraph\n"
+        "sys.modules.update(dict.fromkeys(('fcntl', 'pty', 'termios', 'tty', 'resource', 'pwd', 'grp')))\n"
+        "for name in ('pthread_sigmask', 'SIG_BLOCK', 'SIGKILL', 'SIGHUP', 'SIGUSR1', 'SIGALRM'):\n"
+        "    delattr(signal, name)\n"
+        "for name in ('fork', 'openpty', 'killpg', 'getloadavg', 'sched_getaffinity'):\n"
+        "    delattr(os, name)\n"
+        "os.name, pathlib.WindowsPath = 'nt', pathlib.PosixPath\n"
+        f"for module in {every!r}: importlib.import_module(module)\n"
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_no_interval_is_told_by_a_clock_that_can_be_stepped():
+    """Somebody sets the clock, or a server does: `time.monotonic` and `time.perf_counter` do not mind."""
+    told = {"underfoot.network.server", "underfoot.widgets.design.blind_test"}  # a time of day for others, and a seed
+    assert {module for module, path in SOURCES.items() if "time.time" in path.read_text()} <= told

@@ -81,6 +81,21 @@ def make_folder(path: str | Path) -> Path:
     return Path(path)
 
 
+def is_within(path: str | Path, folder: str | Path) -> bool:
+    """Whether a file lies in a folder or below it, also when links have been followed.
+
+    What does not by its name is not looked for: that alone would speak to another machine where the name is a share's.
+
+    >>> is_within("a/b.wav", "a"), is_within("a/../b.wav", "a"), is_within("/etc/passwd", "a")
+    (True, False, False)
+    """
+    path, folder = Path(os.path.abspath(path)), Path(os.path.abspath(folder))
+    try:
+        return path.is_relative_to(folder) and path.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):
+        return False
+
+
 def _reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 

@@ -14,6 +14,8 @@ from underfoot.errors import BadValue, DeviceError
 class Line:
     """A port that gives what is put into it, and says when all of it was read."""
 
+    senders = None
+
     def __init__(self, name="line"):
         self.name, self._waiting, self._more = name, [], threading.Condition()
 

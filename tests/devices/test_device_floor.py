@@ -24,6 +24,7 @@ class Given:
     """A transport over which comes what a test puts there."""
 
     name = "given"
+    senders = None
 
     def __init__(self):
         self._data = deque()

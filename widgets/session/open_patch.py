@@ -1,5 +1,6 @@
 """The patches that are open, A and B: where they lie, whether they are saved, and their copy that survives a crash."""
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from underfoot.errors import UnderfootError
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
+from underfoot.patch.outside_files import outside_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.autosave import Autosave, Rescued
@@ -202,9 +204,16 @@ class OpenPatch(QObject):
         except UnderfootError as error:
             self.said.emit(str(error))
             return False
+        unknown = self._unknown_files(patch, path.absolute().parent)
+        if unknown:
+            self._ask_for_files(path, patch, unknown)
+            return False
+        self._open(path, patch)
+        return True
+
+    def _open(self, path: Path, patch: Patch) -> None:
         self._begin_with(patch, path, saved=patch)
         self._settings.remember_file(path)
-        return True
 
     def _begin_with(self, patch: Patch, path: Path | None, saved: Patch) -> None:
         self._adoptions.clear()
@@ -269,6 +278,7 @@ class OpenPatch(QObject):
             return False
         self.patch = self._saved = patch
         self._set_path(path)
+        self._settings.outside_files += self._unknown_files(patch, folder)  # the person's own choice
         if patch != before:
             self.paths_changed.emit(patch)
         self._settings.remember_file(path)
@@ -298,6 +308,30 @@ class OpenPatch(QObject):
         if self.is_saved and not self.is_all_saved:
             self.switch()
         self.when_safe(then if self.is_all_saved or self.other is None else lambda: self.when_all_safe(then))
+
+    def _unknown_files(self, patch: Patch, folder: Path) -> list[str]:
+        """Files outside its folder that the patch reads, and that nobody has allowed yet."""
+        named = (os.path.abspath(path) for path in outside_files(patch, self._registry, folder))
+        return [name for name in named if name not in self._settings.outside_files]
+
+    def _ask_for_files(self, path: Path, patch: Patch, files: list[str]) -> None:
+        """Open the patch if the person lets it read files outside its folder."""
+        box = QMessageBox(self._window)
+        box.setWindowTitle("Files outside the folder")
+        some = "\n".join(files[:5]) + (f"\nand {len(files) - 5} more" if len(files) > 5 else "")
+        box.setText(f"“{path.name}” reads sound files outside its own folder:\n\n{some}")
+        box.setInformativeText("Open it, and let patches read these files from now on?")
+        box.setStandardButtons(_Answer.Open | _Answer.Cancel)
+        box.setDefaultButton(_Answer.Cancel)
+
+        def answered(answer: int) -> None:
+            if _Answer(answer) == _Answer.Open:
+                self._settings.outside_files += files
+                self._open(path, patch)
+
+        box.finished.connect(answered)
+        box.finished.connect(box.deleteLater)
+        box.open()
 
     def _answered(self, answer: _Answer, then: Callable[[], object]) -> None:
         if answer == _Answer.Save:

@@ -29,7 +29,8 @@ class Settings(msgspec.Struct):
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
     metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
     of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them. `recordings` are files and
-    folders of recordings beside the one that is recorded to.
+    folders of recordings beside the one that is recorded to. `outside_files` may be read by patches in other folders:
+    the person said so.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -63,6 +64,7 @@ class Settings(msgspec.Struct):
     stars: list[str] = []
     first_steps_done: bool = False
     recordings: list[str] = []
+    outside_files: list[str] = []
 
     @staticmethod
     def load(folder: Path) -> "Settings":

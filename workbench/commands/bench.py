@@ -23,6 +23,9 @@ class BenchOptions:
     figures: Path | None
     seed: int
     as_json: bool
+    stress: str | None
+    times: int | None
+    seconds: float | None
 
 
 @click.command()
@@ -35,10 +38,22 @@ class BenchOptions:
 @click.option("--figures", type=FILE, help="Folder for the thesis's figures drawn anew; nothing else is measured.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the random points and patches.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@click.option(
+    "--stress",
+    is_flag=False,
+    flag_value="",
+    metavar="[ROW]",
+    help="Kill, damage and flood on purpose, and nothing else; one row of the table, or all of them.",
+)
+@click.option("--times", type=click.IntRange(1), help="With --stress: how often each thing is tried.")
+@click.option("--seconds", type=click.FloatRange(0.1, 1e6), help="With --stress: how long what takes time goes on.")
 @grouped(BenchOptions)
 def bench(options: BenchOptions) -> None:
     """What every model reaches, run time against error beside naive methods, a large floor's cost, and stability."""
     report, figures = options.report, options.figures
+    if options.stress is not None:
+        _stress(options)
+        return
     if options.seed < 0:
         raise BadValue(f"--seed is {options.seed}; allowed: 0 or more")
     if options.quick and options.short:
@@ -64,6 +79,18 @@ def bench(options: BenchOptions) -> None:
         print("\n".join([text(found), *([] if since is None else ["", *since.lines()])]))
     if found.stability and found.stability.failures:
         raise UnderfootError(f"stability: {len(found.stability.failures)} failures")
+
+
+def _stress(options: BenchOptions) -> None:
+    from underfoot.bench import stress
+    from underfoot.bench.stress.tried import Scale
+
+    found = stress.run(options.stress or "", Scale(options.times, options.seconds, options.seed), _tell)
+    as_data = {name: [one.data() for one in tried] for name, tried in found.items()}
+    print(json.dumps(as_data) if options.as_json else stress.text(found))
+    failed = sum(not one.passed for tried in found.values() for one in tried)
+    if failed:
+        raise UnderfootError(f"stress: {failed} failed")
 
 
 def _draw(folder: Path, quick: bool, as_json: bool) -> None:

@@ -24,6 +24,7 @@ class CostOptions:
     feet: int | None
     block: int
     profiles: Path | None
+    outside_files: bool
     as_json: bool
 
 
@@ -33,6 +34,7 @@ class CostOptions:
 @click.option("--feet", type=int, help="Tiles with a foot on them, which steps once a second; by default all.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: equalisers, curves of sensors.")
+@click.option("--outside-files", is_flag=True, help="Let the patch read sound files outside its own folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @grouped(CostOptions)
 def cost(options: CostOptions) -> None:
@@ -41,9 +43,12 @@ def cost(options: CostOptions) -> None:
     from underfoot.floor.layout import Floor, default_floor
     from underfoot.floor.profile import profiles_of
     from underfoot.nodes import REGISTRY
+    from underfoot.patch.outside_files import require_inside
     from underfoot.patch.patch import Patch
 
     patch = Patch.load(options.patch, REGISTRY)
+    if not options.outside_files:
+        require_inside(patch, REGISTRY, options.patch)
     floor = Floor.load(options.floor) if options.floor else default_floor()
     with compiling_told():
         found = block_stages(

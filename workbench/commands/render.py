@@ -47,6 +47,7 @@ class RenderOptions:
     under_foot: Path | None
     settings: tuple[str, ...]
     cluster: str | None
+    outside_files: bool
     as_json: bool
 
     @property
@@ -82,6 +83,7 @@ class RenderOptions:
     help="Values instead of the patch's own; several make a file each, several --set every combination.",
 )
 @click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster that renders several.")
+@click.option("--outside-files", is_flag=True, help="Let patches read sound files outside their own folders.")
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:
@@ -228,6 +230,8 @@ def _line(summary: Summary) -> str:
 def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "Sequence[Job]":
     """A job for each of the grid's values: the patch in a file, or a recording, which takes none."""
     from underfoot.engine.session_replay import ReplayJob
+    from underfoot.patch.node import installed_nodes
+    from underfoot.patch.outside_files import require_inside
     from underfoot.patch.patch import Patch
     from underfoot.records.recording import is_recording
 
@@ -238,6 +242,8 @@ def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "S
             raise BadValue(f"{path} is a recording; allowed with it: {allowed}")
         return [ReplayJob(path, options.block, tuple(options.plates))]
     patch = Patch.load(path)
+    if not options.outside_files:
+        require_inside(patch, installed_nodes(), path)
     return [_job(options, path, patch, values) for values in grid]
 
 

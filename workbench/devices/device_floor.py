@@ -136,6 +136,8 @@ class DeviceFloor:
         yield "rate", self._rate_line()
         yield "overflow", "samples come faster than they are taken; some are dropped" if self._overflowed else ""
         yield "unknown tiles", self._unknown_line()
+        for row, tile in enumerate(self.floor.tiles):
+            yield f"stranger {tile.id}", self.reader.stranger_line(row)
 
     def _clock_line(self) -> str:
         """What is known of the clocks, when that has settled."""

@@ -4,6 +4,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from underfoot.errors import BadValue
 
 
@@ -66,6 +69,8 @@ class Transport(ABC):
     """The emulator's end."""
     name: str
     """The target, as the person named it."""
+    senders: NDArray[np.int64] | None = None
+    """Where, in what `read` gave last, the bytes of each sender end, and its number: (n, 2). None for only one."""
 
     @classmethod
     @abstractmethod
@@ -84,6 +89,10 @@ class Transport(ABC):
     @abstractmethod
     def read(self) -> bytes | memoryview:
         """What came, at the latest after a tenth of a second; `DeviceError` where it has gone away."""
+
+    def sender_name(self, number: int) -> str:
+        """What a person calls a sender by its number in `senders`."""
+        return self.name
 
     @abstractmethod
     def close(self) -> None:

@@ -65,6 +65,13 @@ class TransportReader:
         """Microseconds between a tile's samples, by its own clock; 0 where that is not known yet."""
         return self._parser.period_us(tile)
 
+    def stranger_line(self, tile: int) -> str:
+        """Say so where frames of a tile come from an address that it does not belong to."""
+        if self._parser.counts_of(tile).foreign == 0:
+            return ""
+        own, other = (self.transport.sender_name(number) for number in self._parser.senders_of(tile))
+        return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"
+
     def _run(self) -> None:
         was_gone = is_silent = False
         while not self._stop.is_set():
@@ -94,7 +101,7 @@ class TransportReader:
         while not self._stop.is_set():
             data = self.transport.read()
             now_s = time.monotonic()
-            samples = self._parser.feed(data)
+            samples = self._parser.feed(data, self.transport.senders, now_s)
             if len(samples):
                 if is_silent:
                     self.notices.append(f"{self.transport.name} sends again")

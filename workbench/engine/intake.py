@@ -125,6 +125,9 @@ class Intake:
         _follow(begin, count, self._samples, self._memory, self._queue, self._segments, self._timing)
 
 
+_FARTHEST = 1 << 52  # frames: beyond them there are no halves, and no sum of them is told from the next
+
+
 def _ignore(count: int) -> None:
     """What is called for samples until somebody wants to know of them."""
 
@@ -238,6 +241,8 @@ def _fill(
 @kernel
 def _first_frame(start: float, period: float) -> int:
     """The first frame that lies no less than a period behind `start`, whichever way the sum is rounded."""
+    if not abs(start) < _FARTHEST:
+        return _FARTHEST if start > 0.0 else -_FARTHEST
     frame = int(np.ceil(start + period))
     while frame - 1 - period >= start:
         frame -= 1

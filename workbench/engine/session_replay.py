@@ -1,6 +1,7 @@
 """A recorded session, played again: the same patch, forces and commands at the same frames, and so the same bytes."""
 
-import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,7 +69,8 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Hear
             raise BadFile(f"{path} cannot be replayed: it was ended before the first frame")
         loop = _loop_of(recording, registry, block, plates)
         for frame, kind, body in recording.commands():
-            command = from_text(kind, body)
+            with _readable(path, f"command {kind[:60]!r}"):
+                command = from_text(kind, body)
             if isinstance(command, Swap):
                 Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
             loop.send(command, frame)
@@ -81,14 +83,26 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
     source = RecordedForce(
         recording.forces(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
     )
-    channels = json.loads(about.get("channels", "null"))
+    with _readable(recording.path, "channels"):
+        channels = msgspec.json.decode(about.get("channels", "null"), type=tuple[int, ...] | None)
+    with _readable(recording.path, "corrections"):
+        equalisers = msgspec.json.decode(about.get("corrections", "[]"), type=tuple[TileEqualiser, ...])
     options = LoopOptions(
         rate_hz=float(about["rate"]),
         block=block,
-        equalisers=msgspec.json.decode(about.get("corrections", "[]"), type=tuple[TileEqualiser, ...]),
-        channels=None if channels is None else tuple(channels),
+        equalisers=equalisers,
+        channels=channels,
         folder=Path(about["folder"]) if about.get("folder") else None,
         plates=plates,
         simulation=TileParameters.loads(about["simulation"]) if about.get("simulation") else None,
     )
     return Loop(Patch.loads(about["patch"], registry, str(recording.path)), registry, source, options)
+
+
+@contextmanager
+def _readable(path: Path, what: str) -> Iterator[None]:
+    """Say in one line that something in a recording is damaged."""
+    try:
+        yield
+    except (msgspec.MsgspecError, ValueError, TypeError, RecursionError) as error:
+        raise BadFile(f"{path}: {what} cannot be read: {' '.join(str(error).split())}") from None

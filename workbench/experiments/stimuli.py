@@ -101,6 +101,8 @@ def patch_path(name: str, folder: Path | None) -> Path:
     """The file of a preset's name, or in `folder`; `BadFile` where there is none."""
     require("\0" not in name, "patch", name, "a preset's name, or a file's")
     presets = library.patches()
+    inside = not Path(name).is_absolute() and ".." not in Path(name).parts
+    require(inside, "patch", name, "a preset's name, or a file beside the protocol or below")
     path = presets.get(name) or (folder or Path()) / name
     try:
         is_file = path.is_file()

@@ -10,8 +10,8 @@ import json
 import platform
 import sqlite3
 import zlib
-from collections.abc import Iterable, Mapping
-from contextlib import closing, suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -41,6 +41,8 @@ create table stretch (
 ) without rowid;
 create table note (id integer primary key, at text not null, entry integer not null, body text not null);
 """
+_LARGEST = 1 << 30
+"""Bytes of a stretch: an hour and a half of a tile's vibration."""
 _TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<f4"}
 
 
@@ -117,20 +119,21 @@ class SessionFile:
         path = Path(path)
         if not path.is_file():
             raise BadFile(f"{path} cannot be read: there is no such file")
-        try:
-            base = sqlite3.connect(path, isolation_level=None)
-            (application,) = base.execute("pragma application_id").fetchone()
-            (version,) = base.execute("pragma user_version").fetchone()
-        except sqlite3.Error as error:
-            raise BadFile(f"{path} is not a session of a study: {error}") from None
-        if application != APPLICATION_ID:
-            base.close()
-            raise BadFile(f"{path} is not a session of a study")
-        if version > VERSION:
-            base.close()
-            raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
-        base.execute("pragma journal_mode = wal")
-        base.execute("pragma synchronous = full")  # not even a power cut loses an answer
+        with ExitStack() as unless_opened:
+            try:
+                base = sqlite3.connect(path, isolation_level=None)
+                unless_opened.callback(base.close)
+                (application,) = base.execute("pragma application_id").fetchone()
+                (version,) = base.execute("pragma user_version").fetchone()
+                if application != APPLICATION_ID:
+                    raise BadFile(f"{path} is not a session of a study")
+                if version > VERSION:
+                    raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
+                base.execute("pragma journal_mode = wal")
+                base.execute("pragma synchronous = full")  # not even a power cut loses an answer
+            except (sqlite3.Error, UnicodeDecodeError) as error:
+                raise BadFile(f"{path} is not a session of a study: {' '.join(str(error).split())}") from None
+            unless_opened.pop_all()
         return SessionFile(path, base)
 
     # --- what is in it ---
@@ -138,7 +141,12 @@ class SessionFile:
     @property
     def about(self) -> dict[str, str]:
         """What is known of the session: `protocol`, `participant`, `begun`, `software` and so on."""
-        return dict(self._base.execute("select key, value from about order by key"))
+        with self._readable("about"):
+            known = dict(self._base.execute("select key, value from about order by key"))
+        missing = [key for key in ("protocol", "participant") if not isinstance(known.get(key), str)]
+        if missing:
+            raise BadFile(f"{self.path} is not a whole session: it does not say its {', '.join(missing)}")
+        return known
 
     @property
     def participant(self) -> str:
@@ -147,7 +155,8 @@ class SessionFile:
 
     def patches(self) -> dict[str, bytes]:
         """The patches of the protocol as they were when the session was begun, by their names there."""
-        return dict(self._base.execute("select name, body from patch order by name"))
+        with self._readable("patch"):
+            return dict(self._base.execute("select name, body from patch order by name"))
 
     def stored_protocol(self) -> Protocol:
         """The protocol that the session was begun with, for the analysis: its patches are not looked for."""
@@ -160,11 +169,12 @@ class SessionFile:
     def entries(self) -> list[Entry]:
         """What was answered so far, in order."""
         found = []
-        for number, body in self._base.execute("select number, body from entry order by number"):
-            try:
-                found.append(msgspec.json.decode(body, type=Entry))
-            except msgspec.DecodeError as error:
-                raise BadFile(f"{self.path}: entry {number} cannot be read: {error}") from None
+        with self._readable("entry"):
+            for number, body in self._base.execute("select number, body from entry order by number"):
+                try:
+                    found.append(msgspec.json.decode(body, type=Entry))
+                except (msgspec.DecodeError, RecursionError) as error:
+                    raise BadFile(f"{self.path}: entry {number} cannot be read: {error}") from None
         return found
 
     def study(self, protocol: Protocol) -> Study:
@@ -175,20 +185,22 @@ class SessionFile:
 
     def notes(self) -> list[Note]:
         """What the experimenter wrote down, in order."""
-        return [Note(*row) for row in self._base.execute("select at, entry, body from note order by id")]
+        with self._readable("note"):
+            return [Note(*row) for row in self._base.execute("select at, entry, body from note order by id")]
 
     def stretches(self, number: int) -> list[Stretch]:
         """What was recorded for entry `number`, from 1."""
-        rows = self._base.execute(
-            "select kind, part, first, rate_hz, columns, scale, shape, data from stretch where entry = ? "
-            "order by part, kind",
-            (number,),
-        )
         found = []
-        for kind, part, first, rate_hz, columns, scale, shape, data in rows:
-            values = np.frombuffer(zlib.decompress(data), _TYPES[kind]).reshape(json.loads(shape))
-            names = tuple(json.loads(columns))
-            found.append(Stretch(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
+        with self._readable("stretch"):
+            rows = self._base.execute(
+                "select kind, part, first, rate_hz, columns, scale, shape, data from stretch where entry = ? "
+                "order by part, kind",
+                (number,),
+            )
+            for kind, part, first, rate_hz, columns, scale, shape, data in rows:
+                values = np.frombuffer(_unpacked(data), _TYPES[kind]).reshape(json.loads(shape))
+                names = tuple(json.loads(columns))
+                found.append(Stretch(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
         return found
 
     # --- what is put in ---
@@ -223,6 +235,14 @@ class SessionFile:
             self._base.execute("pragma journal_mode = delete")
         self._base.close()
 
+    @contextmanager
+    def _readable(self, table: str) -> Iterator[None]:
+        """Say in one line that a table is damaged."""
+        try:
+            yield
+        except (sqlite3.Error, zlib.error, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
+            raise BadFile(f"{self.path}: table {table} cannot be read: {' '.join(str(error).split())}") from None
+
     def _transaction(self) -> "_Transaction":
         return _Transaction(self._base, self.path)
 
@@ -253,6 +273,15 @@ def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:
 
     names = {stimulus.patch for stimulus in protocol.stimuli.values() if stimulus.patch}
     return {name: patch_path(name, folder).read_bytes() for name in sorted(names)}
+
+
+def _unpacked(data: bytes) -> bytes:
+    """What was packed, up to `_LARGEST` bytes: a few bytes can be said to hold any number of zeros."""
+    unpacking = zlib.decompressobj()
+    values = unpacking.decompress(data, _LARGEST)
+    if not unpacking.eof:
+        raise ValueError("a stretch is cut short, or too large")
+    return values
 
 
 def _packed(stretch: Stretch) -> tuple[object, ...]:

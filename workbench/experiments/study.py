@@ -256,6 +256,7 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
     use = stage.method
     if use is None:
         raise BadValue(f"stage {stage.id!r} has no method")
+    require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
     given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
     return METHODS[use.kind](given, protocol.stimuli, Draws(protocol.seed, participant, stage.id))
 

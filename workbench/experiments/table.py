@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from underfoot.experiments.protocol import Protocol
+from underfoot.errors import BadValue
+from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.study import PARTICIPANT, Entry
-from underfoot.experiments.trials import NOTHING, Presentation
+from underfoot.experiments.trials import NOTHING, Presentation, Trial
 
 Row = Mapping[str, Any]
 """One trial: values by the names of columns. What a trial does not have is not in its row."""
@@ -23,40 +24,20 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
     themselves begins with "participant.".
     """
     stages = {stage.id: stage for stage in protocol.stages}
-    found = []
+    found: list[dict[str, Any]] = []
     gain_db = 0.0
     person: dict[str, Any] = {}
-    for entry in entries:
-        if entry.stage == PARTICIPANT:
-            person = {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
-        if entry.kind == "level":
-            gain_db = float(entry.answers["gain_db"])
-        if entry.trial is None:
-            continue
-        stage, trial = stages[entry.stage], entry.trial
-        judged, other = _judged(trial.intervals, trial.facts.get("comparison"))
-        row: dict[str, Any] = {
-            "participant": participant,
-            "stage": entry.stage,
-            "method": stage.method.kind if stage.method is not None else "",
-            "practice": stage.practice,
-            "trial": trial.number,
-            "block": trial.block,
-            "attempt": entry.attempt,
-            "spoiled": entry.spoiled,
-        }
-        if trial.correct != "":
-            row["correct"] = trial.correct
-        if judged is not None:
-            row["stimulus"] = judged.stimulus
-            if judged.stimulus != NOTHING:
-                stimulus = protocol.stimuli[judged.stimulus]
-                row["gain_db"] = judged.gain_db + gain_db
-                row["level_m_s2"] = float(f"{stimulus.peak_m_s2(judged.gain_db + gain_db):.6g}")
-                row |= {name: value for name, value in stimulus.factors.items() if name not in row}
-        if other is not None:
-            row["other"] = other.stimulus
-        found.append({**row, **dict(trial.facts), **dict(entry.answers), **dict(entry.facts), **person})
+    for number, entry in enumerate(entries, 1):
+        try:
+            if entry.stage == PARTICIPANT:
+                person = {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
+            if entry.kind == "level":
+                gain_db = float(entry.answers["gain_db"])
+            if entry.trial is not None:
+                row = _row(protocol, stages[entry.stage], participant, entry, entry.trial, gain_db)
+                found.append({**row, **person})
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadValue(f"entry {number} of {participant} does not fit its protocol ({error})") from None
     return found
 
 
@@ -87,6 +68,35 @@ def grouped(rows: Iterable[Row], *columns: str) -> dict[tuple[Any, ...], list[Ro
     for row in rows:
         found.setdefault(tuple(row.get(column, "") for column in columns), []).append(row)
     return found
+
+
+def _row(
+    protocol: Protocol, stage: Stage, participant: str, entry: Entry, trial: Trial, gain_db: float
+) -> dict[str, Any]:
+    """The row of a trial, without what the participant said before."""
+    judged, other = _judged(trial.intervals, trial.facts.get("comparison"))
+    row: dict[str, Any] = {
+        "participant": participant,
+        "stage": entry.stage,
+        "method": stage.method.kind if stage.method is not None else "",
+        "practice": stage.practice,
+        "trial": trial.number,
+        "block": trial.block,
+        "attempt": entry.attempt,
+        "spoiled": entry.spoiled,
+    }
+    if trial.correct != "":
+        row["correct"] = trial.correct
+    if judged is not None:
+        row["stimulus"] = judged.stimulus
+        if judged.stimulus != NOTHING:
+            stimulus = protocol.stimuli[judged.stimulus]
+            row["gain_db"] = judged.gain_db + gain_db
+            row["level_m_s2"] = float(f"{stimulus.peak_m_s2(judged.gain_db + gain_db):.6g}")
+            row |= {name: value for name, value in stimulus.factors.items() if name not in row}
+    if other is not None:
+        row["other"] = other.stimulus
+    return {**row, **dict(trial.facts), **dict(entry.answers), **dict(entry.facts)}
 
 
 def _judged(intervals: Sequence[Presentation], comparison: object) -> tuple[Presentation | None, Presentation | None]:

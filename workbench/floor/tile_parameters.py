@@ -5,8 +5,8 @@ from pathlib import Path
 import msgspec
 
 from underfoot.documents import read_document, write_document
-from underfoot.errors import require
-from underfoot.files import read_file, write_file
+from underfoot.errors import BadFile, require
+from underfoot.files import is_within, read_file, write_file
 from underfoot.floor.layout import Point, Tile
 from underfoot.floor.simulated_people import MOST_PEOPLE, Person, people_of
 from underfoot.models import gait
@@ -180,6 +180,8 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def load(path: str | Path) -> "TileParameters":
         """The parameters in a file; `BadFile` as `loads` says."""
         found = TileParameters.loads(read_file(path), str(path))
+        if found.recording and not is_within(Path(path).parent / found.recording, Path(path).parent):
+            raise BadFile(f"{path}: $.recording is {found.recording!r}; allowed: a file beside this one or below")
         beside = str(Path(path).parent / found.recording) if found.recording else ""
         return msgspec.structs.replace(found, recording=beside)
 

@@ -117,6 +117,8 @@ def _samples(path: str, rate: float) -> Floats:
         return np.zeros(0)
     import soundfile
 
+    if not Path(path).is_file():  # a pipe would be waited for
+        raise BadFile(f"{Path(path)} cannot be played: there is no such file")
     try:
         sound, own_rate = soundfile.read(path, dtype="float64", always_2d=True)
     except (soundfile.LibsndfileError, OSError, TypeError) as error:

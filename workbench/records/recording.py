@@ -29,6 +29,8 @@ NEEDED = ("floor", "rate", "force_rate", "patch")
 """What every recording says of its session."""
 FRAMES = ("vibration", "commanded", "measured")
 """The tables of what tiles played, were asked and did, a row a session frame."""
+FURTHEST_FRAME = 1e15
+"""Frames that no session reaches: at 192 kHz, after a century and a half."""
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
 create table force (first integer primary key, count integer not null, data blob not null);
@@ -172,6 +174,11 @@ class Recording:
                 self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
                 tables = self._base.execute("select name from sqlite_master where type = 'table'")
                 self._tables = {name for (name,) in tables}
+            except sqlite3.OperationalError as error:
+                if "full" not in str(error) and "I/O" not in str(error):
+                    raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
+                room = "what its writer left has to be put in order first, which takes some room on its disk"
+                raise BadFile(f"{path} cannot be read: {error}; {room}") from None
             except (sqlite3.Error, UnicodeDecodeError, TypeError) as error:
                 raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
             missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
@@ -191,7 +198,10 @@ class Recording:
 
     def forces(self) -> NDArray[np.float64]:
         """All force samples: (stamp, arrival, corners...) each, float64; none where none was recorded yet."""
-        return self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
+        rows = self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
+        if not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # false where it is not a number
+            raise BadFile(f"{self.path}: table force cannot be read: it has times that no session can have")
+        return rows
 
     def vibration(self) -> tuple[int, NDArray[np.float32]]:
         """The first session frame, and what the tiles played, [frame, tile]; 0 in gaps."""
@@ -203,9 +213,10 @@ class Recording:
             return 0, np.zeros((0, 1), np.float32)
         blocks = list(self.blocks(table))
         first, end = (blocks[0][0], blocks[-1][0] + len(blocks[-1][1])) if blocks else (0, 0)
-        whole = np.zeros((end - first, self._floor_tiles), np.float32)
-        for at, rows in blocks:
-            whole[at - first : at - first + len(rows)] = rows
+        with self._readable(table):
+            whole = np.zeros((end - first, self._floor_tiles), np.float32)
+            for at, rows in blocks:
+                whole[at - first : at - first + len(rows)] = rows
         return first, whole
 
     def blocks(
@@ -340,7 +351,11 @@ class Recording:
     def commands(self) -> list[tuple[int, str, str]]:
         """(frame, kind, body) of every command, in order."""
         with self._readable("command"):
-            return list(self._base.execute("select frame, kind, body from command order by id"))
+            found = list(self._base.execute("select frame, kind, body from command order by id"))
+            for row in found:
+                if [type(value) for value in row] != [int, str, str] or row[0] < 0:
+                    raise ValueError(f"a command is {row!r:.60}")
+            return found
 
     def gaps(self, table: str = "vibration") -> list[Gap]:
         """What is missing between the blocks of a table."""
@@ -368,7 +383,7 @@ class Recording:
     def _tiles_of_floor(self) -> int:
         try:
             return len(json.loads(self.about["floor"])["tiles"])
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             raise BadFile(f"{self.path} is not a whole recording: its floor cannot be read") from None
 
     @contextmanager
@@ -376,7 +391,7 @@ class Recording:
         """Say in one line that a table is damaged."""
         try:
             yield
-        except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, MemoryError) as error:
+        except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as error:
             raise BadFile(f"{self.path}: table {table} cannot be read: {' '.join(str(error).split())}") from None
 
 

@@ -5,6 +5,8 @@ import socket
 import pytest
 from wired import free_port
 
+from underfoot.devices.framing.parser import HELD_S, Parser
+from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.transports import transport_of
 from underfoot.devices.transports.udp import DATAGRAM_BYTES, UdpSender, UdpTransport
 from underfoot.errors import BadValue, DeviceError
@@ -54,3 +56,31 @@ def test_a_name_that_no_host_can_have_is_refused():
 def test_addresses_that_cannot_be_are_refused(address):
     with pytest.raises(BadValue, match="allowed: HOST:PORT with a port of 1 to 65535"):
         transport_of("udp", address)
+
+
+def test_a_tile_belongs_to_the_address_that_sends_it_until_that_is_silent():
+    """Frames of the same tile from elsewhere, valid as they are, are left out, counted, and their address is known."""
+    port, parser = UdpTransport("127.0.0.1", free_port()), Parser()
+    port.open()
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as own,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other,
+    ):
+
+        def heard(sender, tile, number, now_s):
+            sender.sendto(encode([tile, number, 1000 * number, 1, 2, 3, 4]), ("127.0.0.1", port.port))
+            return parser.feed(port.read(), port.senders, now_s)["sequence"].tolist()
+
+        try:
+            assert heard(own, 0, 1, 0.0) == [1]
+            assert heard(other, 0, 2, 0.1) == []
+            assert heard(other, 1, 1, 0.1) == [1]  # another tile may come from there
+            assert heard(own, 0, 2, 0.2) == [2]
+            assert parser.counts_of(0).foreign == parser.counts.foreign == 1
+            mine, stranger = (port.sender_name(number) for number in parser.senders_of(0))
+            assert mine == f"127.0.0.1:{own.getsockname()[1]}"
+            assert stranger == f"127.0.0.1:{other.getsockname()[1]}"
+            assert heard(other, 0, 3, 0.2 + 1.01 * HELD_S) == [3]
+            assert heard(own, 0, 3, 0.3 + 1.01 * HELD_S) == []
+        finally:
+            port.close()

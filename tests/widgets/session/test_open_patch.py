@@ -149,3 +149,39 @@ def test_a_patch_that_was_rescued_knows_its_folder(qtbot, tmp_path):
     assert second.open_patch.is_saved
     second.open_patch.new()
     assert folders == [None]
+
+
+def test_a_patch_that_reads_files_outside_its_folder_is_opened_once_the_person_says_so(qtbot, tmp_path):
+    strange = tmp_path / "download"
+    strange.mkdir()
+    patch = Patch(title="From a stranger").add("wav-player", REGISTRY, file="../secret.wav")
+    patch.save(strange / "strange.json")
+    (strange / "linked.wav").symlink_to(tmp_path / "secret.wav")
+    patch.set("wav-player", "file", "linked.wav", REGISTRY).save(strange / "linked.json")
+    window = quiet_window(qtbot, tmp_path)
+    before = window.open_patch.patch
+    for name in ("strange.json", "linked.json"):
+        window.open_patch.open(strange / name)
+        question = dialog_of(window, QMessageBox)
+        assert "outside its own folder" in question.text()
+        qtbot.mouseClick(question.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+        assert window.open_patch.patch == before
+    window.open_patch.open(strange / "strange.json")
+    question = dialog_of(window, QMessageBox)
+    assert str(tmp_path / "secret.wav") in question.text()
+    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Open), Qt.MouseButton.LeftButton)
+    assert window.open_patch.patch == patch
+    window.open_patch.new()
+    window.open_patch.open(strange / "strange.json")  # not asked a second time
+    assert window.open_patch.patch == patch
+
+
+def test_a_patch_that_the_person_saved_is_opened_without_a_question(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    own = Patch(title="Own").add("wav-player", REGISTRY, file=str(tmp_path / "sounds" / "own.wav"))
+    design(window).document.edit(own, "All")
+    (tmp_path / "patches").mkdir()
+    assert window.open_patch._write(tmp_path / "patches" / "own.json")
+    window.open_patch.new()
+    window.open_patch.open(tmp_path / "patches" / "own.json")
+    assert window.open_patch.patch == own

@@ -22,6 +22,9 @@ FORMS = ("auto", "binary", "csv")
 WINDOW = 64
 """A frame that comes behind one that is this much newer is too late to be told from an old one."""
 
+HELD_S = 1.0
+"""A tile belongs to the sender whose frames of it came last, until that has been silent for so long."""
+
 _BINARY, _CSV = FORMS.index("binary"), FORMS.index("csv")
 _PATIENCE_BYTES = 4096  # without a valid frame for this long, the form is open again
 _JUMP_US = 100_000  # a tile whose time and sequence disagree by more than this, and by half, has restarted
@@ -36,7 +39,8 @@ class FrameCounts:
     `accepted` were handed over. `lost` never came, or not whole, as the sequence tells: those that were corrupted are
     among them. `corrupted` are pieces between delimiters that were no valid frame (one frame may leave two).
     `doubled` came again, and `stale` more than 64 frames late: neither is handed over. `reordered` came behind a newer
-    one, and are handed over. `restarts` are tiles whose sequence began anew.
+    one, and are handed over. `restarts` are tiles whose sequence began anew. `foreign` are of a tile that belongs to
+    another sender, and are not handed over.
     """
 
     accepted: int = 0
@@ -46,6 +50,7 @@ class FrameCounts:
     reordered: int = 0
     stale: int = 0
     restarts: int = 0
+    foreign: int = 0
 
 
 _COUNTS = [(name, np.int64) for name in FrameCounts.__dataclass_fields__]
@@ -79,12 +84,17 @@ _TILE = np.dtype(
         ("suspect", np.int64),
         ("epoch", np.int64),
         ("received", np.uint64),
+        ("sender", np.int64),
+        ("heard_s", np.float64),
+        ("stranger", np.int64),
     ],
     align=True,
 )
 """What is known of a tile: its counts, the sequence number of its `newest` frame and that frame's unwrapped time. Bit i
 of `received` says that the frame i before the newest came; `age` is how many before it can be missing. `suspect` is the
-sequence number of a frame that did not fit, or -1."""
+sequence number of a frame that did not fit, or -1. The tile belongs to `sender`, last heard at `heard_s`; `stranger` is
+the last other one that sent frames of it."""
+_ONE_SENDER = np.array([[np.iinfo(np.int64).max, 0]], np.int64)
 _TILES = 0x10000
 
 
@@ -128,16 +138,20 @@ class Parser:
         self.bytes = 0
         """Bytes that were read."""
 
-    def feed(self, data: bytes | bytearray | memoryview) -> NDArray[np.void]:
-        """The valid frames that end in these bytes, but for doubled and stale ones: records of `SAMPLE` (n,).
+    def feed(
+        self, data: bytes | bytearray | memoryview, senders: NDArray[np.int64] | None = None, now_s: float = 0.0
+    ) -> NDArray[np.void]:
+        """The valid frames that end in these bytes, but for doubled, stale and foreign ones: records of `SAMPLE` (n,).
 
-        Microseconds are unwrapped. The array is the parser's own, and is written to by the next call.
+        `senders` (n, 2) says where the bytes of each sender end, and its number; they came at `now_s`. Without it, all
+        are of one sender. Microseconds are unwrapped. The array is the parser's own; the next call writes to it.
         """
         given = np.frombuffer(memoryview(data).toreadonly(), np.uint8)  # one kind of array, one kernel
         self.bytes += len(given)
         if len(self._out) < len(given) // 13 + 1:  # the shortest line has 13 characters and an end
             self._out = np.zeros(2 * len(given) // 13 + 1, SAMPLE)
-        return self._out[: _scan(given, self._parts, self._out)]
+        ends = _ONE_SENDER if senders is None else senders
+        return self._out[: _scan(given, ends, now_s, self._parts, self._out)]
 
     def resync(self) -> None:
         """Forget the piece of a frame that is being read, and pass over the next up to its end.
@@ -167,9 +181,16 @@ class Parser:
         known = self._state.tiles[tile]
         return FrameCounts(*(int(known[name]) for name, _ in _COUNTS))
 
+    def senders_of(self, tile: int) -> tuple[int, int]:
+        """The number of the sender that a tile belongs to, and of the last other one that sent frames of it."""
+        known = self._state.tiles[tile]
+        return int(known["sender"]), int(known["stranger"])
+
 
 @kernel
-def _scan(data: NDArray[np.uint8], parts: tuple[Any, ...], out: NDArray[np.void]) -> int:
+def _scan(
+    data: NDArray[np.uint8], senders: NDArray[np.int64], now_s: float, parts: tuple[Any, ...], out: NDArray[np.void]
+) -> int:
     """Read bytes; returns how many samples were written to `out`.
 
     `parts` are those of a `_State`: Numba allocates where it is given a named tuple.
@@ -177,7 +198,10 @@ def _scan(data: NDArray[np.uint8], parts: tuple[Any, ...], out: NDArray[np.void]
     state = _State(*parts)
     scanner, sample, total = state.scanner[0], state.sample[0], state.total[0]
     written = 0
-    for byte in data:
+    of = 0
+    for at, byte in enumerate(data):
+        while at >= senders[of, 0]:
+            of += 1
         scanner.since_valid += 1
         if scanner.since_valid > _PATIENCE_BYTES:
             scanner.form = state.open_form
@@ -193,7 +217,8 @@ def _scan(data: NDArray[np.uint8], parts: tuple[Any, ...], out: NDArray[np.void]
             is_valid = _read_text(byte, scanner, sample, total)
         if is_valid:
             scanner.since_valid = 0
-            if _accept(sample, state.tiles[sample.tile], total):
+            tile = state.tiles[sample.tile]
+            if _is_own(tile, senders[of, 1], now_s, total) and _accept(sample, tile, total):
                 out[written] = sample
                 written += 1
     return written
@@ -295,6 +320,18 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
         return False
     tile.accepted += 1
     total.accepted += 1
+    return True
+
+
+@kernel
+def _is_own(tile: np.record, sender: int, now_s: float, total: np.record) -> bool:
+    """Whether a frame of a tile is of the sender that it belongs to, or of the first that is heard again."""
+    if tile.is_known and tile.sender != sender and now_s - tile.heard_s < HELD_S:
+        tile.stranger = sender
+        tile.foreign += 1
+        total.foreign += 1
+        return False
+    tile.sender, tile.heard_s = sender, now_s
     return True
 
 

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
 
+import numpy as np
+
 from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_and_port, reason
 from underfoot.errors import DeviceError
 
@@ -13,6 +15,7 @@ DATAGRAM_BYTES = 1400
 _BUFFER_BYTES = 1 << 18
 _LARGEST_BYTES = 1 << 16
 _SYSTEM_BUFFER_BYTES = 1 << 22
+_MOST_NAMES = 256
 
 
 class UdpSender(Sender):
@@ -63,7 +66,11 @@ class UdpSender(Sender):
 
 
 class UdpTransport(Transport):
-    """Listens at `host` (empty: at every address of this machine) and `port`."""
+    """Listens at `host` (empty: at every address of this machine) and `port`.
+
+    Anybody on the network can send to it. Each address that datagrams come from is a sender of its own, and a tile
+    belongs to one sender at a time (`framing.parser`).
+    """
 
     scheme, address_form = "udp", "HOST:PORT"
     help = "datagrams that arrive at this address"
@@ -77,6 +84,7 @@ class UdpTransport(Transport):
         self.name = f"udp:{host}:{port}"
         self._socket: socket.socket | None = None
         self._data = memoryview(bytearray(_BUFFER_BYTES))
+        self._names: dict[int, str] = {}
 
     @classmethod
     def of(cls, address: str) -> Self:
@@ -104,18 +112,33 @@ class UdpTransport(Transport):
         if self._socket is None:
             raise DeviceError(f"{self.name} is not open")
         at = 0
+        ends: list[tuple[int, int]] = []
         self._socket.settimeout(READ_TIMEOUT_S)
         try:
             while at + _LARGEST_BYTES < _BUFFER_BYTES:
-                at += self._socket.recv_into(self._data[at:])
+                count, address = self._socket.recvfrom_into(self._data[at:])
+                at += count
                 self._data[at] = 0
                 at += 1
+                ends.append((at, self._number(address)))
                 self._socket.settimeout(0.0)
         except (TimeoutError, BlockingIOError, ConnectionResetError):
             pass  # that was all; or a port that was written to from here is not there, which nobody minds
         except OSError as error:
             raise DeviceError(f"{self.name} went away: {reason(error)}") from None
+        self.senders = np.array([*ends, (_BUFFER_BYTES, 0)], np.int64)
         return self._data[:at]
+
+    def sender_name(self, number: int) -> str:
+        """Address and port, while it is known; there may be any number of them."""
+        return self._names.get(number, "another address")
+
+    def _number(self, address: tuple[str, int]) -> int:
+        """A number for an address, the same whenever it is heard, that nobody else can choose for theirs."""
+        number = hash(address[:2])
+        if number not in self._names and len(self._names) < _MOST_NAMES:
+            self._names[number] = f"{address[0]}:{address[1]}"
+        return number
 
     def close(self) -> None:
         """Stop listening."""

@@ -1,0 +1,102 @@
+"""The quick half of what `underfoot bench --stress` does to the program on purpose."""
+
+import os
+import sqlite3
+from contextlib import closing
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from underfoot.__main__ import cli
+from underfoot.bench import stress
+from underfoot.bench.stress import damage, damaged, datagrams, full_disk, sinks
+from underfoot.bench.stress.tried import Scale, Tried
+from underfoot.bench.stress.whole_files import KINDS, Kind, refusal
+from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.records.recording import Recording
+
+
+def told(tried):
+    return [f"{one.what}: {one.found}" for one in tried if not one.passed]
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_damaged_files_of_a_kind_are_read_or_refused_in_one_line(name, monkeypatch):
+    monkeypatch.setattr(damage, "KINDS", {name: KINDS[name]})
+    (tried,) = damage.run(Scale(times=25, seed=11), lambda line: None)
+    assert tried.times == 25
+    assert tried.passed, tried.found
+
+
+def test_a_reader_that_lets_an_error_through_is_found(monkeypatch):
+    def careless(path):
+        np.frombuffer(path.read_bytes(), "<f8")
+
+    kind = Kind(lambda path: path.write_bytes(bytes(80)), careless, None)
+    monkeypatch.setattr(damage, "KINDS", {"patch": kind})
+    monkeypatch.setattr(damage, "of_database", lambda path, draw: path.write_bytes(b"seven b"))
+    lines = []
+    (tried,) = damage.run(Scale(times=5), lines.append)
+    assert not tried.passed
+    assert any("ValueError in test_stress.py" in line for line in lines)
+
+
+def test_the_same_seed_damages_alike():
+    data = bytes(range(256)) * 8
+    for how in (damaged.of_bytes, damaged.of_head):
+        first, second = (how(data, np.random.default_rng(4)) for _ in range(2))
+        assert first == second != data
+
+
+def test_a_sample_of_an_impossible_time_does_not_hold_up_a_replay(tmp_path):
+    """A flipped bit makes a stamp of 1e80 frames; looking for its frame one by one would take for ever."""
+    path = tmp_path / "a.underfoot"
+    KINDS["recording"].write(path)
+    with closing(sqlite3.connect(path, isolation_level=None)) as base:
+        (data,) = base.execute("select data from force").fetchone()
+        rows = np.frombuffer(data, "<f8").copy()
+        rows[10 * 50] = 6.9e80
+        base.execute("update force set data = ?", (rows.tobytes(),))
+    assert "times that no session can have" in refusal(KINDS["recording"], path)
+    with Recording(path) as recording, pytest.raises(BadFile):
+        recording.forces()
+
+
+def test_strangers_datagrams_are_left_out_and_floods_take_no_memory():
+    tried = list(datagrams.run(Scale(times=2000), lambda line: None))
+    assert not told(tried)
+    assert "0 of 2000 taken" in tried[0].found
+
+
+def test_what_no_shaker_may_get_reaches_none():
+    assert not told(sinks.run(Scale(seconds=2.0), lambda line: None))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="files have no limit to their size elsewhere")
+def test_a_full_disk_leaves_old_files_whole(tmp_path):
+    with full_disk.small_disk(tmp_path):
+        for trial in (full_disk._patch, full_disk._sound, full_disk._study):
+            found, good = trial(tmp_path)
+            assert good, found
+
+
+def test_one_row_is_asked_for_and_failures_are_an_error(monkeypatch):
+    asked = {}
+
+    def run(row, scale, tell):
+        asked.update(row=row, scale=scale)
+        return {"damage": [Tried("patch", 3, "a traceback", False)]}
+
+    monkeypatch.setattr(stress, "run", run)
+    done = CliRunner().invoke(cli, ["bench", "--stress", "damage", "--times", "3"])
+    assert asked == {"row": "damage", "scale": Scale(3, None, 1)}
+    assert "a traceback   FAILED" in done.stdout
+    assert isinstance(done.exception, UnderfootError)
+    CliRunner().invoke(cli, ["bench", "--stress", "--json"])
+    assert asked["row"] == ""
+
+
+def test_a_row_that_is_not_there_is_refused():
+    with pytest.raises(BadValue, match="stress is 'nope'; allowed: kills, damage"):
+        stress.run("nope")

@@ -1,0 +1,96 @@
+"""Long runs in short time: memory, handles and clocks after hours of session frames."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.bench.stress.damage import handles
+from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.clock import RATE_HZ
+from underfoot.devices.device_clock import DeviceClocks, arrival_frame, observe
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.commands import Play
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.floor.layout import default_floor
+from underfoot.kernels import kernel
+from underfoot.models.signals.random import stream_key, uniform
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+
+MORE_MB = 8.0
+"""What memory may grow by, between the first tenth of a run and its end."""
+_BLOCK, _PARTS, _TILES = 1024, 10, 4
+_PPM, _JITTER = 100.0, 0.001
+_CLOCK_DAYS = 1.0
+
+
+def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+    """A walker on four tiles for `seconds` of the session; a device's clock for a day."""
+    yield _walked(scale.length_s(120.0), tell)
+    yield _clock(tell)
+
+
+def _walked(seconds: float, tell: Tell) -> Tried:
+    loop = Loop(
+        Patch.load(library.patches()["gravel"], REGISTRY),
+        REGISTRY,
+        SimulatedFloor(default_floor(2, 2)),
+        LoopOptions(block=_BLOCK),
+    )
+    loop.send(Play(True))
+    memory, opened, finite = [], [], True
+    began = time.process_time()
+    for part in range(_PARTS):
+        for _ in range(round(seconds * RATE_HZ / _BLOCK / _PARTS)):
+            loop.run(_BLOCK)
+            finite = finite and bool(np.isfinite(loop.out).all())
+        memory.append(resident_mb())
+        opened.append(handles())
+        tell(f"stress: {(part + 1) * seconds / _PARTS:.0f} s simulated, {memory[-1]:.1f} MB")
+    speed = loop.frame / RATE_HZ / max(time.process_time() - began, 1e-9)
+    grown, left = memory[-1] - memory[0], opened[-1] - opened[0]
+    found = f"{loop.frame / RATE_HZ / 3600.0:.2f} h at {speed:.0f} times real time; memory {memory[-1]:.0f} MB, "
+    found += f"{grown:+.1f} MB; handles {left:+d}"
+    good = finite and grown <= MORE_MB and left <= 0
+    return Tried("a walker on 4 tiles, simulated time", loop.frame, found, good)
+
+
+def _clock(tell: Tell) -> Tried:
+    """A device whose second lasts 100 ppm longer, with 1 ms of jitter on its way, for a day at 1 kHz."""
+    clocks = DeviceClocks(1, float(RATE_HZ))
+    hours = round(24 * _CLOCK_DAYS)
+    drifts, errors_ms = [], []
+    for hour in range(hours):
+        first = hour * 3_600_000
+        late = _observed(clocks.table, first, first + 3_600_000, stream_key("stress", "clock"), float(RATE_HZ))
+        fit = clocks.fit(0)
+        drifts.append(fit.drift_ppm if fit is not None else np.inf)
+        errors_ms.append(1e3 * late / RATE_HZ)
+    tell(f"stress: drift by the hour {min(drifts):+.2f} to {max(drifts):+.2f} ppm")
+    found = f"{_PPM:.0f} ppm is told as {min(drifts):.2f} to {max(drifts):.2f}, each hour; "
+    found += f"time is wrong by at most {max(errors_ms):.3f} ms at an hour's end"
+    good = max(abs(drift - _PPM) for drift in drifts) < 5.0 and max(errors_ms) < 0.5
+    return Tried("a device's clock for 24 h", hours * 3_600_000, found, good)
+
+
+@kernel
+def _observed(table: NDArray[np.void], first: int, end: int, key: int, rate: float) -> float:
+    """Samples of the device, a millisecond apart; how far from the truth the last one is put, in frames."""
+    for i in range(first, end):
+        sent = 1e-3 * i * (1.0 + _PPM * 1e-6)
+        observe(table[0], 0, 1000.0 * i, rate * (sent + _JITTER * uniform(key, i)), rate)
+    truth = rate * 1e-3 * end * (1.0 + _PPM * 1e-6)
+    return abs(arrival_frame(table[0], 1000.0 * end, rate) - truth)
+
+
+def resident_mb() -> float:
+    """Memory that this process holds; 0 where the system does not tell."""
+    status = Path("/proc/self/status")
+    if not status.exists():
+        return 0.0
+    lines = status.read_text().splitlines()
+    return int(next(line for line in lines if line.startswith("VmRSS")).split()[1]) / 1024.0

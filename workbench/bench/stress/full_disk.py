@@ -1,0 +1,171 @@
+"""A disk that is full while something is written: one line, the old file whole, and the program goes on."""
+
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+
+from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.bench.stress.whole_files import FLOOR, answers_to, tone
+from underfoot.engine.reports import Notice, Started
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
+from underfoot.errors import BadFile
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.study import Study
+from underfoot.files import write_file
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.records.recording import Recording
+from underfoot.records.wav import write_wav
+
+_MB = 1 << 20
+_ROOM = 16 * _MB
+_START_S = 300.0
+
+
+def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+    """A line for each thing that writes."""
+    with tempfile.TemporaryDirectory() as folder, small_disk(Path(folder)) as how:
+        tell(f"stress: full disk, {how}")
+        for name, trial in (("patch saved", _patch), ("sound rendered", _sound), ("study answered", _study)):
+            found, good = trial(Path(folder))
+            yield Tried(f"{name}, {how}", 1, found, good)
+        found, good = _recording(Path(folder))
+        yield Tried(f"session recorded, {how}", 1, found, good)
+
+
+@contextmanager
+def small_disk(folder: Path) -> Iterator[str]:
+    """Let files in a folder have no more room than 16 MB: by a disk in memory where that may be mounted, else by the
+    limit of this process to the size of a file. Says which of the two.
+    """
+    command = ["mount", "-t", "tmpfs", "-o", f"size={_ROOM}", "none", str(folder)]
+    try:
+        mounted = subprocess.run(command, capture_output=True).returncode == 0
+    except OSError:
+        mounted = False
+    if mounted:
+        try:
+            yield "a disk of 16 MB"
+        finally:
+            subprocess.run(["umount", "-l", str(folder)], capture_output=True)
+        return
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (_ROOM, before[1]))
+    try:
+        yield "files of at most 16 MB"
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def _refused(write: Callable[[], object]) -> str:
+    """The one line with which something is refused, "" if it is not."""
+    try:
+        write()
+    except BadFile as error:
+        return str(error) if "\n" not in str(error) else ""
+    return ""
+
+
+@contextmanager
+def _filled(folder: Path) -> Iterator[None]:
+    """No room at all, until the block ends."""
+    filler = folder / "filler"
+    with suppress(OSError), filler.open("wb", 0) as file:
+        for _ in range(2 * _ROOM // 4096):
+            file.write(bytes(4096))
+    try:
+        yield
+    finally:
+        filler.unlink()
+
+
+def _patch(folder: Path) -> tuple[str, bool]:
+    """A patch that takes more room than there is, over one that is there."""
+    path = folder / "patch.json"
+    tone().save(path)
+    old = path.read_bytes()
+    with _filled(folder):
+        said = _refused(lambda: write_file(path, bytes(2 * _ROOM)))
+        whole, beside = path.read_bytes() == old, len(list(folder.iterdir()))
+    tone(120.0).save(path)
+    return f"{_without(said, folder)}; the old file is whole", bool(said) and whole and beside == 2
+
+
+def _sound(folder: Path) -> tuple[str, bool]:
+    """A sound that takes twice the room that there is, over one that is there."""
+    path = folder / "sound.wav"
+    path.write_bytes(b"precious")
+    said = _refused(lambda: write_wav(path, np.zeros((2 * _ROOM // 4, 1), np.float32), 48_000.0))
+    whole = path.read_bytes() == b"precious" and {one.name for one in folder.iterdir()} == {"patch.json", "sound.wav"}
+    return f"{_without(said, folder)}; the old file is whole", bool(said) and whole
+
+
+def _study(folder: Path) -> tuple[str, bool]:
+    """Answers with large stretches, until no more fit; then the session goes on once there is room."""
+    protocol = Protocol.load(library.protocols()["identification-impact"], REGISTRY)
+    path = folder / "p1.session"
+    file = SessionFile.create(path, protocol, "P1", library.protocols()["identification-impact"].parent)
+    study, kept, said = Study(protocol, "P1"), 0, ""
+    draw = np.random.default_rng(1)
+    try:
+        while not said and kept < 400:
+            entry = study.answer(answers_to(study.page))
+            noise = Stretch("vibration", 0, 0.0, 48_000.0, ("t1", "t2"), draw.normal(size=(48_000, 2)))
+            said = _refused(lambda entry=entry, noise=noise: file.add(entry, [noise]))  # type: ignore[misc]
+            kept += not said
+        there = len(file.entries()) == kept
+        for other in ("patch.json", "sound.wav"):
+            (folder / other).unlink(missing_ok=True)
+    finally:
+        file.close()
+    again = SessionFile.open(path)
+    whole = len(again.entries()) == kept and len(again.stretches(kept)) == 1
+    again.close()
+    path.unlink()
+    return f"{_without(said, folder)}; all {kept} answers before are in it", bool(said) and there and whole
+
+
+def _recording(folder: Path) -> tuple[str, bool]:
+    """A session that records until the disk is full, and plays on."""
+    path = folder / "session.underfoot"
+    session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
+    said: list[str] = []
+    started, end = False, time.monotonic() + _START_S
+    try:
+        session.record(path)
+        session.start()
+        while time.monotonic() < end and not (said and started):
+            for report in session.poll():
+                started = started or isinstance(report, Started)
+                said += [report.text] if isinstance(report, Notice) and path.name in report.text else []
+            time.sleep(0.01)
+        frame = session.health.frame
+        time.sleep(1.0)
+        session.poll()
+        goes_on = session.health.frame > frame + 4800
+    finally:
+        session.close()
+    with tempfile.TemporaryDirectory() as roomy:  # to read the log that a killed writer left takes room
+        for part in folder.glob(f"{path.name}*"):
+            shutil.copy(part, roomy)
+        with Recording(Path(roomy, path.name)) as recording:
+            kept_s = len(recording.vibration()[1]) / 48_000.0
+    found = (
+        f"{_without(said[0] if said else '', folder)}; it plays on, and {kept_s:.1f} s can be read once there is room"
+    )
+    return found, len(said) == 1 and "\n" not in said[0] and goes_on and kept_s > 0.5
+
+
+def _without(said: str, folder: Path) -> str:
+    """A line without the folder's name, which changes from run to run."""
+    return said.replace(f"{folder}/", "") or "no line"

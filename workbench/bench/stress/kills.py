@@ -1,0 +1,170 @@
+"""Processes killed at random moments while they play and record: what is heard, kept, and left behind.
+
+Frames are those of the ring that the sound card's callback fills, so times are of what is played. A process that was
+started is known by its session's number, so nothing of it can hide.
+"""
+
+import os
+import signal
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from underfoot.bench.stress.programs import Program
+from underfoot.bench.stress.tried import Scale, Tell, Tried, spread
+from underfoot.bench.stress.whole_files import FLOOR, tone
+from underfoot.engine.reports import Notice, Started
+from underfoot.engine.session import MOST_DEATHS, WITHIN_S, Session
+from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
+from underfoot.nodes import REGISTRY
+from underfoot.records.recording import Recording
+
+BACK_S, SILENT_S, LOST_S = 1.0, 0.5, 0.1
+"""How long the sound may be away, and go on, and how much a recording may lose."""
+_RATE = 48_000
+_START_S = 300.0
+_APART_S = WITHIN_S / MOST_DEATHS + 0.5
+
+
+def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+    """Engine, compiler, recorder; then the program alone, its whole group, and the window."""
+    if not Path("/dev/shm").is_dir():
+        yield Tried("processes killed", 0, "not tried: this system has no /dev/shm to look into", True)
+        return
+    draw = np.random.default_rng(scale.seed)
+    with tempfile.TemporaryDirectory() as folder:
+        for victim in ("engine", "compiler", "recorder"):
+            tell(f"stress: {victim} killed")
+            yield _within(victim, scale.count(5), draw, Path(folder, f"{victim}.underfoot"))
+        for how, what in (("session", "program"), ("group", "program and all its processes"), ("window", "window")):
+            tell(f"stress: {what} killed")
+            yield _whole(how, what, scale.count(5), draw, Path(folder), tell)
+
+
+# --- a process of a session that is in this one ---
+
+
+@dataclass
+class _Heard:
+    """A session that is polled, and what it played, as the stretches in which there was sound."""
+
+    session: Session
+    gaps_s: list[float] = field(default_factory=list)
+    loudest: float = 0.0
+    frames: int = 0
+    started: int = 0
+    notices: list[str] = field(default_factory=list)
+    _sounded: int = -1  # the frame behind the last that was not silent
+
+    def listen(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
+        """Poll for so long, or until something holds; whether it did."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            for report in self.session.poll():
+                self.started += isinstance(report, Started)
+                if isinstance(report, Notice):
+                    self.notices.append(report.text)
+            first, rows = self.session.vibration.read()
+            self.frames += len(rows)
+            moved = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > 1e-6)
+            if len(moved):
+                if self._sounded >= 0:
+                    self.gaps_s.append((first + int(moved[0]) - self._sounded) / _RATE)
+                self._sounded = first + int(moved[-1]) + 1
+                self.loudest = max(self.loudest, float(np.abs(rows).max()))
+            if until():
+                return True
+            time.sleep(0.004)
+        return False
+
+
+def _within(victim: str, times: int, draw: np.random.Generator, record: Path) -> Tried:
+    """Kill one process of a session again and again; an edit follows each kill, which must be heard."""
+    session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
+    heard = _Heard(session)
+    away_s, wrong = [], []
+    try:
+        session.record(record)
+        session.start()
+        ready = {"engine", "standby", "compiler", "recorder"}
+        if not heard.listen(_START_S, lambda: bool(heard.started) and ready <= set(session.pids)):
+            return Tried(victim, 0, "the session did not start", False)
+        heard.loudest, heard.frames = 0.0, 0
+        heard.listen(20.0, lambda: heard.frames >= _RATE)
+        before = heard.loudest
+        for _ in range(times):
+            heard.listen(_APART_S + float(draw.uniform(0.0, 2.0)))
+            started, pid = heard.started, session.pids[victim]
+            heard.gaps_s.clear()
+            os.kill(pid, signal.SIGKILL)
+            back = heard.listen(60.0, lambda pid=pid: session.pids.get(victim, pid) != pid)  # type: ignore[misc]
+            if victim == "engine":
+                back = back and heard.listen(60.0, lambda started=started: heard.started > started)  # type: ignore[misc]
+            heard.listen(0.5)
+            heard.loudest, heard.frames = 0.0, 0
+            heard.listen(20.0, lambda: heard.frames >= _RATE)
+            away_s.append(max(heard.gaps_s, default=np.inf))
+            if not back:
+                wrong.append("it did not come back")
+            if session.patch != tone() or abs(heard.loudest - before) > 0.02 * before:
+                wrong.append(f"another sound came back: {heard.loudest:.4f} after {before:.4f}")
+        session.stop_recording()
+        written = session.vibration._reader.next
+    finally:
+        session.close()
+    with Recording(record) as recording:
+        first, played = recording.vibration()
+        holes_s = [gap.count / _RATE for gap in recording.gaps()]
+    lost_s = max((written - first - len(played)) / _RATE, 0.0)
+    found = f"sound away: {spread(away_s, 's')}; recording opens, {lost_s:.3f} s short"
+    if victim != "engine":
+        lost_s = max(lost_s, *holes_s, 0.0)
+        found += f", {len(holes_s)} holes"
+    passed = not wrong and max(away_s) <= BACK_S and lost_s <= LOST_S
+    return Tried(f"{victim} killed while it plays", times, "; ".join([found, *sorted(set(wrong))]), passed)
+
+
+# --- the whole program ---
+
+
+def _whole(how: str, what: str, times: int, draw: np.random.Generator, folder: Path, tell: Tell) -> Tried:
+    """Kill a program of its own at random moments, from its first process on."""
+    went_on_s, lost_s, orphans, blocks, unread = [], [], 0, 0, []
+    for number in range(times):
+        record = folder / f"{how}-{number}.underfoot"
+        program = Program.of_window(folder) if how == "window" else Program.of_session(record)
+        try:
+            plays = draw.random() < 0.7
+            if plays and not program.plays(_START_S, None if how == "window" else record):
+                return Tried(f"{what} killed", number, f"it did not play: {program.said()}", False)
+            time.sleep(float(draw.uniform(0.0, 2.0)))
+            tail = program.kill(group=how == "group")
+            if plays:
+                went_on_s.append(tail.went_on_s)
+            left = program.left(40.0)
+            orphans += len(left)
+            if how == "group":
+                program.remove_blocks()  # as the next start does
+            blocks += len(program.blocks())
+            if record.exists():
+                try:
+                    with Recording(record) as recording:
+                        first, played = recording.vibration()
+                    if plays:
+                        lost_s.append(max(tail.written - first - len(played), 0) / _RATE)
+                except UnderfootError as error:
+                    unread.append(str(error))
+        finally:
+            program.end()
+        tell(f"stress: {what} killed, {number + 1} of {times}")
+    found = f"sound went on: {spread(went_on_s, 's')}; {orphans} processes and {blocks} blocks of memory left"
+    if how != "window":
+        found += f"; recording loses {spread(lost_s, 's', 3)}"
+    passed = not orphans and not blocks and not unread
+    passed = passed and max(went_on_s, default=0.0) <= SILENT_S and max(lost_s, default=0.0) <= LOST_S
+    return Tried(f"{what} killed", times, "; ".join([found, *unread]), passed)

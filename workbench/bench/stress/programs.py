@@ -1,0 +1,180 @@
+"""Whole programs, started in sessions of their own to be killed, and what shared memory says of what they play."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from underfoot.bench.stress.whole_files import FLOOR, tone
+from underfoot.engine.rings import HEADER
+from underfoot.engine.session import Session
+from underfoot.engine.shared_blocks import remove_orphans
+from underfoot.engine.target import Target
+from underfoot.nodes import REGISTRY
+
+BLOCKS = Path("/dev/shm")
+_HEADER_BYTES = 64
+_RATE = 48_000
+_STILL_S = 1.0
+"""A ring that was not written to for so long is not written to any more."""
+
+
+@dataclass(frozen=True)
+class Tail:
+    """The frames that were written in all, and how long sound went on after a kill."""
+
+    written: int
+    went_on_s: float
+
+
+class Program:
+    """A program in a process and session of its own."""
+
+    def __init__(self, command: list[str], folder: Path, tiles: int) -> None:
+        self._errors = (folder / "errors.txt").open("w+b")
+        homes = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME"), str(folder))
+        here = {**os.environ, **homes, "QT_QPA_PLATFORM": "offscreen"}
+        here.setdefault("UNDERFOOT_CACHE", str(_cache()))
+        self._process = subprocess.Popen(
+            command, env=here, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True
+        )
+        self._tiles = tiles
+        self._rings: list[np.memmap] = []
+
+    @staticmethod
+    def of_session(record: Path) -> "Program":
+        """A session that plays a tone and records it."""
+        code = f"from underfoot.bench.stress.programs import play; play({str(record)!r})"
+        return Program([sys.executable, "-c", code], record.parent, len(FLOOR.tiles))
+
+    @staticmethod
+    def of_window(folder: Path) -> "Program":
+        """The window, which plays a tone."""
+        tone().save(folder / "tone.json")
+        FLOOR.save(folder / "floor.json")
+        options = ["--patch", str(folder / "tone.json"), "--floor", str(folder / "floor.json")]
+        return Program([sys.executable, "-m", "underfoot", *options], folder, len(FLOOR.tiles))
+
+    def plays(self, within_s: float, record: Path | None = None) -> bool:
+        """Wait until it has played something, and until the recorder, which starts at the same time, keeps it."""
+        end = time.monotonic() + within_s
+        while time.monotonic() < end and self._process.poll() is None:
+            if self._sounded() > 0 and (record is None or _has_begun(record)):
+                return True
+            time.sleep(0.02)
+        return False
+
+    def kill(self, group: bool) -> Tail:
+        """Kill its first process, or all of them at once, and wait until it plays nothing more."""
+        self._find_rings()
+        at = max((_written(ring) for ring in self._rings), default=0)
+        if group:
+            os.killpg(self._process.pid, signal.SIGKILL)
+        else:
+            self._process.kill()
+        self._process.wait()
+        before, still_since = -1, time.monotonic()
+        while time.monotonic() - still_since < _STILL_S:
+            now = max((_written(ring) for ring in self._rings), default=0)
+            if now != before:
+                before, still_since = now, time.monotonic()
+            time.sleep(0.01)
+        return Tail(before, max(self._sounded() - at, 0) / _RATE)
+
+    def left(self, within_s: float) -> list[int]:
+        """Its processes that still live after so long."""
+        return _waited(self._alive, within_s)
+
+    def blocks(self) -> list[str]:
+        """Its blocks of shared memory that are still there after a while."""
+        return _waited(lambda: [path.name for path in BLOCKS.glob(f"underfoot_{self._process.pid}_*")], 5.0)
+
+    def remove_blocks(self) -> None:
+        """Remove what killed programs left behind."""
+        remove_orphans()
+
+    def said(self) -> str:
+        """The last line of its errors."""
+        self._errors.seek(0)
+        return (self._errors.read().decode(errors="replace").strip().splitlines() or [""])[-1]
+
+    def end(self) -> None:
+        """End what is left of it."""
+        for pid in self._alive():
+            os.kill(pid, signal.SIGKILL)
+        self._process.wait()
+        self._rings.clear()
+        self._errors.close()
+
+    def _alive(self) -> list[int]:
+        """The processes of its session: nobody else can have this number."""
+        found = []
+        for path in Path("/proc").glob("[0-9]*/stat"):
+            try:
+                state, _, _, session = path.read_text().rpartition(")")[2].split()[:4]
+            except (OSError, ValueError):
+                continue
+            if int(session) == self._process.pid and state != "Z":
+                found.append(int(path.parent.name))
+        return found
+
+    def _find_rings(self) -> None:
+        """Map its rings of vibration, read only: they can be read when they have no name any more."""
+        if self._rings:
+            return
+        size = _HEADER_BYTES + 4 * _RATE * self._tiles * 4
+        for path in BLOCKS.glob(f"underfoot_{self._process.pid}_*"):
+            if path.stat().st_size == size:
+                self._rings.append(np.memmap(path, np.uint8, "r"))
+
+    def _sounded(self) -> int:
+        """The frame behind the last that was not silent, in any of its rings."""
+        self._find_rings()
+        found = 0
+        for ring in self._rings:
+            written = _written(ring)
+            rows = ring[_HEADER_BYTES:].view(np.float32).reshape(-1, self._tiles)
+            loud = np.flatnonzero(np.abs(rows).max(axis=1) > 1e-6)
+            if len(loud):
+                found = max(found, int((written - (written - 1 - loud) % len(rows)).max()))
+        return found
+
+
+def _has_begun(record: Path) -> bool:
+    """Whether the log beside a recording has blocks in it."""
+    log = record.with_name(f"{record.name}-wal")
+    return log.exists() and log.stat().st_size > 100_000
+
+
+def _written(ring: np.memmap) -> int:
+    return int(ring[: HEADER.itemsize].view(HEADER)["written"][0])
+
+
+def _waited(found: Callable[[], list], within_s: float) -> list:
+    """What there is once there is nothing, or after so long."""
+    end = time.monotonic() + within_s
+    while (now := found()) and time.monotonic() < end:
+        time.sleep(0.05)
+    return now
+
+
+def _cache() -> Path:
+    from underfoot.files import cache_folder
+
+    return cache_folder().parent
+
+
+def play(record: str) -> None:
+    """What `Program.of_session` runs: it plays until it is killed."""
+    session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
+    session.record(record)
+    session.start()
+    while True:
+        session.poll()
+        time.sleep(0.016)

@@ -1,0 +1,89 @@
+"""Surroundings that no developer has: no home, no cache, several programs at once, another locale, strange names."""
+
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.bench.stress.whole_files import tone
+from underfoot.files import cache_folder
+
+_NAMES = ("two words", "Füße", "снег и лёд", "雪と氷", "ثلج", "a'b\"c", "-o", "🦶")
+_LONGEST_S = 900.0
+
+
+def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+    """Each renders the same tone, and must come to the same bytes."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        tone().save(folder / "tone.json")
+        nowhere = folder / "file"
+        nowhere.write_bytes(b"")
+        wanted, said = _rendered(folder, {})
+        yield Tried("as usual", 1, said or "renders", bool(wanted))
+        homes = {name: str(nowhere / "home") for name in ("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")}
+        tell("stress: no home")
+        yield _same("a home that cannot be", _rendered(folder, homes), wanted)
+        german = {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "LC_NUMERIC": "de_DE.UTF-8"}
+        yield _same("a locale with decimal commas", _rendered(folder, german), wanted)
+        yield _same("a locale without UTF-8", _rendered(folder, {"LC_ALL": "C", "PYTHONUTF8": "0"}), wanted)
+        for name in _NAMES:
+            below = folder / name
+            below.mkdir()
+            tone().save(below / f"{name}.json")
+            yield _same(f"the name {name!a}", _rendered(below, {}, f"{name}.json"), wanted)
+        tell("stress: two programs at once")
+        yield _together(folder, wanted)
+        tell("stress: no cache; this compiles all kernels anew")
+        yield _same("a cache that cannot be", _rendered(folder, {"UNDERFOOT_CACHE": str(nowhere)}), wanted)
+
+
+def _command(patch: str, out: str) -> list[str]:
+    return [sys.executable, "-m", "underfoot", "render", f"./{patch}", "--seconds", "0.2", "-o", f"./{out}"]
+
+
+def _environment(changes: dict[str, str]) -> dict[str, str]:
+    return {**os.environ, "UNDERFOOT_CACHE": str(cache_folder().parent), **changes}
+
+
+def _rendered(folder: Path, changes: dict[str, str], patch: str = "tone.json") -> tuple[str, str]:
+    """The hash of what is rendered in a folder, with these changes to the environment; "", and why, if nothing is."""
+    try:
+        done = subprocess.run(
+            _command(patch, "out.wav"), cwd=folder, env=_environment(changes), capture_output=True, timeout=_LONGEST_S
+        )
+    except subprocess.TimeoutExpired:
+        return "", f"not done after {_LONGEST_S:.0f} s"
+    lines = done.stderr.decode(errors="replace").strip().splitlines()
+    if done.returncode:
+        return "", lines[-1] if lines else f"exit status {done.returncode}"
+    return hashlib.sha256((folder / "out.wav").read_bytes()).hexdigest(), ""
+
+
+def _same(what: str, found: tuple[str, str], wanted: str) -> Tried:
+    digest, said = found
+    return Tried(what, 1, said or ("the same bytes" if digest == wanted else "OTHER BYTES"), digest == wanted != "")
+
+
+def _together(folder: Path, wanted: str) -> Tried:
+    """Four programs write the same file at the same time: it is one of theirs, whole, and nothing lies beside it."""
+    before = {path.name for path in folder.iterdir()}
+    programs = [
+        subprocess.Popen(
+            _command("tone.json", "together.wav"),
+            cwd=folder,
+            env=_environment({}),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        for _ in range(4)
+    ]
+    statuses = [program.wait(_LONGEST_S) for program in programs]
+    digest = hashlib.sha256((folder / "together.wav").read_bytes()).hexdigest()
+    beside = {path.name for path in folder.iterdir()} - before - {"together.wav"}
+    good = digest == wanted and not any(statuses) and not beside
+    return Tried("four programs that write one file", 4, "whole, nothing beside it" if good else str(statuses), good)

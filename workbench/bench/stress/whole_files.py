@@ -1,0 +1,212 @@
+"""A whole file of every kind that is read, and how it is read to its end."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from underfoot.bench.stress import damaged
+from underfoot.calibration.files.measurements import read_presses
+from underfoot.devices.plate import PlateCalibration
+from underfoot.engine.commands import Level, Play, to_text
+from underfoot.engine.session_replay import replay
+from underfoot.errors import UnderfootError
+from underfoot.experiments.exchange import read_csv, write_csv
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.study import Page, Study
+from underfoot.experiments.table import rows_of
+from underfoot.files import read_file
+from underfoot.floor.curves import Compensation, Curve
+from underfoot.floor.forces import read_forces
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.profile import Centroid, Fsr, Profile, Response
+from underfoot.floor.tile_parameters import TileParameters
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
+from underfoot.records.recording import Recording, Writer
+
+Damage = Callable[[bytes, np.random.Generator], bytes]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file: `write` makes a whole one at a path, `read` reads all of it, `damage` is made for its form."""
+
+    write: Callable[[Path], object]
+    read: Callable[[Path], object]
+    damage: Damage | None
+    """None for an SQLite file, which is damaged in place as well as byte by byte."""
+
+
+FLOOR = default_floor(1, 2)
+_PROTOCOLS = library.protocols()["detection-threshold"].parent
+
+
+def tone(frequency_hz: float = 100.0) -> Patch:
+    """A tone on every tile, without an input."""
+    patch = Patch(title="tone").add("tone", REGISTRY, frequency=frequency_hz, harmonics=(1.0,), amplitude=4.0)
+    return patch.add("tile-output", REGISTRY).connect("tone.out", "tile-output.acceleration", REGISTRY)
+
+
+def _write_profile(path: Path) -> None:
+    knots, forces, slopes = (1000.0, 26_000.0, 51_000.0), (0.0, 250.0, 500.0), (0.01, 0.01, 0.01)
+    whole = Compensation(readings=knots, forces_n=forces, slopes=slopes, widths=(3.0,), weights=(0.5, 0.5), creep=0.02)
+    curve = Curve(
+        family="power", unloaded_reading=1000.0, full_scale_n=500.0, readings=knots, forces_n=forces, slopes=slopes,
+        compensation=whole,
+    )  # fmt: skip
+    corners = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
+    response = Response(
+        made="2024-05-03", frequencies_hz=(50.0, 100.0), magnitude=(10.0, 12.0), acceleration_per_unit=11.0,
+        equaliser=((1.0, 0.1, 0.0, 1.0, -0.5, 0.2),), band_hz=(50.0, 750.0),
+    )  # fmt: skip
+    parts = (Fsr(made="2024-05-01", sensors=(curve,) * 4), Centroid(made="2024-05-02", sensors_m=corners), response)
+    profile = Profile(tile="t1", serial="A7")
+    for part in parts:
+        profile = profile.with_part(part)
+    profile.save(path)
+
+
+def _read_profile(path: Path) -> None:
+    profile = Profile.load(path)
+    if profile.fsr is not None:
+        profile.force_over_time(np.full((4, 4), 20_000.0), np.arange(4.0))
+    if profile.centroid is not None:
+        profile.position(np.full((4, 4), 100.0))
+    np.isfinite(profile.equaliser)
+
+
+def answers_to(page: Page) -> dict[str, Any]:
+    """What a page is answered with: consent, and the defaults of what it asks."""
+    return {"agreed": "yes"} if page.kind == "consent" else {asked.name: asked.default for asked in page.asks}
+
+
+def _write_session(path: Path) -> None:
+    protocol = Protocol.load(library.protocols()["identification-impact"], REGISTRY)
+    file = SessionFile.create(path, protocol, "P1", library.protocols()["identification-impact"].parent)
+    study = Study(protocol, "P1")
+    for number in range(12):
+        force = Stretch("force", 0, 96.0, 1000.0, ("t1.1", "t1.2"), np.full((50, 2), float(number)))
+        file.add(study.answer(answers_to(study.page)), [force])
+    file.add_note("heel, not sole")
+    file.close()
+
+
+def _read_session(path: Path) -> None:
+    file = SessionFile.open(path)
+    try:
+        entries, protocol = file.entries(), file.stored_protocol()
+        rows_of(protocol, file.participant, entries)
+        file.patches(), file.notes()
+        for number in range(len(entries)):
+            file.stretches(number + 1)
+        file.study(protocol)
+    finally:
+        file.close()
+
+
+def _write_recording(path: Path) -> None:
+    about = {
+        "patch": tone().dumps().decode(), "floor": FLOOR.dumps().decode(), "rate": "48000", "force_rate": "1000.0",
+        "target": "simulator", "channels": "[0, 1]", "corrections": "[]",
+    }  # fmt: skip
+    writer = Writer(path, about)
+    for first in range(0, 9600, 2400):
+        for table in ("vibration", "commanded", "measured"):
+            writer.put(table, first, np.full((2400, 2), 0.25, np.float32))
+    samples = np.zeros((200, 10))
+    samples[:, 0] = samples[:, 1] = 48.0 * np.arange(200)
+    writer.put("force", 0, samples)
+    writer.command(0, *to_text(Play(True)))
+    for frame in (480, 4800):
+        writer.command(frame, *to_text(Level(-20.0)))
+    writer.close()
+
+
+def _read_recording(path: Path) -> None:
+    with Recording(path) as recording:
+        recording.forces(), recording.vibration(), recording.commands(), recording.gaps()
+        recording.tiles("commanded"), recording.tiles("measured")
+    replay(path, REGISTRY)
+
+
+def _write_forces(path: Path) -> None:
+    sensors = [f"{tile}.{sensor}" for tile in FLOOR.ids for sensor in range(1, 5)]
+    table = np.column_stack([np.arange(60) / 1000.0, np.full((60, 8), 100.0)])
+    np.savetxt(path, table, "%.6f", ",", header=",".join(["time_s", *sensors]), comments="")
+
+
+def _write_presses(path: Path) -> None:
+    table = ["tile,x_m,y_m,force_n,r1,r2,r3,r4", *(f"t1,0.{k:02},-0.{k:02},{100 + k},1,2,3,4" for k in range(20))]
+    path.write_text("\n".join(table))
+
+
+def _write_trials(path: Path) -> None:
+    rows = [{"participant": "P1", "method": "rating", "trial": k + 1, "rating": 10.0 * k} for k in range(10)]
+    write_csv(path, rows)
+
+
+def _write_sound(path: Path) -> None:
+    import soundfile
+
+    with path.open("wb") as file:
+        soundfile.write(file, np.sin(np.arange(4800) * 0.05), 22_050, format="WAV")
+
+
+def _read_sound(path: Path) -> None:
+    patch = Patch().add("wav-player", REGISTRY, file=path.name).add("tile-output", REGISTRY)
+    patch = patch.connect("wav-player.out", "tile-output.acceleration", REGISTRY)
+    program = Program(patch, REGISTRY, FLOOR.ids, rate=48_000.0, block=256, folder=path.parent)
+    program.run(0, 256)
+    if not np.isfinite(program.output).all():
+        raise AssertionError("a sound file brings a value that is not finite")
+
+
+def _preset(files: dict[str, Path], name: str) -> Callable[[Path], object]:
+    return lambda path: path.write_bytes(files[name].read_bytes())
+
+
+def _again(document: Any) -> None:
+    """What could be read can be written."""
+    document.dumps()
+
+
+KINDS: dict[str, Kind] = {
+    "patch": Kind(
+        _preset(library.patches(), "gravel"), lambda path: _again(Patch.load(path, REGISTRY)), damaged.of_document
+    ),
+    "floor": Kind(FLOOR.save, lambda path: _again(Floor.load(path)), damaged.of_document),
+    "profile": Kind(_write_profile, _read_profile, damaged.of_document),
+    "simulation": Kind(TileParameters().save, lambda path: _again(TileParameters.load(path)), damaged.of_document),
+    "protocol": Kind(
+        _preset(library.protocols(), "detection-threshold"),
+        lambda path: _again(Protocol.loads(read_file(path), REGISTRY, str(path), _PROTOCOLS)),
+        damaged.of_document,
+    ),
+    "session of a study": Kind(_write_session, _read_session, None),
+    "recording": Kind(_write_recording, _read_recording, None),
+    "force CSV": Kind(_write_forces, lambda path: read_forces(path, FLOOR), damaged.of_table),
+    "plate": Kind(
+        PlateCalibration(positions=(0.0, 0.5, 1.0), stiffness_n_mm=(40.0, 80.0, 160.0)).save,
+        PlateCalibration.load,
+        damaged.of_document,
+    ),
+    "presses CSV": Kind(_write_presses, read_presses, damaged.of_table),
+    "trials CSV": Kind(_write_trials, read_csv, damaged.of_table),
+    "sound file": Kind(_write_sound, _read_sound, damaged.of_head),
+}
+"""All kinds, by their names."""
+
+
+def refusal(kind: Kind, path: Path) -> str | None:
+    """What a file is refused with; None where it is read. What is no refusal goes through."""
+    try:
+        kind.read(path)
+    except UnderfootError as error:
+        return str(error)
+    return None
