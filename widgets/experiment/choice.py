@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
+    QGridLayout,
     QHBoxLayout,
     QLineEdit,
     QListWidget,
@@ -16,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.drawing import Drawing
+from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import method_of
@@ -32,6 +34,10 @@ class StudyList(QWidget):
 
     chosen = Signal(int)
     open_wanted = Signal()
+    new_wanted = Signal()
+    own_wanted = Signal()
+    edit_wanted = Signal()
+    delete_wanted = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,20 +48,41 @@ class StudyList(QWidget):
         self.list.setAccessibleName("Studies")
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)  # titles wrap
-        self.open = QPushButton("Open a protocol…")
+        self.new, self.own, self.edit, self.delete, self.open = (
+            QPushButton("&New study…"),
+            QPushButton("&Make one's own…"),
+            QPushButton("&Edit…"),
+            QPushButton("Delete…"),
+            QPushButton("Open a protocol…"),
+        )
+        self.own.setToolTip("A copy of the chosen study, to be changed")
+        below = QGridLayout()
+        below.setSpacing(theme.GRID // 2)
+        for place, button in enumerate((self.new, self.own, self.edit, self.delete)):
+            below.addWidget(button, place // 2, place % 2)
+        below.addWidget(self.open, 2, 0, 1, 2)
         column = QVBoxLayout(self)
         column.addWidget(theme.label("STUDIES", "heading"))
         column.addWidget(self.list, 1)
-        column.addWidget(self.open)
+        column.addLayout(below)
         self.list.currentRowChanged.connect(self.chosen)
+        self.new.clicked.connect(self.new_wanted)
+        self.own.clicked.connect(self.own_wanted)
+        self.edit.clicked.connect(self.edit_wanted)
+        self.delete.clicked.connect(self.delete_wanted)
         self.open.clicked.connect(self.open_wanted)
         self.setFocusProxy(self.list)
 
     def show_studies(self, studies: Sequence[StudyFile], chosen: int) -> None:
         """Show these, in their order."""
         self.list.clear()
-        self.list.addItems([study.protocol.title or study.name for study in studies])
+        self.list.addItems([_title_of(study) for study in studies])
         self.list.setCurrentRow(chosen)
+
+    def show_own(self, is_own: bool) -> None:
+        """Whether the chosen study is a person's own, to be edited and deleted."""
+        self.edit.setEnabled(is_own)
+        self.delete.setEnabled(is_own)
 
 
 class StudyOverview(QWidget):
@@ -148,6 +175,11 @@ class StudyOverview(QWidget):
         column.addWidget(found, 1)
 
 
+def _title_of(study: StudyFile) -> str:
+    title = study.protocol.title or study.name
+    return f"{title}  (own)" if study.is_own else title
+
+
 def facts_of(protocol: Protocol) -> str:
     """The stages of a protocol in a line each."""
     lines = []
@@ -156,9 +188,11 @@ def facts_of(protocol: Protocol) -> str:
             words = {"consent": "consent", "read": "instruction", "learn": "learning", "level": "level"}
             lines.append(words.get(stage.kind, stage.kind) + (f", {stage.seconds:.0f} s" if stage.seconds else ""))
             continue
-        method = method_of(protocol, stage, "anybody")
-        trials = getattr(method, "trials", None)
-        count = f"{len(trials)} trials" if trials is not None else "as many trials as it takes"
+        method = METHODS[stage.method.kind]
+        number = method.checked(stage.method.parameters, protocol.stimuli).get("trials")
+        if issubclass(method, ListedMethod):
+            number = len(getattr(method_of(protocol, stage, "anybody"), "trials", ()))
+        count = f"{number} trials" if number is not None else "as many trials as it takes"
         practice = ", practice" if stage.practice else ""
-        lines.append(f"{METHODS[stage.method.kind].name.lower()}: {count}{practice}, begun by {stage.start}")
+        lines.append(f"{method.name.lower()}: {count}{practice}, begun by {stage.start}")
     return "  ·  ".join(lines)

@@ -1,10 +1,11 @@
 """The Experiment workspace: a study is chosen, simulated, run on a person, and analysed."""
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QFile, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
@@ -13,8 +14,9 @@ from underfoot.engine.reports import Report
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.report import text_of
+from underfoot.experiments.draft import Draft
 from underfoot.experiments.store import SessionFile
-from underfoot.files import make_folder
+from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.masking import Masking, is_heard
@@ -25,12 +27,14 @@ from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
 from underfoot.widgets.experiment.desk import Desk
 from underfoot.widgets.experiment.findings import analysed_sessions, answers_so_far, simulated_study
+from underfoot.widgets.experiment.maker import Maker, ask_to_delete
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
 from underfoot.widgets.experiment.studies import (
     StudyFile,
     is_id,
     load_study,
     origin_of,
+    own_studies,
     preset_studies,
     session_path,
     sessions_of,
@@ -41,7 +45,12 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 PEOPLE = 100
 LEAST_ANSWERED = 4
 """From so many trials on what they say is drawn while a study runs."""
+UNSAVED = "unsaved.draft"
+"""Beside a person's own protocols: what was being made when the window was closed."""
 SHORTCUTS = (
+    ("New study, make one's own, edit", "Alt+N, Alt+M, Alt+E"),
+    ("Making a study: save, close", "Ctrl+S, Esc"),
+    ("Making a study: add, copy, remove, move", "Ins, Ctrl+D, Del, Alt+Up and Alt+Down"),
     ("Begin a presentation, or continue", "Space or Return"),
     ("Choose an answer", "1, 2, …"),
     ("Move a slider", "Left and Right"),
@@ -50,14 +59,19 @@ SHORTCUTS = (
 
 
 class ExperimentWorkspace(Workspace):
-    """Runs studies through the window's session; session files lie below `root`, a folder for each study."""
+    """Runs studies through the window's session; session files lie below `root`, a folder for each study.
 
-    def __init__(self, registry: Registry, root: Path) -> None:
+    A person's own protocols lie in `own`, `own_patches` is where their own presets are.
+    """
+
+    def __init__(self, registry: Registry, root: Path, own: Path, own_patches: Path) -> None:
         super().__init__()
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self._registry, self.root = registry, root
+        self._registry, self.root, self.own = registry, root, own
         self.studies: list[StudyFile] = preset_studies(registry)
+        own_ones, self._wrong = own_studies(own, registry)
+        self.studies += own_ones
         self._study = self.studies[0]
         self._controller: SessionController | None = None
         self._walked, self._drawn = False, 0
@@ -65,8 +79,9 @@ class ExperimentWorkspace(Workspace):
         self.window_of_participant: ParticipantWindow | None = None
         self.background = Background(self)
         self.list, self.overview, self.desk = StudyList(), StudyOverview(), Desk()
+        self.maker = Maker(root, own_patches)
         self.stack = QStackedWidget()
-        for view in (self.overview, self.desk):
+        for view in (self.overview, self.desk, self.maker):
             self.stack.addWidget(view)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -87,6 +102,9 @@ class ExperimentWorkspace(Workspace):
         bridge.ticked.connect(self._tick)
         context.controller.opened.connect(self._show_way)
         self._show_way()
+        for line in self._wrong:
+            self.said.emit(line)
+        self.go_on_making()
 
     def shortcuts(self) -> Keys:
         return SHORTCUTS
@@ -100,6 +118,9 @@ class ExperimentWorkspace(Workspace):
         """End what runs; the session's file stays as it is, to be gone on with."""
         self.leave()
         self.background.join()
+        unsaved = self.maker.unsaved()
+        if unsaved:
+            write_file(make_folder(self.own) / UNSAVED, unsaved)
 
     # --- the choice ---
 
@@ -126,6 +147,7 @@ class ExperimentWorkspace(Workspace):
 
     def _show(self) -> None:
         self.overview.show_study(self._study, len(sessions_of(self.root, self._study)))
+        self.list.show_own(self._study.is_own)
         self._show_way()
 
     def _show_way(self) -> None:
@@ -143,6 +165,86 @@ class ExperimentWorkspace(Workspace):
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda path: self.open_protocol(Path(path)))
         dialog.open()
+
+    # --- protocols of one's own ---
+
+    def make_new(self) -> None:
+        """Open the form with a protocol of two trials."""
+        self._open_maker(Draft.new(self._registry, self.own))
+
+    def make_own(self) -> None:
+        """Open the form with a copy of the chosen study."""
+        study = self._study
+        draft = Draft.of(study.protocol, self._registry, self.own)
+        draft.raw["title"] = f"{study.protocol.title or study.name}, my own"
+        try:
+            draft.take_patches(study.folder)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        self._open_maker(draft)
+
+    def edit_own(self) -> None:
+        """Open the form with the chosen study, where that is a person's own."""
+        study = self._study
+        if study.is_own:
+            count = len(sessions_of(self.root, study))
+            begun = f"{count} {'session was' if count == 1 else 'sessions were'} begun with it as it is"
+            note = f"{begun}: they stay, but can only be gone on with, and analysed here, while it is not changed."
+            self._open_maker(Draft.of(study.protocol, self._registry, self.own), study.path, note=note if count else "")
+
+    def ask_to_delete_own(self) -> None:
+        """Delete the chosen study's file, where that is a person's own, after asking."""
+        study = self._study
+        if study.is_own:
+            title = study.protocol.title or study.name
+            ask_to_delete(self.window(), title, len(sessions_of(self.root, study)), lambda: self._delete(study))
+
+    def _delete(self, study: StudyFile) -> None:
+        if not QFile.moveToTrash(str(study.path)):
+            self.said.emit(f"{study.path} could not be moved to the trash; delete it by hand")
+            return
+        place = self.studies.index(study)
+        self.studies.remove(study)
+        self.list.show_studies(self.studies, min(place, len(self.studies) - 1))
+
+    def _open_maker(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
+        if self.runner is None:
+            self.maker.edit(draft, path, note)
+            self.list.setEnabled(False)
+            self.stack.setCurrentWidget(self.maker)
+
+    def _leave_maker(self) -> None:
+        self.list.setEnabled(True)
+        self.stack.setCurrentWidget(self.overview)
+        self.list.list.setFocus()
+
+    def _made(self, path: Path) -> None:
+        """A protocol was saved: it is in the list, and chosen; the participant's id is next."""
+        study = load_study(path, self._registry, is_own=True)
+        known = [one.path for one in self.studies]
+        if path in known:
+            self.studies[known.index(path)] = study
+        else:
+            self.studies.append(study)
+        self._leave_maker()
+        self.list.show_studies(self.studies, [one.path for one in self.studies].index(path))
+        self.overview.participant.setFocus()
+
+    def go_on_making(self) -> None:
+        """Open the form with what was not saved when the window was closed."""
+        kept = self.own / UNSAVED
+        if not kept.is_file():
+            return
+        try:
+            found = json.loads(read_file(kept))
+            draft = Draft(found["protocol"], self._registry, self.own)
+            self._open_maker(draft, Path(found["path"]) if found["path"] else None, "Not saved when the window closed.")
+        except (UnderfootError, ValueError, KeyError, TypeError, AttributeError):
+            self.said.emit(f"{kept} cannot be read; it is left as it is")
+            return
+        self.maker.mark_unsaved()
+        kept.unlink()
 
     # --- findings ---
 
@@ -314,6 +416,13 @@ class ExperimentWorkspace(Workspace):
     def _connect(self) -> None:
         self.list.chosen.connect(self.choose)
         self.list.open_wanted.connect(self._ask_protocol)
+        self.list.new_wanted.connect(self.make_new)
+        self.list.own_wanted.connect(self.make_own)
+        self.list.edit_wanted.connect(self.edit_own)
+        self.list.delete_wanted.connect(self.ask_to_delete_own)
+        self.maker.saved.connect(self._made)
+        self.maker.left.connect(self._leave_maker)
+        self.maker.said.connect(self.said)
         overview, desk = self.overview, self.desk
         overview.begin_wanted.connect(self.begin)
         overview.participant_typed.connect(lambda _: self._show_way())

@@ -1,4 +1,4 @@
-"""The fields of a protocol's documents as parameters, read from their types: what a form shows, and nobody types twice."""
+"""The fields of a protocol's documents as parameters, read from their types: what a form shows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

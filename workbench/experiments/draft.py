@@ -1,4 +1,4 @@
-"""A protocol while somebody makes it: a document that may still have mistakes, and where it is kept once it has none."""
+"""A protocol while somebody makes it: a document that may still have mistakes, and where it is kept without them."""
 
 import json
 import re
@@ -24,7 +24,7 @@ _NEW: Mapping[str, Any] = {
     "title": "My study",
     "seed": 1,
     "stimuli": {
-        "A": {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 11.6, "level_m_s2": 2.0},
+        "A": {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 20.4, "level_m_s2": 4.0},
         "nothing": {},
     },
     "stages": [
@@ -57,13 +57,12 @@ class Draft:
     @staticmethod
     def new(registry: Registry, folder: Path) -> "Draft":
         """A protocol of two trials to begin with."""
-        raw = msgspec.to_builtins(msgspec.convert(_NEW, Protocol))
-        return Draft(raw, registry, folder)
+        return Draft.of(msgspec.convert(_NEW, Protocol), registry, folder)
 
     @staticmethod
     def of(protocol: Protocol, registry: Registry, folder: Path) -> "Draft":
         """A protocol that is there, to be changed; the patches beside it are taken along by `take_patch`."""
-        return Draft(msgspec.to_builtins(protocol), registry, folder)
+        return Draft(json.loads(msgspec.json.encode(protocol)), registry, folder)
 
     def checked(self) -> Protocol:
         """The protocol; `BadFile` names the first mistake as it does for a file."""

@@ -12,7 +12,6 @@ import msgspec
 
 from underfoot.documents import parse, placed, refusals
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.experiments.draws import Draws
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
@@ -27,7 +26,6 @@ VERSION = 1
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=86400.0)]
 Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Decibels = Annotated[float, msgspec.Meta(ge=-120.0, le=0.0)]
-
 
 
 def _told(text: str, label: str = "") -> msgspec.Meta:
@@ -66,12 +64,15 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     stimulus: str = ""
     practice: Annotated[bool, _told("Left out of the analysis.")] = False
     start: Annotated[
-        Literal["key", "step", "crossings"], _told("A key, a step onto the tile, or crossing it there and back.", "Begun by")
+        Literal["key", "step", "crossings"],
+        _told("A key, a step onto the tile, or crossing it there and back.", "Begun by"),
     ] = "key"
     plays: Annotated[int, msgspec.Meta(ge=1, le=1000), _told("How often it can be felt, by a key.")] = 1
     feedback: Annotated[bool, _told("Whether the right answer is shown, where there is one.")] = False
     foot: FootAnswer | None = None
-    seconds: Annotated[Seconds, _told("How long it lasts; 0 in learning: until the participant goes on.", "Lasts")] = 0.0
+    seconds: Annotated[Seconds, _told("How long it lasts; 0 in learning: until the participant goes on.", "Lasts")] = (
+        0.0
+    )
     trial_pause_s: Annotated[Seconds, _told("Between trials.")] = 0.0
     interval_pause_s: Annotated[Seconds, _told("Between the two intervals of a trial.")] = 0.5
     block_pause_s: Annotated[Seconds, _told("Between blocks.")] = 0.0
@@ -202,7 +203,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             if peak > self.limit_m_s2 * (1.0 + 1e-9):
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}")
         if stage.foot is not None:
-            stage.foot.check(f"{place}.foot", METHODS[kind](given, self.stimuli, Draws(0)).asks)
+            stage.foot.check(f"{place}.foot", METHODS[kind].asked(given))
 
     # --- files ---
 
