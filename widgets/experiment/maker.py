@@ -4,8 +4,8 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
@@ -68,10 +68,6 @@ class Maker(QWidget):
         self.tabs.idClicked.connect(self.show_page)
         self.save.clicked.connect(self.keep)
         self.leave.clicked.connect(self.ask_to_leave)
-        for key, do in (("Ctrl+S", self.keep), ("Esc", self.ask_to_leave)):
-            shortcut = QShortcut(QKeySequence(key), self)
-            shortcut.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-            shortcut.activated.connect(do)
 
     @property
     def is_changed(self) -> bool:
@@ -157,6 +153,21 @@ class Maker(QWidget):
         """What is shown is in no file."""
         self._kept = ""
 
+    def event(self, event: QEvent) -> bool:
+        # Here Ctrl+S saves the protocol and Escape closes the form, whatever they do elsewhere in the window.
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and _is_ours(event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Save):
+            self.keep()
+        elif event.key() == Qt.Key.Key_Escape:
+            self.ask_to_leave()
+        else:
+            super().keyPressEvent(event)
+
     def _discard(self) -> None:
         self._end()
         self.left.emit()
@@ -217,6 +228,10 @@ def ask_to_delete(parent: QWidget, title: str, sessions: int, then: Callable[[],
     box.accepted.connect(lambda: then())
     box.finished.connect(box.deleteLater)
     box.open()
+
+
+def _is_ours(event: QKeyEvent) -> bool:
+    return event.matches(QKeySequence.StandardKey.Save) or event.key() == Qt.Key.Key_Escape
 
 
 def _top(rows: FieldRows) -> QScrollArea:

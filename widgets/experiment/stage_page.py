@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from underfoot.experiments.declared import fields_of
@@ -188,7 +188,7 @@ class StageForm(QWidget):
         self.foot = QCheckBox("An answer can be given by stepping on the floor")
         self.foot.setChecked(foot is not None)
         self.foot.toggled.connect(self._switch_foot)
-        self._column.addWidget(self.foot)
+        self._column.addWidget(self.foot, 0, Qt.AlignmentFlag.AlignLeft)
         if foot is not None:
             self._stage["foot"] = foot = dict(foot)
             self.foot_rows = self._rows(fields_of(FootAnswer, FOOT), foot)

@@ -35,6 +35,9 @@ _DESCRIPTIONS = {
     "onset_s": "Beginning of the vibration, in s of the session's clock.",
     "onset_after_step_s": "From the first force of the step that starts the trial to the first vibration frame, in s.",
     "commanded_m_s2": "Largest acceleration that was commanded during the presentation, in m/s^2.",
+    "measured_m_s2": "Largest acceleration that accelerometers measured during the presentation, in m/s^2.",
+    "answered_by": "foot, where the answer was given by stepping on the floor.",
+    "foot_after_s": "From the end of the presentation to the foot on the field of the answer, in s.",
     "most_force_n": "Largest force on one tile during the presentation, in N.",
 }
 
