@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QCheckBox,
     QGridLayout,
     QHBoxLayout,
     QLineEdit,
@@ -21,7 +20,6 @@ from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import method_of
-from underfoot.studies.masking import is_heard
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.studies import StudyFile, is_id
 from underfoot.widgets.plots.drawing_column import DrawingColumn
@@ -90,6 +88,7 @@ class StudyOverview(QWidget):
 
     begin_wanted = Signal(str)
     simulate_wanted = Signal()
+    equipment_wanted = Signal()
     analyse_wanted = Signal()
     participant_typed = Signal(str)
 
@@ -108,8 +107,9 @@ class StudyOverview(QWidget):
             QPushButton("Analyse"),
         )
         self.begin.setProperty("role", "primary")
-        self.masking = QCheckBox("Masking sound on the default device")
-        self.masking.setToolTip("The noise and the metronome of the protocol, for headphones")
+        self.equipment = QPushButton()
+        self.equipment.setToolTip("Plate, masking sound, trigger and LSL streams of sessions in this window")
+        self.show_equipment("")
         self.state = theme.label("", "muted")
         self.drawings = DrawingColumn()
         self.table = QPlainTextEdit()
@@ -123,6 +123,7 @@ class StudyOverview(QWidget):
         self.begin.clicked.connect(self._begin)
         self.participant.returnPressed.connect(self._begin)
         self.participant.textChanged.connect(self.participant_typed)
+        self.equipment.clicked.connect(self.equipment_wanted)
         self.simulate.clicked.connect(self.simulate_wanted)
         self.analyse.clicked.connect(self.analyse_wanted)
 
@@ -131,7 +132,6 @@ class StudyOverview(QWidget):
         self.title.setText(study.protocol.title or study.name)
         self.about.setText(study.protocol.about)
         self.facts.setText(facts_of(study.protocol))
-        self.masking.setVisible(is_heard(study.protocol.sounds))
         self.analyse.setText(f"Analyse {sessions} {'session' if sessions == 1 else 'sessions'}")
         self.analyse.setEnabled(sessions > 0)
 
@@ -140,6 +140,10 @@ class StudyOverview(QWidget):
         self.begin.setEnabled(may_begin)
         self.begin.setText("Go on" if goes_on else "Begin")
         self.state.setText(why_not)
+
+    def show_equipment(self, words: str) -> None:
+        """What is used beside the floor; "" for nothing."""
+        self.equipment.setText(f"Equipment: {words}…" if words else "Equipment…")
 
     def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
         """Show what was found."""
@@ -158,7 +162,7 @@ class StudyOverview(QWidget):
 
     def _lay_out(self) -> None:
         who = QHBoxLayout()
-        for part in (self.participant, self.begin, self.masking, self.simulate, self.analyse):
+        for part in (self.participant, self.begin, self.equipment, self.simulate, self.analyse):
             who.addWidget(part)
         who.addStretch(1)
         found = QSplitter(Qt.Orientation.Vertical)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from PySide6.QtCore import QFile, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
@@ -18,14 +19,14 @@ from underfoot.experiments.draft import Draft
 from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
-from underfoot.studies.equipment import Equipment
-from underfoot.studies.masking import Masking, is_heard
+from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
 from underfoot.widgets.experiment.desk import Desk
+from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, kept_choice
 from underfoot.widgets.experiment.findings import analysed_sessions, answers_so_far, simulated_study
 from underfoot.widgets.experiment.maker import Maker, ask_to_delete
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
@@ -40,6 +41,7 @@ from underfoot.widgets.experiment.studies import (
     sessions_of,
 )
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 PEOPLE = 100
@@ -75,6 +77,8 @@ class ExperimentWorkspace(Workspace):
         self._study = self.studies[0]
         self._controller: SessionController | None = None
         self._walked, self._drawn = False, 0
+        self.equipment = EquipmentChoice()
+        self._settings: Settings | None = None
         self.runner: Runner | None = None
         self.window_of_participant: ParticipantWindow | None = None
         self.background = Background(self)
@@ -96,7 +100,8 @@ class ExperimentWorkspace(Workspace):
     # --- as a workspace ---
 
     def listen(self, context: WorkspaceContext) -> None:
-        self._controller = context.controller
+        self._controller, self._settings = context.controller, context.settings
+        self._use_equipment(kept_choice(context.settings.study_equipment))
         bridge = context.controller.bridge
         bridge.reported.connect(self._take)
         bridge.ticked.connect(self._tick)
@@ -273,6 +278,18 @@ class ExperimentWorkspace(Workspace):
         self.overview.show_busy("")
         self.overview.state.setText(why)
 
+    # --- equipment ---
+
+    def ask_equipment(self) -> None:
+        """Ask what is used beside the floor."""
+        EquipmentDialog(self._use_equipment, self.equipment, self.window()).open()
+
+    def _use_equipment(self, choice: EquipmentChoice) -> None:
+        self.equipment = choice
+        if self._settings is not None:
+            self._settings.study_equipment = msgspec.to_builtins(choice)
+        self.overview.show_equipment(choice.words)
+
     # --- a session ---
 
     def begin(self, participant: str) -> None:
@@ -288,10 +305,13 @@ class ExperimentWorkspace(Workspace):
             if session is None:
                 file.close()
                 return
+            equipment = Equipment()
             try:
-                equipment = Equipment(masking=self._masking(study))
+                floor, sounds = session.target.floor, study.protocol.sounds
+                equipment = self.equipment.opened(sounds, floor, session.force_rate_hz)
                 self.runner = Runner(session, file, study.protocol, study.folder, equipment)
             except UnderfootError:
+                equipment.close()
                 file.close()
                 controller.take_back()
                 raise
@@ -343,11 +363,6 @@ class ExperimentWorkspace(Workspace):
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         self._show()
-
-    def _masking(self, study: StudyFile) -> Masking | None:
-        """The sounds of a study on the default device; None where there are none, or they are not wanted."""
-        wanted = self.overview.masking.isChecked() and is_heard(study.protocol.sounds)
-        return Masking(study.protocol.sounds) if wanted else None
 
     def _created(self, path: Path, study: StudyFile, participant: str) -> SessionFile:
         target = self._controller.target if self._controller is not None else None
@@ -426,6 +441,7 @@ class ExperimentWorkspace(Workspace):
         overview, desk = self.overview, self.desk
         overview.begin_wanted.connect(self.begin)
         overview.participant_typed.connect(lambda _: self._show_way())
+        overview.equipment_wanted.connect(self.ask_equipment)
         overview.simulate_wanted.connect(self.simulate)
         overview.analyse_wanted.connect(self.analyse)
         self.background.found.connect(self._show_findings)

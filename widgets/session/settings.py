@@ -29,7 +29,8 @@ class Settings(msgspec.Struct):
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
     metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
     of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them. `recordings` are files and
-    folders of recordings beside the one that is recorded to.
+    folders of recordings beside the one that is recorded to. `study_equipment` is what studies use beside the floor, by
+    the fields of `studies.equipment.EquipmentChoice`.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -58,6 +59,7 @@ class Settings(msgspec.Struct):
     projector_at: tuple[float, float] = (0.0, 0.0)
     network_addresses: dict[str, str] = {}
     network_on: list[str] = []
+    study_equipment: dict[str, str | bool | None] = {}
     geometry: str = ""
     recent: list[str] = []
     stars: list[str] = []
