@@ -49,7 +49,7 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
     assert [entry.kind for entry in entries] == ["trials"] * 3
     for number, entry in enumerate(entries, 1):
         name = entry.trial.intervals[0].stimulus
-        force, vibration = file.stretches(number)
+        force, *measured, vibration = file.stretches(number)
         assert force.values.sum(axis=1).max() == pytest.approx(600.0, rel=0.05)
         assert entry.facts["most_force_n"] == pytest.approx(600.0, rel=0.05)
         assert entry.facts["response_s"] >= 0.0
@@ -60,6 +60,10 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
         else:
             assert entry.facts["commanded_m_s2"] == pytest.approx(np.abs(vibration.values).max(), rel=0.01)
             assert 0.05 < entry.facts["commanded_m_s2"] < 6.0
+            (felt,) = measured  # the simulated plate's accelerometer, under the foot
+            assert felt.values.shape == vibration.values.shape
+            assert entry.facts["measured_m_s2"] == pytest.approx(np.abs(felt.values).max(), rel=0.3)
+            assert np.corrcoef(felt.values[:, 0], vibration.values[:, 0])[0, 1] > 0.5
         if name == "WC" and start != "key":
             assert 0.0 <= entry.facts["onset_after_step_s"] < 0.02
     file.close()
@@ -73,7 +77,7 @@ def test_two_intervals_follow_one_another(session, until, tmp_path):
         person.whole()
         file = person.runner.file
         kinds = [(stretch.part, stretch.kind) for stretch in file.stretches(1)]
-    assert kinds == [(0, "force"), (0, "vibration"), (1, "force"), (1, "vibration")]
+    assert kinds == [(part, kind) for part in (0, 1) for kind in ("force", "measured", "vibration")]
 
 
 def test_a_study_that_was_left_goes_on_at_the_next_trial(session, until, tmp_path):

@@ -41,7 +41,7 @@ create table stretch (
 ) without rowid;
 create table note (id integer primary key, at text not null, entry integer not null, body text not null);
 """
-_TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<f4"}
+_TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<i2"}
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,8 @@ class Stretch:
 
     `kind`: "force" (newtons a corner), "vibration" (what was commanded, m/s^2 a tile) or "measured" (what an
     accelerometer heard, m/s^2).
-    `part` is the interval, from 0; `first` the session frame of the first row, with `rate_hz` rows a second.
+    `part` is the interval, from 0; `first` when the first row was, in seconds of the session, with `rate_hz` rows a
+    second.
     """
 
     kind: str

@@ -26,7 +26,7 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
     found = []
     gain_db = 0.0
     person: dict[str, Any] = {}
-    for entry in entries:
+    for number, entry in enumerate(entries, 1):
         if entry.stage == PARTICIPANT:
             person = {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
         if entry.kind == "level":
@@ -44,6 +44,7 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
             "block": trial.block,
             "attempt": entry.attempt,
             "spoiled": entry.spoiled,
+            "entry": number,
         }
         if trial.correct != "":
             row["correct"] = trial.correct
@@ -102,7 +103,18 @@ def _judged(intervals: Sequence[Presentation], comparison: object) -> tuple[Pres
 NOT_FACTORS = frozenset(
     (
         *FIRST_COLUMNS,
-        *("correct", "stimulus", "other", "gain_db", "comparison", "comparison_at", "judged_more", "staircase", "run"),
+        *(
+            "entry",
+            "correct",
+            "stimulus",
+            "other",
+            "gain_db",
+            "comparison",
+            "comparison_at",
+            "judged_more",
+            "staircase",
+            "run",
+        ),
         *("level_db", "catch", "announced", "width_m", "distance_m", "bearing_rad", "x_m", "y_m"),
         *("number", "interval", "felt", "rating", "label", "sort", "selected", "time_s"),
         *("started_at", "onset_s", "onset_after_step_s", "shown_s", "response_s", "plays", "frames", "commanded_m_s2"),
