@@ -429,7 +429,9 @@ class Runner:
 
     def _measure(self) -> None:
         """Take down what this interval was, and tell those who want marks."""
+        before = len(self._presented.stretches)
         self._presented.measure(self.presenter, self.watch, self._interval, self.page.start != "key")
+        self.file.begin_packing(self._presented.stretches[before:])
         now_s = self.session.health.frame / self.session.target.rate
         if math.isfinite(self._presented.onset_s):
             self._mark(ONSET, now_s - self._presented.onset_s)
