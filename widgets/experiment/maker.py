@@ -83,8 +83,7 @@ class Maker(QWidget):
         self.title.setText("Edit a study" if path is not None else "A study of one's own")
         self.note.setText(note)
         self.note.setVisible(bool(note))
-        while self.pages.count():
-            old = self.pages.widget(0)
+        while (old := self.pages.widget(0)) is not None:
             self.pages.removeWidget(old)
             old.deleteLater()
         questions = QuestionTable(raw["participant"], rows_seen=8)
@@ -98,8 +97,9 @@ class Maker(QWidget):
         pages = (_top(self.rows["study"]), questions, self.stimuli, self.stages, _top(self.rows["sounds"]))
         for page in pages:
             self.pages.addWidget(page)
-        for part in (questions, self.stimuli, self.stages, *self.rows.values()):
-            part.changed.connect(self._rest.start)
+        changes = [questions.changed, self.stimuli.changed, self.stages.changed]
+        for changed in (*changes, *(rows.changed for rows in self.rows.values())):
+            changed.connect(lambda *_: self._rest.start())
         self._kept = json.dumps(raw)
         self.show_page(0)
         self._check()

@@ -43,8 +43,9 @@ class QuestionTable(QWidget):
         for place, column in enumerate(COLUMNS):
             if column in _WIDTHS:
                 self.table.setColumnWidth(place, _WIDTHS[column])
-            if column in _TIPS:
-                self.table.horizontalHeaderItem(place).setToolTip(_TIPS[column])
+            heading = self.table.horizontalHeaderItem(place)
+            if heading is not None:
+                heading.setToolTip(_TIPS.get(column, ""))
         self.table.horizontalHeader().setSectionResizeMode(COLUMNS.index("text"), QHeaderView.ResizeMode.Stretch)
         self.add, self.remove = QPushButton("Add a question"), QPushButton("Remove")
         row = QHBoxLayout()
@@ -102,7 +103,9 @@ class QuestionTable(QWidget):
         self._show()
         self.table.setCurrentCell(len(self.questions) - 1, 1)
         self.table.setFocus()
-        self.table.editItem(self.table.item(len(self.questions) - 1, 1))
+        item = self.table.item(len(self.questions) - 1, 1)
+        if item is not None:
+            self.table.editItem(item)
         self.changed.emit()
 
     def _remove(self) -> None:

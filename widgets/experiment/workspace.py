@@ -328,7 +328,7 @@ class ExperimentWorkspace(Workspace):
         self.show_participant()
 
     def show_participant(self) -> None:
-        """Open the participant's window on the last screen, which is another than this one where there are several."""
+        """Open the participant's window on the last of the other screens; beside this one where there is none."""
         if self.runner is None:
             return
         if self.window_of_participant is None:
@@ -340,9 +340,9 @@ class ExperimentWorkspace(Workspace):
             made.closed.connect(self._window_closed)
             made.set_origin(origin_of(self._study.protocol))
             self.window_of_participant = made
-        screens = QGuiApplication.screens()
-        if len(screens) > 1:
-            self.window_of_participant.show_on(screens[-1])
+        others = [screen for screen in QGuiApplication.screens() if screen is not self.screen()]
+        if others:
+            self.window_of_participant.show_on(others[-1])
         else:
             self.window_of_participant.resize(1000, 700)
             self.window_of_participant.show()

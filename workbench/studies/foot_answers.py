@@ -41,7 +41,7 @@ class FootField:
         """Its corners in the floor's frame, one after the other."""
         y_m = 0.5 * self.tile.size_m[1]
         ends = ((self.low_m, -y_m), (self.high_m, -y_m), (self.high_m, y_m), (self.low_m, y_m))
-        return tuple(self.tile.to_floor(end) for end in ends)
+        return tuple((float(x_m), float(y_m)) for x_m, y_m in self.tile.to_floor(ends))
 
     def has(self, x_m: float, y_m: float) -> bool:
         """Whether a place of the floor is on it."""
