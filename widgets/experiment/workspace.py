@@ -234,6 +234,7 @@ class ExperimentWorkspace(Workspace):
             self.studies.append(study)
         self._leave_maker()
         self.list.show_studies(self.studies, [one.path for one in self.studies].index(path))
+        self.overview.participant.clear()
         self.overview.participant.setFocus()
 
     def go_on_making(self) -> None:
