@@ -221,3 +221,55 @@ def test_an_id_that_looks_like_a_name_is_refused(bench):
     bench.qtbot.keyClicks(overview.participant, "Ann Other")
     assert not overview.begin.isEnabled()
     assert "names are not asked for" in overview.state.text()
+
+
+def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
+    """From the window of `make run` to a finished pilot of two trials: every action is a click or a key."""
+    window, workspace, actions = bench.window, bench.workspace, []
+
+    def key(widget, *keys):
+        for one in keys:
+            actions.append(one)
+            bench.qtbot.keyClick(widget, one)
+
+    workspace.own = bench.folder / "protocols"
+    bench.qtbot.keyClick(window, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
+    bench.click(workspace.list.new)
+    bench.qtbot.keyClick(workspace.maker, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    actions += ["Ctrl+4", "New study…", "Ctrl+S"]
+    assert window.focusWidget() is workspace.overview.participant
+    key(workspace.overview.participant, "P", "1", Qt.Key.Key_Return)
+    bench.wait(lambda: bench.person is not None and bench.person.isVisible())
+    for _ in range(2):
+        bench.until(Phase.READY)
+        key(bench.person, Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        key(bench.person, Qt.Key.Key_Right, Qt.Key.Key_Return)
+    bench.until(Phase.END)
+    key(bench.person, Qt.Key.Key_Return)
+    assert bench.runner is None
+    file = SessionFile.open(workspace.root / "my-study" / "P1.session")
+    assert [round(entry.answers["rating"]) for entry in file.entries()] == [52, 52]
+    file.close()
+    assert workspace.overview.analyse.text() == "Analyse 1 session"
+    assert len(actions) == 13
+
+
+def test_a_foot_of_the_mouse_on_the_simulated_floor_answers_in_the_participants_window(bench):
+    foot = {"by": "halves", "tiles": ["t1"], "dwell_s": 0.3}
+    stage = {"id": "main", "kind": "trials", "foot": foot,
+             "method": {"kind": "constant-stimuli", "parameters": {"blocks": 1, "question": "Felt it?"}}}  # fmt: skip
+    bench.choose(stages=[stage], stimuli={"WC": CONSTANT})
+    bench.until(Phase.READY)
+    bench.key(Qt.Key.Key_Space)
+    bench.until(Phase.ANSWERING)
+    assert bench.person.foot.isVisible()
+    assert not bench.person.form.isVisible()
+    assert (bench.person.text.text(), bench.person.hint.text()) == ("Felt it?", "Step on your answer.")
+    floor_map, tile = bench.workspace.desk.map, bench.window.controller.target.floor.tiles[0]
+    place = place_on(floor_map, tile, 0.08)
+    bench.qtbot.mousePress(floor_map, LEFT, pos=place)
+    bench.until(Phase.END)
+    bench.qtbot.mouseRelease(floor_map, LEFT, pos=place)
+    (entry,) = bench.entries()
+    assert (entry.answers, entry.facts["answered_by"]) == ({"felt": "no"}, "foot")

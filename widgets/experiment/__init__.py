@@ -6,7 +6,8 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDe
 def _make(context: WorkspaceContext) -> Workspace:
     from underfoot.widgets.experiment.workspace import ExperimentWorkspace
 
-    return ExperimentWorkspace(context.registry, context.folder / "studies")
+    folder = context.folder
+    return ExperimentWorkspace(context.registry, folder / "studies", folder / "protocols", folder / "presets")
 
 
 WORKSPACE = WorkspaceDeclaration(name="Experiment", key="Ctrl+4", make=_make)

@@ -1,12 +1,12 @@
-"""Simulating and analysing in a thread, so that the window goes on."""
+"""Simulating, analysing and measuring in a thread, so that the window goes on."""
 
 import threading
 from collections.abc import Callable
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.errors import UnderfootError
-from underfoot.experiments.analysis.findings import Findings
 
 
 class Background(QObject):
@@ -24,7 +24,7 @@ class Background(QObject):
         """Whether something is being computed."""
         return self._thread is not None and self._thread.is_alive()
 
-    def compute(self, make: Callable[[], list[Findings]]) -> None:
+    def compute(self, make: Callable[[], list[Any]]) -> None:
         """Compute this, unless something is being computed."""
         if self.is_busy:
             return

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QCheckBox,
+    QGridLayout,
     QHBoxLayout,
     QLineEdit,
     QListWidget,
@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.drawing import Drawing
+from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import method_of
-from underfoot.studies.masking import is_heard
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.studies import StudyFile, is_id
 from underfoot.widgets.plots.drawing_column import DrawingColumn
@@ -32,6 +32,10 @@ class StudyList(QWidget):
 
     chosen = Signal(int)
     open_wanted = Signal()
+    new_wanted = Signal()
+    own_wanted = Signal()
+    edit_wanted = Signal()
+    delete_wanted = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,20 +46,41 @@ class StudyList(QWidget):
         self.list.setAccessibleName("Studies")
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)  # titles wrap
-        self.open = QPushButton("Open a protocol…")
+        self.new, self.own, self.edit, self.delete, self.open = (
+            QPushButton("&New study…"),
+            QPushButton("&Make one's own…"),
+            QPushButton("&Edit…"),
+            QPushButton("Delete…"),
+            QPushButton("Open a protocol…"),
+        )
+        self.own.setToolTip("A copy of the chosen study, to be changed")
+        below = QGridLayout()
+        below.setSpacing(theme.GRID // 2)
+        for place, button in enumerate((self.new, self.own, self.edit, self.delete)):
+            below.addWidget(button, place // 2, place % 2)
+        below.addWidget(self.open, 2, 0, 1, 2)
         column = QVBoxLayout(self)
         column.addWidget(theme.label("STUDIES", "heading"))
         column.addWidget(self.list, 1)
-        column.addWidget(self.open)
+        column.addLayout(below)
         self.list.currentRowChanged.connect(self.chosen)
+        self.new.clicked.connect(self.new_wanted)
+        self.own.clicked.connect(self.own_wanted)
+        self.edit.clicked.connect(self.edit_wanted)
+        self.delete.clicked.connect(self.delete_wanted)
         self.open.clicked.connect(self.open_wanted)
         self.setFocusProxy(self.list)
 
     def show_studies(self, studies: Sequence[StudyFile], chosen: int) -> None:
         """Show these, in their order."""
         self.list.clear()
-        self.list.addItems([study.protocol.title or study.name for study in studies])
+        self.list.addItems([_title_of(study) for study in studies])
         self.list.setCurrentRow(chosen)
+
+    def show_own(self, is_own: bool) -> None:
+        """Whether the chosen study is a person's own, to be edited and deleted."""
+        self.edit.setEnabled(is_own)
+        self.delete.setEnabled(is_own)
 
 
 class StudyOverview(QWidget):
@@ -63,6 +88,7 @@ class StudyOverview(QWidget):
 
     begin_wanted = Signal(str)
     simulate_wanted = Signal()
+    equipment_wanted = Signal()
     analyse_wanted = Signal()
     participant_typed = Signal(str)
 
@@ -81,8 +107,9 @@ class StudyOverview(QWidget):
             QPushButton("Analyse"),
         )
         self.begin.setProperty("role", "primary")
-        self.masking = QCheckBox("Masking sound on the default device")
-        self.masking.setToolTip("The noise and the metronome of the protocol, for headphones")
+        self.equipment = QPushButton()
+        self.equipment.setToolTip("Plate, masking sound, trigger and LSL streams of sessions in this window")
+        self.show_equipment("")
         self.state = theme.label("", "muted")
         self.drawings = DrawingColumn()
         self.table = QPlainTextEdit()
@@ -96,6 +123,7 @@ class StudyOverview(QWidget):
         self.begin.clicked.connect(self._begin)
         self.participant.returnPressed.connect(self._begin)
         self.participant.textChanged.connect(self.participant_typed)
+        self.equipment.clicked.connect(self.equipment_wanted)
         self.simulate.clicked.connect(self.simulate_wanted)
         self.analyse.clicked.connect(self.analyse_wanted)
 
@@ -104,7 +132,6 @@ class StudyOverview(QWidget):
         self.title.setText(study.protocol.title or study.name)
         self.about.setText(study.protocol.about)
         self.facts.setText(facts_of(study.protocol))
-        self.masking.setVisible(is_heard(study.protocol.sounds))
         self.analyse.setText(f"Analyse {sessions} {'session' if sessions == 1 else 'sessions'}")
         self.analyse.setEnabled(sessions > 0)
 
@@ -113,6 +140,10 @@ class StudyOverview(QWidget):
         self.begin.setEnabled(may_begin)
         self.begin.setText("Go on" if goes_on else "Begin")
         self.state.setText(why_not)
+
+    def show_equipment(self, words: str) -> None:
+        """What is used beside the floor; "" for nothing."""
+        self.equipment.setText(f"Equipment: {words}…" if words else "Equipment…")
 
     def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
         """Show what was found."""
@@ -131,7 +162,7 @@ class StudyOverview(QWidget):
 
     def _lay_out(self) -> None:
         who = QHBoxLayout()
-        for part in (self.participant, self.begin, self.masking, self.simulate, self.analyse):
+        for part in (self.participant, self.begin, self.equipment, self.simulate, self.analyse):
             who.addWidget(part)
         who.addStretch(1)
         found = QSplitter(Qt.Orientation.Vertical)
@@ -148,6 +179,11 @@ class StudyOverview(QWidget):
         column.addWidget(found, 1)
 
 
+def _title_of(study: StudyFile) -> str:
+    title = study.protocol.title or study.name
+    return f"{title}  (own)" if study.is_own else title
+
+
 def facts_of(protocol: Protocol) -> str:
     """The stages of a protocol in a line each."""
     lines = []
@@ -156,9 +192,11 @@ def facts_of(protocol: Protocol) -> str:
             words = {"consent": "consent", "read": "instruction", "learn": "learning", "level": "level"}
             lines.append(words.get(stage.kind, stage.kind) + (f", {stage.seconds:.0f} s" if stage.seconds else ""))
             continue
-        method = method_of(protocol, stage, "anybody")
-        trials = getattr(method, "trials", None)
-        count = f"{len(trials)} trials" if trials is not None else "as many trials as it takes"
+        method = METHODS[stage.method.kind]
+        number = method.checked(stage.method.parameters, protocol.stimuli).get("trials")
+        if issubclass(method, ListedMethod):
+            number = len(getattr(method_of(protocol, stage, "anybody"), "trials", ()))
+        count = f"{number} trials" if number is not None else "as many trials as it takes"
         practice = ", practice" if stage.practice else ""
-        lines.append(f"{METHODS[stage.method.kind].name.lower()}: {count}{practice}, begun by {stage.start}")
+        lines.append(f"{method.name.lower()}: {count}{practice}, begun by {stage.start}")
     return "  ·  ".join(lines)

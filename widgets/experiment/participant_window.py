@@ -8,6 +8,7 @@ from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.target import FloorTarget
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
+from underfoot.widgets.experiment.foot_view import FootFieldsView
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 32, 20, 64
 WIDTH_PX = 880
@@ -36,7 +37,7 @@ class ParticipantWindow(QWidget):
         self._target: FloorTarget | None = None
         self._origin_m = (0.0, 0.0)
         self.title, self.text, self.clock, self.hint = (theme.label() for _ in range(4))
-        self.form = AnswerForm()
+        self.form, self.foot = AnswerForm(), FootFieldsView()
         column = QVBoxLayout(self)
         column.setAlignment(Qt.AlignmentFlag.AlignCenter)
         column.setSpacing(3 * theme.GRID)
@@ -45,10 +46,11 @@ class ParticipantWindow(QWidget):
             label.setWordWrap(True)
             label.setAlignment(Qt.AlignmentFlag.AlignCenter)
             label.setFixedWidth(WIDTH_PX)
-        for part in (self.title, self.text, self.clock, self.form, self.hint):
+        for part in (self.title, self.text, self.clock, self.form, self.foot, self.hint):
             part.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
             column.addWidget(part, 0, Qt.AlignmentFlag.AlignHCenter)
-        self.form.setFixedWidth(WIDTH_PX)
+        for part in (self.form, self.foot):
+            part.setFixedWidth(WIDTH_PX)
         self.form.answered.connect(self.answered)
         self.form.changed.connect(self.slid)
         self.form.refused.connect(self.hint.setText)
@@ -71,10 +73,11 @@ class ParticipantWindow(QWidget):
             self.text.setText(_text(runner))
             asks = asks_of(runner) if asking else ()
             self.form.show_asks(asks)
-            self.form.setVisible(bool(asks))
+            self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             first = next(iter(self.form.fields.values()), None)
             (first or self).setFocus()
             self.hint.setText(_what_now(runner, self.form.is_by_button))
+        self.foot.show_answers(runner.foot)
         if runner.hint:
             self.hint.setText(runner.hint)
         counts = phase is Phase.PAUSE or (page.kind == "learn" and phase is Phase.PAGE and page.seconds > 0.0)
@@ -154,6 +157,8 @@ def _text(runner: Runner) -> str:
         return ""
     if runner.phase is Phase.READY or runner.phase is Phase.WAITING:
         return page.feedback
+    if runner.foot is not None:
+        return runner.foot.one.doc
     return page.text if page.trial is None else ""
 
 

@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from underfoot.errors import UnderfootError
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
 from underfoot.patch import library
@@ -17,6 +18,8 @@ class StudyFile:
     name: str
     path: Path
     protocol: Protocol
+    is_own: bool = False
+    """Whether it is a person's own, which can be edited and deleted."""
 
     @property
     def folder(self) -> Path:
@@ -24,14 +27,25 @@ class StudyFile:
         return self.path.parent
 
 
-def load_study(path: Path, registry: Registry) -> StudyFile:
+def load_study(path: Path, registry: Registry, is_own: bool = False) -> StudyFile:
     """The study in a protocol file; `BadFile` for what is none."""
-    return StudyFile(path.stem, path, Protocol.load(path, registry))
+    return StudyFile(path.stem, path, Protocol.load(path, registry), is_own)
 
 
 def preset_studies(registry: Registry) -> list[StudyFile]:
     """The studies among the presets."""
     return [load_study(path, registry) for path in library.protocols().values()]
+
+
+def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list[str]]:
+    """A person's own studies in a folder, and what is wrong with files that are none, a line each."""
+    found, wrong = [], []
+    for path in sorted(folder.glob("*.json")):
+        try:
+            found.append(load_study(path, registry, is_own=True))
+        except UnderfootError as error:
+            wrong.append(str(error))
+    return found, wrong
 
 
 def origin_of(protocol: Protocol) -> tuple[float, float]:

@@ -1,10 +1,12 @@
 """The Experiment workspace: a study is chosen, simulated, run on a person, and analysed."""
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt
+import msgspec
+from PySide6.QtCore import QFile, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
@@ -13,35 +15,44 @@ from underfoot.engine.reports import Report
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.report import text_of
+from underfoot.experiments.draft import Draft
 from underfoot.experiments.store import SessionFile
-from underfoot.files import make_folder
+from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
-from underfoot.studies.equipment import Equipment
-from underfoot.studies.masking import Masking, is_heard
+from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
 from underfoot.widgets.experiment.desk import Desk
+from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, kept_choice
 from underfoot.widgets.experiment.findings import analysed_sessions, answers_so_far, simulated_study
+from underfoot.widgets.experiment.maker import Maker, ask_to_delete
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
 from underfoot.widgets.experiment.studies import (
     StudyFile,
     is_id,
     load_study,
     origin_of,
+    own_studies,
     preset_studies,
     session_path,
     sessions_of,
 )
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 PEOPLE = 100
 LEAST_ANSWERED = 4
 """From so many trials on what they say is drawn while a study runs."""
+UNSAVED = "unsaved.draft"
+"""Beside a person's own protocols: what was being made when the window was closed."""
 SHORTCUTS = (
+    ("New study, make one's own, edit", "Alt+N, Alt+M, Alt+E"),
+    ("Making a study: save, close", "Ctrl+S, Esc"),
+    ("Making a study: add, copy, remove, move", "Ins, Ctrl+D, Del, Alt+Up and Alt+Down"),
     ("Begin a presentation, or continue", "Space or Return"),
     ("Choose an answer", "1, 2, …"),
     ("Move a slider", "Left and Right"),
@@ -50,23 +61,31 @@ SHORTCUTS = (
 
 
 class ExperimentWorkspace(Workspace):
-    """Runs studies through the window's session; session files lie below `root`, a folder for each study."""
+    """Runs studies through the window's session; session files lie below `root`, a folder for each study.
 
-    def __init__(self, registry: Registry, root: Path) -> None:
+    A person's own protocols lie in `own`, `own_patches` is where their own presets are.
+    """
+
+    def __init__(self, registry: Registry, root: Path, own: Path, own_patches: Path) -> None:
         super().__init__()
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self._registry, self.root = registry, root
+        self._registry, self.root, self.own = registry, root, own
         self.studies: list[StudyFile] = preset_studies(registry)
+        own_ones, self._wrong = own_studies(own, registry)
+        self.studies += own_ones
         self._study = self.studies[0]
         self._controller: SessionController | None = None
         self._walked, self._drawn = False, 0
+        self.equipment = EquipmentChoice()
+        self._settings: Settings | None = None
         self.runner: Runner | None = None
         self.window_of_participant: ParticipantWindow | None = None
         self.background = Background(self)
         self.list, self.overview, self.desk = StudyList(), StudyOverview(), Desk()
+        self.maker = Maker(root, own_patches)
         self.stack = QStackedWidget()
-        for view in (self.overview, self.desk):
+        for view in (self.overview, self.desk, self.maker):
             self.stack.addWidget(view)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -81,12 +100,16 @@ class ExperimentWorkspace(Workspace):
     # --- as a workspace ---
 
     def listen(self, context: WorkspaceContext) -> None:
-        self._controller = context.controller
+        self._controller, self._settings = context.controller, context.settings
+        self._use_equipment(kept_choice(context.settings.study_equipment))
         bridge = context.controller.bridge
         bridge.reported.connect(self._take)
         bridge.ticked.connect(self._tick)
         context.controller.opened.connect(self._show_way)
         self._show_way()
+        for line in self._wrong:
+            self.said.emit(line)
+        self.go_on_making()
 
     def shortcuts(self) -> Keys:
         return SHORTCUTS
@@ -100,6 +123,9 @@ class ExperimentWorkspace(Workspace):
         """End what runs; the session's file stays as it is, to be gone on with."""
         self.leave()
         self.background.join()
+        unsaved = self.maker.unsaved()
+        if unsaved:
+            write_file(make_folder(self.own) / UNSAVED, unsaved)
 
     # --- the choice ---
 
@@ -126,6 +152,7 @@ class ExperimentWorkspace(Workspace):
 
     def _show(self) -> None:
         self.overview.show_study(self._study, len(sessions_of(self.root, self._study)))
+        self.list.show_own(self._study.is_own)
         self._show_way()
 
     def _show_way(self) -> None:
@@ -143,6 +170,87 @@ class ExperimentWorkspace(Workspace):
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda path: self.open_protocol(Path(path)))
         dialog.open()
+
+    # --- protocols of one's own ---
+
+    def make_new(self) -> None:
+        """Open the form with a protocol of two trials."""
+        self._open_maker(Draft.new(self._registry, self.own))
+
+    def make_own(self) -> None:
+        """Open the form with a copy of the chosen study."""
+        study = self._study
+        draft = Draft.of(study.protocol, self._registry, self.own)
+        draft.raw["title"] = f"{study.protocol.title or study.name}, my own"
+        try:
+            draft.take_patches(study.folder)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        self._open_maker(draft)
+
+    def edit_own(self) -> None:
+        """Open the form with the chosen study, where that is a person's own."""
+        study = self._study
+        if study.is_own:
+            count = len(sessions_of(self.root, study))
+            begun = f"{count} {'session was' if count == 1 else 'sessions were'} begun with it as it is"
+            note = f"{begun}: they stay, but can only be gone on with, and analysed here, while it is not changed."
+            self._open_maker(Draft.of(study.protocol, self._registry, self.own), study.path, note=note if count else "")
+
+    def ask_to_delete_own(self) -> None:
+        """Delete the chosen study's file, where that is a person's own, after asking."""
+        study = self._study
+        if study.is_own:
+            title = study.protocol.title or study.name
+            ask_to_delete(self.window(), title, len(sessions_of(self.root, study)), lambda: self._delete(study))
+
+    def _delete(self, study: StudyFile) -> None:
+        if not QFile.moveToTrash(str(study.path)):
+            self.said.emit(f"{study.path} could not be moved to the trash; delete it by hand")
+            return
+        place = self.studies.index(study)
+        self.studies.remove(study)
+        self.list.show_studies(self.studies, min(place, len(self.studies) - 1))
+
+    def _open_maker(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
+        if self.runner is None:
+            self.maker.edit(draft, path, note)
+            self.list.setEnabled(False)
+            self.stack.setCurrentWidget(self.maker)
+
+    def _leave_maker(self) -> None:
+        self.list.setEnabled(True)
+        self.stack.setCurrentWidget(self.overview)
+        self.list.list.setFocus()
+
+    def _made(self, path: Path) -> None:
+        """A protocol was saved: it is in the list, and chosen; the participant's id is next."""
+        study = load_study(path, self._registry, is_own=True)
+        known = [one.path for one in self.studies]
+        if path in known:
+            self.studies[known.index(path)] = study
+        else:
+            self.studies.append(study)
+        self._leave_maker()
+        self.list.show_studies(self.studies, [one.path for one in self.studies].index(path))
+        self.overview.participant.clear()
+        self.overview.participant.setFocus()
+
+    def go_on_making(self) -> None:
+        """Open the form with what was not saved when the window was closed."""
+        kept = self.own / UNSAVED
+        if not kept.is_file():
+            return
+        try:
+            found = json.loads(read_file(kept))
+            draft = Draft(found["protocol"], self._registry, self.own)
+            self._open_maker(draft, Path(found["path"]) if found["path"] else None, "Not saved when the window closed.")
+        except (UnderfootError, ValueError, KeyError, TypeError, AttributeError):
+            self.said.emit(f"{kept} cannot be read; it is left as it is")
+            return
+        self.maker.mark_unsaved()
+        kept.unlink()
 
     # --- findings ---
 
@@ -171,6 +279,18 @@ class ExperimentWorkspace(Workspace):
         self.overview.show_busy("")
         self.overview.state.setText(why)
 
+    # --- equipment ---
+
+    def ask_equipment(self) -> None:
+        """Ask what is used beside the floor."""
+        EquipmentDialog(self._use_equipment, self.equipment, self.window()).open()
+
+    def _use_equipment(self, choice: EquipmentChoice) -> None:
+        self.equipment = choice
+        if self._settings is not None:
+            self._settings.study_equipment = msgspec.to_builtins(choice)
+        self.overview.show_equipment(choice.words)
+
     # --- a session ---
 
     def begin(self, participant: str) -> None:
@@ -186,10 +306,13 @@ class ExperimentWorkspace(Workspace):
             if session is None:
                 file.close()
                 return
+            equipment = Equipment()
             try:
-                equipment = Equipment(masking=self._masking(study))
+                floor, sounds = session.target.floor, study.protocol.sounds
+                equipment = self.equipment.opened(sounds, floor, session.force_rate_hz)
                 self.runner = Runner(session, file, study.protocol, study.folder, equipment)
             except UnderfootError:
+                equipment.close()
                 file.close()
                 controller.take_back()
                 raise
@@ -206,7 +329,7 @@ class ExperimentWorkspace(Workspace):
         self.show_participant()
 
     def show_participant(self) -> None:
-        """Open the participant's window on the last screen, which is another than this one where there are several."""
+        """Open the participant's window on the last of the other screens; beside this one where there is none."""
         if self.runner is None:
             return
         if self.window_of_participant is None:
@@ -218,9 +341,9 @@ class ExperimentWorkspace(Workspace):
             made.closed.connect(self._window_closed)
             made.set_origin(origin_of(self._study.protocol))
             self.window_of_participant = made
-        screens = QGuiApplication.screens()
-        if len(screens) > 1:
-            self.window_of_participant.show_on(screens[-1])
+        others = [screen for screen in QGuiApplication.screens() if screen is not self.screen()]
+        if others:
+            self.window_of_participant.show_on(others[-1])
         else:
             self.window_of_participant.resize(1000, 700)
             self.window_of_participant.show()
@@ -241,11 +364,6 @@ class ExperimentWorkspace(Workspace):
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         self._show()
-
-    def _masking(self, study: StudyFile) -> Masking | None:
-        """The sounds of a study on the default device; None where there are none, or they are not wanted."""
-        wanted = self.overview.masking.isChecked() and is_heard(study.protocol.sounds)
-        return Masking(study.protocol.sounds) if wanted else None
 
     def _created(self, path: Path, study: StudyFile, participant: str) -> SessionFile:
         target = self._controller.target if self._controller is not None else None
@@ -314,9 +432,17 @@ class ExperimentWorkspace(Workspace):
     def _connect(self) -> None:
         self.list.chosen.connect(self.choose)
         self.list.open_wanted.connect(self._ask_protocol)
+        self.list.new_wanted.connect(self.make_new)
+        self.list.own_wanted.connect(self.make_own)
+        self.list.edit_wanted.connect(self.edit_own)
+        self.list.delete_wanted.connect(self.ask_to_delete_own)
+        self.maker.saved.connect(self._made)
+        self.maker.left.connect(self._leave_maker)
+        self.maker.said.connect(self.said)
         overview, desk = self.overview, self.desk
         overview.begin_wanted.connect(self.begin)
         overview.participant_typed.connect(lambda _: self._show_way())
+        overview.equipment_wanted.connect(self.ask_equipment)
         overview.simulate_wanted.connect(self.simulate)
         overview.analyse_wanted.connect(self.analyse)
         self.background.found.connect(self._show_findings)

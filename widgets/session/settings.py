@@ -30,7 +30,8 @@ class Settings(msgspec.Struct):
     metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
     of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them. `recordings` are files and
     folders of recordings beside the one that is recorded to. `outside_files` may be read by patches in other folders:
-    the person said so.
+    the person said so. `study_equipment` is what studies use beside the floor, by the fields of
+    `studies.equipment.EquipmentChoice`.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -59,6 +60,7 @@ class Settings(msgspec.Struct):
     projector_at: tuple[float, float] = (0.0, 0.0)
     network_addresses: dict[str, str] = {}
     network_on: list[str] = []
+    study_equipment: dict[str, str | bool | None] = {}
     geometry: str = ""
     recent: list[str] = []
     stars: list[str] = []

@@ -33,7 +33,7 @@ class AnalyseOptions:
 @click.argument("sessions", metavar="SESSION...", type=FILE, nargs=-1, required=True)
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
 @click.option("--csv", type=FILE, help="Write all trials, a row each.")
-@click.option("--bids", type=FILE, help="Folder for BIDS behavioural files, one for each participant.")
+@click.option("--bids", type=FILE, help="Folder for BIDS: behavioural files, and force and vibration of each trial.")
 @click.option("--bootstrap", type=click.IntRange(0, 100_000), default=399, show_default=True,
               help="Draws for intervals of curves; 0: at once, from the regression's covariance.")  # fmt: skip
 @click.option("--lapses", is_flag=True, help="Give psychometric curves a lapse rate.")
@@ -53,10 +53,26 @@ def analyse(options: AnalyseOptions) -> None:
         write_csv(options.csv, rows)
     if options.bids is not None:
         write_bids(options.bids, rows, title, protocol)
+        for path in options.sessions:
+            _write_recordings(options.bids, path, title)
     if options.report is not None:
         people = ", ".join(dict.fromkeys(str(row["participant"]) for row in rows))
         write_page(options.report / "analysis.html", title, findings, [("participants", people)])
     print(json.dumps(data_of(findings)) if options.as_json else text_of(findings))
+
+
+def _write_recordings(folder: Path, path: Path, task: str) -> None:
+    """Force and vibration of a session's trials, where the file is a session."""
+    from underfoot.experiments.physio import write_physio
+    from underfoot.experiments.store import SessionFile
+    from underfoot.records.recording import is_recording
+
+    if is_recording(path):
+        file = SessionFile.open(path)
+        try:
+            write_physio(folder, file, task)
+        finally:
+            file.close()
 
 
 def _read(paths: tuple[Path, ...]) -> "tuple[list[Row], Protocol | None]":

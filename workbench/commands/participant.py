@@ -46,28 +46,12 @@ def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
 
 
 def _equipment(options: "ExperimentOptions", protocol: "Protocol", session: "Session") -> "Equipment":
-    """What was asked for beside the floor; what was opened is closed again where the rest cannot be."""
-    from underfoot.devices.plate import plate_of
-    from underfoot.studies.equipment import Equipment
-    from underfoot.studies.markers import LslMarkers, SerialTrigger
-    from underfoot.studies.masking import Masking, is_heard
+    """What was asked for beside the floor."""
+    from underfoot.studies.equipment import EquipmentChoice
 
-    with ExitStack() as unless_all:
-        plate = plate_of(options.plate) if options.plate else None
-        if plate is not None:
-            unless_all.callback(plate.close)
-        masking = None
-        if options.masking is not None and is_heard(protocol.sounds):
-            masking = Masking(protocol.sounds, "" if options.masking == "default" else options.masking)
-            unless_all.callback(masking.close)
-        markers: list[LslMarkers | SerialTrigger] = []
-        if options.trigger:
-            markers.append(SerialTrigger(options.trigger))
-            unless_all.callback(markers[0].close)
-        if options.lsl:
-            markers.append(LslMarkers(session.target.floor, session.force_rate_hz))
-        unless_all.pop_all()
-        return Equipment(plate, masking, markers)
+    masking = "" if options.masking == "default" else options.masking
+    choice = EquipmentChoice(options.plate or "", masking, options.trigger or "", options.lsl)
+    return choice.opened(protocol.sounds, session.target.floor, session.force_rate_hz)
 
 
 def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> "SessionFile":

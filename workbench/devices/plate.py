@@ -133,10 +133,20 @@ class Plate:
 
 def plate_of(text: str) -> Plate:
     """The plate of `PORT:FILE`, a serial port and a calibration file; `BadValue`, `BadFile` or `DeviceError`."""
-    port, colon, path = text.rpartition(":")
+    port, path = split_plate(text)
+    return Plate(port, PlateCalibration.load(path))
+
+
+def split_plate(text: str) -> tuple[str, str]:
+    """Port and calibration file of `PORT:FILE`; a drive's letter is part of the file.
+
+    >>> split_plate("/dev/ttyACM0:plate.json"), split_plate("COM3:C:/plate.json")
+    (('/dev/ttyACM0', 'plate.json'), ('COM3', 'C:/plate.json'))
+    """
+    port, colon, path = text.partition(":")
     if not colon or not port or not path:
         raise BadValue(f"plate is {text!r}; allowed: PORT:FILE, as /dev/ttyACM0:plate.json")
-    return Plate(port, PlateCalibration.load(path))
+    return port, path
 
 
 def _number(text: str) -> float:

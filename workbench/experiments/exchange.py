@@ -25,6 +25,7 @@ _DESCRIPTIONS = {
     "block": "Block of the trial, from 1.",
     "attempt": "1, or more where the trial was repeated.",
     "spoiled": "Why the trial does not count; empty where it does.",
+    "entry": "Number of the page in the session; the recordings of the trial have it in their names.",
     "correct": "The right answer, where there is one.",
     "stimulus": "The stimulus that is judged, by its name in the protocol; empty for nothing.",
     "other": "The stimulus of the other interval.",
@@ -35,6 +36,9 @@ _DESCRIPTIONS = {
     "onset_s": "Beginning of the vibration, in s of the session's clock.",
     "onset_after_step_s": "From the first force of the step that starts the trial to the first vibration frame, in s.",
     "commanded_m_s2": "Largest acceleration that was commanded during the presentation, in m/s^2.",
+    "measured_m_s2": "Largest acceleration that accelerometers measured during the presentation, in m/s^2.",
+    "answered_by": "foot, where the answer was given by stepping on the floor.",
+    "foot_after_s": "From the end of the presentation to the foot on the field of the answer, in s.",
     "most_force_n": "Largest force on one tile during the presentation, in N.",
 }
 
@@ -90,12 +94,12 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
     `BadFile` where they cannot be written. The paths that were written.
     """
     folder = Path(folder)
-    name = re.sub(r"[^A-Za-z0-9]", "", task) or "study"
+    name = bids_label(task) or "study"
     written = []
     description = {"Name": task, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
     written.append(_json(make_folder(folder) / "dataset_description.json", description))
     people = list(dict.fromkeys(str(row["participant"]) for row in rows))
-    labels = {person: re.sub(r"[^A-Za-z0-9]", "", person) for person in people}
+    labels = {person: bids_label(person) for person in people}
     if len(set(labels.values())) < len(people):
         raise BadFile("two participants have the same id without signs; BIDS allows letters and digits only")
     for person, label in labels.items():
@@ -108,6 +112,15 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
     table = "participant_id\n" + "".join(f"sub-{label}\n" for label in labels.values())
     write_file(folder / "participants.tsv", table.encode())
     return [*written, folder / "participants.tsv"]
+
+
+def bids_label(words: str) -> str:
+    """A label as BIDS allows it: letters and digits.
+
+    >>> bids_label("P-01")
+    'P01'
+    """
+    return re.sub(r"[^A-Za-z0-9]", "", words)
 
 
 def _bids_row(row: Row) -> dict[str, Any]:

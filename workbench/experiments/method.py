@@ -112,10 +112,15 @@ class Method(ABC):
                 found |= dict.fromkeys((one for one in named if one), 0.0)
         return found
 
-    @property
+    @classmethod
     @abstractmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        """What is asked in each trial, with these checked parameters."""
+
+    @property
     def asks(self) -> tuple[Parameter, ...]:
         """What is asked in each trial."""
+        return self.asked(self.given)
 
     @property
     @abstractmethod

@@ -12,6 +12,7 @@ import msgspec
 
 from underfoot.documents import parse, placed, refusals
 from underfoot.errors import BadFile, BadValue, require
+from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Stimulus
@@ -25,6 +26,12 @@ VERSION = 1
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=86400.0)]
 Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Decibels = Annotated[float, msgspec.Meta(ge=-120.0, le=0.0)]
+
+
+def _told(text: str, label: str = "") -> msgspec.Meta:
+    """What a form says of a field."""
+    return msgspec.Meta(description=text, title=label or None)
+
 
 END = "end"
 """What `Stage.next` says where the study ends behind a stage."""
@@ -44,6 +51,7 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     In trials, `start` is what begins a presentation: a key, a step onto the tile, or two crossings of it (there and
     back). Between trials `trial_pause_s` pass, between the intervals of one `interval_pause_s`, between blocks
     `block_pause_s`, but `long_pause_s` after every `long_pause_every` blocks. `practice` is left out of the analysis.
+    With `foot` the answer can be given by stepping on the floor, too.
     `next` is the id of the stage behind it, "end" for none, "" for the one that follows in the list.
     """
 
@@ -54,28 +62,48 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     questions: tuple[Question, ...] = ()
     method: MethodUse | None = None
     stimulus: str = ""
-    practice: bool = False
-    start: Literal["key", "step", "crossings"] = "key"
-    plays: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 1
-    feedback: bool = False
-    seconds: Seconds = 0.0
-    trial_pause_s: Seconds = 0.0
-    interval_pause_s: Seconds = 0.5
-    block_pause_s: Seconds = 0.0
-    long_pause_s: Seconds = 0.0
-    long_pause_every: Annotated[int, msgspec.Meta(ge=0, le=1000)] = 0
+    practice: Annotated[bool, _told("Left out of the analysis.")] = False
+    start: Annotated[
+        Literal["key", "step", "crossings"],
+        _told("A key, a step onto the tile, or crossing it there and back.", "Begun by"),
+    ] = "key"
+    plays: Annotated[int, msgspec.Meta(ge=1, le=1000), _told("How often it can be felt, by a key.")] = 1
+    feedback: Annotated[bool, _told("Whether the right answer is shown, where there is one.")] = False
+    foot: FootAnswer | None = None
+    seconds: Annotated[Seconds, _told("How long it lasts; 0 in learning: until the participant goes on.", "Lasts")] = (
+        0.0
+    )
+    trial_pause_s: Annotated[Seconds, _told("Between trials.")] = 0.0
+    interval_pause_s: Annotated[Seconds, _told("Between the two intervals of a trial.")] = 0.5
+    block_pause_s: Annotated[Seconds, _told("Between blocks.")] = 0.0
+    long_pause_s: Annotated[Seconds, _told("In its place, after every so many blocks.")] = 0.0
+    long_pause_every: Annotated[int, msgspec.Meta(ge=0, le=1000), _told("Blocks until a long pause; 0: none.")] = 0
     next: str = ""
+
+
+_WORDS = ("title", "text")
+FIELDS_OF_KIND: Mapping[str, tuple[str, ...]] = {
+    "consent": _WORDS,
+    "questions": (*_WORDS, "questions"),
+    "read": _WORDS,
+    "learn": (*_WORDS, "seconds"),
+    "level": (*_WORDS, "stimulus"),
+    "trials": ("title", "method", "start", "plays", "feedback", "practice", "foot", "trial_pause_s", "interval_pause_s",
+               "block_pause_s", "long_pause_s", "long_pause_every"),
+    "pause": ("title", "seconds"),
+}  # fmt: skip
+"""The fields of a stage that say something, by its kind; `id` and `next` every stage has."""
 
 
 class Sounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is heard throughout, on a sound card of its own: `noise` that masks, at `noise_db` (RMS, of full scale), and
     a metronome, at `metronome_hz` with clicks of `metronome_db`, 0 for none; on `channel` of the card, from 0."""
 
-    noise: Literal["none", "pink", "white"] = "none"
-    noise_db: Decibels = -30.0
-    metronome_hz: Annotated[float, msgspec.Meta(ge=0.0, le=10.0)] = 0.0
-    metronome_db: Decibels = -30.0
-    channel: Annotated[int, msgspec.Meta(ge=0, le=255)] = 0
+    noise: Annotated[Literal["none", "pink", "white"], _told("Masks what the tiles sound like.")] = "none"
+    noise_db: Annotated[Decibels, _told("RMS, re full scale.", "Noise level")] = -30.0
+    metronome_hz: Annotated[float, msgspec.Meta(ge=0.0, le=10.0), _told("Clicks a second; 0: none.")] = 0.0
+    metronome_db: Annotated[Decibels, _told("Of the clicks, re full scale.", "Metronome level")] = -30.0
+    channel: Annotated[int, msgspec.Meta(ge=0, le=255), _told("Of the sound card, from 0.")] = 0
 
 
 class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -83,12 +111,14 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     format: str = FORMAT
     version: int = VERSION
-    title: str = ""
-    about: str = ""
-    seed: Annotated[int, msgspec.Meta(ge=0, le=2**53)] = 0
+    title: Annotated[str, _told("What it is called in the list.")] = ""
+    about: Annotated[str, _told("What it is about, for experimenters.")] = ""
+    seed: Annotated[int, msgspec.Meta(ge=0, le=2**53), _told("The same seed and participant: the same order.")] = 0
     participant: tuple[Question, ...] = ()
-    limit_m_s2: Level = 20.0
-    present_s: Annotated[float, msgspec.Meta(ge=0.05, le=600.0)] = 2.0
+    limit_m_s2: Annotated[Level, _told("Nothing is presented above this peak acceleration.")] = 20.0
+    present_s: Annotated[
+        float, msgspec.Meta(ge=0.05, le=600.0), _told("How long a presentation by a key lasts.", "Presented for")
+    ] = 2.0
     sounds: Sounds = Sounds()
     stimuli: Mapping[str, Stimulus] = {}
     stages: tuple[Stage, ...] = ()
@@ -157,6 +187,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             require(bool(self.stimuli), f"{place}.kind", stage.kind, "learn only where there are stimuli")
         if stage.kind != "trials":
             require(stage.method is None, f"{place}.method", "a method", "none, in a stage that has no trials")
+            require(stage.foot is None, f"{place}.foot", "an answer by foot", "none, in a stage that has no trials")
             return
         if stage.method is None:
             raise BadValue(f"{place}.method is missing; allowed: {', '.join(METHODS)}")
@@ -171,6 +202,8 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             where = f"{place}.method reaches {peak:.3g} m/s^2 with {name}"
             if peak > self.limit_m_s2 * (1.0 + 1e-9):
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}")
+        if stage.foot is not None:
+            stage.foot.check(f"{place}.foot", METHODS[kind].asked(given))
 
     # --- files ---
 

@@ -31,9 +31,11 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     patch: str = ""
     settings: Mapping[str, Any] = {}
     scaled_by: str = ""
-    measured_m_s2: Level = 0.0
-    level_m_s2: Level = 0.0
-    stiffness_n_mm: Annotated[float, msgspec.Meta(ge=0.0, le=10000.0)] = 0.0
+    measured_m_s2: Annotated[Level, msgspec.Meta(description="The peak with the settings as they are.")] = 0.0
+    level_m_s2: Annotated[Level, msgspec.Meta(description="The peak that is wanted of it.")] = 0.0
+    stiffness_n_mm: Annotated[
+        float, msgspec.Meta(ge=0.0, le=10000.0, description="What the plate is set to first; 0: no plate.")
+    ] = 0.0
     factors: Mapping[str, Fact] = {}
 
     def peak_m_s2(self, gain_db: float = 0.0) -> float:

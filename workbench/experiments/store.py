@@ -11,6 +11,7 @@ import platform
 import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -43,7 +44,9 @@ create table note (id integer primary key, at text not null, entry integer not n
 """
 _LARGEST = 1 << 30
 """Bytes of a stretch: an hour and a half of a tile's vibration."""
-_TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<f4"}
+_Packed = tuple[object, ...]
+"""A stretch as a row of its table, without the entry."""
+_TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<i2"}
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,8 @@ class Stretch:
 
     `kind`: "force" (newtons a corner), "vibration" (what was commanded, m/s^2 a tile) or "measured" (what an
     accelerometer heard, m/s^2).
-    `part` is the interval, from 0; `first` the session frame of the first row, with `rate_hz` rows a second.
+    `part` is the interval, from 0; `first` when the first row was, in seconds of the session, with `rate_hz` rows a
+    second.
     """
 
     kind: str
@@ -77,6 +81,8 @@ class SessionFile:
 
     def __init__(self, path: Path, base: sqlite3.Connection) -> None:
         self.path, self._base = path, base
+        self._packer = ThreadPoolExecutor(1, "packing")
+        self._begun: list[tuple[Stretch, Future[_Packed]]] = []
 
     @staticmethod
     def create(
@@ -130,6 +136,7 @@ class SessionFile:
                 if version > VERSION:
                     raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
                 base.execute("pragma journal_mode = wal")
+                base.execute("pragma wal_autocheckpoint = 0")  # `add` has it done in a thread: nobody waits for it
                 base.execute("pragma synchronous = full")  # not even a power cut loses an answer
             except (sqlite3.Error, UnicodeDecodeError) as error:
                 raise BadFile(f"{path} is not a session of a study: {' '.join(str(error).split())}") from None
@@ -205,17 +212,29 @@ class SessionFile:
 
     # --- what is put in ---
 
+    def begin_packing(self, stretches: Iterable[Stretch]) -> None:
+        """Pack stretches, in a thread, that are to be added soon: of ten seconds and four tiles that takes half a
+        second, which passes while a person thinks."""
+        self._begun += [(stretch, self._packer.submit(_packed, stretch)) for stretch in stretches]
+
     def add(self, entry: Entry, stretches: Iterable[Stretch] = ()) -> int:
         """Keep an entry with its stretches; safe when this returns. Its number, from 1."""
+        packed = [self._packed_one(stretch) for stretch in stretches]
+        self._begun = []
         with self._transaction():
             (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
             row = (last + 1, _now(), msgspec.json.encode(entry).decode())
             self._base.execute("insert into entry values (?, ?, ?)", row)
             self._base.executemany(
                 "insert into stretch values (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                [(last + 1, *_packed(stretch)) for stretch in stretches],
+                [(last + 1, *row) for row in packed],
             )
+        self._packer.submit(_fold, self.path)
         return int(last) + 1
+
+    def _packed_one(self, stretch: Stretch) -> _Packed:
+        begun = next((future for one, future in self._begun if one is stretch), None)
+        return begun.result() if begun is not None else _packed(stretch)
 
     def replace_last(self, entry: Entry) -> None:
         """Put an entry in the place of the last one, whose stretches stay: a trial that is spoiled afterwards."""
@@ -231,6 +250,7 @@ class SessionFile:
 
     def close(self) -> None:
         """Fold the log into the file, and let go of it."""
+        self._packer.shutdown(cancel_futures=True)
         with suppress(sqlite3.Error):  # somebody else reads it: the log stays beside it
             self._base.execute("pragma journal_mode = delete")
         self._base.close()
@@ -245,6 +265,12 @@ class SessionFile:
 
     def _transaction(self) -> "_Transaction":
         return _Transaction(self._base, self.path)
+
+
+def _fold(path: Path) -> None:
+    """Fold what is in the log into the file, as far as nobody reads it; the answers in it are safe as they are."""
+    with suppress(sqlite3.Error), closing(sqlite3.connect(path)) as base:
+        base.execute("pragma wal_checkpoint(passive)")
 
 
 class _Transaction:
@@ -284,7 +310,7 @@ def _unpacked(data: bytes) -> bytes:
     return values
 
 
-def _packed(stretch: Stretch) -> tuple[object, ...]:
+def _packed(stretch: Stretch) -> _Packed:
     """A stretch as a row; vibration with 16 bits of its largest value."""
     values = np.asarray(stretch.values, np.float64)
     scale = 1.0

@@ -6,7 +6,7 @@ from typing import Any
 from underfoot.errors import BadValue
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.study import PARTICIPANT, Entry
-from underfoot.experiments.trials import NOTHING, Presentation, Trial
+from underfoot.experiments.trials import NOTHING, Presentation
 
 Row = Mapping[str, Any]
 """One trial: values by the names of columns. What a trial does not have is not in its row."""
@@ -34,7 +34,7 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
             if entry.kind == "level":
                 gain_db = float(entry.answers["gain_db"])
             if entry.trial is not None:
-                row = _row(protocol, stages[entry.stage], participant, entry, entry.trial, gain_db)
+                row = _row(protocol, stages[entry.stage], participant, entry, number, gain_db)
                 found.append({**row, **person})
         except (KeyError, TypeError, ValueError) as error:
             raise BadValue(f"entry {number} of {participant} does not fit its protocol ({error})") from None
@@ -71,9 +71,11 @@ def grouped(rows: Iterable[Row], *columns: str) -> dict[tuple[Any, ...], list[Ro
 
 
 def _row(
-    protocol: Protocol, stage: Stage, participant: str, entry: Entry, trial: Trial, gain_db: float
+    protocol: Protocol, stage: Stage, participant: str, entry: Entry, number: int, gain_db: float
 ) -> dict[str, Any]:
-    """The row of a trial, without what the participant said before."""
+    """The row of a trial's entry, by its number, without what the participant said before."""
+    trial = entry.trial
+    assert trial is not None
     judged, other = _judged(trial.intervals, trial.facts.get("comparison"))
     row: dict[str, Any] = {
         "participant": participant,
@@ -84,6 +86,7 @@ def _row(
         "block": trial.block,
         "attempt": entry.attempt,
         "spoiled": entry.spoiled,
+        "entry": number,
     }
     if trial.correct != "":
         row["correct"] = trial.correct
@@ -112,11 +115,22 @@ def _judged(intervals: Sequence[Presentation], comparison: object) -> tuple[Pres
 NOT_FACTORS = frozenset(
     (
         *FIRST_COLUMNS,
-        *("correct", "stimulus", "other", "gain_db", "comparison", "comparison_at", "judged_more", "staircase", "run"),
+        *(
+            "entry",
+            "correct",
+            "stimulus",
+            "other",
+            "gain_db",
+            "comparison",
+            "comparison_at",
+            "judged_more",
+            "staircase",
+            "run",
+        ),
         *("level_db", "catch", "announced", "width_m", "distance_m", "bearing_rad", "x_m", "y_m"),
         *("number", "interval", "felt", "rating", "label", "sort", "selected", "time_s"),
         *("started_at", "onset_s", "onset_after_step_s", "shown_s", "response_s", "plays", "frames", "commanded_m_s2"),
-        *("most_force_n", "latency_s", "software"),
+        *("most_force_n", "latency_s", "software", "measured_m_s2", "answered_by", "foot_after_s"),
     )
 )
 """Columns that are no factors of stimuli: what a trial is, what was answered, and what was measured."""

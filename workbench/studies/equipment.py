@@ -1,14 +1,18 @@
 """What a study can have beside the floor: the plate, masking sound, and those who want marks."""
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.plate import Plate
-from underfoot.studies.markers import Markers
-from underfoot.studies.masking import Masking
+from underfoot.devices.plate import Plate, PlateCalibration, plate_of, split_plate
+from underfoot.experiments.protocol import Sounds
+from underfoot.floor.layout import Floor
+from underfoot.studies.markers import LslMarkers, Markers, SerialTrigger, lsl_library
+from underfoot.studies.masking import Masking, is_heard
 
 
 @dataclass(frozen=True)
@@ -34,3 +38,53 @@ class Equipment:
         for one in (self.plate, self.masking, *self.markers):
             if one is not None:
                 one.close()
+
+
+class EquipmentChoice(msgspec.Struct, frozen=True):
+    """What is used beside the floor: a `plate` as PORT:FILE, `masking` sound on a device ("" the default one, None for
+    no sound), a `trigger`'s serial port, and `lsl` streams; "" for none.
+
+    >>> EquipmentChoice(trigger="/dev/ttyUSB0", masking="").words
+    'masking sound, trigger'
+    """
+
+    plate: str = ""
+    masking: str | None = None
+    trigger: str = ""
+    lsl: bool = False
+
+    @property
+    def words(self) -> str:
+        """What is used, in a line; "" for nothing."""
+        used = {
+            "plate": self.plate,
+            "masking sound": self.masking is not None,
+            "trigger": self.trigger,
+            "LSL": self.lsl,
+        }
+        return ", ".join(name for name, on in used.items() if on)
+
+    def check(self) -> None:
+        """Raise what is wrong as far as it can be told without opening anything."""
+        if self.plate:
+            PlateCalibration.load(split_plate(self.plate)[1])
+        if self.lsl:
+            lsl_library()
+
+    def opened(self, sounds: Sounds, floor: Floor, force_hz: float) -> Equipment:
+        """All of it, opened, for a study with these sounds; where one part cannot be, all are let go of again."""
+        with ExitStack() as unless_all:
+            plate = plate_of(self.plate) if self.plate else None
+            if plate is not None:
+                unless_all.callback(plate.close)
+            masking = Masking(sounds, self.masking) if self.masking is not None and is_heard(sounds) else None
+            if masking is not None:
+                unless_all.callback(masking.close)
+            markers: list[Markers] = []
+            if self.trigger:
+                markers.append(SerialTrigger(self.trigger))
+                unless_all.callback(markers[0].close)
+            if self.lsl:
+                markers.append(LslMarkers(floor, force_hz))
+            unless_all.pop_all()
+            return Equipment(plate, masking, markers)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.experiments.store import Stretch
 from underfoot.studies.floor_watch import FloorWatch
@@ -58,6 +59,24 @@ class Presented:
         self.stretches.append(Stretch("force", interval, force_s, watch.force_hz, corners, flat))
         names, heard = tuple(tiles[k] for k in sounding), played[:, sounding]
         self.stretches.append(Stretch("vibration", interval, first / rate, float(rate), names, heard))
+        loaded = np.nanargmax(forces.sum(axis=2).max(axis=0)) if most > 0.0 else 0
+        self._keep_measured(presenter, interval, (round(begin_s * rate), end), np.union1d(sounding, loaded))
+
+    def _keep_measured(
+        self, presenter: Presenter, interval: int, frames: tuple[int, int], tiles: NDArray[np.intp]
+    ) -> None:
+        """What accelerometers said of these tiles, those that were to vibrate and the one that was stood on."""
+        target = presenter.session.target
+        first, measured = presenter.measured(*frames)
+        there = [k for k in tiles if len(measured) and np.isfinite(measured[:, k]).all()]
+        if not there:
+            return
+        heard = measured[:, there]
+        begin = max(round(self.first_s * target.rate) - first, 0)
+        peak = float(np.abs(heard[begin:]).max(initial=0.0))
+        self.facts["measured_m_s2"] = max(float(f"{peak:.5g}"), self.facts.get("measured_m_s2", 0.0))
+        names = tuple(target.floor.tiles[k].id for k in there)
+        self.stretches.append(Stretch("measured", interval, first / target.rate, float(target.rate), names, heard))
 
     def _note_onset(self, frame: int | None, rate: int, by_foot: bool) -> None:
         """Of the first interval that vibrates."""

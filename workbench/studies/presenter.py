@@ -28,8 +28,9 @@ class Presenter:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self._vibration = VibrationReader(session.memory.vibration)
-        self._kept: deque[tuple[int, NDArray[np.float32]]] = deque()
+        tiles, rate = len(session.target.floor.tiles), session.target.rate
+        self._played = _Kept(VibrationReader(session.memory.vibration), tiles, rate)
+        self._measured = _Kept(VibrationReader(session.memory.measured), tiles, rate)
         profiles = profiles_of(session.target.profiles, session.target.floor) if session.target.profiles else {}
         self.full_scale = np.array(
             [
@@ -78,35 +79,60 @@ class Presenter:
                     self.trouble = said
 
     def read(self) -> None:
-        """Take what was played since the last call."""
-        first, frames = self._vibration.read()
-        if not len(frames):
-            return
-        self._kept.append((first, frames.copy()))
-        oldest = first + len(frames) - round(_KEPT_S * self.session.target.rate)
-        while self._kept and self._kept[0][0] + len(self._kept[0][1]) < oldest:
-            self._kept.popleft()
+        """Take what was played and measured since the last call."""
+        self._played.read()
+        self._measured.read()
 
     @property
     def end_frame(self) -> int:
         """The frame behind the last that was read."""
-        return self._kept[-1][0] + len(self._kept[-1][1]) if self._kept else 0
+        return self._played.end_frame
 
     def played(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
         """Frames that were played from `first` to before `end`, in m/s^2 [frame, tile], and the number of the first."""
-        parts: list[NDArray[np.float32]] = []
-        begin = first
-        for at, frames in self._kept:
-            inside = frames[max(first - at, 0) : max(end - at, 0)]
-            if len(inside):
-                begin = begin if parts else max(at, first)
-                parts.append(inside)
-        if not parts:
-            return first, np.zeros((0, len(self.full_scale)))
-        return begin, np.concatenate(parts).astype(np.float64) * self.full_scale
+        begin, frames = self._played.between(first, end)
+        return begin, frames * self.full_scale
+
+    def measured(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
+        """The same of what accelerometers measured, m/s^2; no frames where nothing measures."""
+        return self._measured.between(first, end)
 
     def onset_frame(self, first: int, end: int) -> int | None:
         """The first frame from `first` to before `end` in which something vibrates; None for none."""
         begin, played = self.played(first, end)
         loud = np.flatnonzero((np.abs(played) > AUDIBLE * self.full_scale).any(axis=1))
         return begin + int(loud[0]) if len(loud) else None
+
+
+class _Kept:
+    """The last minute of what a ring brings, frame by frame."""
+
+    def __init__(self, reader: VibrationReader, tiles: int, rate: int) -> None:
+        self._reader, self._tiles, self._frames = reader, tiles, round(_KEPT_S * rate)
+        self._parts: deque[tuple[int, NDArray[np.float32]]] = deque()
+
+    @property
+    def end_frame(self) -> int:
+        return self._parts[-1][0] + len(self._parts[-1][1]) if self._parts else 0
+
+    def read(self) -> None:
+        first, frames = self._reader.read()
+        if not len(frames):
+            return
+        self._parts.append((first, frames.copy()))
+        oldest = first + len(frames) - self._frames
+        while self._parts and self._parts[0][0] + len(self._parts[0][1]) < oldest:
+            self._parts.popleft()
+
+    def between(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
+        """What there is from `first` to before `end`, [frame, tile], and the number of its first frame."""
+        parts: list[NDArray[np.float32]] = []
+        begin = first
+        for at, frames in self._parts:
+            inside = frames[max(first - at, 0) : max(end - at, 0)]
+            if len(inside):
+                begin = begin if parts else max(at, first)
+                parts.append(inside)
+        if not parts:
+            return first, np.zeros((0, self._tiles))
+        return begin, np.concatenate(parts).astype(np.float64)

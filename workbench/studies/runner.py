@@ -9,7 +9,6 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
-from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -30,33 +29,16 @@ from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
+from underfoot.studies.foot_answers import FootAnswers, require_fields
 from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP
 from underfoot.studies.measuring import Presented
+from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE, Presenter
 from underfoot.studies.target import FloorTarget, require_on_floor
 
 CROSSINGS = 2
 SETTLED_S = 0.3
 """Before a presentation nothing has played for so long, so that what is kept of it has nothing of the one before."""
-
-
-class Phase(StrEnum):
-    """Where a runner stands within a page."""
-
-    PREPARING = "preparing"
-    """Every patch of the protocol is played once, silently, so that none has to be compiled later."""
-    PAGE = "page"
-    """A page that is read or answered; in learning, stimuli can be played."""
-    PAUSE = "pause"
-    WAITING = "waiting"
-    """Before a presentation: a pause between trials, the plate that moves, the floor that has to be left."""
-    READY = "ready"
-    """For a key, a step, or crossings to begin."""
-    PRESENTING = "presenting"
-    ANSWERING = "answering"
-    STOPPED = "stopped"
-    """By the participant or the experimenter, until `go_on`."""
-    END = "end"
 
 
 class Runner:
@@ -73,6 +55,7 @@ class Runner:
     ) -> None:
         """`folder` is where the protocol's patches lie. The study goes on where the file stands."""
         require_on_floor(protocol, session.target.floor)
+        require_fields(protocol, session.target.floor)
         self.session, self.file, self.protocol = session, file, protocol
         self._folder, self._clock = folder, clock
         self._equipment = equipment or Equipment()
@@ -95,6 +78,8 @@ class Runner:
         self._playing_until = math.inf
         self._stood = False
         self._floor_target: FloorTarget | None = None
+        self.foot: FootAnswers | None = None
+        """The fields on the floor that answer what is asked now."""
         self._resumed = Phase.PAGE
         session.stop()  # nothing is felt while patches are compiled
 
@@ -193,10 +178,7 @@ class Runner:
         """Answer the page, and keep the answer; `BadValue` where it cannot be, or comes too early."""
         allowed = self.phase in (Phase.PAGE, Phase.ANSWERING)
         require(allowed, "phase", str(self.phase), "a page to answer, or the end of a presentation")
-        facts = dict(self._presented.facts)
-        if self.phase is Phase.ANSWERING:
-            facts |= {"response_s": round(self._clock() - self._presented.ended, 4), "plays": self._presented.plays}
-        self._keep(values, facts)
+        self._take_answer(values, {})
 
     def spoil(self, reason: str) -> None:
         """Leave the trial that is shown unanswered, for a reason, and present it again."""
@@ -269,7 +251,7 @@ class Runner:
         """Begin what the page is."""
         page = self.study.page
         self.hint, self._interval = "", 0
-        self._presented, self._floor_target = Presented(started_at=_now()), None
+        self._presented, self._floor_target, self.foot = Presented(started_at=_now()), None, None
         self._playing_until = math.inf
         self.presenter.want(IDLE)
         now = self._clock()
@@ -335,7 +317,7 @@ class Runner:
         self._playing_until = math.inf
 
     def _begin(self, first_s: float) -> None:
-        self.phase, self.hint = Phase.PRESENTING, ""
+        self.phase, self.hint, self.foot = Phase.PRESENTING, "", None
         if self._interval == 0:
             self._presented.begin_anew()
         self._presented.first_s = first_s
@@ -376,9 +358,18 @@ class Runner:
             self._wait(self.protocol.stage(self.page.stage).interval_pause_s)
         else:
             self.phase = Phase.ANSWERING
+            foot = self.protocol.stage(self.page.stage).foot
+            if foot is not None:
+                self.foot = FootAnswers(foot, self.page.asks[0], self.session.target.floor, self.watch.now_s)
+                self.hint = self.foot.hint
 
     def _answering(self) -> None:
-        """Nothing: a person answers."""
+        """A person answers, by hand or by foot."""
+        if self.foot is None:
+            return
+        answers = self.foot.judged(self.watch.contacts, self.watch.now_s)
+        if answers is not None:
+            self._take_answer(answers, self.foot.facts)
 
     def _page(self) -> None:
         """Stimuli that are tried end by themselves, and the time of learning ends."""
@@ -419,6 +410,13 @@ class Runner:
 
     # --- what is kept ---
 
+    def _take_answer(self, values: Answers, facts: Mapping[str, Any]) -> None:
+        """Keep an answer with what is known of its trial, and how long it took."""
+        known = {**self._presented.facts, **facts}
+        if self.phase is Phase.ANSWERING:
+            known |= {"response_s": round(self._clock() - self._presented.ended, 4), "plays": self._presented.plays}
+        self._keep(values, known)
+
     def _keep(self, values: Answers, facts: Mapping[str, Any], pause_s: float = 0.0) -> None:
         """Take an answer, keep it with its stretches, and open the next page; disk before screen."""
         known = {"started_at": self._presented.started_at, **facts}
@@ -431,7 +429,9 @@ class Runner:
 
     def _measure(self) -> None:
         """Take down what this interval was, and tell those who want marks."""
+        before = len(self._presented.stretches)
         self._presented.measure(self.presenter, self.watch, self._interval, self.page.start != "key")
+        self.file.begin_packing(self._presented.stretches[before:])
         now_s = self.session.health.frame / self.session.target.rate
         if math.isfinite(self._presented.onset_s):
             self._mark(ONSET, now_s - self._presented.onset_s)

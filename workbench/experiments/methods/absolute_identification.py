@@ -1,6 +1,7 @@
 """Absolute identification: one stimulus at a time, answered by its number (thesis 3.4)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from underfoot.experiments.method import ListedMethod, StimulusNames
 from underfoot.experiments.questions import ask
@@ -26,7 +27,7 @@ class AbsoluteIdentification(ListedMethod):
                 found.append(Trial(len(found) + 1, session, (Presentation(name),), number))
         return found
 
-    @property
-    def asks(self) -> tuple[Parameter, ...]:
-        most = len(self.given["identified"])
+    @classmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        most = len(given["identified"])
         return (ask("number", Count(1, 1, most, doc="Which one was it?")),)

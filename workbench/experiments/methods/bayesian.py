@@ -63,11 +63,11 @@ class Bayesian(Method):
     def strongest(cls, given: Mapping[str, Any]) -> dict[str, float]:
         return {given["followed"]: given["range_db"][1]}
 
-    @property
-    def asks(self) -> tuple[Parameter, ...]:
-        if self.given["intervals"] == "two":
-            return (first_or_second(self.given["question"]),)
-        return (yes_or_no("felt", self.given["question"]),)
+    @classmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        if given["intervals"] == "two":
+            return (first_or_second(given["question"]),)
+        return (yes_or_no("felt", given["question"]),)
 
     @property
     def trial(self) -> Trial | None:

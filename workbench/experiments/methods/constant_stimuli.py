@@ -1,6 +1,7 @@
 """Constant stimuli: levels that are set beforehand, each many times, in one interval or in two (thesis 6.3.6)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from underfoot.experiments.method import ListedMethod, StimulusName, StimulusNames
 from underfoot.experiments.questions import FIRST, SECOND, first_or_second, yes_or_no
@@ -50,9 +51,9 @@ class ConstantStimuli(ListedMethod):
         odd = [self.draws.happens(0.5)] * (blocks % 2)
         return self.draws.shuffled([True] * (blocks // 2) + [False] * (blocks // 2) + odd)
 
-    @property
-    def asks(self) -> tuple[Parameter, ...]:
-        question = self.given["question"]
-        if self.given["standard"]:
+    @classmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        question = given["question"]
+        if given["standard"]:
             return (first_or_second(question),)
         return (yes_or_no("felt", question),)

@@ -1,6 +1,7 @@
 """Free labels: every stimulus once, in random order, named in the participant's own words (thesis 3.4.2)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from underfoot.experiments.method import ListedMethod, StimulusNames
 from underfoot.experiments.questions import ask
@@ -27,10 +28,10 @@ class FreeLabels(ListedMethod):
                 found.append(Trial(len(found) + 1, block, (Presentation(name),)))
         return found
 
-    @property
-    def asks(self) -> tuple[Parameter, ...]:
-        sorts = tuple(part.strip() for part in self.given["sorts"].split(",") if part.strip())
-        asks = [ask("label", Text("", doc=self.given["question"]))]
+    @classmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        sorts = tuple(part.strip() for part in given["sorts"].split(",") if part.strip())
+        asks = [ask("label", Text("", doc=given["question"]))]
         if sorts:
             options = tuple(dict.fromkeys((NOT_SORTED, *sorts)))
             asks.append(ask("sort", Choice(NOT_SORTED, options=options, doc="What it belongs to.")))

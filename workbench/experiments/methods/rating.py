@@ -1,6 +1,7 @@
 """Rating: every condition once a block, in random order, judged on a slider (thesis 6.3.5)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from underfoot.experiments.method import ListedMethod, StimulusNames
 from underfoot.experiments.questions import ask
@@ -26,7 +27,7 @@ class Rating(ListedMethod):
                 found.append(Trial(len(found) + 1, block, (Presentation(name),)))
         return found
 
-    @property
-    def asks(self) -> tuple[Parameter, ...]:
-        doc = f"{self.given['question']} 0: {self.given['low']}, 100: {self.given['high']}."
+    @classmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        doc = f"{given['question']} 0: {given['low']}, 100: {given['high']}."
         return (ask("rating", Number(50.0, 0.0, 100.0, doc=doc)),)

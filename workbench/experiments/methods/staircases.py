@@ -82,11 +82,11 @@ class Staircases(Method):
     def strongest(cls, given: Mapping[str, Any]) -> dict[str, float]:
         return super().strongest(given) | dict.fromkeys(given["followed"], given["highest_db"])
 
-    @property
-    def asks(self) -> tuple[Parameter, ...]:
-        if self.given["standard"]:
-            return (first_or_second(self.given["question"]),)
-        return (yes_or_no("felt", self.given["question"]),)
+    @classmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        if given["standard"]:
+            return (first_or_second(given["question"]),)
+        return (yes_or_no("felt", given["question"]),)
 
     @property
     def trial(self) -> Trial | None:

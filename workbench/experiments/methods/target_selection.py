@@ -1,8 +1,9 @@
 """Target selection: round buttons on the floor, pressed with a foot before they vanish (thesis 5.6.1)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
+from typing import Any
 
 from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.questions import ask, yes_or_no
@@ -45,8 +46,8 @@ class TargetSelection(ListedMethod):
             found.append(Trial(k + 1, block, facts=facts))
         return found
 
-    @property
-    def asks(self) -> tuple[Parameter, ...]:
-        longest = self.given["visible_s"]
+    @classmethod
+    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        longest = given["visible_s"]
         time = Number(longest, 0.0, longest, doc="From its appearance to the press.", unit="s")
         return (yes_or_no("selected", "Was it pressed in time?"), ask("time_s", time))

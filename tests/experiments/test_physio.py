@@ -1,0 +1,74 @@
+"""Force and vibration of trials as BIDS recordings: names by BIDS's own validator, values as they were kept."""
+
+import gzip
+import json
+
+import numpy as np
+import pytest
+from made_studies import first_answers, made_protocol
+
+from underfoot.experiments.exchange import write_bids
+from underfoot.experiments.physio import write_physio
+from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.table import rows_of
+
+RNG = np.random.default_rng(3)
+FORCE = np.abs(RNG.normal(300.0, 50.0, (40, 4)))
+FORCE[3, 1] = np.nan  # a sample that was lost
+VIBRATION = RNG.normal(0.0, 0.4, (960, 1))
+CORNERS = tuple(f"t1.{k}" for k in range(1, 5))
+
+
+@pytest.fixture
+def exported(tmp_path):
+    """The folder of a session of two trials, each with its recordings, and what was written."""
+    protocol = made_protocol("rating", {"blocks": 1})
+    file = SessionFile.create(tmp_path / "p-1.session", protocol, "p-1")
+    study = file.study(protocol)
+    while not study.is_done:
+        stretches = [Stretch("force", 0, 1.5, 1000.0, CORNERS, FORCE),
+                     Stretch("vibration", 0, 1.25, 48_000.0, ("t1",), VIBRATION),
+                     Stretch("vibration", 1, 2.25, 48_000.0, (), np.zeros((9, 0))),
+                     Stretch("measured", 1, 2.25, 48_000.0, ("t1",), 0.9 * VIBRATION)]  # fmt: skip
+        file.add(study.answer(first_answers(study.page)), stretches)
+    write_bids(tmp_path / "b", rows_of(protocol, "p-1", file.entries()), "Two trials", protocol)
+    written = write_physio(tmp_path / "b", file, "Two trials")
+    file.close()
+    return tmp_path / "b", written
+
+
+def read(path):
+    """A recording as BIDS readers do, and its sidecar."""
+    sidecar = json.loads(path.with_name(path.name.replace(".tsv.gz", ".json")).read_text())
+    lines = gzip.decompress(path.read_bytes()).decode().splitlines()
+    rows = [[np.nan if cell == "n/a" else float(cell) for cell in line.split("\t")] for line in lines]
+    return np.array(rows), sidecar
+
+
+def test_every_name_is_one_that_bids_knows(exported):
+    folder, written = exported
+    valid = pytest.importorskip("bids_validator").BIDSValidator()
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert set(written) < set(files)
+    assert [path for path in files if not valid.is_bids(f"/{path.relative_to(folder)}")] == []
+
+
+def test_recordings_are_what_was_kept_and_their_sidecars_say_what_they_are(exported):
+    folder, written = exported
+    names = [path.name.split("recording-")[1].split("_")[0] for path in written if path.suffix == ".gz"]
+    assert names == ["force0001", "commanded0001", "measured0001b", "force0002", "commanded0002", "measured0002b"]
+    beh = folder / "sub-p1" / "beh"
+    force, about = read(beh / "sub-p1_task-Twotrials_recording-force0001_physio.tsv.gz")
+    np.testing.assert_allclose(force, FORCE, rtol=1e-4)
+    assert (about["SamplingFrequency"], about["StartTime"], about["Columns"]) == (1000.0, 1.5, list(CORNERS))
+    assert about["t1.1"]["Units"] == "N"
+    measured, about = read(beh / "sub-p1_task-Twotrials_recording-measured0002b_physio.tsv.gz")
+    np.testing.assert_allclose(measured, 0.9 * VIBRATION, atol=1e-4)
+    assert (about["SamplingFrequency"], about["StartTime"], about["t1"]["Units"]) == (48_000.0, 2.25, "m/s^2")
+
+
+def test_the_behavioural_file_says_which_recording_is_whose(exported):
+    folder, _ = exported
+    lines = (folder / "sub-p1" / "beh" / "sub-p1_task-Twotrials_beh.tsv").read_text().splitlines()
+    place = lines[0].split("\t").index("entry")
+    assert [line.split("\t")[place] for line in lines[1:]] == ["1", "2"]

@@ -1,0 +1,238 @@
+"""A study of one's own, made in the Experiment workspace by real clicks and keys, and run on oneself."""
+
+import json
+
+import pytest
+from made_studies import TD, protocol_text
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox, QPushButton
+
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.widgets.experiment.workspace import UNSAVED, ExperimentWorkspace
+
+LEFT, CTRL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture
+def made(qtbot, tmp_path):
+    return Hand(qtbot, tmp_path)
+
+
+class Hand:
+    """A workspace without a session, and the hand of who makes a study in it."""
+
+    def __init__(self, qtbot, folder):
+        self.qtbot, self.folder, self.said = qtbot, folder, []
+        self.workspace = self.opened()
+
+    def opened(self):
+        workspace = ExperimentWorkspace(REGISTRY, *(self.folder / name for name in ("studies", "protocols", "presets")))
+        self.qtbot.addWidget(workspace, before_close_func=lambda w: w.background.join())
+        workspace.said.connect(self.said.append)
+        workspace.resize(1280, 740)
+        show(self.qtbot, workspace)
+        return workspace
+
+    @property
+    def maker(self):
+        return self.workspace.maker
+
+    def click(self, button):
+        assert button.isEnabled()
+        self.qtbot.mouseClick(button, LEFT)
+
+    def page(self, place):
+        self.click(self.maker.tabs.button(place))
+
+    def type(self, field, text):
+        field.selectAll()
+        self.qtbot.keyClicks(field, text)
+
+    def choose(self, box, words):
+        """Choose in a box as keys do: its text is typed."""
+        box.setFocus()
+        box.setCurrentIndex(box.findText(words))
+        box.activated.emit(box.currentIndex())
+
+    def keep(self):
+        self.qtbot.waitUntil(self.maker.save.isEnabled)
+        self.qtbot.keyClick(self.maker, Qt.Key.Key_S, CTRL)
+
+    def protocols(self):
+        return sorted(path.name for path in (self.folder / "protocols").glob("*.json"))
+
+    def answer(self, words):
+        box = next(box for box in self.workspace.findChildren(QMessageBox) if box.isVisible())
+        self.click(next(button for button in box.findChildren(QPushButton) if button.text().replace("&", "") == words))
+
+
+def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_presets(made):
+    count = len(made.workspace.studies)
+    made.click(made.workspace.list.new)
+    made.type(made.maker.rows["study"].controls["title"], "Gravel or sand?")
+    made.keep()
+    assert made.protocols() == ["gravel-or-sand.json"]
+    assert len(made.workspace.studies) == count + 1
+    assert made.workspace.study.protocol.title == "Gravel or sand?"
+    assert made.workspace.list.list.currentItem().text() == "Gravel or sand?  (own)"
+    assert Protocol.load(made.workspace.study.path, REGISTRY) == made.workspace.study.protocol
+    assert len(made.opened().studies) == count + 1
+
+
+def test_a_mistake_is_said_as_the_file_would_and_cannot_be_saved(made):
+    made.click(made.workspace.list.new)
+    made.page(3)
+    made.type(made.maker.stages.form.parameters.controls["blocks"], "0")
+    made.qtbot.waitUntil(lambda: bool(made.maker.trouble.text()))
+    said = "$.stages[0].method.parameters.blocks is 0; allowed: whole numbers 1 to 1000"
+    assert made.maker.trouble.text() == said
+    assert not made.maker.save.isEnabled()
+    assert "•" in made.maker.tabs.button(3).text()
+    made.type(made.maker.stages.form.parameters.controls["blocks"], "many")
+    made.qtbot.waitUntil(lambda: "'many'" in made.maker.trouble.text())
+    made.type(made.maker.stages.form.parameters.controls["blocks"], "4")
+    made.qtbot.waitUntil(lambda: not made.maker.trouble.text())
+    assert made.maker.facts.text() == "rating: 8 trials, begun by key"
+
+
+@pytest.mark.parametrize("name", library.protocols())
+def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made, name):
+    row = [study.name for study in made.workspace.studies].index(name)
+    made.workspace.list.list.setCurrentRow(row)
+    preset = made.workspace.study.protocol
+    made.click(made.workspace.list.own)
+    for at in range(5):
+        made.page(at)
+    for page in (made.maker.stimuli, made.maker.stages):
+        for place in range(page.list.count()):
+            page.list.setCurrentRow(place)
+    assert not made.maker.is_changed
+    made.keep()
+    mine = made.workspace.study.protocol
+    assert mine.title == f"{preset.title}, my own"
+    assert (mine.stages, mine.stimuli, mine.participant, mine.sounds) == (
+        preset.stages, preset.stimuli, preset.participant, preset.sounds)  # fmt: skip
+
+
+def test_questions_stages_and_sounds_are_set_by_their_controls(made):
+    made.click(made.workspace.list.new)
+    made.page(1)
+    made.click(made.maker.questions.add)
+    made.maker.questions.table.item(0, 0).setText("age")
+    made.maker.questions.table.item(0, 1).setText("How old are you?")
+    made.choose(made.maker.questions.table.cellWidget(0, 2), "count")
+    made.page(3)
+    stages = made.maker.stages
+    made.click(stages.add)
+    made.type(stages.form.rows.controls["id"], "hello")
+    made.click(stages.up)
+    made.choose(stages.form.rows.controls["kind"], "consent")
+    stages.list.setCurrentRow(1)
+    made.choose(stages.form.method.controls["method"], "Up-down staircases")
+    made.type(stages.form.parameters.controls["followed"], "A")
+    made.type(stages.form.parameters.controls["steps_db"], "8, 2")
+    made.type(stages.form.parameters.controls["highest_db"], "12 dB")
+    made.type(stages.form.parameters.controls["above_db"], "6, 10")
+    made.type(stages.form.further.controls["block_pause_s"], "1500 ms")
+    made.click(stages.form.foot)
+    made.choose(stages.form.foot_rows.controls["by"], "halves")
+    made.page(4)
+    made.choose(made.maker.rows["sounds"].controls["noise"], "pink")
+    made.keep()
+    protocol = made.workspace.study.protocol
+    assert [(one.name, one.kind) for one in protocol.participant] == [("age", "count")]
+    assert [stage.kind for stage in protocol.stages] == ["consent", "trials"]
+    method = protocol.stages[1].method
+    assert (method.kind, method.parameters["steps_db"]) == ("staircases", [8.0, 2.0])
+    assert protocol.stages[1].block_pause_s == 1.5
+    assert protocol.stages[1].foot.by == "halves"
+    assert protocol.sounds.noise == "pink"
+
+
+def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(made):
+    own = made.folder / "presets"
+    own.mkdir()
+    Patch.load(library.patches()["stimulus-td"], REGISTRY).save(own / "mine.json")
+    made.click(made.workspace.list.new)
+    made.page(2)
+    stimuli = made.maker.stimuli
+    made.type(stimuli.form.name, "B")
+    words = next(stimuli.form.patch.itemText(k) for k in range(stimuli.form.patch.count())
+                 if stimuli.form.patch.itemText(k).startswith("My presets"))  # fmt: skip
+    made.choose(stimuli.form.patch, words)
+    assert stimuli.form.scaling.currentText() == "gain.gain"
+    made.choose(stimuli.form.adding, "gain.gain")
+    made.type(stimuli.form.rows.controls["gain.gain"], "0.5")
+    made.click(stimuli.form.measure)
+    assert stimuli.form.measure.text() == "Measuring… Stop"
+    made.qtbot.waitUntil(lambda: stimuli.form.measure.text() == "Measure the level", timeout=120_000)
+    measured = made.maker.draft.raw["stimuli"]["B"]["measured_m_s2"]
+    assert 0.1 < measured < 20.0
+    made.keep()
+    stimulus = made.workspace.study.protocol.stimuli["B"]
+    assert (stimulus.patch, stimulus.level_m_s2) == ("patches/mine.json", measured)
+    assert (made.folder / "protocols" / "patches" / "mine.json").read_bytes() == (own / "mine.json").read_bytes()
+
+
+def test_a_stimulus_keeps_its_place_in_the_stages_under_another_name(made):
+    path = made.folder / "made.json"
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "constant-stimuli", "parameters": {"standard": "TD"}}}
+    path.write_text(protocol_text(stimuli={"TD": TD, "X": {}}, stages=[stage]))
+    made.workspace.open_protocol(path)
+    made.click(made.workspace.list.own)
+    made.page(2)
+    made.type(made.maker.stimuli.form.name, "loud")
+    made.keep()
+    protocol = made.workspace.study.protocol
+    assert list(protocol.stimuli) == ["loud", "X"]
+    assert protocol.stages[0].method.parameters["standard"] == "loud"
+
+
+def test_ones_own_is_edited_again_and_deleted_after_asking(made):
+    made.click(made.workspace.list.new)
+    made.keep()
+    path = made.workspace.study.path
+    sessions = made.folder / "studies" / path.stem
+    sessions.mkdir(parents=True)
+    SessionFile.create(sessions / "P1.session", made.workspace.study.protocol, "P1").close()
+    made.click(made.workspace.list.edit)
+    assert made.maker.note.text().startswith("1 session was begun with it")
+    made.type(made.maker.rows["study"].controls["present_s"], "0.2")
+    made.keep()
+    assert made.protocols() == [path.name]
+    assert Protocol.load(path, REGISTRY).present_s == 0.2
+    count = len(made.workspace.studies)
+    made.click(made.workspace.list.delete)
+    made.answer("Cancel")
+    assert path.exists()
+    made.click(made.workspace.list.delete)
+    made.answer("Delete")
+    assert not path.exists()
+    assert len(made.workspace.studies) == count - 1
+    assert (sessions / "P1.session").exists()
+    made.click(made.workspace.list.new)  # another of the same title gets a file, and a folder of sessions, of its own
+    made.keep()
+    assert made.protocols() == ["my-study-2.json"]
+
+
+def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
+    made.click(made.workspace.list.new)
+    made.type(made.maker.rows["study"].controls["title"], "Half done")
+    made.qtbot.keyClick(made.maker, Qt.Key.Key_Escape)
+    made.answer("Go on with it")
+    assert made.maker.draft is not None
+    made.workspace.close_down()
+    kept = made.folder / "protocols" / UNSAVED
+    assert json.loads(kept.read_bytes())["protocol"]["title"] == "Half done"
+    again = made.opened()
+    again.go_on_making()
+    assert again.maker.draft.raw["title"] == "Half done"
+    assert again.maker.is_changed
+    made.qtbot.keyClick(again.maker, Qt.Key.Key_S, CTRL)
+    assert made.protocols() == ["half-done.json"]
+    assert not kept.exists()

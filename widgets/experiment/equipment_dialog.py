@@ -1,0 +1,203 @@
+"""The equipment of studies in this window: plate, masking sound, trigger, LSL streams."""
+
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+
+import msgspec
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QGridLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.devices.plate import split_plate
+from underfoot.devices.sound import devices
+from underfoot.errors import BadValue, UnderfootError
+from underfoot.experiments.protocol import Sounds
+from underfoot.floor.layout import default_floor
+from underfoot.studies.equipment import EquipmentChoice
+from underfoot.widgets import theme
+
+DEFAULT_DEVICE = "the default device"
+_TRIED_HZ = 1000.0
+
+
+class EquipmentDialog(QDialog):
+    """Edits a choice; Use hands it to `use`. Try opens all that is chosen, and lets go of it again."""
+
+    def __init__(
+        self, use: Callable[[EquipmentChoice], object], choice: EquipmentChoice, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Equipment of studies")
+        self._use = use
+        self.used = {
+            "plate": QCheckBox("&Stiffness plate at"),
+            "masking": QCheckBox("&Masking sound on"),
+            "trigger": QCheckBox("T&rigger at"),
+            "lsl": QCheckBox("&LSL streams"),
+        }
+        self.plate, self.trigger, self.masking = _ports(), _ports(), QComboBox()
+        self.calibration = QLineEdit()
+        self.calibration.setPlaceholderText("its calibration, plate.json")
+        self.calibration.setAccessibleName("Calibration of the plate")
+        self.look = QPushButton("Look…")
+        self.look.clicked.connect(self._look)
+        self.masking.addItems([DEFAULT_DEVICE, *dict.fromkeys(card.name for card in devices())])
+        self.note = theme.label("", "alarm")
+        self.note.setWordWrap(True)
+        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.try_out = self.buttons.addButton("Try", QDialogButtonBox.ButtonRole.ActionRole)
+        self.take = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.take.setDefault(True)
+        self._lay_out()
+        self._show(choice)
+        for box in self.used.values():
+            box.toggled.connect(self._enable)
+        self._enable()
+        self.take.clicked.connect(self._give)
+        self.try_out.clicked.connect(self._try)
+        self.buttons.rejected.connect(self.reject)
+
+    def choice(self) -> EquipmentChoice:
+        """What is chosen; `BadValue` where something is missing."""
+        plate = trigger = ""
+        if self.used["plate"].isChecked():
+            plate = f"{self.plate.currentText().strip()}:{self.calibration.text().strip()}"
+            split_plate(plate)
+        if self.used["trigger"].isChecked():
+            trigger = self.trigger.currentText().strip()
+            if not trigger:
+                raise BadValue("trigger is ''; allowed: a serial port, as /dev/ttyUSB0 or COM3")
+        device = "" if self.masking.currentText() == DEFAULT_DEVICE else self.masking.currentText()
+        masking = device if self.used["masking"].isChecked() else None
+        return EquipmentChoice(plate, masking, trigger, self.used["lsl"].isChecked())
+
+    def _give(self) -> None:
+        try:
+            chosen = self.choice()
+            chosen.check()
+        except UnderfootError as error:
+            self._say(str(error), "alarm")
+            return
+        self._use(chosen)
+        self.accept()
+
+    def _try(self) -> None:
+        try:
+            chosen = self.choice()
+            chosen.opened(Sounds(noise="pink"), default_floor(), _TRIED_HZ).close()
+        except UnderfootError as error:
+            self._say(str(error), "alarm")
+            return
+        self._say(f"Opened: {chosen.words}." if chosen.words else "Nothing is chosen.", "good")
+
+    def _say(self, text: str, role: str) -> None:
+        theme.set_role(self.note, role)
+        self.note.setText(text)
+
+    def _show(self, choice: EquipmentChoice) -> None:
+        if choice.plate:
+            port, path = split_plate(choice.plate)
+            self.plate.setCurrentText(port)
+            self.calibration.setText(path)
+        self.trigger.setCurrentText(choice.trigger)
+        if choice.masking and self.masking.findText(choice.masking) < 0:
+            self.masking.addItem(choice.masking)
+        self.masking.setCurrentText(choice.masking or DEFAULT_DEVICE)
+        on = {"plate": choice.plate, "masking": choice.masking is not None, "trigger": choice.trigger}
+        for name, box in self.used.items():
+            box.setChecked(bool(on.get(name, choice.lsl)))
+
+    def _enable(self) -> None:
+        for name, parts in {
+            "plate": (self.plate, self.calibration, self.look),
+            "masking": (self.masking,),
+            "trigger": (self.trigger,),
+        }.items():
+            for part in parts:
+                part.setEnabled(self.used[name].isChecked())
+
+    def _look(self) -> None:
+        dialog = QFileDialog(self, "Calibration of the plate", "", "Calibrations (*.json)")
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.fileSelected.connect(lambda path: self.calibration.setText(str(Path(path))))
+        dialog.open()
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(2 * theme.GRID)
+        grid.setVerticalSpacing(theme.GRID // 2)
+        grid.setColumnStretch(1, 1)
+        controls = {"plate": self.plate, "masking": self.masking, "trigger": self.trigger}
+        helps = {
+            "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load.",
+            "masking": "The protocol's noise and metronome, for headphones; where the protocol has none, nothing.",
+            "trigger": "A byte for each begin (1), onset (2), end (3), answer (4) and stop (5), at 115200 baud.",
+            "lsl": "Markers and forces as streams of the Lab Streaming Layer."
+            if find_spec("pylsl") is not None
+            else 'Needs the package pylsl: pip install "underfoot[lsl]".',
+        }
+        row = 0
+        for name, box in self.used.items():
+            grid.addWidget(box, row, 0)
+            if name in controls:
+                controls[name].setAccessibleName(box.text().replace("&", ""))
+                grid.addWidget(controls[name], row, 1, 1, 2)
+            if name == "plate":
+                row += 1
+                grid.addWidget(self.calibration, row, 1)
+                grid.addWidget(self.look, row, 2)
+            said = theme.label(helps[name], "small")
+            said.setWordWrap(True)
+            row += name != "lsl"
+            grid.addWidget(said, row, 1, 1, 2)
+            grid.setRowMinimumHeight(row + 1, theme.GRID)
+            row += 2
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(2 * theme.GRID)
+        column.addLayout(grid)
+        column.addWidget(self.note)
+        column.addStretch(1)
+        column.addWidget(self.buttons)
+        self.resize(72 * theme.GRID, 44 * theme.GRID)
+
+
+def kept_choice(kept: Mapping[str, str | bool | None]) -> EquipmentChoice:
+    """What the window remembers; nothing where it cannot be read.
+
+    >>> kept_choice({"trigger": "COM3"}).words, kept_choice({"lsl": "maybe"}).words
+    ('trigger', '')
+    """
+    try:
+        found = msgspec.convert(dict(kept), EquipmentChoice)
+        if found.plate:
+            split_plate(found.plate)
+    except (msgspec.ValidationError, BadValue):
+        return EquipmentChoice()
+    return found
+
+
+def _ports() -> QComboBox:
+    from serial.tools.list_ports import comports
+
+    box = QComboBox()
+    box.setEditable(True)
+    box.addItems(sorted(port.device for port in comports()))
+    box.setCurrentText("")
+    line = box.lineEdit()
+    if line is not None:
+        line.setPlaceholderText("a serial port, as /dev/ttyACM0")
+    return box

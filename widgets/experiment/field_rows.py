@@ -1,0 +1,138 @@
+"""A form of declared fields over the values of a document: a row a field, and every change is written at once."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QPlainTextEdit, QWidget
+
+from underfoot.errors import BadValue
+from underfoot.experiments.declared import Flag, caption
+from underfoot.experiments.method import StimulusName, StimulusNames
+from underfoot.parameters import Choice, Count, Number, Numbers, Parameter
+from underfoot.quantities import parse_quantity, pretty_text, pretty_unit
+from underfoot.widgets import theme
+
+CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
+LONG_TEXTS = ("about", "text")
+"""Fields with several lines."""
+_SEPARATORS = re.compile(r";\s*|,\s+|,(?=\D)|\s+")
+
+
+class FieldRows(QWidget):
+    """Shows `parameters` with their `values`, and writes what is set into `values`.
+
+    What cannot be read as what a field wants is written as it was typed: whoever checks the document says why it cannot
+    be. `stimuli` are the names to choose from.
+    """
+
+    changed = Signal(str)
+    """The name of a field that was set."""
+
+    def __init__(
+        self, parameters: Mapping[str, Parameter], values: dict[str, Any], stimuli: Sequence[str] = ()
+    ) -> None:
+        super().__init__()
+        self._values, self._stimuli = values, stimuli
+        self.controls: dict[str, QWidget] = {}
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(theme.GRID)
+        grid.setVerticalSpacing(theme.GRID // 2)
+        grid.setColumnMinimumWidth(0, LABEL_PX)
+        grid.setColumnStretch(2, 1)
+        for row, (name, parameter) in enumerate(parameters.items()):
+            words, unit = caption(name)
+            if parameter.label.lower() != name.replace("_", " "):
+                words = parameter.label
+            label = theme.label(words, "muted")
+            control = self._control(name, parameter, values.get(name, parameter.default))
+            control.setAccessibleName(words)
+            control.setToolTip(pretty_text(f"{parameter.doc} Allowed: {parameter.allowed}".strip()))
+            self.controls[name] = control
+            wide = parameter.kind == "text"
+            is_prose = isinstance(control, QPlainTextEdit)
+            grid.addWidget(label, row, 0, Qt.AlignmentFlag.AlignTop if is_prose else Qt.AlignmentFlag.AlignVCenter)
+            if wide:
+                grid.addWidget(control, row, 1, 1, 2)
+                continue
+            control.setFixedWidth(CONTROL_PX)
+            unit = pretty_unit(getattr(parameter, "unit", "") or unit)
+            said = theme.label("  ".join(part for part in (unit, pretty_text(parameter.doc)) if part), "small")
+            said.setWordWrap(True)
+            grid.addWidget(control, row, 1)
+            grid.addWidget(said, row, 2)
+
+    def _set(self, name: str, value: Any) -> None:
+        self._values[name] = value
+        self.changed.emit(name)
+
+    def _control(self, name: str, parameter: Parameter, value: Any) -> QWidget:
+        match parameter:
+            case Flag():
+                box = QCheckBox()
+                box.setChecked(bool(value))
+                box.toggled.connect(lambda on: self._set(name, on))
+                return box
+            case Choice(options=options):
+                return self._choices(name, dict(zip(options, options, strict=True)), value)
+            case StimulusName():
+                return self._choices(name, {"(none)": "", **{one: one for one in self._stimuli}}, value)
+        if name in LONG_TEXTS:
+            text = QPlainTextEdit(str(value))
+            text.setTabChangesFocus(True)
+            text.setFixedHeight(PROSE_PX)
+            text.textChanged.connect(lambda: self._set(name, text.toPlainText()))
+            return text
+        line = QLineEdit(_shown(parameter, value))
+        if isinstance(parameter, StimulusNames):
+            line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])
+        line.textEdited.connect(lambda typed: self._set(name, read(parameter, typed)))
+        return line
+
+    def _choices(self, name: str, choices: Mapping[str, Any], value: Any) -> QComboBox:
+        box = QComboBox()
+        for words, item in choices.items():
+            box.addItem(words, item)
+        if value not in choices.values():
+            box.addItem(str(value), value)
+        box.setCurrentIndex(box.findData(value))
+        box.activated.connect(lambda at: self._set(name, box.itemData(at)))
+        return box
+
+
+def read(parameter: Parameter, typed: str) -> Any:
+    """What was typed, as the value that a field wants; as text where it cannot be that.
+
+    >>> read(Count(1, 1, 9), "4"), read(Number(1.0, 0.0, 9.0, unit="s"), "250 ms"), read(Count(1, 1, 9), "many")
+    (4, 0.25, 'many')
+    >>> read(Numbers((1.0,), 0.0, 20.0), "8, 15")
+    [8.0, 15.0]
+    """
+    text = typed.strip()
+    unit = getattr(parameter, "unit", "")
+    try:
+        match parameter:
+            case Count():
+                found = parse_quantity(text, unit)
+                return int(found) if found == found // 1 else found
+            case Number():
+                return parse_quantity(text, unit)
+            case Numbers():
+                return [parse_quantity(part, unit) for part in _SEPARATORS.split(text) if part]
+            case StimulusNames():
+                return [part for part in re.split(r"[,;\s]+", text) if part]
+    except BadValue:
+        return text
+    return typed
+
+
+def _shown(parameter: Parameter, value: Any) -> str:
+    match parameter:
+        case Numbers() | StimulusNames():
+            items = value if isinstance(value, list | tuple) else [value]
+            return ", ".join(f"{item:g}" if isinstance(item, float) else str(item) for item in items)
+        case Number():
+            return f"{value:.10g}" if isinstance(value, int | float) else str(value)
+    return str(value)

@@ -1,0 +1,75 @@
+"""The fields on the floor that answer a question, big, as they lie before the participant."""
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPolygonF, QTransform
+from PySide6.QtWidgets import QWidget
+
+from underfoot.studies.foot_answers import FootAnswers, FootField
+from underfoot.widgets import theme
+
+HEIGHT_PX, LEAST_PX, MOST_PX = 46 * theme.GRID, 18, 40
+_INSET_PX = 6.0
+
+
+class FootFieldsView(QWidget):
+    """Draws each field with its answer; the one that is stepped on fills while the foot stays."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setMinimumHeight(HEIGHT_PX)
+        self.setAccessibleName("Fields on the floor")
+        self._answers: FootAnswers | None = None
+        self.hide()
+
+    def show_answers(self, answers: FootAnswers | None) -> None:
+        """Show the fields of a question; None for no question that a foot answers."""
+        self._answers = answers
+        self.setVisible(answers is not None)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        answers = self._answers
+        if answers is None:
+            return
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        shapes = self._shapes(answers.fields)
+        least = min(min(shape.boundingRect().width(), shape.boundingRect().height()) for shape in shapes)
+        painter.setFont(theme.font(round(min(max(0.25 * least, LEAST_PX), MOST_PX)), bold=True))
+        for field, shape in zip(answers.fields, shapes, strict=True):
+            box = shape.boundingRect()
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.RAISED))
+            painter.drawPolygon(shape)
+            if field is answers.on:
+                painter.save()
+                painter.setClipRect(QRectF(box.left(), box.bottom() - answers.share * box.height(), box.width(),
+                                           answers.share * box.height()))  # fmt: skip
+                painter.setBrush(QColor(theme.mixed(theme.FORCE, theme.RAISED, 0.6)))
+                painter.drawPolygon(shape)
+                painter.restore()
+                painter.setPen(QColor(theme.FORCE))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawPolygon(shape)
+            painter.setPen(QColor(theme.TEXT))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, field.words)
+
+    def _shapes(self, fields: tuple[FootField, ...]) -> list[QPolygonF]:
+        """The fields in pixels: as large as they fit, in the middle, with what is ahead above."""
+        floor = [QPolygonF([QPointF(x, -y) for x, y in field.corners_m]) for field in fields]
+        whole = floor[0].boundingRect()
+        for shape in floor:
+            whole = whole.united(shape.boundingRect())
+        room = QRectF(self.rect()).adjusted(_INSET_PX, _INSET_PX, -_INSET_PX, -_INSET_PX)
+        scale = min(room.width() / whole.width(), room.height() / whole.height())
+        to_screen = QTransform().translate(room.center().x(), room.center().y()).scale(scale, scale)
+        to_screen.translate(-whole.center().x(), -whole.center().y())
+        return [_inset(to_screen.map(shape)) for shape in floor]
+
+
+def _inset(shape: QPolygonF) -> QPolygonF:
+    """A little smaller around its middle, so that fields stand apart."""
+    box = shape.boundingRect()
+    x, y = 1.0 - _INSET_PX / max(box.width(), 1.0), 1.0 - _INSET_PX / max(box.height(), 1.0)
+    about = QTransform().translate(box.center().x(), box.center().y()).scale(x, y)
+    return about.translate(-box.center().x(), -box.center().y()).map(shape)

@@ -1,0 +1,99 @@
+"""A list of things with a form beside it: add, copy, move and remove by buttons and keys."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QListWidget, QPushButton, QScrollArea, QVBoxLayout, QWidget
+
+from underfoot.widgets import theme
+
+LIST_PX = 26 * theme.GRID
+
+
+class ItemList(QWidget):
+    """Names in order, of which one is chosen; whoever has the things does what is asked for."""
+
+    chosen = Signal(int)
+    add_wanted = Signal()
+    copy_wanted = Signal(int)
+    remove_wanted = Signal(int)
+    move_wanted = Signal(int, int)
+    """From a place, by so many (-1 or 1)."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__()
+        self.list = QListWidget()
+        self.list.setAccessibleName(f"{what.capitalize()}s")
+        self.list.setMinimumHeight(8 * theme.GRID)
+        self.add, self.copy, self.remove, self.up, self.down = (
+            QPushButton("Add"),
+            QPushButton("Copy"),
+            QPushButton("Remove"),
+            QPushButton("Up"),
+            QPushButton("Down"),
+        )
+        buttons = QGridLayout()
+        buttons.setSpacing(theme.GRID // 2)
+        for place, (button, key, says) in enumerate(
+            (
+                (self.add, "Ins", f"Add a {what}"),
+                (self.copy, "Ctrl+D", f"Copy the {what}"),
+                (self.remove, "Del", f"Remove the {what}"),
+                (self.up, "Alt+Up", f"Move the {what} up"),
+                (self.down, "Alt+Down", f"Move the {what} down"),
+            )
+        ):
+            button.setToolTip(f"{says} ({key})")
+            button.setAccessibleName(says)
+            shortcut = QShortcut(QKeySequence(key), self.list)
+            shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
+            shortcut.activated.connect(button.click)
+            buttons.addWidget(button, place // 3, place % 3)
+        self.detail = QScrollArea()
+        self.detail.setWidgetResizable(True)
+        self.detail.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        left = QVBoxLayout()
+        left.addWidget(self.list, 1)
+        left.addLayout(buttons)
+        side = QWidget()
+        side.setFixedWidth(LIST_PX)
+        side.setLayout(left)
+        left.setContentsMargins(0, 0, 0, 0)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(2 * theme.GRID)
+        row.addWidget(side)
+        row.addWidget(self.detail, 1)
+        self.setFocusProxy(self.list)
+        self.list.currentRowChanged.connect(self.chosen)
+        self.add.clicked.connect(self.add_wanted)
+        self.copy.clicked.connect(lambda: self.copy_wanted.emit(self.list.currentRow()))
+        self.remove.clicked.connect(lambda: self.remove_wanted.emit(self.list.currentRow()))
+        self.up.clicked.connect(lambda: self.move_wanted.emit(self.list.currentRow(), -1))
+        self.down.clicked.connect(lambda: self.move_wanted.emit(self.list.currentRow(), 1))
+
+    def show_names(self, names: Sequence[str], chosen: int) -> None:
+        """Show these, and choose one; nothing is said of it."""
+        with QSignalBlocker(self.list):
+            self.list.clear()
+            self.list.addItems(list(names))
+            self.list.setCurrentRow(min(max(chosen, 0), len(names) - 1))
+        for button in (self.copy, self.remove, self.up, self.down):
+            button.setEnabled(bool(names))
+
+    def rename(self, place: int, name: str) -> None:
+        """Show another name at a place."""
+        item = self.list.item(place)
+        if item is not None:
+            item.setText(name)
+
+    def show_detail(self, form: QWidget) -> None:
+        """Show the form of what is chosen."""
+        form.setProperty("role", "ground")
+        form.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        old = self.detail.takeWidget()
+        if old is not None:
+            old.hide()
+            old.deleteLater()
+        self.detail.setWidget(form)

@@ -1,0 +1,249 @@
+"""The form in which a protocol is made: questions, stimuli, stages, sounds, checked while they are typed."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QHBoxLayout,
+    QMessageBox,
+    QPushButton,
+    QScrollArea,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.errors import UnderfootError
+from underfoot.experiments.declared import fields_of
+from underfoot.experiments.draft import Draft, unused_path
+from underfoot.experiments.protocol import Protocol, Sounds
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.choice import facts_of
+from underfoot.widgets.experiment.field_rows import FieldRows
+from underfoot.widgets.experiment.question_table import QuestionTable
+from underfoot.widgets.experiment.stage_page import StagePage
+from underfoot.widgets.experiment.stimulus_page import StimulusPage
+
+PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
+_PLACES = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
+"""On which page a mistake is, by the first word of its place."""
+_FIELDS = ("title", "about", "seed", "limit_m_s2", "present_s")
+_REST_MS = 150
+
+
+class Maker(QWidget):
+    """Edits a draft. `saved` brings the file once it is written; `left` comes where nothing more is wanted."""
+
+    saved = Signal(object)
+    left = Signal()
+    said = Signal(str)
+
+    def __init__(self, sessions: Path, own_patches: Path) -> None:
+        """`sessions` is where the sessions of studies lie, `own_patches` where a person's own presets do."""
+        super().__init__()
+        self._sessions, self._own_patches = sessions, own_patches
+        self.draft: Draft | None = None
+        self._path: Path | None = None
+        self._kept = ""
+        self.title = theme.label("", "title")
+        self.save, self.leave = QPushButton("Save"), QPushButton("Close")
+        self.save.setProperty("role", "primary")
+        self.save.setToolTip("Save the protocol and choose it (Ctrl+S)")
+        self.leave.setToolTip("Back to the studies (Esc)")
+        self.trouble, self.note = theme.label("", "alarm"), theme.label("", "muted")
+        for label in (self.trouble, self.note):
+            label.setWordWrap(True)
+        self.pages = QStackedWidget()
+        self.tabs = QButtonGroup(self)
+        self.stimuli: StimulusPage
+        self.stages: StagePage
+        self.rows: dict[str, FieldRows] = {}
+        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
+        self._rest.timeout.connect(self._check)
+        self._lay_out()
+        self.tabs.idClicked.connect(self.show_page)
+        self.save.clicked.connect(self.keep)
+        self.leave.clicked.connect(self.ask_to_leave)
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether something is not in the file yet."""
+        return self.draft is not None and json.dumps(self.draft.raw) != self._kept
+
+    def edit(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
+        """Show a draft: of the protocol in the file `path`, or a new one; `note` is what should be known of it."""
+        self.draft, self._path = draft, path
+        raw = draft.raw
+        raw["participant"] = [dict(one) for one in raw.get("participant") or ()]
+        raw["sounds"] = dict(raw.get("sounds") or {})
+        self.title.setText("Edit a study" if path is not None else "A study of one's own")
+        self.note.setText(note)
+        self.note.setVisible(bool(note))
+        while (old := self.pages.widget(0)) is not None:
+            self.pages.removeWidget(old)
+            old.deleteLater()
+        questions = QuestionTable(raw["participant"], rows_seen=8)
+        self.questions = questions
+        self.stimuli, self.stages = StimulusPage(draft, self._own_patches), StagePage(draft)
+        self.stimuli.said.connect(self.said)
+        self.rows = {
+            "study": FieldRows(fields_of(Protocol, _FIELDS), raw),
+            "sounds": FieldRows(fields_of(Sounds, Sounds.__struct_fields__), raw["sounds"]),
+        }
+        pages = (_top(self.rows["study"]), questions, self.stimuli, self.stages, _top(self.rows["sounds"]))
+        for page in pages:
+            self.pages.addWidget(page)
+        changes = [questions.changed, self.stimuli.changed, self.stages.changed]
+        for changed in (*changes, *(rows.changed for rows in self.rows.values())):
+            changed.connect(lambda *_: self._rest.start())
+        self._kept = json.dumps(raw)
+        self.show_page(0)
+        self._check()
+        self.rows["study"].controls["title"].setFocus()
+
+    def show_page(self, place: int) -> None:
+        """Bring a page to the screen."""
+        if place == _PLACES["stages"]:
+            self.stages.refresh()
+        self.tabs.button(place).setChecked(True)
+        self.pages.setCurrentIndex(place)
+
+    def keep(self) -> None:
+        """Write the protocol, if there is no mistake in it."""
+        self._check()
+        if self.draft is None or self.trouble.text():
+            return
+        path = self._path or unused_path(str(self.draft.raw["title"]), self.draft.folder, self._sessions)
+        try:
+            self.draft.save(path)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        self._end()
+        self.saved.emit(path)
+
+    def ask_to_leave(self) -> None:
+        """Leave; what was changed and not saved is asked about first."""
+        if not self.is_changed:
+            self._end()
+            self.left.emit()
+            return
+        box = QMessageBox(self.window())
+        box.setWindowTitle("Close without saving")
+        box.setText("The protocol has changes that are not saved.")
+        discard = box.addButton("Discard the changes", QMessageBox.ButtonRole.DestructiveRole)
+        stay = box.addButton("Go on with it", QMessageBox.ButtonRole.RejectRole)
+        box.setDefaultButton(stay)
+        box.setEscapeButton(stay)
+        discard.clicked.connect(self._discard)
+        box.finished.connect(box.deleteLater)
+        box.open()
+
+    def unsaved(self) -> bytes:
+        """What was changed and not saved, to be gone on with another time; empty where nothing was."""
+        if self.draft is None or not self.is_changed:
+            return b""
+        return json.dumps({"path": str(self._path or ""), "protocol": self.draft.raw}).encode()
+
+    def mark_unsaved(self) -> None:
+        """What is shown is in no file."""
+        self._kept = ""
+
+    def event(self, event: QEvent) -> bool:
+        # Here Ctrl+S saves the protocol and Escape closes the form, whatever they do elsewhere in the window.
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and _is_ours(event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Save):
+            self.keep()
+        elif event.key() == Qt.Key.Key_Escape:
+            self.ask_to_leave()
+        else:
+            super().keyPressEvent(event)
+
+    def _discard(self) -> None:
+        self._end()
+        self.left.emit()
+
+    def _end(self) -> None:
+        self._rest.stop()
+        self.stimuli.background.join()
+        self.draft, self._kept = None, ""
+
+    def _check(self) -> None:
+        if self.draft is None:
+            return
+        trouble = self.draft.trouble()
+        self.trouble.setText(trouble)
+        theme.set_role(self.trouble, "alarm")
+        place = _PLACES.get(trouble.removeprefix("$.").split(".")[0].split("[")[0].split(":")[0], 0) if trouble else -1
+        for at, words in enumerate(PAGES):
+            self.tabs.button(at).setText(f"{words}  •" if at == place else words)
+        self.save.setEnabled(not trouble)
+        self.facts.setText("" if trouble else facts_of(self.draft.checked()))
+        self.trouble.setVisible(bool(trouble))
+
+    def _lay_out(self) -> None:
+        head, tabs = QHBoxLayout(), QHBoxLayout()
+        head.addWidget(self.title, 1)
+        head.addWidget(self.save)
+        head.addWidget(self.leave)
+        tabs.setSpacing(theme.GRID // 2)
+        for at, words in enumerate(PAGES):
+            tab = QPushButton(words)
+            tab.setCheckable(True)
+            tab.setProperty("role", "tab")
+            self.tabs.addButton(tab, at)
+            tabs.addWidget(tab)
+        tabs.addStretch(1)
+        self.facts = theme.label("", "muted")
+        self.facts.setWordWrap(True)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(theme.GRID)
+        column.addLayout(head)
+        column.addWidget(self.note)
+        column.addLayout(tabs)
+        column.addWidget(self.pages, 1)
+        column.addWidget(self.trouble)
+        column.addWidget(self.facts)
+
+
+def ask_to_delete(parent: QWidget, title: str, sessions: int, then: Callable[[], object]) -> None:
+    """Ask whether a protocol of one's own is to go; its sessions stay."""
+    kept = f" Its {sessions} {'session stays' if sessions == 1 else 'sessions stay'}." if sessions else ""
+    box = QMessageBox(parent)
+    box.setWindowTitle("Delete protocol")
+    box.setText(f"Delete the protocol “{title}”? Its file goes to the trash.{kept}")
+    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.Cancel)
+    box.setDefaultButton(QMessageBox.StandardButton.Cancel)
+    box.button(QMessageBox.StandardButton.Yes).setText("Delete")
+    box.accepted.connect(lambda: then())
+    box.finished.connect(box.deleteLater)
+    box.open()
+
+
+def _is_ours(event: QKeyEvent) -> bool:
+    return event.matches(QKeySequence.StandardKey.Save) or event.key() == Qt.Key.Key_Escape
+
+
+def _top(rows: FieldRows) -> QScrollArea:
+    """Rows at the top of a page that scrolls."""
+    inside = QWidget()
+    inside.setProperty("role", "ground")
+    inside.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    column = QVBoxLayout(inside)
+    column.setContentsMargins(0, 0, theme.GRID, 0)
+    column.addWidget(rows)
+    column.addStretch(1)
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setWidget(inside)
+    return area

@@ -1,0 +1,120 @@
+"""Questions of a protocol as a table: a row a question, edited in its cells."""
+
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.experiments.declared import fields_of
+from underfoot.experiments.questions import Question
+from underfoot.parameters import Choice, Parameter, Text
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.field_rows import read
+
+COLUMNS = ("name", "text", "kind", "low", "high", "options", "unit")
+_FIELDS: dict[str, Parameter] = fields_of(Question, COLUMNS)
+_WIDTHS = {"name": 120, "kind": 96, "low": 56, "high": 56, "options": 200, "unit": 64}
+_TIPS = {"name": "Its column in the table of trials", "options": "Of a choice, separated by commas"}
+
+
+class QuestionTable(QWidget):
+    """Edits a list of questions, `questions`, in place."""
+
+    changed = Signal()
+
+    def __init__(self, questions: list[dict[str, Any]], rows_seen: int = 4) -> None:
+        super().__init__()
+        self.questions = questions
+        self.table = QTableWidget(0, len(COLUMNS))
+        self.table.setAccessibleName("Questions")
+        self.table.setHorizontalHeaderLabels([column.capitalize() for column in COLUMNS])
+        self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
+        self.table.verticalHeader().hide()
+        self.table.setMinimumHeight(theme.GRID * (5 + 4 * rows_seen))
+        for place, column in enumerate(COLUMNS):
+            if column in _WIDTHS:
+                self.table.setColumnWidth(place, _WIDTHS[column])
+            heading = self.table.horizontalHeaderItem(place)
+            if heading is not None:
+                heading.setToolTip(_TIPS.get(column, ""))
+        self.table.horizontalHeader().setSectionResizeMode(COLUMNS.index("text"), QHeaderView.ResizeMode.Stretch)
+        self.add, self.remove = QPushButton("Add a question"), QPushButton("Remove")
+        row = QHBoxLayout()
+        for button in (self.add, self.remove):
+            row.addWidget(button)
+        row.addStretch(1)
+        column_of_all = QVBoxLayout(self)
+        column_of_all.setContentsMargins(0, 0, 0, 0)
+        column_of_all.addWidget(self.table, 1)
+        column_of_all.addLayout(row)
+        self.setFocusProxy(self.table)
+        self.table.itemChanged.connect(self._typed)
+        self.add.clicked.connect(self._add)
+        self.remove.clicked.connect(self._remove)
+        self._show()
+
+    def _show(self) -> None:
+        with QSignalBlocker(self.table):
+            self.table.setRowCount(len(self.questions))
+            for row, question in enumerate(self.questions):
+                for place, column in enumerate(COLUMNS):
+                    self._cell(row, place, column, question)
+        self.remove.setEnabled(bool(self.questions))
+
+    def _cell(self, row: int, place: int, column: str, question: dict[str, Any]) -> None:
+        field = _FIELDS.get(column)
+        if isinstance(field, Choice):
+            box = QComboBox()
+            box.setAccessibleName(column.capitalize())
+            box.addItems(list(field.options))
+            box.setCurrentText(str(question.get(column, field.default)))
+            box.activated.connect(lambda _: self._put(question, column, box.currentText()))
+            self.table.setCellWidget(row, place, box)
+            return
+        value = question.get(column, [] if column == "options" else field.default if field is not None else "")
+        text = ", ".join(map(str, value)) if isinstance(value, list | tuple) else _plain(value)
+        self.table.setItem(row, place, QTableWidgetItem(text))
+
+    def _typed(self, item: QTableWidgetItem) -> None:
+        column, text = COLUMNS[item.column()], item.text()
+        if column == "options":
+            value: Any = [part.strip() for part in text.split(",") if part.strip()]
+        else:
+            value = read(_FIELDS.get(column, Text("")), text)
+        self._put(self.questions[item.row()], column, value)
+
+    def _put(self, question: dict[str, Any], column: str, value: Any) -> None:
+        question[column] = value
+        self.changed.emit()
+
+    def _add(self) -> None:
+        taken = {question.get("name") for question in self.questions}
+        name = next(f"q{k}" for k in range(1, 1000) if f"q{k}" not in taken)
+        self.questions.append({"name": name, "text": "", "kind": "text"})
+        self._show()
+        self.table.setCurrentCell(len(self.questions) - 1, 1)
+        self.table.setFocus()
+        item = self.table.item(len(self.questions) - 1, 1)
+        if item is not None:
+            self.table.editItem(item)
+        self.changed.emit()
+
+    def _remove(self) -> None:
+        row = max(self.table.currentRow(), 0)
+        if row < len(self.questions):
+            del self.questions[row]
+            self._show()
+            self.changed.emit()
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

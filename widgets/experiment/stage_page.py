@@ -1,0 +1,210 @@
+"""The stages of a protocol that is made, with the settings that their methods declare."""
+
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
+
+from underfoot.experiments.declared import fields_of
+from underfoot.experiments.draft import Draft
+from underfoot.experiments.foot import FootAnswer
+from underfoot.experiments.method import StimulusName
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.protocol import FIELDS_OF_KIND, Stage
+from underfoot.experiments.questions import ask
+from underfoot.parameters import Choice, Parameter
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.field_rows import FieldRows
+from underfoot.widgets.experiment.item_list import ItemList
+from underfoot.widgets.experiment.question_table import QuestionTable
+
+FOOT = ("by", "rule", "dwell_s", "force_n")
+_NAMES = {method.name: kind for kind, method in METHODS.items()}
+_USUAL = "rating"
+_FIRST = ("id", "kind", "title", "text")
+_SPECIAL = ("questions", "method", "foot", "stimulus")
+"""Fields of a stage that hold others, or name others of the protocol."""
+
+
+class StagePage(ItemList):
+    """Edits `raw["stages"]` of a draft."""
+
+    changed = Signal()
+
+    def __init__(self, draft: Draft) -> None:
+        super().__init__("stage")
+        self.draft = draft
+        self.form: StageForm | None = None
+        self.chosen.connect(self._show_form)
+        self.add_wanted.connect(self._add)
+        self.copy_wanted.connect(self._copy)
+        self.remove_wanted.connect(self._remove)
+        self.move_wanted.connect(self._move)
+        self._show(0)
+
+    @property
+    def _stages(self) -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = self.draft.raw["stages"]
+        return found
+
+    def refresh(self) -> None:
+        """Show the chosen stage anew, with the stimuli that there are now."""
+        self._show_form(self.list.currentRow())
+
+    def _show(self, chosen: int) -> None:
+        self.show_names([_words(stage) for stage in self._stages], chosen)
+        self._show_form(self.list.currentRow())
+
+    def _show_form(self, place: int) -> None:
+        if not 0 <= place < len(self._stages):
+            self.form = None
+            self.show_detail(theme.label("No stage yet: Add makes one."))
+            return
+        self.form = form = StageForm(self._stages[place], list(self.draft.raw["stimuli"]))
+        form.changed.connect(lambda: self._take(place))
+        form.rebuilt.connect(lambda: self._show_form(place))
+        self.show_detail(form)
+
+    def _take(self, place: int) -> None:
+        self.rename(place, _words(self._stages[place]))
+        self.changed.emit()
+
+    def _add(self) -> None:
+        self._insert(self.list.currentRow() + 1, {"id": "", "kind": "read", "title": "", "text": ""})
+
+    def _copy(self, place: int) -> None:
+        if 0 <= place < len(self._stages):
+            self._insert(place + 1, {**_deep(self._stages[place]), "next": ""})
+
+    def _insert(self, place: int, stage: dict[str, Any]) -> None:
+        taken = {one.get("id") for one in self._stages}
+        stem = stage["id"] or "stage"
+        stage["id"] = next(f"{stem}-{k}" for k in range(1, 10_000) if f"{stem}-{k}" not in taken)
+        self._stages.insert(place, stage)
+        self._show(place)
+        self.changed.emit()
+
+    def _remove(self, place: int) -> None:
+        if 0 <= place < len(self._stages):
+            del self._stages[place]
+            self._show(place)
+            self.changed.emit()
+
+    def _move(self, place: int, by: int) -> None:
+        stages = self._stages
+        if 0 <= place < len(stages) and 0 <= place + by < len(stages):
+            stages[place], stages[place + by] = stages[place + by], stages[place]
+            self._show(place + by)
+            self.changed.emit()
+
+
+class StageForm(QWidget):
+    """One stage: what its kind and its method declare."""
+
+    changed = Signal()
+    rebuilt = Signal()
+
+    def __init__(self, stage: dict[str, Any], stimuli: list[str]) -> None:
+        super().__init__()
+        self._stage, self._stimuli = stage, stimuli
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, theme.GRID, 0)
+        self._column.setSpacing(theme.GRID)
+        wanted = FIELDS_OF_KIND.get(str(stage.get("kind")), ())
+        declared = fields_of(Stage, ["id", "kind", *(name for name in wanted if name not in _SPECIAL)])
+        parameters: dict[str, Parameter] = {}
+        for name in ("id", "kind", *wanted):
+            if name == "stimulus":
+                parameters[name] = ask(name, StimulusName("", doc="Its level is set to where it is just felt."))
+            elif name in declared:
+                parameters[name] = declared[name]
+        first = {name: parameters.pop(name) for name in _FIRST if name in parameters}
+        self.rows = self._rows(first, stage)
+        self.rows.changed.connect(self._set)
+        self.method: FieldRows | None = None
+        self.parameters: FieldRows | None = None
+        self.foot: QCheckBox | None = None
+        self.foot_rows: FieldRows | None = None
+        self.questions: QuestionTable | None = None
+        if "questions" in wanted:
+            self._show_questions()
+        if "method" in wanted:
+            self._show_method()
+            self._column.addWidget(theme.label("TRIALS", "heading"))
+        self.further = self._rows(parameters, stage)
+        if "foot" in wanted:
+            self._show_foot()
+        self._column.addStretch(1)
+
+    def _rows(self, parameters: dict[str, Parameter], values: dict[str, Any]) -> FieldRows:
+        rows = FieldRows(parameters, values, self._stimuli)
+        rows.changed.connect(lambda _: self.changed.emit())
+        self._column.addWidget(rows)
+        return rows
+
+    def _set(self, name: str) -> None:
+        if name == "kind":
+            kind = self._stage["kind"]
+            for field in set(Stage.__struct_fields__) - {"id", "kind", "next", *FIELDS_OF_KIND[kind]}:
+                self._stage.pop(field, None)
+            if kind == "trials":
+                self._stage["method"] = {"kind": _USUAL, "parameters": {}}
+            self.changed.emit()
+            self.rebuilt.emit()
+
+    def _show_questions(self) -> None:
+        self._stage["questions"] = [dict(one) for one in self._stage.get("questions") or ()]
+        self.questions = QuestionTable(self._stage["questions"])
+        self.questions.changed.connect(self.changed)
+        self._column.addWidget(self.questions)
+
+    def _show_method(self) -> None:
+        use = self._stage["method"] = dict(self._stage.get("method") or {"kind": _USUAL, "parameters": {}})
+        use["parameters"] = dict(use.get("parameters") or {})
+        kind = use["kind"]
+        self._column.addWidget(theme.label("METHOD", "heading"))
+        names = {"method": METHODS[kind].name if kind in METHODS else kind}
+        choice = ask("method", Choice(next(iter(_NAMES)), options=tuple(_NAMES), doc=""))
+        self.method = FieldRows({"method": choice}, names)
+        self.method.changed.connect(lambda _: self._choose_method(_NAMES[names["method"]]))
+        self._column.addWidget(self.method)
+        if kind in METHODS:
+            about = theme.label(METHODS[kind].about, "small")
+            about.setWordWrap(True)
+            self._column.addWidget(about)
+            self.parameters = self._rows(METHODS[kind].parameters, use["parameters"])
+
+    def _choose_method(self, kind: str) -> None:
+        """Another method; what both declare by the same name stays."""
+        kept = self._stage["method"]["parameters"]
+        stays = {name: value for name, value in kept.items() if name in METHODS[kind].parameters}
+        self._stage["method"] = {"kind": kind, "parameters": stays}
+        self.changed.emit()
+        self.rebuilt.emit()
+
+    def _show_foot(self) -> None:
+        foot = self._stage.get("foot")
+        self._column.addWidget(theme.label("ANSWER BY FOOT", "heading"))
+        self.foot = QCheckBox("An answer can be given by stepping on the floor")
+        self.foot.setChecked(foot is not None)
+        self.foot.toggled.connect(self._switch_foot)
+        self._column.addWidget(self.foot, 0, Qt.AlignmentFlag.AlignLeft)
+        if foot is not None:
+            self._stage["foot"] = foot = dict(foot)
+            self.foot_rows = self._rows(fields_of(FootAnswer, FOOT), foot)
+
+    def _switch_foot(self, on: bool) -> None:
+        self._stage["foot"] = {} if on else None
+        self.changed.emit()
+        self.rebuilt.emit()
+
+
+def _words(stage: dict[str, Any]) -> str:
+    method = (stage.get("method") or {}).get("kind", "")
+    return f"{stage.get('id', '')}  ·  {METHODS[method].name if method in METHODS else stage.get('kind', '')}"
+
+
+def _deep(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _deep(item) for key, item in value.items()}
+    return [_deep(item) for item in value] if isinstance(value, list | tuple) else value

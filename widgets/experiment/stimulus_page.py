@@ -1,0 +1,332 @@
+"""The stimuli of a protocol that is made: patches, settings, and levels, measured on the simulated plate."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
+
+from underfoot.errors import UnderfootError
+from underfoot.experiments.declared import fields_of
+from underfoot.experiments.draft import Draft
+from underfoot.experiments.stimuli import Stimulus, patch_path
+from underfoot.parameters import Number, Parameter
+from underfoot.patch import library
+from underfoot.patch.patch import Patch
+from underfoot.quantities import quantity
+from underfoot.studies.levels import measured_peak_m_s2
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.background import Background
+from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, FieldRows
+from underfoot.widgets.experiment.item_list import ItemList
+
+LEVELS = ("level_m_s2", "measured_m_s2", "stiffness_n_mm")
+NOTHING, FILE = "(no vibration)", "A file…"
+_USUALLY_SCALED = ("gain.gain", "note.amplitude", "knock.level")
+"""Numbers to which the acceleration of the presets is proportional."""
+
+
+class StimulusPage(ItemList):
+    """Edits `raw["stimuli"]` of a draft; `own` is the folder of a person's own presets."""
+
+    changed = Signal()
+    said = Signal(str)
+
+    def __init__(self, draft: Draft, own: Path) -> None:
+        super().__init__("stimulus")
+        self.draft, self._own = draft, own
+        self.background = Background(self)
+        self._measured = ("", False)
+        self.form: StimulusForm | None = None
+        self.chosen.connect(self._show_form)
+        self.add_wanted.connect(lambda: self._add({"patch": "", "settings": {}, "factors": {}}))
+        self.copy_wanted.connect(lambda place: self._add(dict(self._stimuli[self._name(place)])))
+        self.remove_wanted.connect(self._remove)
+        self.move_wanted.connect(self._move)
+        self.background.found.connect(self._show_measured)
+        self.background.failed.connect(self._not_measured)
+        self._show(0)
+
+    @property
+    def _stimuli(self) -> dict[str, dict[str, Any]]:
+        found: dict[str, dict[str, Any]] = self.draft.raw["stimuli"]
+        return found
+
+    def _name(self, place: int) -> str:
+        return list(self._stimuli)[place]
+
+    def _show(self, chosen: int) -> None:
+        self.show_names(list(self._stimuli), chosen)
+        self._show_form(self.list.currentRow())
+
+    def _show_form(self, place: int) -> None:
+        if not 0 <= place < len(self._stimuli):
+            self.form = None
+            self.show_detail(theme.label("No stimulus yet: Add makes one."))
+            return
+        name = self._name(place)
+        self.form = form = StimulusForm(name, self._stimuli[name], self.draft, self._own)
+        form.changed.connect(self.changed)
+        form.renamed.connect(lambda new: self._rename(place, new))
+        form.rebuilt.connect(lambda: self._show_form(place))
+        form.said.connect(self.said)
+        form.measure.clicked.connect(lambda: self._measure(name))
+        self.show_detail(form)
+        self._show_measuring()
+
+    def _add(self, stimulus: dict[str, Any]) -> None:
+        names = [chr(ord("A") + k) for k in range(26)] + [f"S{k}" for k in range(1, 1000)]
+        self._stimuli[next(name for name in names if name not in self._stimuli)] = stimulus
+        self._show(len(self._stimuli) - 1)
+        self.changed.emit()
+
+    def _remove(self, place: int) -> None:
+        if 0 <= place < len(self._stimuli):
+            del self._stimuli[self._name(place)]
+            self._show(place)
+            self.changed.emit()
+
+    def _move(self, place: int, by: int) -> None:
+        names = list(self._stimuli)
+        if 0 <= place < len(names) and 0 <= place + by < len(names):
+            names[place], names[place + by] = names[place + by], names[place]
+            self.draft.raw["stimuli"] = {name: self._stimuli[name] for name in names}
+            self._show(place + by)
+            self.changed.emit()
+
+    def _rename(self, place: int, new: str) -> None:
+        old = self._name(place)
+        if new != old and new not in self._stimuli:
+            self.draft.rename_stimulus(old, new)
+            self.rename(place, new)
+        self.changed.emit()
+
+    # --- the level ---
+
+    def _measure(self, name: str) -> None:
+        """Measure in a thread; a second press leaves it."""
+        if self.background.is_busy:
+            self._measured = ("", False)
+            self._show_measuring()
+            return
+        stimulus, registry = self._stimuli[name], self.draft.registry
+        try:
+            plain = msgspec.convert({"patch": stimulus["patch"], "settings": stimulus.get("settings", {})}, Stimulus)
+            patch = plain.at(0.0, registry, self.draft.folder)
+        except (UnderfootError, msgspec.ValidationError) as error:
+            self.said.emit(str(error))
+            return
+        self._measured = (name, True)
+        self.background.compute(lambda: [measured_peak_m_s2(patch, registry)])
+        self._show_measuring()
+
+    def _show_measured(self, found: list[float]) -> None:
+        name, wanted = self._measured
+        self._measured = ("", False)
+        if wanted and name in self._stimuli:
+            stimulus, peak = self._stimuli[name], float(f"{found[0]:.4g}")
+            stimulus["measured_m_s2"] = peak
+            if not stimulus.get("scaled_by") or not stimulus.get("level_m_s2"):
+                stimulus["level_m_s2"] = peak
+            self._show_form(self.list.currentRow())
+            self.said.emit(f"{name}: {quantity(peak, 'm/s^2')} under the simulated footstep")
+            self.changed.emit()
+        self._show_measuring()
+
+    def _not_measured(self, why: str) -> None:
+        self._measured = ("", False)
+        self._show_measuring()
+        self.said.emit(why)
+
+    def _show_measuring(self) -> None:
+        if self.form is not None:
+            on = self._measured[1]
+            self.form.measure.setText("Measuring… Stop" if on else "Measure the level")
+
+
+class StimulusForm(QWidget):
+    """One stimulus: name, patch, settings of the patch, level, factors."""
+
+    changed = Signal()
+    renamed = Signal(str)
+    rebuilt = Signal()
+    """What can be set has changed: the form is to be made anew."""
+    said = Signal(str)
+
+    def __init__(self, name: str, stimulus: dict[str, Any], draft: Draft, own: Path) -> None:
+        super().__init__()
+        self._stimulus, self._draft = stimulus, draft
+        for field in ("settings", "factors"):
+            stimulus[field] = dict(stimulus.get(field) or {})
+        self.name = QLineEdit(name)
+        self.name.textEdited.connect(self.renamed)
+        self.patch = QComboBox()
+        for words, value in _patches(own).items():
+            self.patch.addItem(words, value)
+        if self.patch.findData(stimulus.get("patch", "")) < 0:
+            self.patch.insertItem(1, stimulus["patch"], stimulus["patch"])
+        self.patch.setCurrentIndex(self.patch.findData(stimulus.get("patch", "")))
+        self.patch.activated.connect(self._choose_patch)
+        self.measure = QPushButton("Measure the level")
+        self.measure.setToolTip("The peak under a simulated footstep on the simulated plate, by the rule of table 6.1")
+        self._parameters = self._of_patch()
+        self.settings = QWidget()
+        self.levels = FieldRows(fields_of(Stimulus, LEVELS if stimulus.get("patch") else LEVELS[2:]), stimulus)
+        self.levels.changed.connect(self.changed)
+        self.factors = QLineEdit("; ".join(f"{key}: {value}" for key, value in stimulus["factors"].items()))
+        self.factors.setPlaceholderText("what the analysis compares, such as waveform: C; amplitude: 0.5")
+        self.factors.textEdited.connect(self._set_factors)
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, theme.GRID, 0)
+        column.addLayout(_row("Name", self.name))
+        column.addLayout(_row("Patch", self.patch))
+        if self._stimulus.get("patch"):
+            set_now = {name: p for name, p in self._parameters.items() if name in self._stimulus["settings"]}
+            self.rows = FieldRows(set_now, self._stimulus["settings"])
+            self.rows.changed.connect(self.changed)
+            column.addLayout(_row("Settings", self._adding(), self._taking()))
+            column.addWidget(self.rows)
+            column.addLayout(_row("Scaled by", self._scaling()))
+        column.addWidget(self.levels)
+        if self._stimulus.get("patch"):
+            column.addLayout(_row("", self.measure))
+        column.addLayout(_row("Factors", self.factors, wide=True))
+        column.addStretch(1)
+
+    def _of_patch(self) -> dict[str, Parameter]:
+        """The parameters of the patch, by "node.parameter"."""
+        name = self._stimulus.get("patch", "")
+        if not name:
+            return {}
+        registry = self._draft.registry
+        try:
+            patch = Patch.load(patch_path(name, self._draft.folder), registry)
+        except UnderfootError:
+            return {}
+        return {f"{node.id}.{p}": one for node in patch.nodes for p, one in registry[node.type].parameters.items()}
+
+    def _adding(self) -> QComboBox:
+        """Chooses a parameter of the patch to be set."""
+        box = self.adding = QComboBox()
+        box.setAccessibleName("Add a setting")
+        box.addItem("Add a setting…", "")
+        for name in self._parameters:
+            if name not in self._stimulus["settings"]:
+                box.addItem(name, name)
+        box.activated.connect(lambda at: self._add_setting(box.itemData(at)))
+        return box
+
+    def _taking(self) -> QComboBox:
+        box = QComboBox()
+        box.setAccessibleName("Take a setting away")
+        box.addItem("Take one away…", "")
+        for name in self._stimulus["settings"]:
+            box.addItem(name, name)
+        box.setEnabled(bool(self._stimulus["settings"]))
+        box.activated.connect(lambda at: self._take_away(box.itemData(at)))
+        return box
+
+    def _scaling(self) -> QComboBox:
+        box = self.scaling = QComboBox()
+        box.setAccessibleName("Scaled by")
+        box.setToolTip("The number of the patch to which its acceleration is proportional: the level is set by it")
+        box.addItem("(nothing: it plays as it is)", "")
+        for name, parameter in self._parameters.items():
+            if isinstance(parameter, Number):
+                box.addItem(name, name)
+        box.setCurrentIndex(max(box.findData(self._stimulus.get("scaled_by", "")), 0))
+        box.activated.connect(lambda at: self._set("scaled_by", box.itemData(at)))
+        return box
+
+    def _set(self, field: str, value: Any) -> None:
+        self._stimulus[field] = value
+        self.changed.emit()
+
+    def _add_setting(self, name: str) -> None:
+        if name:
+            node, _, parameter = name.partition(".")
+            patch = Patch.load(patch_path(self._stimulus["patch"], self._draft.folder), self._draft.registry)
+            default = self._parameters[name].default
+            self._stimulus["settings"][name] = patch.node(node).parameters.get(parameter, default)
+            self._rebuild()
+
+    def _take_away(self, name: str) -> None:
+        if self._stimulus["settings"].pop(name, None) is not None:
+            self._rebuild()
+
+    def _set_factors(self, text: str) -> None:
+        pairs = (part.partition(":") for part in text.split(";") if part.strip())
+        self._set("factors", {key.strip(): _fact(value.strip()) for key, _, value in pairs})
+
+    def _choose_patch(self, at: int) -> None:
+        chosen = self.patch.itemData(at)
+        if chosen == FILE:
+            dialog = QFileDialog(self.window(), "A patch", "", "Patches (*.json)")
+            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+            dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+            dialog.fileSelected.connect(lambda path: self.take_patch(Path(path)))
+            dialog.rejected.connect(lambda: self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"])))
+            dialog.open()
+        elif isinstance(chosen, Path):
+            self.take_patch(chosen)
+        else:
+            self._present(chosen)
+
+    def take_patch(self, path: Path) -> None:
+        """Present the patch in a file, of which a copy is made beside the protocol."""
+        try:
+            Patch.load(path, self._draft.registry)
+            self._present(self._draft.take_patch(path))
+        except UnderfootError as error:
+            self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"]))
+            self.said.emit(str(error))
+
+    def _present(self, name: str) -> None:
+        self._stimulus |= {"patch": name, "settings": {}, "scaled_by": "", "level_m_s2": 0.0, "measured_m_s2": 0.0}
+        known = self._of_patch()
+        self._stimulus["scaled_by"] = next((one for one in _USUALLY_SCALED if one in known), "")
+        self._rebuild()
+
+    def _rebuild(self) -> None:
+        self.changed.emit()
+        self.rebuilt.emit()
+
+
+def _patches(own: Path) -> Mapping[str, Any]:
+    """What can be presented, by what it is called: presets by their names, a person's own by their files."""
+    found: dict[str, Any] = {NOTHING: ""}
+    for preset in library.all_presets(own):
+        words = f"{preset.family}: {preset.name}" if preset.family else preset.title
+        found[words] = preset.path if preset.is_own else preset.path.stem
+    return {**found, FILE: FILE}
+
+
+def _fact(text: str) -> int | float | str:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _row(words: str, *controls: QWidget, wide: bool = False) -> QHBoxLayout:
+    row = QHBoxLayout()
+    label = theme.label(words, "muted")
+    label.setFixedWidth(LABEL_PX + theme.GRID)
+    row.setSpacing(0)
+    row.addWidget(label)
+    for control in controls:
+        if not wide:
+            control.setFixedWidth(CONTROL_PX // len(controls))
+        if words:
+            control.setAccessibleName(control.accessibleName() or words)
+        row.addWidget(control)
+    if not wide:
+        row.addStretch(1)
+    return row

@@ -1,0 +1,83 @@
+"""The fields of a protocol's documents as parameters, read from their types: what a form shows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import msgspec
+from msgspec import inspect
+
+from underfoot.experiments.questions import ask
+from underfoot.parameters import Choice, Count, Number, Parameter, Text
+
+_UNITS = {"_m_s2": "m/s^2", "_n_mm": "N/mm", "_hz": "Hz", "_db": "dB", "_deg": "deg", "_s": "s", "_n": "N", "_m": "m"}
+"""What a name ends in that says its unit, the longest first."""
+_LONGEST = 20_000
+
+
+@dataclass(frozen=True)
+class Flag(Parameter):
+    """Yes or no."""
+
+    kind: ClassVar[str] = "flag"
+
+    @property
+    def allowed(self) -> str:
+        return "true or false"
+
+    def check(self, value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise self.refuse(value)
+        return value
+
+
+def fields_of(document: type[msgspec.Struct], names: Sequence[str]) -> dict[str, Parameter]:
+    """The fields of these names that a person can set alone, in this order; fields that hold others are left out.
+
+    >>> from underfoot.experiments.protocol import Sounds
+    >>> sounds = fields_of(Sounds, ("noise", "noise_db"))
+    >>> sounds["noise"].allowed, sounds["noise_db"].allowed, sounds["noise_db"].label
+    ('none, pink, white', '-120 to 0 dB', 'Noise level')
+    """
+    info = inspect.type_info(document)
+    assert isinstance(info, inspect.StructType)
+    known = {field.name: field for field in info.fields}
+    found = {}
+    for name in names:
+        field = known[name]
+        made = _parameter(name, field.type, "" if field.default is inspect.NODEFAULT else field.default)
+        if made is not None:
+            found[name] = ask(name, made)
+    return found
+
+
+def caption(name: str) -> tuple[str, str]:
+    """What a name is called in a form, and the unit that it ends with.
+
+    >>> caption("trial_pause_s"), caption("blocks")
+    (('Trial pause', 's'), ('Blocks', ''))
+    """
+    for end, unit in _UNITS.items():
+        if name.endswith(end):
+            return name.removesuffix(end).replace("_", " ").capitalize(), unit
+    return name.replace("_", " ").capitalize(), ""
+
+
+def _parameter(name: str, kind: inspect.Type, default: Any) -> Parameter | None:
+    label, unit = caption(name)
+    doc = ""
+    if isinstance(kind, inspect.Metadata):
+        told = kind.extra_json_schema or {}
+        doc, label, kind = told.get("description", ""), told.get("title", label), kind.type
+    match kind:
+        case inspect.BoolType():
+            return Flag(default, doc=doc, label=label)
+        case inspect.LiteralType(values=values):
+            return Choice(default or values[0], options=tuple(map(str, values)), doc=doc, label=label)
+        case inspect.FloatType(ge=low, le=high) if low is not None and high is not None:
+            return Number(default or 0.0, low, high, doc=doc, label=label, unit=unit)
+        case inspect.IntType(ge=low, le=high) if low is not None and high is not None:
+            return Count(default or 0, low, high, doc=doc, label=label, unit=unit)
+        case inspect.StrType():
+            return Text(default, doc=doc, label=label, most=_LONGEST)
+    return None

@@ -1,0 +1,136 @@
+"""A protocol while somebody makes it: a document that may still have mistakes, and where it is kept without them."""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from underfoot.errors import BadFile, UnderfootError
+from underfoot.experiments.method import StimulusName, StimulusNames
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
+from underfoot.files import make_folder, read_file, write_file
+from underfoot.patch import library
+from underfoot.patch.node import Registry
+
+PATCHES = "patches"
+"""The folder beside a person's own protocols in which the patches lie that they present."""
+_NEW: Mapping[str, Any] = {
+    "format": FORMAT,
+    "version": VERSION,
+    "title": "My study",
+    "seed": 1,
+    "stimuli": {
+        "A": {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 20.4, "level_m_s2": 4.0},
+        "nothing": {},
+    },
+    "stages": [
+        {
+            "id": "main",
+            "kind": "trials",
+            "title": "How strong was it?",
+            "method": {"kind": "rating", "parameters": {"blocks": 1, "question": "How strong was it?"}},
+        }
+    ],
+}
+"""What a new protocol begins as: two trials, which can be run as they are."""
+
+
+class Draft:
+    """A protocol as plain JSON values, `raw`, to be changed in place, whose files lie in `folder`.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> draft = Draft.new(REGISTRY, Path("."))
+    >>> draft.trouble()
+    ''
+    >>> draft.raw["present_s"] = "long"
+    >>> draft.trouble()
+    "$.present_s is 'long'; allowed: a number"
+    """
+
+    def __init__(self, raw: dict[str, Any], registry: Registry, folder: Path) -> None:
+        self.raw, self.registry, self.folder = raw, registry, folder
+
+    @staticmethod
+    def new(registry: Registry, folder: Path) -> "Draft":
+        """A protocol of two trials to begin with."""
+        return Draft.of(msgspec.convert(_NEW, Protocol), registry, folder)
+
+    @staticmethod
+    def of(protocol: Protocol, registry: Registry, folder: Path) -> "Draft":
+        """A protocol that is there, to be changed; the patches beside it are taken along by `take_patch`."""
+        return Draft(json.loads(msgspec.json.encode(protocol)), registry, folder)
+
+    def checked(self) -> Protocol:
+        """The protocol; `BadFile` names the first mistake as it does for a file."""
+        return Protocol.loads(json.dumps(self.raw), self.registry, "protocol", self.folder)
+
+    def trouble(self) -> str:
+        """The first mistake in one line; "" for none."""
+        try:
+            self.checked()
+        except UnderfootError as error:
+            return str(error).removeprefix("protocol: ")
+        return ""
+
+    def save(self, path: Path) -> Protocol:
+        """Write the protocol, which must be without mistakes, to a file in `folder`."""
+        protocol = self.checked()
+        make_folder(path.parent)
+        protocol.save(path)
+        return protocol
+
+    def take_patch(self, path: Path) -> str:
+        """Copy a patch beside the protocol, so that it stays as it is: its name in the protocol.
+
+        A copy that is there and says the same is used; one that says something else keeps its name.
+        """
+        data = read_file(path)
+        for k in range(1, 1000):
+            name = f"{PATCHES}/{path.stem}{f'-{k}' if k > 1 else ''}.json"
+            there = self.folder / name
+            if there.is_file() and read_file(there) != data:
+                continue
+            make_folder(there.parent)
+            if not there.is_file():
+                write_file(there, data)
+            return name
+        raise BadFile(f"{path} cannot be copied to {self.folder / PATCHES}: a thousand of this name are there")
+
+    def take_patches(self, folder: Path) -> None:
+        """Copy the patches of all stimuli that lie in `folder` beside this protocol."""
+        presets = library.patches()
+        for stimulus in self.raw["stimuli"].values():
+            name = stimulus.get("patch", "")
+            if name and name not in presets:
+                stimulus["patch"] = self.take_patch(folder / name)
+
+    def rename_stimulus(self, old: str, new: str) -> None:
+        """Give a stimulus another name, also where stages name it; its place stays."""
+        self.raw["stimuli"] = {new if name == old else name: one for name, one in self.raw["stimuli"].items()}
+        for stage in self.raw["stages"]:
+            if stage.get("stimulus") == old:
+                stage["stimulus"] = new
+            use = stage.get("method") or {}
+            declared = METHODS[use["kind"]].parameters if use.get("kind") in METHODS else {}
+            for name, value in use.get("parameters", {}).items():
+                if isinstance(declared.get(name), StimulusNames) and isinstance(value, list | tuple):
+                    use["parameters"][name] = [new if item == old else item for item in value]
+                elif isinstance(declared.get(name), StimulusName) and value == old:
+                    use["parameters"][name] = new
+
+
+def unused_path(title: str, folder: Path, sessions: Path) -> Path:
+    """A file for a new protocol of this title: none has its name yet, neither a protocol nor a folder of sessions.
+
+    >>> unused_path("Thin ice?", Path("nowhere"), Path("nowhere")).as_posix()
+    'nowhere/thin-ice.json'
+    """
+    stem = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "study"
+    presets = library.protocols()
+    names = [stem, *(f"{stem}-{k}" for k in range(2, 1000))]
+    free = (n for n in names if n not in presets and not (folder / f"{n}.json").exists())
+    return folder / f"{next(n for n in free if not (sessions / n).exists())}.json"

@@ -1,0 +1,89 @@
+"""Answers by foot: what a protocol says of how the floor is stepped on to answer."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from underfoot.errors import BadValue, require
+from underfoot.parameters import Choice, Count, Number, Parameter
+
+MOST_FIELDS = 12
+"""Of a slider: it takes as many values as there are tiles, at most so many."""
+
+
+class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Each answer has a field on the floor: a tile, in the order of `tiles` (none: all of the floor), or the left and
+    the right half of the first of them.
+
+    Only a foot that comes after the question counts. Rule "dwell": the answer is given once one foot has been in one
+    field with `force_n` or more for `dwell_s`. Rule "release": once a foot that was there for `dwell_s` has left.
+    """
+
+    by: Annotated[
+        Literal["tiles", "halves"],
+        msgspec.Meta(title="Fields", description="A tile for each answer, or the halves of one tile for two."),
+    ] = "tiles"
+    tiles: tuple[str, ...] = ()
+    rule: Annotated[
+        Literal["dwell", "release"],
+        msgspec.Meta(title="Given", description="By staying on the field, or by leaving it again."),
+    ] = "dwell"
+    dwell_s: Annotated[
+        float, msgspec.Meta(ge=0.1, le=10.0, title="Stays for", description="How long a foot must be on the field.")
+    ] = 0.6
+    force_n: Annotated[
+        float, msgspec.Meta(ge=5.0, le=1000.0, title="Presses with", description="Less force is no answer.")
+    ] = 100.0
+
+    def check(self, place: str, asks: Sequence[Parameter]) -> None:
+        """Raise `BadValue` where what is asked cannot be answered by foot, or not by these tiles."""
+        distinct = len(set(self.tiles)) == len(self.tiles)
+        require(distinct, f"{place}.tiles", list(self.tiles), "ids of tiles, each once")
+        least = least_fields(asks)
+        if least == 0:
+            raise BadValue(
+                f"{place}: what is asked cannot be answered by foot; allowed: one question with choices, numbers or a "
+                "slider"
+            )
+        if self.by == "halves":
+            require(least == 2, f"{place}.by", self.by, f"tiles; there are {least} answers, and a tile has two halves")
+        elif self.tiles:
+            count = len(self.tiles)
+            require(count >= least, f"{place}.tiles", list(self.tiles), f"at least {least}, one for each answer")
+
+
+def least_fields(asks: Sequence[Parameter]) -> int:
+    """How many fields the floor needs for what is asked; 0 where a foot cannot answer it.
+
+    >>> from underfoot.experiments.questions import yes_or_no
+    >>> least_fields([yes_or_no("felt", "Did you?")])
+    2
+    """
+    if len(asks) != 1:
+        return 0
+    match asks[0]:
+        case Choice(options=options):
+            return len(options)
+        case Count(low=low, high=high):
+            return high - low + 1
+        case Number():
+            return 2
+    return 0
+
+
+def values_of(one: Parameter, fields: int) -> list[Any]:
+    """The answers of so many fields, in their order: a slider's are spread evenly over it.
+
+    >>> values_of(Number(50.0, 0.0, 100.0), 5)
+    [0.0, 25.0, 50.0, 75.0, 100.0]
+    """
+    match one:
+        case Choice(options=options):
+            return list(options)
+        case Count(low=low, high=high):
+            return list(range(low, high + 1))
+        case Number(low=low, high=high):
+            count = min(fields, MOST_FIELDS)
+            return [low + (high - low) * k / (count - 1) for k in range(count)]
+    return []

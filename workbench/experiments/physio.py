@@ -1,0 +1,72 @@
+"""Force and vibration of each trial as BIDS physiological recordings, beside the behavioural file.
+
+BIDS 1.10, continuous recordings: `sub-ID_task-NAME_recording-force0012_physio.tsv.gz`, without a header, and a JSON
+sidecar with the columns, the rate and the start. 12 is the `entry` of the trial in the behavioural file; of two
+intervals the second's name ends with b.
+"""
+
+import gzip
+import json
+import string
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from underfoot.experiments.exchange import bids_label
+from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.files import make_folder, write_file
+
+_KINDS = {
+    "force": ("force", "N", "Force at corner {} of the tile, less the tare."),
+    "vibration": ("commanded", "m/s^2", "Acceleration that was commanded of the tile {}, after all limits."),
+    "measured": ("measured", "m/s^2", "Acceleration of the tile {} that its accelerometer measured."),
+}
+"""What a stretch is called in BIDS, its unit, and what a column is."""
+_FASTEST = 1
+"""Of gzip: a recording at audio rate is large."""
+
+
+def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]:
+    """Write the recordings of a session's trials under a BIDS `folder`; the paths that were written.
+
+    `task` is the one of the behavioural file. Times are those of its `onset_s`: seconds of the session's clock.
+    """
+    label, name = bids_label(file.participant), bids_label(task) or "study"
+    beh = make_folder(Path(folder) / f"sub-{label}" / "beh")
+    written = []
+    for number, entry in enumerate(file.entries(), 1):
+        if entry.trial is None:
+            continue
+        for stretch in file.stretches(number):
+            if stretch.values.size == 0:
+                continue
+            part = string.ascii_lowercase[stretch.part] if stretch.part else ""
+            recording = f"{_KINDS[stretch.kind][0]}{number:04d}{part}"
+            path = beh / f"sub-{label}_task-{name}_recording-{recording}_physio.tsv.gz"
+            write_file(path, gzip.compress(_rows(stretch), _FASTEST, mtime=0))
+            sidecar = path.with_name(path.name.replace(".tsv.gz", ".json"))
+            write_file(sidecar, json.dumps(_sidecar(stretch), indent=1).encode() + b"\n")
+            written += [path, sidecar]
+    return written
+
+
+def _rows(stretch: Stretch) -> bytes:
+    """Tab-separated values, five digits; what is no number is n/a."""
+    flat = [f"{value:.5g}" for value in np.asarray(stretch.values, np.float64).ravel().tolist()]
+    if not np.isfinite(stretch.values).all():
+        flat = ["n/a" if text in ("nan", "inf", "-inf") else text for text in flat]
+    count = len(stretch.columns)
+    return ("\n".join("\t".join(flat[k : k + count]) for k in range(0, len(flat), count)) + "\n").encode()
+
+
+def _sidecar(stretch: Stretch) -> dict[str, Any]:
+    _, unit, words = _KINDS[stretch.kind]
+    columns = {name: {"Description": words.format(name), "Units": unit} for name in stretch.columns}
+    return {
+        "SamplingFrequency": stretch.rate_hz,
+        "StartTime": stretch.first,
+        "Columns": list(stretch.columns),
+        "PhysioType": "generic",
+        **columns,
+    }
