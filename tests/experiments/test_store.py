@@ -50,7 +50,8 @@ def test_a_session_that_is_killed_at_random_moments_goes_on_at_the_next_page(tmp
             line = child.stdout.readline()
         os.kill(child.pid, signal.SIGKILL)
         said = line + child.communicate()[0]
-        kept += [text.split()[1] for text in said.splitlines() if text.startswith("kept")]
+        whole_lines = said[: said.rfind("\n") + 1].splitlines()  # the last may be cut short
+        kept += [text.split()[1] for text in whole_lines if text.startswith("kept")]
         file = SessionFile.open(path)
         study = file.study(preset_protocol("identification-impact"))
         keys = [f"{e.stage}.{e.kind}" + (f".{e.trial.number}.{e.attempt}" if e.trial else "") for e in study.entries]

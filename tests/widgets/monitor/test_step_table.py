@@ -59,7 +59,8 @@ def test_the_table_stays_at_its_end_unless_someone_reads_above(table):
 
 def test_selected_steps_are_copied_for_a_spreadsheet(table, qtbot):
     table.steps.add([STEP, SPIKE])
-    table.selectRow(1)
+    row = table.visualRect(table.model().index(1, 0)).center()
+    qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=row)
     qtbot.keyClick(table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     lines = QGuiApplication.clipboard().text().split("\n")
     assert len(lines) == 2
