@@ -199,10 +199,6 @@ class Inspector(QScrollArea):
             editor = _editor_of(parameter)
             if isinstance(editor, RhythmEditor):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
-            if isinstance(editor, TilesEditor):
-                editor.set_tiles(self._tiles)
-            if isinstance(editor, FileEditor):
-                editor.set_folder(self._folder)
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
                 lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._gesture}")
@@ -269,10 +265,6 @@ class Inspector(QScrollArea):
         ids = list(self._ids)
         for name, parameter in shared_parameters(types).items():
             editor = editor_for(parameter)
-            if isinstance(editor, TilesEditor):
-                editor.set_tiles(self._tiles)
-            if isinstance(editor, FileEditor):
-                editor.set_folder(self._folder)
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
                 lambda value, name=name: self.many_edited.emit(ids, name, value, f"{ids}.{name} {self._gesture}")
@@ -296,6 +288,10 @@ class Inspector(QScrollArea):
         self._add_facts(column, {"Nodes": self._nodes, "Wires": self._wires, "Cost": self._cost})
 
     def _add_editor(self, column: QVBoxLayout, name: str, editor: ParameterEditor) -> None:
+        if isinstance(editor, TilesEditor):
+            editor.set_tiles(self._tiles)
+        if isinstance(editor, FileEditor):
+            editor.set_folder(self._folder)
         editor.began.connect(self._begin)
         self.editors[name] = editor
         column.addWidget(editor)

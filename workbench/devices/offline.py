@@ -1,13 +1,9 @@
 """The force of a rendering: a file of forces, a simulated walker, or nobody."""
 
-from pathlib import Path
-
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.profile import profiles_of
-from underfoot.floor.tile_parameters import TileParameters
 from underfoot.records.force_files import read_force_file
 
 DEFAULT_S = 5.0
@@ -21,19 +17,13 @@ def offline_source(
     floor: Floor | None,
     rate_hz: float,
     seed: int,
-    simulation: TileParameters | None = None,
-    profiles: Path | None = None,
 ) -> tuple[ForceSource, float]:
     """Where the force of a rendering comes from, and how many seconds there are of it.
 
     `force` is a CSV file, whose floor lies beside it where none is given; "none" for a floor on which nobody stands;
-    None for the seeded walker. `simulation` is what simulated tiles are made of, and `profiles` the folder of theirs.
+    None for the seeded walker.
     """
     if force is None or force == "none":
-        layout = floor or default_floor()
-        if simulation is None:
-            return SimulatedFloor(layout, rate_hz, seed, force is None), DEFAULT_S
-        known = profiles_of(profiles, layout) if profiles else None  # of these very tiles: seed 1
-        return SimulatedFloor(layout, rate_hz, 1, force is None, simulation, known), DEFAULT_S
+        return SimulatedFloor(floor or default_floor(), rate_hz, seed, force is None), DEFAULT_S
     forces, layout = read_force_file(force, floor)
     return Replay(forces, layout, rate_hz), float(forces.time_s[-1] - forces.time_s[0]) + TAIL_S
