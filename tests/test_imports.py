@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,7 @@ def widget_level(module):
     return next(i for i, parts in enumerate(WIDGET_LEVELS) if widget_part(module) in parts)
 
 
+@cache
 def imported(module):
     """Every module that a module imports, in its functions and for its annotations, too.
 
