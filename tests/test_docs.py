@@ -2,10 +2,14 @@
 
 import importlib.util
 import re
+import shlex
 import sys
 from pathlib import Path
 
+import click
 import pytest
+
+from underfoot.__main__ import cli
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
@@ -66,6 +70,18 @@ def test_links_lead_somewhere(page):
         there = page.parent / target if target else page
         assert there.exists(), target
         assert not anchor or anchor in anchors(there), f"{target}#{anchor}"
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.name)
+def test_command_lines_have_only_commands_and_options_that_there_are(page):
+    for line in re.findall(r"^    underfoot (.+)$", page.read_text(), re.MULTILINE):
+        words = shlex.split(line, comments=True)
+        command = cli
+        while isinstance(command, click.Group) and (below := command.get_command(click.Context(command), words[0])):
+            command, words = below, words[1:]
+        known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
+        asked = {word.partition("=")[0] for word in words if word.startswith("-") and word != "-"}
+        assert asked <= known | {"-h", "--help"}, line
 
 
 @pytest.mark.parametrize("folder", ["workbench", "widgets", "tests"])

@@ -178,9 +178,15 @@ def step_line(step: Step) -> str:
     return (
         f"{step.step:4d}  {step.start_s:9.3f} s  {step.tile:>6}  {step.side:7}  {step.contact_ms:6.0f} ms  "
         f"{step.peak1_n:6.0f} {step.valley_n:6.0f} {step.peak2_n:6.0f} N  {step.impulse_ns:6.1f} N s  "
-        f"{step.loading_kn_s:6.1f} kN/s{' (spike)' if step.spike else ''}"
+        f"{_figure(step.loading_kn_s, '6.1f')} kN/s{' (spike)' if step.spike else ''}"
         f"  person {step.person}{_length(step)}"
     )
+
+
+def _figure(value: float, form: str) -> str:
+    """A number, or a dash as wide where there is none."""
+    text = f"{value:{form}}"
+    return "–".rjust(len(text)) if math.isnan(value) else text
 
 
 def _length(step: Step) -> str:
