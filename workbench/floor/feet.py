@@ -20,23 +20,29 @@ into chunks moves.
 import bisect
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor import tracking
 from underfoot.floor.layout import Floor
+from underfoot.floor.loads import (
+    APART_M,
+    BEFORE_S,
+    LENGTH_M,
+    Load,
+    centre_m,
+    columns,
+    distance_m,
+    fits,
+    loaded,
+    nearest,
+    now_apart_m,
+)
+from underfoot.floor.shared_loads import AFTER_S, JUMP_S, LOADED_N, ROLLED_S, TOGETHER_S, jumped, relieved, shared
 
 GAP_M = 0.030
 """Tiles at most so far apart touch: a foot that lies over both presses on both."""
-
-LOADED_N = 50.0
-"""Below this a centroid is too uncertain to tell anything."""
-
-LENGTH_M, WIDTH_M, APART_M = 0.33, 0.13, 0.26
-"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad. At one time
-they are at most `APART_M` apart, three quarters of such a foot: from the heel to the middle of what the heel is not."""
 
 SWING_S, WAIT_S, SURE_S = 0.30, 0.70, 0.40
 """A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it
@@ -45,18 +51,6 @@ still fits into a box after `SURE_S`; every question is decided after `WAIT_S`."
 TOES_M, BEHIND_M, OUTLASTS_S = 0.14, 0.03, 0.15
 """The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
 `OUTLASTS_S` after the rest."""
-
-JUMP_M, ASIDE_M, ONWARDS, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.06, 0.5, 0.15, 0.10, 0.25
-"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `ASIDE_M` in a direction that is not
-the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a
-heel that strikes becomes a foot."""
-
-PASSED = 0.65
-"""It is the next foot's from this share of its way on: later than half, for the first foot is still on it."""
-
-RELIEVED, MOVED_M = 0.3, 0.05
-"""A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so
-much, or while a load beside it begins."""
 
 SMALL_M = 0.5
 """On a plate of a longer diagonal people stand with both feet and shift their weight: its load stays one contact."""
@@ -67,48 +61,11 @@ SETTLED_S = JUMP_S + AFTER_S + 0.04
 BRIDGED_M_S = 0.5
 """A foot that rolls over a gap between tiles so fast presses on neither meanwhile."""
 
-BEFORE_S = 0.10
-"""So long before that two feet may have been on the tile."""
-
 TICK = 8
 """Looked at every so many of the samples that are kept, about 250 a second."""
 
-KEPT_S = 2.0
-"""So much of a load's track is looked at."""
-
 HELD_S = 0.60
 """Loads are given out so late, because they may still be divided."""
-
-_DIRECTIONS = 16
-_ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
-_TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
-
-
-@dataclass(eq=False)
-class Load:
-    """What presses on one tile, from when until when (`end` None while it lasts), and whose foot it is: 0 while open.
-
-    `shared` is the load that it was divided from. `tracks` are its thinned samples: time, x, y, force.
-    """
-
-    token: int
-    tile: int
-    sample: int
-    start_s: float
-    shared: "Load | None" = None
-    end: int | None = None
-    end_s: float = math.inf
-    foot: int = 0
-    is_divided: bool = False
-    is_cut: bool = False
-    tracks: list[NDArray[np.float64]] = field(default_factory=list)
-
-    def track(self) -> NDArray[np.float64]:
-        """Its last two seconds: shape (n, 4)."""
-        if len(self.tracks) > 1:
-            joined = np.concatenate(self.tracks)
-            self.tracks = [joined[np.searchsorted(joined[:, 0], joined[-1, 0] - KEPT_S) :]]
-        return self.tracks[0] if self.tracks else np.zeros((0, 4))
 
 
 class FootFinder:
@@ -119,6 +76,7 @@ class FootFinder:
         self._is_small = [math.hypot(*tile.size_m) <= SMALL_M for tile in floor.tiles]
         self._every = every
         self._doubtful = math.ceil(BEFORE_S * rate_hz)
+        self._together = math.ceil(TOGETHER_S * rate_hz)
         self._bridged = np.ceil(floor.gaps_m() / BRIDGED_M_S * rate_hz).astype(int)
         self._longest_bridge = int(self._bridged[self._touches].max())
         self._held_samples = math.ceil(HELD_S * rate_hz)
@@ -175,7 +133,7 @@ class FootFinder:
             if self._on:
                 # A few at a time: each piece costs.
                 until = (self._count - self._held_samples) // self._doubtful * self._doubtful
-            until = min([until, *(load.sample - self._doubtful for load in self._loads if load.foot == 0)])
+            until = min([until, *(self._oldest(load) for load in self._loads if load.foot == 0)])
         ready = int(np.searchsorted(self._rows["sample"], until))
         if not ready and not (self._events and self._events[0]["sample"] < until):
             return self._held[:0], np.zeros(0, np.int64), []
@@ -214,6 +172,10 @@ class FootFinder:
         self._held[self._end : self._end + len(rows)] = rows
         self._end += len(rows)
 
+    def _oldest(self, load: Load) -> int:
+        """The first sample that a load which is open may still change."""
+        return load.sample - (self._doubtful if load.shared is None or load.is_parted else self._together + 1)
+
     # --- what happens ---
 
     def _note(self, event: np.void) -> None:
@@ -236,7 +198,7 @@ class FootFinder:
                 mine = thin[(thin["tile"] == load.tile) & (thin["sample"] >= load.sample)]
                 mine = mine if load.end is None else mine[mine["sample"] < load.end]
                 if len(mine):
-                    load.tracks.append(np.column_stack([mine[name] for name in ("time_s", "x_m", "y_m", "force_n")]))
+                    load.tracks.append(columns(mine))
 
     def _found(self, load: Load) -> None:
         self._feet += 1
@@ -262,7 +224,7 @@ class FootFinder:
     def _look(self, now: int) -> None:
         for load in list(self._on.values()):
             if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - AFTER_S:
-                at_s = _jumped(load)
+                at_s = jumped(load.track(), load.start_s)
                 at_s = self._relieved(load) if at_s is None else at_s
                 if at_s is not None:
                     self._divide(load, at_s)
@@ -284,18 +246,11 @@ class FootFinder:
 
     def _relieved(self, load: Load) -> float | None:
         """When one foot had left a load, and another came on: elsewhere on the tile, or with a load beside it."""
-        track = load.track()
-        force_n = track[:, 3]
-        begin = int(np.searchsorted(track[:, 0], self._now_s - HELD_S + 1.5 * BEFORE_S))
-        if begin >= len(track) or track[begin, 0] - load.start_s < ROLLED_S:
+        begin_s = self._now_s - HELD_S + 1.5 * BEFORE_S
+        found = relieved(load.track(), begin_s) if begin_s - load.start_s >= ROLLED_S else None
+        if found is None:
             return None
-        least = begin + int(force_n[begin:].argmin())
-        most = float(force_n[:least].max(initial=0.0))
-        if force_n[-1] < force_n[least] + LOADED_N or force_n[least] > RELIEVED * most:
-            return None
-        least_s = float(track[least, 0])
-        was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED * most)]
-        moved = len(was) > 0 and float(np.hypot(*(track[-1, 1:3] - was[-1, 1:3]))) >= MOVED_M
+        least_s, moved = found
         begins = any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load))
         return least_s if moved or begins else None
 
@@ -309,6 +264,8 @@ class FootFinder:
         self._rows["token"][later] = self._tokens
         track = load.track()
         other = Load(self._tokens, load.tile, first, float(self._rows["time_s"][later][0]), shared=load)
+        # Of what was not given out by now, one row stays before the first that may change.
+        other.oldest = self._count - self._held_samples + 1
         place = int(np.searchsorted(track[:, 0], at_s))
         load.tracks, other.tracks = [track[:place]], [track[place:]]
         load.end, load.end_s, load.is_divided = first, float(before["time_s"]), True
@@ -321,17 +278,46 @@ class FootFinder:
         self._renamed = {old: self._tokens if new == load.token else new for old, new in self._renamed.items()}
         if load.token >= 0:
             self._renamed[load.token] = self._tokens
-        for kind, token in ((tracking.ENDED, load.token), (tracking.BEGAN, other.token)):
-            event = np.zeros(1, tracking.EVENT)
-            event["kind"], event["sample"], event["token"], event["tile"] = kind, first, token, load.tile
-            event["time_s"], event["load_n"] = load.end_s, before["force_n"]
-            bisect.insort(self._events, event[0], key=lambda event: event["sample"])
+
+    def _part(self, load: Load, other: Load) -> None:
+        """Say what a load, and the one that it was divided from, bore while both feet were on the tile."""
+        load.is_parted = True
+        feet = shared(np.concatenate([other.track(), load.track()]), load.start_s)
+        rows = self._rows
+        mine = (rows["token"] == other.token) | (rows["token"] == load.token)
+        mine &= (rows["time_s"] >= feet.first_s) & (rows["time_s"] <= feet.last_s)
+        mine &= rows["sample"] >= max(load.oldest, load.sample - self._together)
+        first, second, lead_n = feet.part(rows[mine], load.sample)
+        first["token"], second["token"] = other.token, load.token
+        parted = np.concatenate([rows[~mine], first, second])
+        parted = parted[np.argsort(parted["sample"], kind="stable")]
+        self._held, self._begin, self._end = parted, 0, len(parted)
+        thin_first, thin_second = (columns(part[part["sample"] % self._every == 0]) for part in (first, second))
+        was, track = other.track(), load.track()
+        other.tracks = [was[was[:, 0] < first["time_s"][0]] if len(first) else was, thin_first]
+        load.tracks = [thin_second, track[track[:, 0] > second["time_s"][-1]] if len(second) else track]
+        begins, ends = parted[parted["token"] == load.token][0], parted[parted["token"] == other.token][-1]
+        load.sample, load.start_s = int(begins["sample"]), float(begins["time_s"])
+        other.end, other.end_s = int(ends["sample"]) + 1, float(ends["time_s"])
+        lead_s = float(parted["time_s"][np.searchsorted(parted["sample"], load.sample) - 1])
+        self._log(tracking.BEGAN, load, load.sample, (lead_s, lead_n))
+        self._log(tracking.ENDED, other, other.end, (other.end_s, math.nan))
+
+    def _log(self, kind: int, load: Load, sample: int, before: tuple[float, float]) -> None:
+        """Note what only now is known to have happened; `before` is the event's time and load."""
+        event = np.zeros(1, tracking.EVENT)
+        event["kind"], event["sample"], event["token"], event["tile"] = kind, sample, load.token, load.tile
+        event["time_s"], event["load_n"] = before
+        bisect.insort(self._events, event[0], key=lambda event: event["sample"])
 
     def _decide(self, load: Load, final: bool = False) -> None:
         """Say whose foot a load is, if that can be said by now."""
+        if load.shared is not None and not load.is_parted:
+            if not final and load.end is None and self._now_s < load.start_s + SWING_S:
+                return
+            self._part(load, load.shared)
         candidates = self._candidates(load)
-        waits = load.shared is not None and load.end is None and self._now_s < load.start_s + SWING_S
-        if not final and (waits or any(other.foot == 0 for other in candidates)):
+        if not final and any(other.foot == 0 for other in candidates):
             return
         verdicts = {foot: self._judge(load, foot, final) for foot in {other.foot for other in candidates if other.foot}}
         same = {foot: cost for foot, cost in verdicts.items() if cost is not None}
@@ -347,6 +333,7 @@ class FootFinder:
 
         These are earlier ones; a load that was divided from another comes behind those that began a little later.
         """
+        others = {one.foot for one in self._loads if one is load.shared or one.shared is load} - {0}
         return [
             other
             for other in self._loads
@@ -354,14 +341,15 @@ class FootFinder:
             and self._touches[other.tile, load.tile]
             and self._lasted(other, load)
             and (load.end is None or load.end > other.sample)
-            and (load.shared is None or other.foot != load.shared.foot)
+            and other.foot not in others
         ]
 
     def _lasted(self, load: Load, later: Load) -> bool:
         """Whether a load was there until a later one began, as nearly as can be said: a foot may roll over a gap."""
         if load.end is None or load.is_cut:
             return load.end is None
-        bridged = self._doubtful if load.is_divided else int(self._bridged[load.tile, later.tile])
+        touched = not len(load.track()) or load.track()[:, 3].max() < LOADED_N
+        bridged = self._doubtful if load.is_divided or touched else int(self._bridged[load.tile, later.tile])
         return load.end + bridged > later.sample
 
     def _provisional(self, load: Load) -> Load | None:
@@ -372,7 +360,7 @@ class FootFinder:
         for other in self._candidates(load):
             if other.end is None:
                 cost = self._judge(load, other.foot, False) if other.foot else math.nan
-                at_once = load.start_s - other.start_s < SWING_S and _now_apart_m(load, other) <= APART_M
+                at_once = load.start_s - other.start_s < SWING_S and now_apart_m(load, other) <= APART_M
                 if cost is not None and (at_once or not math.isnan(cost)):
                     return other
         return None
@@ -386,17 +374,17 @@ class FootFinder:
             return math.nan
         # What is newer may still be divided.
         until_s = math.inf if final else now_s - SETTLED_S
-        mine, track = _loaded(load, until_s), np.concatenate([_loaded(other, until_s) for other in parts])
+        mine, track = loaded(load, until_s), np.concatenate([loaded(other, until_s) for other in parts])
         lag_s = load.start_s - min(other.start_s for other in parts)
         over = load.end is not None
         rest_s = max(other.end_s for other in parts)
         ripe = final or age_s >= WAIT_S
         if not len(mine) or not len(track):
             return self._light(load, parts) if ripe or over else math.nan
-        near = _distance(mine[0], track)
-        if not _fits(np.concatenate([mine, track])[:, 1:3]):
+        near = distance_m(mine[0], track)
+        if not fits(np.concatenate([mine, track])[:, 1:3]):
             return None
-        if _nearest(mine, track) > APART_M:
+        if nearest(mine, track) > APART_M:
             return None if ripe or over else math.nan
         if lag_s < SWING_S:
             sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
@@ -408,18 +396,18 @@ class FootFinder:
         mine, track = load.track(), np.concatenate([other.track() for other in parts])
         if not len(mine) or not len(track):
             return LENGTH_M
-        near = _distance(mine[0], track)
-        return near if near <= LENGTH_M else None
+        near, late = distance_m(mine[0], track), load.start_s - min(other.start_s for other in parts) >= SWING_S
+        return near if near <= (TOES_M if late else LENGTH_M) else None
 
     def _toes(
         self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]
     ) -> float | None:
         """`_judge` for a load that began so late that only the foot's toes can have come down."""
         ripe, over, rest_s = state
-        near = _distance(mine[0], track)
+        near = distance_m(mine[0], track)
         if near > TOES_M or min(load.end_s, self._now_s) - rest_s > OUTLASTS_S:
             return None
-        centre = _centre(track, float(mine[0, 0]))
+        centre = centre_m(track, float(mine[0, 0]))
         first = track[track[:, 0] <= track[0, 0] + 0.1]
         rolled = centre - np.average(first[:, 1:3], axis=0, weights=first[:, 3])
         length_m = float(np.hypot(*rolled))
@@ -430,66 +418,3 @@ class FootFinder:
 
 def _rank(load: Load) -> tuple[float, int]:
     return load.start_s + (0.0 if load.shared is None else SWING_S), load.token
-
-
-def _loaded(load: Load, until_s: float) -> NDArray[np.float64]:
-    """A load's track where it says something: above `LOADED_N`, and not while two feet share it."""
-    track = load.track()
-    kept = (track[:, 3] >= LOADED_N) & (track[:, 0] <= until_s)
-    if load.shared is not None:
-        kept &= track[:, 0] >= load.start_s + JUMP_S
-    if load.is_divided:
-        kept &= track[:, 0] <= load.end_s - BEFORE_S
-    return track[kept]
-
-
-def _centre(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
-    """The centre of pressure of several loads' tracks, about a time."""
-    near = track[np.abs(track[:, 0] - time_s) <= max(0.02, float(np.abs(track[:, 0] - time_s).min()))]
-    return np.asarray(np.average(near[:, 1:3], axis=0, weights=near[:, 3]))
-
-
-def _distance(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
-    return float(np.hypot(*(first[1:3] - _centre(track, float(first[0])))))
-
-
-def _now_apart_m(load: Load, other: Load) -> float:
-    """How far two loads press from each other now; 0 where one has just begun."""
-    track, others = load.track(), other.track()
-    return math.dist(track[-1, 1:3], others[-1, 1:3]) if len(track) and len(others) else 0.0
-
-
-def _nearest(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
-    """How near two loads come at one time, looked at eight times; one that is shared for a while may begin far away."""
-    return min(_distance(row, track) for row in mine[:: max(1, len(mine) // 8)])
-
-
-def _fits(places_m: NDArray[np.float64]) -> bool:
-    """Whether places (n, 2) lie in a foot's box, turned to the best of sixteen directions."""
-    along = places_m @ _TOWARDS
-    reach = along.max(axis=0) - along.min(axis=0)
-    half = _DIRECTIONS // 2
-    return bool(((reach <= LENGTH_M) & (np.roll(reach, half) <= WIDTH_M)).any())
-
-
-def _jumped(load: Load) -> float | None:
-    """When a load's centroid lately went from one foot to the next."""
-    track = load.track()
-    if track[-1, 0] - load.start_s < ROLLED_S + JUMP_S + AFTER_S:
-        return None
-    time_s = track[:, 0]
-    begin, end = np.searchsorted(time_s, time_s[-1] - AFTER_S - JUMP_S), np.searchsorted(time_s, time_s[-1] - AFTER_S)
-    towards = track[end, 1:3] - track[begin, 1:3]
-    if track[begin:, 3].min() < LOADED_N or not _is_jump(track, begin, towards):
-        return None
-    along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
-    return float(time_s[begin + int(np.argmax(along >= PASSED * along[-1]))])
-
-
-def _is_jump(track: NDArray[np.float64], begin: int, towards: NDArray[np.float64]) -> bool:
-    """Whether a centroid that goes so far from sample `begin` on goes further than a foot's."""
-    length_m = float(np.hypot(*towards))
-    rolled = track[begin, 1:3] - track[0, 1:3]
-    if length_m >= JUMP_M or length_m < ASIDE_M:
-        return length_m >= JUMP_M
-    return float(towards @ rolled) < ONWARDS * length_m * max(float(np.hypot(*rolled)), ASIDE_M)

@@ -29,7 +29,12 @@ def _alone(walked: Walked) -> Iterable[Reach]:
 def _together(name: str, walked: Walked, least: float) -> Iterable[Reach]:
     yield Reach("contacts", f"{name}, splits", walked.splits, f"of {walked.feet} feet")
     yield Reach("contacts", f"{name}, false joins", walked.joins, f"of {walked.feet} feet")
-    yield Reach("contacts", f"{name}, IDF1 of feet", walked.contacts.idf1, "of 1")
+    if least:
+        yield Reach("contacts", f"{name}, IDF1 of feet", walked.contacts.idf1, "of 1", low=least)
+        yield Reach("contacts", f"{name}, switches", walked.contacts.switches, "of a foot's contact", high=0.0)
+    else:
+        yield Reach("contacts", f"{name}, IDF1 of feet", walked.contacts.idf1, "of 1")
+        yield Reach("contacts", f"{name}, switches", walked.contacts.switches, "of a foot's contact")
     yield Reach("contacts", f"{name}, MOTA of feet", walked.contacts.mota, "of 1")
     yield Reach("contacts", f"{name}, sides right", walked.sides_right / max(walked.sided, 1), "of 1")
     if least:

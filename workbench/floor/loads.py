@@ -1,0 +1,101 @@
+"""What presses on one tile, and where: tracks of loads, and whether they are near enough for one foot's."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.floor.shared_loads import JUMP_S, LOADED_N
+
+LENGTH_M, WIDTH_M, APART_M = 0.33, 0.13, 0.26
+"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad. At one time
+they are at most `APART_M` apart, three quarters of such a foot: from the heel to the middle of what the heel is not."""
+
+BEFORE_S = 0.10
+"""So long before that two feet may have been on the tile."""
+
+KEPT_S = 2.0
+"""So much of a load's track is looked at."""
+
+_DIRECTIONS = 16
+_ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
+_TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+
+
+@dataclass(eq=False)
+class Load:
+    """What presses on one tile, from when until when (`end` None while it lasts), and whose foot it is: 0 while open.
+
+    `shared` is the load that it was divided from, and `is_parted` whether it is known since when, and what each bore;
+    `oldest` is the first sample that was not given out when it was divided. `tracks` are its thinned samples: time, x,
+    y, force.
+    """
+
+    token: int
+    tile: int
+    sample: int
+    start_s: float
+    shared: "Load | None" = None
+    end: int | None = None
+    end_s: float = math.inf
+    foot: int = 0
+    is_parted: bool = False
+    oldest: int = 0
+    is_divided: bool = False
+    is_cut: bool = False
+    tracks: list[NDArray[np.float64]] = field(default_factory=list)
+
+    def track(self) -> NDArray[np.float64]:
+        """Its last two seconds: shape (n, 4)."""
+        if len(self.tracks) > 1:
+            joined = np.concatenate(self.tracks)
+            last_s = joined[-1, 0] if len(joined) else 0.0
+            self.tracks = [joined[np.searchsorted(joined[:, 0], last_s - KEPT_S) :]]
+        return self.tracks[0] if self.tracks else np.zeros((0, 4))
+
+
+def columns(rows: NDArray[np.void]) -> NDArray[np.float64]:
+    """Rows as a load's track has them."""
+    return np.column_stack([rows[name] for name in ("time_s", "x_m", "y_m", "force_n")])
+
+
+def loaded(load: Load, until_s: float) -> NDArray[np.float64]:
+    """A load's track where it says something: above `LOADED_N`, and not while two feet share it."""
+    track = load.track()
+    kept = (track[:, 3] >= LOADED_N) & (track[:, 0] <= until_s)
+    if load.shared is not None:
+        kept &= track[:, 0] >= load.start_s + JUMP_S
+    if load.is_divided:
+        kept &= track[:, 0] <= load.end_s - BEFORE_S
+    return track[kept]
+
+
+def centre_m(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
+    """The centre of pressure of several loads' tracks, about a time."""
+    near = track[np.abs(track[:, 0] - time_s) <= max(0.02, float(np.abs(track[:, 0] - time_s).min()))]
+    return np.asarray(np.average(near[:, 1:3], axis=0, weights=near[:, 3]))
+
+
+def distance_m(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
+    """How far a sample of a track is from several loads' centre of pressure at that time."""
+    return float(np.hypot(*(first[1:3] - centre_m(track, float(first[0])))))
+
+
+def now_apart_m(load: Load, other: Load) -> float:
+    """How far two loads press from each other now; 0 where one has just begun."""
+    track, others = load.track(), other.track()
+    return math.dist(track[-1, 1:3], others[-1, 1:3]) if len(track) and len(others) else 0.0
+
+
+def nearest(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
+    """How near two loads come at one time, looked at eight times; one that is shared for a while may begin far away."""
+    return min(distance_m(row, track) for row in mine[:: max(1, len(mine) // 8)])
+
+
+def fits(places_m: NDArray[np.float64]) -> bool:
+    """Whether places (n, 2) lie in a foot's box, turned to the best of sixteen directions."""
+    along = places_m @ _TOWARDS
+    reach = along.max(axis=0) - along.min(axis=0)
+    half = _DIRECTIONS // 2
+    return bool(((reach <= LENGTH_M) & (np.roll(reach, half) <= WIDTH_M)).any())
