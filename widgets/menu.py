@@ -9,10 +9,11 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.patch import library
+from underfoot.widgets.view_menu import ViewMenu
 
 
 class MainMenu(QMenu):
-    """Shows the window's actions; `recent` gives the files that were opened lately."""
+    """Shows the window's actions; `recent` gives the files that were opened lately, `view` is a menu in it."""
 
     recent_chosen = Signal(object)
     """The `Path` of a file to be opened."""
@@ -23,6 +24,7 @@ class MainMenu(QMenu):
         self,
         actions: Mapping[str, QAction],
         recent: Callable[[], Sequence[str]],
+        view: ViewMenu,
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
@@ -41,6 +43,8 @@ class MainMenu(QMenu):
         self._behind_workspaces = self.addSeparator()
         self.addActions([actions[name] for name in ("play", "panic", "record", "audio", "network", "cost")])
         self.addSeparator()
+        self.view = view
+        self.addMenu(view)
         self.addActions([actions[name] for name in ("keys", "about", "quit")])
 
     def add_workspace_actions(self, actions: Sequence[QAction]) -> None:

@@ -75,7 +75,7 @@ class LevelKey(QWidget):
         bar = QLabel()
         stops = ", ".join(
             f"stop:{i / 8} rgb({r}, {g}, {b})"
-            for i, (r, g, b, _) in enumerate(heat_table()[np.linspace(0, 255, 9).astype(int)])
+            for i, (r, g, b, _) in enumerate(heat_table(theme.NAME)[np.linspace(0, 255, 9).astype(int)])
         )
         bar.setStyleSheet(f"background: qlineargradient(x1:0, y1:0, x2:1, y2:0, {stops})")
         bar.setFixedSize(8 * theme.GRID, theme.GRID)

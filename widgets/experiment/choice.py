@@ -166,6 +166,7 @@ class StudyOverview(QWidget):
             who.addWidget(part)
         who.addStretch(1)
         found = QSplitter(Qt.Orientation.Vertical)
+        found.setObjectName("experiment findings")
         found.addWidget(self.drawings)
         found.addWidget(self.table)
         found.setSizes([400, 200])

@@ -392,6 +392,7 @@ class MonitorWorkspace(Workspace):
 
     def _build(self) -> None:
         plots = QSplitter(Qt.Orientation.Vertical)
+        plots.setObjectName("monitor plots")
         plots.addWidget(titled(self._force_head(), self.force))
         self.vibration_views = QStackedWidget()
         self.vibration_views.addWidget(self.spectrogram)
@@ -409,12 +410,14 @@ class MonitorWorkspace(Workspace):
         ):
             QShortcut(keys, self, do)
         across = QSplitter(Qt.Orientation.Horizontal)
+        across.setObjectName("monitor across")
         across.addWidget(titled(self._floor_head(), self.map))
         across.addWidget(over_bar(plots, self.back))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)
         across.setSizes([400, 880])
         down = QSplitter(Qt.Orientation.Vertical)
+        down.setObjectName("monitor down")
         down.addWidget(across)
         down.addWidget(self.steps)
         down.setStretchFactor(0, 5)
@@ -447,8 +450,8 @@ class MonitorWorkspace(Workspace):
         self._when = theme.label("now", "small")
         self.figures: list[QLabel] = []
         legend: list[QWidget | None] = []
-        for name, colour in zip(("sum", "1", "2", "3", "4"), (theme.FORCE, *CORNERS), strict=True):
-            key = theme.label(f'<span style="color:{colour}">■</span> {name}', "small")
+        for name, colour in zip(("sum", "1", "2", "3", "4"), ("force", *CORNERS), strict=True):
+            key = theme.label(f'<span style="color:{theme.PALETTE[colour]}">■</span> {name}', "small")
             figure = theme.label("– N", "small")
             figure.setFixedWidth(figure.fontMetrics().horizontalAdvance("−0000 N") - theme.GRID)
             self.figures.append(figure)

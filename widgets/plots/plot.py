@@ -122,7 +122,7 @@ class Plot(QWidget):
             paint(painter, shape)
         if math.isfinite(self._pointer):
             at = crisp(float(frame.x.place(self._pointer)))
-            paint(painter, Polyline(np.array([[at, frame.area.top], [at, frame.area.bottom]]), theme.MUTED))
+            paint(painter, Polyline(np.array([[at, frame.area.top], [at, frame.area.bottom]]), "muted"))
 
     def _painted(self, frame: Frame) -> QPixmap:
         """The frame as a picture."""

@@ -49,6 +49,7 @@ class RecordedSteps(QWidget):
         self.copying.clicked.connect(self.copy)
         head.append(self.copying)
         across = QSplitter(Qt.Orientation.Horizontal)
+        across.setObjectName("recordings steps")
         across.setHandleWidth(1)
         across.setChildrenCollapsible(False)
         across.addWidget(titled(head, WholeRows(self.table)))

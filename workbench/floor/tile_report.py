@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, series
-from underfoot.drawing.page import page
+from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
 from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
@@ -48,7 +48,7 @@ def data(found: list[Design]) -> dict[str, Any]:
 def write(found: list[Design], folder: Path) -> None:
     """Write `index.html`, `tile.json` and every picture as SVG into `folder`; `BadFile` where that cannot be."""
     make_folder(folder)
-    body = []
+    body = [facts_table(made_by())]
     for design in found:
         body += _section(design)
         for name, drawing in drawings(design.measured):
