@@ -13,13 +13,14 @@ from underfoot.widgets.session.settings import Settings
 LEAST = QSize(1024, 640)
 """The window is no smaller than this where the screen is not."""
 FIRST = QSize(1440, 900)
+_BORDER_PX = 4
 
 
 def restore_window(window: QMainWindow, settings: Settings) -> None:
     """Give the window its size and place of last time; never more than the screen has, nor beside it."""
     screen = window.screen().availableGeometry()
     title_px = window.style().pixelMetric(QStyle.PixelMetric.PM_TitleBarHeight)
-    room = screen.size() - QSize(0, title_px)
+    room = screen.size() - QSize(2 * _BORDER_PX, title_px + _BORDER_PX)
     window.setMinimumSize(LEAST.boundedTo(room))
     if not window.restoreGeometry(settings.window_bytes):
         window.resize(FIRST.boundedTo(room))

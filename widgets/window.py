@@ -364,7 +364,7 @@ class MainWindow(QMainWindow):
         self._progress.setFixedHeight(2)
         self._stack = QStackedWidget()
         for declared in self._declarations:
-            self.transport.add_workspace(declared.name, declared.key)
+            self.transport.add_workspace(declared.name, declared.key, declared.icon)
         self.status = StatusLine()
         middle = QWidget()
         layout = QVBoxLayout(middle)

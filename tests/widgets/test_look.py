@@ -1,6 +1,8 @@
 """The look that was chosen: kept between starts, on a screen of any size, and not mixed up with somebody else's."""
 
 import os
+import subprocess
+import sys
 from base64 import b64encode
 
 import pytest
@@ -17,7 +19,7 @@ from underfoot.widgets.view_menu import ViewMenu
 
 def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     first = quiet_window(qtbot, tmp_path)
-    first.resize(800, 700)  # as wide as the screen of the tests
+    first.resize(792, 700)  # the screen of the tests is 800 wide
     first.show_workspace("Monitor")
     across = first.findChild(QSplitter, "monitor across")
     across.setSizes([300, 500])
@@ -30,7 +32,7 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     kept = Settings.load(tmp_path)
     assert (kept.theme, kept.text_size, kept.workspace) == ("light", 115, "Monitor")
     second = quiet_window(qtbot, tmp_path)
-    assert (second.workspace, second.width(), second.height()) == ("Monitor", 800, 700)
+    assert (second.workspace, second.width(), second.height()) == ("Monitor", 792, 700)
     assert second.findChild(QSplitter, "monitor across").sizes() == sizes
 
 
@@ -60,30 +62,17 @@ def test_the_application_has_the_colours_of_the_settings(qapp, chosen):
         application.application(Settings())
 
 
-def test_the_size_of_the_text_is_no_one_elses(monkeypatch):
-    """Qt is told of it while the application is made; programs that it starts are not."""
-    told = []
-    monkeypatch.setattr(application, "QApplication", Made)
-    monkeypatch.setattr(Made, "made", lambda: told.append(os.environ.get(application.SCALE)))
-    monkeypatch.delenv(application.SCALE, raising=False)
-    for given, size, scale in ((None, 130, "1.3"), ("2", 115, "2.3"), (None, 100, None)):
-        if given:
-            monkeypatch.setenv(application.SCALE, given)
-        with pytest.raises(AssertionError):  # the one there is stays
-            application.application(Settings(text_size=size))
-        assert (told.pop(), os.environ.get(application.SCALE)) == (scale, given)
-        monkeypatch.delenv(application.SCALE, raising=False)
-
-
-class Made:
-    """An application that is not made a second time."""
-
-    @staticmethod
-    def instance():
-        return None
-
-    def __init__(self, words):
-        Made.made()
+def test_everything_grows_with_the_text_and_programs_that_are_started_do_not():
+    script = """
+import os
+from underfoot.widgets.application import SCALE, application
+from underfoot.widgets.session.settings import Settings
+print(application(Settings(text_size=130)).devicePixelRatio(), os.environ.get(SCALE))
+"""
+    for given, seen in (({}, "1.3 None"), ({application.SCALE: "2"}, "2.6 2")):
+        environment = {**os.environ, **given}
+        done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
+        assert done.stdout.strip() == seen, done.stderr
 
 
 def test_a_window_is_never_larger_than_the_screen_nor_beside_it(qtbot):
