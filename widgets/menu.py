@@ -9,7 +9,6 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.patch import library
-from underfoot.widgets.view_menu import ViewMenu
 
 
 class MainMenu(QMenu):
@@ -24,7 +23,7 @@ class MainMenu(QMenu):
         self,
         actions: Mapping[str, QAction],
         recent: Callable[[], Sequence[str]],
-        view: ViewMenu,
+        view: QMenu,
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
@@ -43,7 +42,6 @@ class MainMenu(QMenu):
         self._behind_workspaces = self.addSeparator()
         self.addActions([actions[name] for name in ("play", "panic", "record", "audio", "network", "cost")])
         self.addSeparator()
-        self.view = view
         self.addMenu(view)
         self.addActions([actions[name] for name in ("keys", "about", "quit")])
 

@@ -212,6 +212,7 @@ QLabel[role="small"] {{ color: {MUTED}; font-size: {SMALL_PX}px; }}
 QLabel[role="alarm"] {{ color: {ALARM}; }}
 QLabel[role="good"] {{ color: {CONTACT}; }}
 QLabel[role="force"] {{ color: {FORCE}; }}
+QLabel[role="code"] {{ background: {GROUND}; border: 1px solid {LINE}; border-radius: 4px; padding: 6px; }}
 QToolTip {{ background: {RAISED}; color: {TEXT}; border: 1px solid {LINE}; padding: 4px 6px; }}
 QPushButton, QToolButton, QComboBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px; min-height: 18px; }}

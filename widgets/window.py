@@ -14,6 +14,7 @@ from underfoot.engine.commands import Pulse
 from underfoot.engine.reports import Health, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
+from underfoot.file_places import file_place, readable
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
@@ -154,8 +155,13 @@ class MainWindow(QMainWindow):
         self.loaded.emit()
 
     def say(self, text: str) -> None:
-        """Show one line for the person at the bottom of the window."""
-        self.status.show_message(text)
+        """Show one line for the person at the bottom of the window; of a place in a file, the place as well."""
+        self.status.show_message(readable(text))
+        place = file_place(text)
+        if place is not None:
+            from underfoot.widgets.dialogs.file_trouble import FileTrouble
+
+            FileTrouble(place, self).open()
 
     def open_file(self, path: Path) -> None:
         """Open a file in the workspace that opens files of its suffix."""
@@ -346,10 +352,11 @@ class MainWindow(QMainWindow):
     # --- layout ---
 
     def _build(self) -> None:
+        self.view = ViewMenu(self.settings, self)
         self.menu = MainMenu(
             self.actions_by_name,
             lambda: self.settings.recent,
-            ViewMenu(self.settings, self),
+            self.view,
             self,
         )
         self.transport = TransportBar(self.menu)
@@ -427,8 +434,8 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         transport, bridge, open_patch = self.transport, self.bridge, self.open_patch
         controller = self.controller
-        self.menu.view.said.connect(self.say)
-        self.menu.view.again_wanted.connect(self.start_again)
+        self.view.said.connect(self.say)
+        self.view.again_wanted.connect(self.start_again)
         self.menu.recent_chosen.connect(open_patch.open)
         self.menu.preset_chosen.connect(open_patch.adopt)
         transport.workspace_chosen.connect(self.show_workspace)

@@ -25,7 +25,7 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     across.setSizes([300, 500])
     sizes = across.sizes()
     QTest.keyClick(first, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
-    next(action for action in first.menu.view.actions() if action.text() == "Light").trigger()
+    next(action for action in first.view.actions() if action.text() == "Light").trigger()
     assert "Light, text 115 %: from the next start on" in first.status.message
     first.leave()
 

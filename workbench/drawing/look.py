@@ -22,10 +22,10 @@ _CURVES = {
     "muted": ("#98a3b1", "#4d5966"),
     "faint": ("#707c8b", "#727d8a"),
     "onset": ("#6c5a91", "#9a85c6"),
-    "corner 1": ("#e0705a", "#b8432b"),
-    "corner 2": ("#d8bb54", "#7d6500"),
-    "corner 3": ("#a8794a", "#6d4a22"),
-    "corner 4": ("#e3a7a0", "#a8566a"),
+    "corner 1": ("#e0705a", "#c9402a"),
+    "corner 2": ("#d8bb54", "#9c8600"),
+    "corner 3": ("#a8794a", "#54402c"),
+    "corner 4": ("#e3a7a0", "#d06a8c"),
 }
 COLOURS = tuple(_CURVES)
 """Names of the colours that a curve may have, and what each stands for. The corners, in the order of a tile's sensors,
