@@ -2,6 +2,7 @@
 
 from functools import cache, lru_cache
 from importlib.resources import files
+from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
@@ -64,6 +65,7 @@ _CONSTANTS = (
 """Colours that have a constant above, which `choose` sets."""
 
 TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
+_CHECKS = Path(str(files("underfoot.assets"))).joinpath("icons").as_posix()
 _ICON_PX = (16, 18, 24, 32, 36, 48)
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
@@ -273,6 +275,14 @@ QMenu {{ background: {RAISED}; border: 1px solid {LINE}; padding: 4px; }}
 QMenu::item {{ padding: 4px 24px 4px 12px; border-radius: 4px; }}
 QMenu::item:selected {{ background: {HOVER}; }}
 QMenu::separator {{ height: 1px; background: {LINE}; margin: 4px 8px; }}
+QCheckBox::indicator, QRadioButton::indicator, QAbstractItemView::indicator {{
+    width: 13px; height: 13px; border: 1px solid {FAINT}; border-radius: 3px; background: {RAISED}; }}
+QRadioButton::indicator {{ border-radius: 7px; }}
+QCheckBox::indicator:checked, QAbstractItemView::indicator:checked {{
+    background: {VIBRATION}; border-color: {VIBRATION}; image: url({_CHECKS}/check-{NAME}.svg); }}
+QRadioButton::indicator:checked {{ border: 4px solid {VIBRATION}; width: 7px; height: 7px; background: {GROUND}; }}
+QCheckBox::indicator:focus, QRadioButton::indicator:focus {{ border-color: {VIBRATION}; }}
+QCheckBox::indicator:disabled, QRadioButton::indicator:disabled {{ background: {PANEL}; border-color: {LINE}; }}
 QProgressBar {{ background: {RAISED}; border: none; border-radius: 2px; text-align: center; }}
 QProgressBar::chunk {{ background: {VIBRATION}; border-radius: 2px; }}
 """

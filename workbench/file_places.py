@@ -24,11 +24,8 @@ class FilePlace:
     line: int
     says: str
     """What stands there and what is allowed, without the file and the line."""
-
-    @property
-    def in_words(self) -> str:
-        """All of it in one line."""
-        return f"{self.file}{f', line {self.line}' if self.line else ''}: {self.says}"
+    in_words: str
+    """All of it in one line."""
 
     def excerpt(self) -> list[tuple[int, str]]:
         """The lines around the place, each with its number; none where the line is not known."""
@@ -46,13 +43,14 @@ def file_place(message: str) -> FilePlace | None:
     """
     broken = _BROKEN.fullmatch(message)
     if broken is not None:
-        return FilePlace(broken["file"], int(broken["line"]), broken["says"].strip())
+        return FilePlace(broken["file"], int(broken["line"]), broken["says"].strip(), message)
     found = _PLACED.fullmatch(message)
     if found is None:
         return None
     steps = tuple(key or int(number) for key, number in _STEP.findall(found["path"]))
     words = "".join(f" #{step + 1}" if isinstance(step, int) else f", {step}" for step in steps)
-    return FilePlace(found["file"], _line_of(_text(found["file"]), steps), f"{words.lstrip(', ')}{found['says']}")
+    says, line = f"{words.lstrip(', ')}{found['says']}", _line_of(_text(found["file"]), steps)
+    return FilePlace(found["file"], line, says, f"{found['file']}{f', line {line}' if line else ''}: {says}")
 
 
 def readable(message: str) -> str:

@@ -43,6 +43,7 @@ class RecordedSteps(QWidget):
             box.setAccessibleName(f"Show steps of {name}")
             box.setToolTip(f"Show the steps of one {name}, or of all")
             box.setMinimumContentsLength(10)
+            box.setMinimumWidth(8 * theme.GRID)
             box.currentTextChanged.connect(self._filter)
             head.append(box)
         self.copying = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")

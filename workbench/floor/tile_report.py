@@ -23,8 +23,6 @@ from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import Suspension, deflection_at_resonance_m
 
 _MILLI = 1000.0
-_ROOM_CM = 7.5
-"""Thicknesses are drawn up to here, for the legend's sake."""
 
 
 def text(found: list[Design]) -> str:
@@ -140,7 +138,7 @@ def _plate_drawing(here: Measured) -> tuple[str, Drawing]:
         lines.append(series(name, 100.0 * thickness, own, style, colour))
     f1 = here.plate.frequency_hz(here.tile.size_m)
     lines.append(series("this plate", [100.0 * here.plate.thickness_m], [f1], "dots", "events"))
-    lines.append(series("1 kHz", [0.4, _ROOM_CM], [1000.0] * 2, "dashed", "alarm"))
+    lines.append(series("1 kHz", [0.4, 5.0], [1000.0] * 2, "dashed", "alarm"))
     words = "First bending mode, edges held, without shaker"
     return "plate-modes", Drawing(words, "thickness, cm", "f1, Hz", tuple(lines))
 
@@ -170,7 +168,7 @@ def _loads_drawing(here: Measured) -> tuple[str, Drawing]:
 
 
 def _is_seen(here: Measured) -> NDArray[np.bool_]:
-    """Which frequencies are drawn; the highest leave room for the legend."""
+    """Which frequencies are drawn."""
     return (here.frequencies_hz >= 20.0) & (here.frequencies_hz <= 1500.0)
 
 

@@ -2,16 +2,18 @@
 
 import html
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from underfoot.calibration.files.measurements import write_table
 from underfoot.calibration.result import Result
-from underfoot.calibration.results.labels import label_of
+from underfoot.calibration.results.labels import label_of, unit_of
 from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
 from underfoot.floor.profile import Profile
+from underfoot.quantities import quantity
 
 
 def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence[str] = (), operator: str = "") -> Path:
@@ -73,8 +75,10 @@ def _compared(kind: str, profile: Profile) -> list[str]:
     if not places:
         return []
     then = profile.earlier[places[-1]]
-    rows = [
-        f"<tr><td>{html.escape(label_of(name))}</td><td>{old:.4g}</td><td>{new:.4g}</td></tr>"
-        for name, (old, new) in profile.compare(places[-1]).items()
-    ]
+    part = getattr(then, kind)
+    rows = ["<tr><th></th><th>then</th><th>now</th></tr>"]
+    for name, values in profile.compare(places[-1]).items():
+        unit = part.error_unit if name == "error" else unit_of(name)
+        old, new = (html.escape(quantity(value, unit)) if math.isfinite(value) else "–" for value in values)
+        rows.append(f"<tr><td>{html.escape(label_of(name))}</td><td>{old}</td><td>{new}</td></tr>")
     return [f"<h2>Compared with the one replaced on {then.replaced}</h2><table>", *rows, "</table>"]
