@@ -246,7 +246,7 @@ QToolButton[role="flat"]:hover, QPushButton[role="flat"]:hover {{ background: {H
 QToolButton[role="flat"]:focus, QPushButton[role="flat"]:focus {{ border: 1px solid {VIBRATION}; }}
 QLineEdit, QPlainTextEdit, QAbstractSpinBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px;
-    selection-background-color: {PALETTE["selected"]}; }}
+    selection-background-color: {PALETTE["selected"]}; placeholder-text-color: {MUTED}; }}
 QLineEdit[role="value"] {{ background: transparent; border-color: transparent; padding: 1px 3px; }}
 QLineEdit[role="value"]:hover {{ background: {RAISED}; }}
 QLineEdit[role="value"]:focus {{ background: {RAISED}; border: 1px solid {VIBRATION}; }}

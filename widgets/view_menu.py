@@ -31,17 +31,17 @@ class ViewMenu(QMenu):
         for percent in TEXT_SIZES:
             self._add_choice(self._sizes, f"Text {percent} %", percent)
         self._sizes.triggered.connect(lambda action: self._choose(text_size=action.data()))
-        self.larger = self._act("Larger text", [*QKeySequence.keyBindings(QKeySequence.StandardKey.ZoomIn), "Ctrl+="])
+        self.larger = self._act("Larger text", ("Ctrl++", "Ctrl+="))
         self.larger.triggered.connect(lambda: self._step(1))
-        self.smaller = self._act("Smaller text", QKeySequence.keyBindings(QKeySequence.StandardKey.ZoomOut))
+        self.smaller = self._act("Smaller text", ("Ctrl+-",))
         self.smaller.triggered.connect(lambda: self._step(-1))
         self.addSeparator()
-        self.again = self._act("Start again now, in the chosen look", [])
+        self.again = self._act("Start again now, in the chosen look", ())
         self.again.triggered.connect(self.again_wanted)
         window.addActions([self.larger, self.smaller])
         self._show()
 
-    def _act(self, words: str, keys: list[QKeySequence | str]) -> QAction:
+    def _act(self, words: str, keys: tuple[str, ...]) -> QAction:
         action = self.addAction(words)
         action.setShortcuts([QKeySequence(key) for key in keys])
         return action

@@ -60,7 +60,5 @@ def test_a_map_is_as_high_as_it_is_wide_and_drawn_large():
 
 
 def test_a_picture_can_be_light():
-    assert f'fill="{look.palette("light")["ground"]}"' in svg(DRAWING, "light")
-    assert not {f'"{colour}"' for colour in look.palette("dark").values()} & set(
-        re.findall(r'"#\w+"', svg(DRAWING, "light"))
-    )
+    used = set(re.findall(r'"(#\w+)"', svg(DRAWING, "light")))
+    assert used <= set(look.palette("light").values())

@@ -15,10 +15,10 @@ _BESIDE, _ALONE = Qt.ToolButtonStyle.ToolButtonTextBesideIcon, Qt.ToolButtonStyl
 
 class HeadLine(QWidget):
     """Widgets beside one another; None is a stretch. Where there is no room for all, those of `giving` give way, the
-    first of them first: a button with a picture goes without its words, anything else is hidden.
+    first group of them first: a button with a picture goes without its words, anything else is hidden.
     """
 
-    def __init__(self, widgets: Sequence[QWidget | None], giving: Sequence[QWidget] = ()) -> None:
+    def __init__(self, widgets: Sequence[QWidget | None], giving: Sequence[Sequence[QWidget]] = ()) -> None:
         super().__init__()
         self._widgets, self._giving = widgets, giving
         self._wide_px: dict[QWidget, int] = {}
@@ -45,18 +45,18 @@ class HeadLine(QWidget):
         margins = self._line.contentsMargins()
         room = self.width() - margins.left() - margins.right()
         gap = self._line.spacing()
-        there = [one for one in self._widgets if one is not None and (one in self._giving or not one.isHidden())]
+        could = [one for group in self._giving for one in group]
+        there = [one for one in self._widgets if one is not None and (one in could or not one.isHidden())]
         room -= sum(self._wide(one) + gap for one in there) - gap
-        for one in self._giving:
-            is_button = isinstance(one, QToolButton) and not one.icon().isNull()
-            if is_button and one.isHidden():
-                room += self._wide(one) + gap
-            else:
-                gives = room < 0
-                room += (self._wide(one) - _ICON_PX if is_button else self._wide(one) + gap) if gives else 0
-                if isinstance(one, QToolButton) and is_button:
+        for group in self._giving:
+            gives = room < 0
+            for one in group:
+                if isinstance(one, QToolButton) and not one.icon().isNull():
+                    is_there = not one.isHidden()
+                    room += self._wide(one) + gap if not is_there else self._wide(one) - _ICON_PX if gives else 0
                     one.setToolButtonStyle(_ALONE if gives else _BESIDE)
                 else:
+                    room += self._wide(one) + gap if gives else 0
                     one.setHidden(gives)
 
     def _wide(self, one: QWidget) -> int:

@@ -12,7 +12,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.head_line import HeadLine
 
 
-def titled(head: Sequence[QWidget | None], body: QWidget, giving: Sequence[QWidget] = ()) -> QWidget:
+def titled(head: Sequence[QWidget | None], body: QWidget, giving: Sequence[Sequence[QWidget]] = ()) -> QWidget:
     """`body` under a line of widgets; None is a stretch. In a narrow panel those of `giving` give way."""
     panel = QWidget()
     panel.setMinimumSize(240, 120)

@@ -394,7 +394,7 @@ class MonitorWorkspace(Workspace):
     def _build(self) -> None:
         plots = QSplitter(Qt.Orientation.Vertical)
         plots.setObjectName("monitor plots")
-        plots.addWidget(titled(self._force_head(), self.force, (self.following, *self.figures[:0:-1], self._when)))
+        plots.addWidget(titled(self._force_head(), self.force, ((self.following,), self.figures[1:], (self._when,))))
         self.vibration_views = QStackedWidget()
         self.vibration_views.addWidget(self.spectrogram)
         self.vibration_views.addWidget(self.levels)
@@ -412,7 +412,7 @@ class MonitorWorkspace(Workspace):
             QShortcut(keys, self, do)
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("monitor across")
-        across.addWidget(titled(self._floor_head(), self.map, (self.walker, self.tare)))
+        across.addWidget(titled(self._floor_head(), self.map, ((self.walker, self.tare),)))
         across.addWidget(over_bar(plots, self.back))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)

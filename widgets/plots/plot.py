@@ -128,7 +128,7 @@ class Plot(QWidget):
         """The frame as a picture."""
         ratio = self.devicePixelRatioF()
         if self._picture.isNull() or self._picture.devicePixelRatio() != ratio:
-            self._picture = QPixmap(self.size() * ratio)
+            self._picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
             self._picture.setDevicePixelRatio(ratio)
             self._picture.fill(QColor(theme.GROUND))
             painter = QPainter(self._picture)
