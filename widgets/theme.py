@@ -28,6 +28,7 @@ _SHADES = {
     "alarming": ("alarm", "panel", 0.22),
     "alarming hover": ("alarm", "panel", 0.36),
     "alarming text": ("alarm", "text", 0.4),
+    "quiet": ("muted", "raised", 0.92),
 }
 """Mixtures in every palette: a colour, what it is mixed with, and its share."""
 
@@ -35,6 +36,7 @@ READ_ON = {
     "text": ("ground", "panel", "raised", "hover", "selected", "checked", "primary", "alarming", "alarming hover"),
     "muted": ("ground", "panel", "raised", "hover"),
     "alarming text": ("alarming", "alarming hover"),
+    "quiet": ("raised",),
     **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised")),
     "ground": ("force", "vibration", "events", "contact", "alarm"),
 }

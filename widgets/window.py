@@ -161,6 +161,8 @@ class MainWindow(QMainWindow):
         if place is not None:
             from underfoot.widgets.dialogs.file_trouble import FileTrouble
 
+            for opened in self.findChildren(FileTrouble):
+                opened.close()  # or they lie on one another
             FileTrouble(place, self).open()
 
     def open_file(self, path: Path) -> None:

@@ -80,10 +80,10 @@ class WorkspaceDeclaration:
 
     name: str
     key: str
-    icon: str
     make: Callable[[WorkspaceContext], Workspace]
     focus: str = ""
     opens: tuple[str, ...] = ()
+    icon: str = "list"
 
 
 def discover() -> tuple[WorkspaceDeclaration, ...]:
