@@ -1,18 +1,27 @@
 """The application: opens the window and stays until it is closed."""
 
+import os
 import signal
+import subprocess
+import sys
 import tempfile
 from functools import partial
 from pathlib import Path
 
 import platformdirs
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
+from underfoot.drawing import look
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
 from underfoot.widgets import theme
 from underfoot.widgets.garbage_collection import freeze_loaded
+from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
+
+SCALE = "QT_SCALE_FACTOR"
+"""What Qt multiplies all sizes by."""
 
 
 def run(
@@ -28,13 +37,9 @@ def run(
     With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes; it
     neither makes a sound nor remembers anything.
     """
-    app = QApplication.instance() or QApplication(["underfoot"])
-    assert isinstance(app, QApplication)
-    app.setApplicationName("Underfoot")
-    app.setDesktopFileName("underfoot")
-    theme.apply(app)
     with tempfile.TemporaryDirectory() as passing:
         folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
+        app = application(Settings.load(folder))
         window = MainWindow(folder, target, patch_path, engine)
         window.settings.first_steps_done |= screenshot_dir is not None
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -48,7 +53,39 @@ def run(
         window.controller.opened.connect(window.make_next_workspace)
         if screenshot_dir is not None:
             _take_screenshots(window, screenshot_dir)
-        return app.exec()
+        status = app.exec()
+    if window.starts_again:
+        _start_again()
+    return status
+
+
+def application(settings: Settings) -> QApplication:
+    """The application in the colours and the size that were chosen. A size takes effect before there is one only."""
+    made = QApplication.instance()
+    if made is None:
+        given = os.environ.get(SCALE)
+        if settings.text_size != 100:
+            os.environ[SCALE] = f"{float(given or 1) * settings.text_size / 100:g}"
+        made = QApplication(["underfoot"])
+        os.environ.pop(SCALE, None)
+        if given is not None:
+            os.environ[SCALE] = given
+    assert isinstance(made, QApplication)
+    made.setApplicationName("Underfoot")
+    made.setDesktopFileName("underfoot")
+    is_light = made.styleHints().colorScheme() == Qt.ColorScheme.Light
+    system = "light" if is_light else "dark"
+    theme.choose(settings.theme if settings.theme in look.PALETTES else system)
+    theme.apply(made)
+    return made
+
+
+def _start_again() -> None:
+    """Open the window anew: in place of this process, where the system can."""
+    command = [sys.executable] if getattr(sys, "frozen", False) else [sys.executable, "-m", "underfoot"]
+    if os.name == "posix":
+        os.execv(command[0], command)
+    subprocess.Popen(command)
 
 
 def _take_screenshots(window: MainWindow, folder: Path) -> None:

@@ -298,7 +298,7 @@ class FloorMap(QWidget):
         """What does not move: tiles, their names, and a scale."""
         assert self._floor is not None
         ratio = self.devicePixelRatioF()
-        picture = QPixmap(self.size() * ratio)
+        picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
         picture.setDevicePixelRatio(ratio)
         picture.fill(Qt.GlobalColor.transparent)
         painter = QPainter(picture)

@@ -12,7 +12,7 @@ from underfoot.patch import library
 
 
 class MainMenu(QMenu):
-    """Shows the window's actions; `recent` gives the files that were opened lately."""
+    """Shows the window's actions; `recent` gives the files that were opened lately, `view` is a menu in it."""
 
     recent_chosen = Signal(object)
     """The `Path` of a file to be opened."""
@@ -23,6 +23,7 @@ class MainMenu(QMenu):
         self,
         actions: Mapping[str, QAction],
         recent: Callable[[], Sequence[str]],
+        view: QMenu,
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
@@ -41,6 +42,7 @@ class MainMenu(QMenu):
         self._behind_workspaces = self.addSeparator()
         self.addActions([actions[name] for name in ("play", "panic", "record", "audio", "network", "cost")])
         self.addSeparator()
+        self.addMenu(view)
         self.addActions([actions[name] for name in ("keys", "about", "quit")])
 
     def add_workspace_actions(self, actions: Sequence[QAction]) -> None:

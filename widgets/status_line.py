@@ -1,10 +1,10 @@
 """The line at the bottom of the window: messages for the person, and what the session plays on."""
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.elided_label import ElidedLabel
 
 MESSAGE_MS = 20_000
 MOST_WHY = 64
@@ -19,7 +19,7 @@ class StatusLine(QWidget):
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(3 * theme.GRID)
-        self._message = _ElidedLabel()
+        self._message = ElidedLabel()
         self._message.setAccessibleName("Message")
         self._session = theme.label("", "small")
         layout = QHBoxLayout(self)
@@ -34,7 +34,6 @@ class StatusLine(QWidget):
     def show_message(self, text: str) -> None:
         """A line for the person, until there is another or it has been there for a while."""
         self._message.set_full_text(text)
-        self._message.setToolTip(text)
         self._timer.start()
 
     def show_session(self, text: str, why: str = "") -> None:
@@ -52,23 +51,3 @@ class StatusLine(QWidget):
     def session(self) -> str:
         """What is shown of the session."""
         return self._session.text()
-
-
-class _ElidedLabel(QLabel):
-    """A line of text that ends in dots where there is no room for all of it."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.full_text = ""
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-
-    def set_full_text(self, text: str) -> None:
-        self.full_text = text
-        self._fit()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        self.setText(self.fontMetrics().elidedText(self.full_text, Qt.TextElideMode.ElideRight, self.width()))

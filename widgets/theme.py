@@ -2,6 +2,7 @@
 
 from functools import cache, lru_cache
 from importlib.resources import files
+from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
@@ -13,31 +14,85 @@ from underfoot.drawing import look
 GRID = 8
 """Pixels. Sizes, margins and gaps are multiples of it, or of its half."""
 
-FORCE = look.COLOURS["force"]
-VIBRATION = look.COLOURS["vibration"]
-EVENTS = look.COLOURS["events"]
-CONTACT = look.COLOURS["contact"]
-ALARM = look.COLOURS["alarm"]
-GROUND = look.GROUND
-PANEL = "#191e25"
-RAISED = "#222933"
-HOVER = "#2a323e"
-LINE = look.LINE
-TEXT = look.TEXT
-MUTED = look.MUTED
-FAINT = look.FAINT
+_OWN = {
+    "panel": ("#191e25", "#f4f6f8"),
+    "raised": ("#222933", "#e6eaee"),
+    "hover": ("#2a323e", "#d9dfe5"),
+}
+"""What only the window has, in the palettes `look.PALETTES`: panels, controls on them, and those under the mouse."""
+
+_SHADES = {
+    "selected": ("vibration", "raised", 0.45),
+    "checked": ("vibration", "raised", 0.3),
+    "primary": ("vibration", "raised", 0.35),
+    "alarming": ("alarm", "panel", 0.22),
+    "alarming hover": ("alarm", "panel", 0.36),
+    "alarming text": ("alarm", "text", 0.4),
+    "quiet": ("muted", "raised", 0.92),
+}
+"""Mixtures in every palette: a colour, what it is mixed with, and its share."""
+
+READ_ON = {
+    "text": ("ground", "panel", "raised", "hover", "selected", "checked", "primary", "alarming", "alarming hover"),
+    "muted": ("ground", "panel", "raised", "hover"),
+    "alarming text": ("alarming", "alarming hover"),
+    "quiet": ("raised",),
+    **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised")),
+    "ground": ("force", "vibration", "events", "contact", "alarm"),
+}
+"""Which colours words have, and on what they stand: each at a contrast of 4.5 at least, in every palette."""
+
+SEEN_ON = {
+    "faint": ("ground", "panel", "raised"),
+    **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised", "hover")),
+    **{name: ("ground", "panel") for name in look.COLOURS if name.startswith("corner")},
+    "onset": ("ground",),
+}
+"""Which colours lines and controls have that say something, and on what they are: each at a contrast of 3 at least.
+What only parts one thing from another, `line` and a plot's `grid`, is not among them."""
+
+NAME = ""
+"""The palette in use: "dark" or "light"."""
+PALETTE: dict[str, str] = {}
+"""Its colours by their names, for drawings."""
+FORCE = VIBRATION = EVENTS = CONTACT = ALARM = ""
+GROUND = PANEL = RAISED = HOVER = LINE = ""
+TEXT = MUTED = ""
+FAINT = ""
+"""Of lines and of what cannot be used now, not of text."""
+_CONSTANTS = (
+    "force", "vibration", "events", "contact", "alarm",
+    "ground", "panel", "raised", "hover", "line", "text", "muted", "faint",
+)  # fmt: skip
+"""Colours that have a constant above, which `choose` sets."""
 
 TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
+_CHECKS = Path(str(files("underfoot.assets"))).joinpath("icons").as_posix()
 _ICON_PX = (16, 18, 24, 32, 36, 48)
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
 
+def choose(name: str) -> None:
+    """Take the colours of a palette, "dark" or "light". What was made before keeps its own."""
+    known = globals()
+    known["NAME"], known["PALETTE"] = name, colours(name)
+    known.update({colour.upper(): PALETTE[colour] for colour in _CONSTANTS})
+
+
+@cache
+def colours(name: str) -> dict[str, str]:
+    """All colours of a palette, "dark" or "light", by their names."""
+    known = {**look.palette(name), **{own: both[look.PALETTES.index(name)] for own, both in _OWN.items()}}
+    known.update({made: mixed(known[of], known[on], share) for made, (of, on, share) in _SHADES.items()})
+    return known
+
+
 def apply(app: QApplication) -> None:
-    """Make `app` dark and flat: Fusion, an explicit palette, one stylesheet, one font."""
+    """Make `app` flat, in the colours that were chosen: Fusion, an explicit palette, one stylesheet, one font."""
     app.setStyle(QStyleFactory.create("Fusion"))
     app.setPalette(_palette())
     app.setFont(font())
-    app.setStyleSheet(_STYLE)
+    app.setStyleSheet(_style())
 
 
 def signal_colour(kind: str, unit: str = "") -> str:
@@ -94,9 +149,13 @@ def set_role(widget: QWidget, role: str) -> None:
         widget.style().polish(widget)
 
 
+def icon(name: str, colour: str = "") -> QIcon:
+    """The drawing `assets/icons/<name>.svg` in a colour, that of text if none is given; faint where it is disabled."""
+    return _icon(name, colour or TEXT, FAINT)
+
+
 @lru_cache(maxsize=128)
-def icon(name: str, colour: str = TEXT, disabled: str = FAINT) -> QIcon:
-    """The drawing `assets/icons/<name>.svg` in two colours."""
+def _icon(name: str, colour: str, disabled: str) -> QIcon:
     drawing = files("underfoot.assets").joinpath("icons", f"{name}.svg").read_text()
     made = QIcon()
     for mode, stroke in ((QIcon.Mode.Normal, colour), (QIcon.Mode.Disabled, disabled)):
@@ -124,7 +183,7 @@ def _palette() -> QPalette:
         role.Button: RAISED,
         role.ButtonText: TEXT,
         role.BrightText: ALARM,
-        role.Highlight: mixed(VIBRATION, RAISED, 0.45),
+        role.Highlight: PALETTE["selected"],
         role.HighlightedText: TEXT,
         role.ToolTipBase: RAISED,
         role.ToolTipText: TEXT,
@@ -142,7 +201,8 @@ def _palette() -> QPalette:
     return palette
 
 
-_STYLE = f"""
+def _style() -> str:
+    return f"""
 QWidget {{ color: {TEXT}; }}
 QMainWindow, QDialog {{ background: {PANEL}; }}
 QWidget[role="panel"] {{ background: {PANEL}; }}
@@ -156,19 +216,21 @@ QLabel[role="small"] {{ color: {MUTED}; font-size: {SMALL_PX}px; }}
 QLabel[role="alarm"] {{ color: {ALARM}; }}
 QLabel[role="good"] {{ color: {CONTACT}; }}
 QLabel[role="force"] {{ color: {FORCE}; }}
+QLabel[role="code"] {{ background: {GROUND}; border: 1px solid {LINE}; border-radius: 4px; padding: 6px; }}
 QToolTip {{ background: {RAISED}; color: {TEXT}; border: 1px solid {LINE}; padding: 4px 6px; }}
 QPushButton, QToolButton, QComboBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px; min-height: 18px; }}
 QPushButton:hover, QToolButton:hover, QComboBox:hover {{ background: {HOVER}; }}
 QPushButton:pressed, QToolButton:pressed {{ background: {LINE}; }}
-QPushButton:checked, QToolButton:checked {{ background: {mixed(VIBRATION, RAISED, 0.3)}; }}
+QPushButton:checked, QToolButton:checked {{ background: {PALETTE["checked"]}; }}
 QPushButton:focus, QToolButton:focus, QComboBox:focus, QLineEdit:focus, QPlainTextEdit:focus {{
     border: 1px solid {VIBRATION}; }}
 QPushButton:disabled, QToolButton:disabled {{ color: {FAINT}; }}
 QPushButton[role="alarm"] {{
-    background: {mixed(ALARM, PANEL, 0.22)}; border: 1px solid {ALARM}; color: {ALARM}; font-weight: bold; }}
-QPushButton[role="alarm"]:hover {{ background: {mixed(ALARM, PANEL, 0.36)}; }}
-QPushButton[role="primary"] {{ background: {mixed(VIBRATION, RAISED, 0.35)}; }}
+    background: {PALETTE["alarming"]}; border: 1px solid {ALARM}; font-weight: bold;
+    color: {PALETTE["alarming text"]}; }}
+QPushButton[role="alarm"]:hover {{ background: {PALETTE["alarming hover"]}; }}
+QPushButton[role="primary"] {{ background: {PALETTE["primary"]}; }}
 QPushButton[role="tab"], QToolButton[role="tab"] {{
     background: transparent; border-color: transparent; color: {MUTED}; }}
 QPushButton[role="tab"]:hover, QToolButton[role="tab"]:hover {{ color: {TEXT}; }}
@@ -186,7 +248,7 @@ QToolButton[role="flat"]:hover, QPushButton[role="flat"]:hover {{ background: {H
 QToolButton[role="flat"]:focus, QPushButton[role="flat"]:focus {{ border: 1px solid {VIBRATION}; }}
 QLineEdit, QPlainTextEdit, QAbstractSpinBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px;
-    selection-background-color: {mixed(VIBRATION, RAISED, 0.45)}; }}
+    selection-background-color: {PALETTE["selected"]}; placeholder-text-color: {MUTED}; }}
 QLineEdit[role="value"] {{ background: transparent; border-color: transparent; padding: 1px 3px; }}
 QLineEdit[role="value"]:hover {{ background: {RAISED}; }}
 QLineEdit[role="value"]:focus {{ background: {RAISED}; border: 1px solid {VIBRATION}; }}
@@ -215,6 +277,17 @@ QMenu {{ background: {RAISED}; border: 1px solid {LINE}; padding: 4px; }}
 QMenu::item {{ padding: 4px 24px 4px 12px; border-radius: 4px; }}
 QMenu::item:selected {{ background: {HOVER}; }}
 QMenu::separator {{ height: 1px; background: {LINE}; margin: 4px 8px; }}
+QCheckBox::indicator, QRadioButton::indicator, QAbstractItemView::indicator {{
+    width: 13px; height: 13px; border: 1px solid {FAINT}; border-radius: 3px; background: {RAISED}; }}
+QRadioButton::indicator {{ border-radius: 7px; }}
+QCheckBox::indicator:checked, QAbstractItemView::indicator:checked {{
+    background: {VIBRATION}; border-color: {VIBRATION}; image: url({_CHECKS}/check-{NAME}.svg); }}
+QRadioButton::indicator:checked {{ border: 4px solid {VIBRATION}; width: 7px; height: 7px; background: {GROUND}; }}
+QCheckBox::indicator:focus, QRadioButton::indicator:focus {{ border-color: {VIBRATION}; }}
+QCheckBox::indicator:disabled, QRadioButton::indicator:disabled {{ background: {PANEL}; border-color: {LINE}; }}
 QProgressBar {{ background: {RAISED}; border: none; border-radius: 2px; text-align: center; }}
 QProgressBar::chunk {{ background: {VIBRATION}; border-radius: 2px; }}
 """
+
+
+choose("dark")

@@ -4,7 +4,7 @@ import time
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QIcon, QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
     QFrame,
@@ -28,6 +28,9 @@ BUSY = 0.8
 
 ALARM_S = 10.0
 """How long a new loss is shown as an alarm."""
+
+TAB_PX = 4 * theme.GRID + 2
+"""The width of a tab that is a picture."""
 
 READ_PX = 7 * theme.GRID
 """Beyond its least width a target takes so much to be read."""
@@ -59,8 +62,8 @@ class TransportBar(QWidget):
         self.setFixedHeight(6 * theme.GRID)
         self._flagged: dict[str, Sequence[str]] = {}
         self._layout = QHBoxLayout(self)
-        self._layout.setContentsMargins(theme.GRID, 0, 2 * theme.GRID, 0)
-        self._layout.setSpacing(theme.GRID)
+        self._layout.setContentsMargins(theme.GRID // 2, 0, theme.GRID, 0)
+        self._layout.setSpacing(6)
         self._add_menu(menu)
         self._add_tabs()
         self._add_target()
@@ -73,18 +76,20 @@ class TransportBar(QWidget):
 
     # --- what it shows ---
 
-    def add_workspace(self, name: str, key: str) -> None:
-        """A tab for another workspace."""
+    def add_workspace(self, name: str, key: str, icon: str) -> None:
+        """A tab for another workspace, which in a narrow window is a picture."""
         button = QPushButton(name)
         button.setProperty("role", "tab")
         button.setCheckable(True)
         button.setToolTip(f"{name} ({key})")
+        button.setAccessibleName(name)
+        button.setIconSize(QSize(18, 18))
+        button.toggled.connect(self._make_room)
+        self._tab_icons[name] = theme.icon(icon, theme.MUTED)
         button.clicked.connect(lambda _=False: self.workspace_chosen.emit(name))
         self.tabs[name] = button
         self._tab_group.addButton(button)
         self._tab_line.addWidget(button)
-        button.ensurePolished()
-        button.setMinimumWidth(button.sizeHint().width())  # in a narrow window the figures and the target give way
         self._make_room()
 
     def set_workspace(self, name: str) -> None:
@@ -181,16 +186,38 @@ class TransportBar(QWidget):
         self._make_room()
 
     def _make_room(self) -> None:
-        """Show the figures for which there is room beside a target that can be read; what was lost goes last."""
+        """Show the figures for which there is room beside a target that can be read; what was lost goes last.
+
+        Before a figure goes, tabs become pictures: first of the other workspaces, then of all.
+        """
         losses = [figure for figure in (self.xruns, self.lost) if figure.text() not in ("0", "–")]
         others = (self.engine, self.latency, self.xruns, self.lost, self.asleep)
         figures = list(dict.fromkeys((*losses, *others)))
         for figure in figures:
             figure.show()
+        for named in (list(self.tabs), [name for name, tab in self.tabs.items() if tab.isChecked()], []):
+            self._show_tabs(named)
+            if self._has_room(but=self.asleep):
+                break
         for figure in reversed(figures):
-            if self._layout.minimumSize().width() + READ_PX <= self.width():
+            if self._has_room():
                 break
             figure.hide()
+
+    def _has_room(self, but: "Figure | None" = None) -> bool:
+        """Whether all that is shown has room, `but` one."""
+        for layout in (self._tab_line, self._layout):
+            layout.invalidate()  # or it has the size of before what was just hidden
+        wide = self._layout.minimumSize().width() - (but.width() + self._layout.spacing() if but else 0)
+        return wide + READ_PX <= self.width()
+
+    def _show_tabs(self, named: Sequence[str]) -> None:
+        """Write names on these tabs, and draw pictures on the others."""
+        for name, tab in self.tabs.items():
+            tab.setText(name if name in named else "")
+            tab.setIcon(QIcon() if name in named else self._tab_icons[name])
+            tab.ensurePolished()
+            tab.setFixedWidth(tab.sizeHint().width() if name in named else TAB_PX)
 
     def _add_menu(self, menu: QMenu) -> None:
         self.menu = QToolButton()
@@ -206,6 +233,7 @@ class TransportBar(QWidget):
 
     def _add_tabs(self) -> None:
         self.tabs: dict[str, QPushButton] = {}
+        self._tab_icons: dict[str, QIcon] = {}
         self._tab_group = QButtonGroup(self)
         self._tab_line = QHBoxLayout()
         self._tab_line.setSpacing(theme.GRID // 2)
@@ -262,10 +290,15 @@ class TransportBar(QWidget):
         self.level = LevelSlider()
         self.level.valueChanged.connect(self._show_level)
         self.level.valueChanged.connect(lambda tenths: self.level_chosen.emit(tenths / 10))
-        self.level_text = theme.label()
-        self.level_text.setFixedWidth(self.level_text.fontMetrics().horizontalAdvance("−60.0 dB") + 4)
-        self._layout.addWidget(self.level, 1)
-        self._layout.addWidget(self.level_text)
+        self.level_text = theme.label("", "small")
+        self.level_text.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        over = QVBoxLayout()
+        over.setSpacing(0)
+        over.addStretch(1)
+        over.addWidget(self.level)
+        over.addWidget(self.level_text)
+        over.addStretch(1)
+        self._layout.addLayout(over, 1)
 
     def _show_level(self, tenths: int) -> None:
         self.level_text.setText(f"{tenths / 10:.1f} dB".replace("-", "−"))

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
@@ -14,11 +14,13 @@ from underfoot.engine.commands import Pulse
 from underfoot.engine.reports import Health, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
+from underfoot.file_places import file_place, readable
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.menu import MainMenu
+from underfoot.widgets.remembered import keep_splitters, keep_window, restore_splitters, restore_window
 from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import DroppedFiles, Handlers
@@ -32,6 +34,7 @@ from underfoot.widgets.session.target_selection import TargetSelection
 from underfoot.widgets.session.target_settings import remembered_target, target_in_words
 from underfoot.widgets.status_line import StatusLine
 from underfoot.widgets.transport import TransportBar
+from underfoot.widgets.view_menu import ViewMenu
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 
 FIRST_PRESET = "gravel"
@@ -70,6 +73,8 @@ class MainWindow(QMainWindow):
         super().__init__()
         self._folder = folder
         self._is_leaving = self._is_painted = False
+        self.starts_again = False
+        """Whether it was closed to be opened anew."""
         self._playing_on = self._why_silent = ""
         self.settings = Settings.load(folder)
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
@@ -96,7 +101,8 @@ class MainWindow(QMainWindow):
         self._connect()
         self.open_patch.begin(patch_path, otherwise=_first_patch())
         self._show_title()
-        self.show_workspace(self._declarations[0].name)
+        remembered = self.settings.workspace
+        self.show_workspace(remembered if remembered in self.workspace_names else self.workspace_names[0])
 
     def start(self) -> None:
         """Open the session; what is on the screen is usable at once."""
@@ -139,6 +145,7 @@ class MainWindow(QMainWindow):
         declared = next(one for one in self._declarations if one.name == name)
         workspace = self.workspaces[name] = declared.make(self._context)
         self._stack.addWidget(workspace)
+        restore_splitters(workspace, self.settings)
         self.menu.add_workspace_actions(workspace.menu_actions())
         workspace.said.connect(self.say)
         workspace.flagged.connect(partial(self.transport.set_flags, name))
@@ -148,8 +155,15 @@ class MainWindow(QMainWindow):
         self.loaded.emit()
 
     def say(self, text: str) -> None:
-        """Show one line for the person at the bottom of the window."""
-        self.status.show_message(text)
+        """Show one line for the person at the bottom of the window; of a place in a file, the place as well."""
+        self.status.show_message(readable(text))
+        place = file_place(text)
+        if place is not None:
+            from underfoot.widgets.dialogs.file_trouble import FileTrouble
+
+            for opened in self.findChildren(FileTrouble):
+                opened.close()  # or they lie on one another
+            FileTrouble(place, self).open()
 
     def open_file(self, path: Path) -> None:
         """Open a file in the workspace that opens files of its suffix."""
@@ -306,9 +320,11 @@ class MainWindow(QMainWindow):
             event.ignore()
             self.open_patch.when_all_safe(self._leave)
             return
-        self.settings.window_bytes = bytes(self.saveGeometry().data())
+        keep_window(self, self.settings)
+        self.settings.workspace = self.workspace
         self.hide()
         for workspace in self.workspaces.values():
+            keep_splitters(workspace, self.settings)
             workspace.close_down()
         self._exchange.close()
         self.network.close()
@@ -322,6 +338,15 @@ class MainWindow(QMainWindow):
         self.open_patch.keeps_unsaved = True
         self._leave()
 
+    def start_again(self) -> None:
+        """Close, to be opened anew at once; not while a recording, a study or hardware would have to be found again."""
+        target = self.controller.target
+        if self.transport.record.isChecked() or self.controller.is_lent or target.kind not in ("simulator", "replay"):
+            self.say("A recording, a study or hardware is at work: end it, or close Underfoot and start it by hand.")
+            return
+        self.starts_again = True
+        self.leave()
+
     def _leave(self) -> None:
         self._is_leaving = True
         self.close()
@@ -329,9 +354,11 @@ class MainWindow(QMainWindow):
     # --- layout ---
 
     def _build(self) -> None:
+        self.view = ViewMenu(self.settings, self)
         self.menu = MainMenu(
             self.actions_by_name,
             lambda: self.settings.recent,
+            self.view,
             self,
         )
         self.transport = TransportBar(self.menu)
@@ -346,7 +373,7 @@ class MainWindow(QMainWindow):
         self._progress.setFixedHeight(2)
         self._stack = QStackedWidget()
         for declared in self._declarations:
-            self.transport.add_workspace(declared.name, declared.key)
+            self.transport.add_workspace(declared.name, declared.key, declared.icon)
         self.status = StatusLine()
         middle = QWidget()
         layout = QVBoxLayout(middle)
@@ -357,10 +384,7 @@ class MainWindow(QMainWindow):
         layout.addWidget(self._stack, 1)
         layout.addWidget(self.status)
         self.setCentralWidget(middle)
-        room = self.screen().availableSize()
-        self.setMinimumSize(QSize(1024, 640).boundedTo(room))
-        if not self.restoreGeometry(self.settings.window_bytes):
-            self.resize(QSize(1440, 900).boundedTo(room))
+        restore_window(self, self.settings)
 
     def _show_title(self) -> None:
         slot = f" ({self.open_patch.slot})" if self.open_patch.other is not None else ""
@@ -412,6 +436,8 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         transport, bridge, open_patch = self.transport, self.bridge, self.open_patch
         controller = self.controller
+        self.view.said.connect(self.say)
+        self.view.again_wanted.connect(self.start_again)
         self.menu.recent_chosen.connect(open_patch.open)
         self.menu.preset_chosen.connect(open_patch.adopt)
         transport.workspace_chosen.connect(self.show_workspace)

@@ -74,8 +74,8 @@ class WorkspaceDeclaration:
     """A workspace as its folder declares it. `make` imports what it needs, so that an unused workspace costs nothing.
 
     `opens` are the suffixes of files that it opens: dropped on the window, or named on the command line. `name` is on
-    its tab, `key` brings it to the screen; tabs are in the order of their keys. `focus` says where the
-    focus must be for its shortcuts, if that is not the whole workspace.
+    its tab, or in a narrow window the picture `icon`; `key` brings it to the screen; tabs are in the order of their
+    keys. `focus` says where the focus must be for its shortcuts, if that is not the whole workspace.
     """
 
     name: str
@@ -83,6 +83,7 @@ class WorkspaceDeclaration:
     make: Callable[[WorkspaceContext], Workspace]
     focus: str = ""
     opens: tuple[str, ...] = ()
+    icon: str = "list"
 
 
 def discover() -> tuple[WorkspaceDeclaration, ...]:

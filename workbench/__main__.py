@@ -69,7 +69,9 @@ def main() -> None:
 
 
 def _fail(line: str) -> None:
-    print(f"underfoot: {' '.join(line.split())}", file=sys.stderr)
+    from underfoot.file_places import readable
+
+    print(f"underfoot: {' '.join(readable(line).split())}", file=sys.stderr)
     sys.exit(1)
 
 

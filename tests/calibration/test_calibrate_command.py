@@ -1,6 +1,7 @@
 """`underfoot calibrate fsr|centroid`: files in, profile, report and figures out."""
 
 import json
+import re
 
 import made_sensors
 import numpy as np
@@ -32,7 +33,7 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     assert figures["good"]
     assert figures["error_percent"] < 0.2
     files = ("--presses", "presses.csv", "--floor", "floor.json", "--profile", "t1.json", "--report", "out")
-    said = underfoot("calibrate", "centroid", *files, "--json", "--serial", "A7")
+    said = underfoot("calibrate", "centroid", *files, "--json", "--serial", "A7", "--operator", "R. Ramp")
     assert (said.status, said.error) == (0, "")
     figures = json.loads(said.out)
     assert figures["mean_after_mm"] < 1.0 < figures["mean_before_mm"]
@@ -44,11 +45,15 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     page = (measured / "out" / "centroid.html").read_text()
     assert page.count("<svg") >= 4
     assert profile.centroid.verdict.split(" mm")[0] in page
+    assert {("serial number", "A7"), ("operator", "R. Ramp")} <= set(
+        re.findall("<th>([^<]+)</th><td>([^<]+)</td>", page)
+    )
     again = underfoot("calibrate", "fsr", "--pairs", "out/fsr-pairs.csv", "--profile", "t1.json", "--report", "out")
     assert again.status == 0
     assert "Forces are accurate to" in again.out
     assert [earlier.kind for earlier in Profile.load("t1.json").earlier] == ["fsr"]
-    assert "Compared with the one replaced on" in (measured / "out" / "fsr.html").read_text()
+    compared = (measured / "out" / "fsr.html").read_text().partition("Compared with the one replaced on")[2]
+    assert re.search("<td>Error of sensor 1</td><td>[0-9.]+ %</td><td>[0-9.]+ %</td>", compared)
 
 
 def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):

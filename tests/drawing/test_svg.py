@@ -11,7 +11,7 @@ import pytest
 
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, Series, series
 from underfoot.drawing.layout import frame_of
-from underfoot.drawing.look import GROUND, heat_colours
+from underfoot.drawing.look import heat_colours, palette
 from underfoot.drawing.svg import HEIGHT, WIDTH, png, svg
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -100,4 +100,4 @@ def test_nothing_that_is_not_finite_is_written(value):
     text = svg(Drawing("a", "x", "y", (series("", [0.0, 1.0, 2.0], [1.0, value, 2.0]),)))
     assert "nan" not in text
     assert "inf" not in text
-    assert GROUND in text
+    assert palette("dark")["ground"] in text

@@ -17,25 +17,13 @@ from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.transport import TransportBar
 
 
-def luminance(colour):
-    """Relative luminance of WCAG 2.1."""
-    parts = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    red, green, blue = (c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in parts)
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
-
-
-def contrast(colour, ground):
-    light, dark = sorted((luminance(colour), luminance(ground)), reverse=True)
-    return (light + 0.05) / (dark + 0.05)
-
-
 @pytest.mark.parametrize("width", [1024, 1100, 1280, 1600])
 @pytest.mark.parametrize("tabs", [4, 5])
 def test_nothing_in_the_toolbar_overlaps_at_any_width(qtbot, width, tabs):
     bar = TransportBar(QMenu())
     qtbot.addWidget(bar)
     for name in ("Design", "Monitor", "Calibrate", "Experiment", "Recordings")[:tabs]:
-        bar.add_workspace(name, "")
+        bar.add_workspace(name, "", "list")
     bar.set_flags("Calibrate", ["t1 is old"])
     bar.resize(width, 48)
     show(qtbot, bar)
@@ -96,12 +84,6 @@ def test_the_list_of_keys_is_not_cut_at_its_side(qtbot):
     show(qtbot, dialog)
     area = dialog.findChild(QScrollArea)
     assert area.widget().minimumSizeHint().width() <= area.viewport().width()
-
-
-def test_small_text_stands_out_from_its_ground():
-    for ground in (theme.GROUND, theme.PANEL, theme.RAISED):
-        assert contrast(theme.MUTED, ground) >= 4.5
-    assert contrast(theme.mixed(theme.MUTED, theme.RAISED, 0.85), theme.RAISED) >= 3.0
 
 
 def test_buttons_of_dialogs_have_no_pictures(qapp):

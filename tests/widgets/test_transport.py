@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMenu
 
 from underfoot.engine.reports import Health
 from underfoot.widgets.transport import TransportBar
+from underfoot.widgets.workspace import discover
 
 WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0006, 0.0107, 0.0, 96_000, 0.25, 1)
 
@@ -19,7 +20,7 @@ def bar(qtbot):
     made = TransportBar(QMenu())
     qtbot.addWidget(made)
     for name, key in (("Design", "Ctrl+1"), ("Monitor", "Ctrl+2"), ("Calibrate", "Ctrl+3")):
-        made.add_workspace(name, key)
+        made.add_workspace(name, key, name.lower())
     made.set_workspace("Design")
     made.resize(1280, 48)
     show(qtbot, made)
@@ -154,9 +155,9 @@ def test_nothing_overlaps_at_the_smallest_width(bar, qtbot):
     bar.set_health(WELL, 196)
     bar.set_target("Simulated floor  14 × 14")
     bar.set_flags("Calibrate", ["too old"])
-    places = sorted((w.x(), w.x() + w.width()) for w in bar.children() if hasattr(w, "isVisible") and w.isVisible())
-    assert all(left[1] <= right[0] for left, right in itertools.pairwise(places))
-    assert places[-1][1] <= 1280
+    places = [w.geometry() for w in bar.children() if hasattr(w, "isVisible") and w.isVisible()]
+    assert not [pair for pair in itertools.combinations(places, 2) if pair[0].intersects(pair[1])]
+    assert all(bar.rect().contains(place) for place in places)
 
 
 def test_the_latency_says_whether_it_was_measured(bar):
@@ -168,10 +169,30 @@ def test_the_latency_says_whether_it_was_measured(bar):
 
 def test_in_a_narrow_bar_what_was_lost_is_shown_before_all_else(bar):
     bar.set_health(WELL, 4)
-    bar.setFixedWidth(900)
+    bar.setFixedWidth(760)
     for number in range(4, 8):
-        bar.add_workspace(f"Another workspace {number}", f"Ctrl+{number}")
+        bar.add_workspace(f"Another workspace {number}", f"Ctrl+{number}", "scenes")
     assert not bar.xruns.isVisible()
     bar.set_health(replace(WELL, xruns=2), 4)
     assert bar.xruns.isVisible()
     assert bar.xruns.text() == "2"
+
+
+@pytest.mark.parametrize(("wide", "named"), [(1440, 6), (1100, 1), (1024, 1), (984, 0)])
+def test_with_six_workspaces_a_narrow_bar_has_pictures_for_tabs_and_all_that_matters(qtbot, wide, named):
+    bar = TransportBar(QMenu())
+    qtbot.addWidget(bar)
+    for declared in discover():
+        bar.add_workspace(declared.name, declared.key, declared.icon)
+    bar.set_workspace("Recordings")
+    bar.set_target("Simulated floor  2 × 2")
+    bar.set_health(WELL, 4)
+    bar.setFixedWidth(wide)
+    show(qtbot, bar)
+    tabs = list(bar.tabs.values())
+    assert sum(bool(tab.text()) for tab in tabs) == named
+    assert all(tab.text() or not tab.icon().isNull() for tab in tabs)
+    assert bar.tabs["Recordings"].isChecked()
+    assert bar.tabs["Recordings"].toolTip() == "Recordings (Ctrl+5)"
+    assert all(figure.isVisible() for figure in (bar.engine, bar.latency, bar.xruns, bar.lost))
+    assert bar.target.width() >= bar.target.fontMetrics().horizontalAdvance("Simulated floor  2 × 2")

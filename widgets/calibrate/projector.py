@@ -4,6 +4,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen
 
 from underfoot.calibration.procedure import Page
+from underfoot.drawing import look
 from underfoot.floor.layout import Tile
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
@@ -11,6 +12,8 @@ from underfoot.widgets.calibrate.tile_picture import place_number
 from underfoot.widgets.controls.true_scale import TrueScaleWindow
 
 RULE_M = 0.1
+_LIT = look.palette("dark")
+"""A floor is lit in the dark whatever colours the window has."""
 _DIM = "#4a5462"
 
 
@@ -61,7 +64,7 @@ class FloorProjection(TrueScaleWindow):
         now = place_number(self.page.places_m, self.page.press)
         for number, at_m in enumerate(self.page.places_m):
             taken = now is not None and number < now
-            painter.setPen(QPen(QColor(theme.mixed(theme.CONTACT, "#000000", 0.5) if taken else _DIM), 1.5))
+            painter.setPen(QPen(QColor(theme.mixed(_LIT["contact"], "#000000", 0.5) if taken else _DIM), 1.5))
             painter.drawEllipse(self.place(at_m), 3, 3)
 
     def _paint_press(self, painter: QPainter) -> None:
@@ -70,11 +73,11 @@ class FloorProjection(TrueScaleWindow):
             return
         here, radius = self.place(press.at_m), max(0.012 * self.px_per_m, 16.0)
         ring = QRectF(here.x() - radius, here.y() - radius, 2 * radius, 2 * radius)
-        painter.setPen(QPen(QColor(theme.mixed(theme.FORCE, "#000000", 0.4)), 4.0))
+        painter.setPen(QPen(QColor(theme.mixed(_LIT["force"], "#000000", 0.4)), 4.0))
         painter.drawEllipse(ring)
-        painter.setPen(QPen(QColor(theme.FORCE), 4.0, c=Qt.PenCapStyle.FlatCap))
+        painter.setPen(QPen(QColor(_LIT["force"]), 4.0, c=Qt.PenCapStyle.FlatCap))
         painter.drawArc(ring, 90 * 16, -round(360 * 16 * min(max(self._ready, 0.0), 1.0)))
-        painter.setPen(QPen(QColor(theme.FORCE), 2.0))
+        painter.setPen(QPen(QColor(_LIT["force"]), 2.0))
         for way in (QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)):
             painter.drawLine(here + way * 3, here + way * 1.6 * radius)
         painter.setFont(theme.font(24, bold=True))
@@ -87,7 +90,7 @@ class FloorProjection(TrueScaleWindow):
             max(area.left(), 2.0 * theme.GRID), min(area.bottom() + 3 * theme.GRID, self.height() - 6 * theme.GRID)
         )
         right = left + QPointF(RULE_M * self.px_per_m, 0.0)
-        painter.setPen(QPen(QColor(theme.MUTED), 1.0))
+        painter.setPen(QPen(QColor(_LIT["muted"]), 1.0))
         painter.drawLine(left, right)
         for end in (left, right):
             painter.drawLine(end + QPointF(0, -6), end + QPointF(0, 6))
@@ -97,5 +100,5 @@ class FloorProjection(TrueScaleWindow):
     def _paint_words(self, painter: QPainter) -> None:
         line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
         painter.fillRect(line, QColor("black"))
-        painter.setPen(QColor(theme.MUTED))
+        painter.setPen(QColor(_LIT["muted"]))
         painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.words("Return: continue"))

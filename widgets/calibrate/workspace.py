@@ -237,8 +237,9 @@ class CalibrateWorkspace(Workspace):
 
     def _ask_report(self, result: Result) -> None:
         dialog = file_dialog(self, "A folder for the report", self._settings.folder)
-        dialog.setFileMode(QFileDialog.FileMode.Directory)
-        dialog.setOption(QFileDialog.Option.ShowDirsOnly)
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that is not there yet can be named
+        dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
+        dialog.selectFile(f"{result.kind}-{self.tile.id}-{date.today().isoformat()}")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.fileSelected.connect(lambda folder: self.write_report(result, Path(folder)))
         dialog.open()

@@ -9,23 +9,14 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVB
 from underfoot.drawing.look import heat_table
 from underfoot.quantities import number
 from underfoot.widgets import theme
+from underfoot.widgets.controls.head_line import HeadLine
 
 
-def titled(head: Sequence[QWidget | None], body: QWidget) -> QWidget:
-    """`body` under a line of widgets; None is a stretch."""
+def titled(head: Sequence[QWidget | None], body: QWidget, giving: Sequence[Sequence[QWidget]] = ()) -> QWidget:
+    """`body` under a line of widgets; None is a stretch. In a narrow panel those of `giving` give way."""
     panel = QWidget()
     panel.setMinimumSize(240, 120)
-    line = QHBoxLayout()
-    line.setContentsMargins(2 * theme.GRID, theme.GRID // 2, theme.GRID, 0)
-    line.setSpacing(theme.GRID)
-    for widget in head:
-        if widget is None:
-            line.addStretch(1)
-        else:
-            line.addWidget(widget)
-    top = QWidget()
-    top.setLayout(line)
-    top.setFixedHeight(4 * theme.GRID + 4)
+    top = HeadLine(head, giving)
     layout = QVBoxLayout(panel)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(0)
@@ -75,7 +66,7 @@ class LevelKey(QWidget):
         bar = QLabel()
         stops = ", ".join(
             f"stop:{i / 8} rgb({r}, {g}, {b})"
-            for i, (r, g, b, _) in enumerate(heat_table()[np.linspace(0, 255, 9).astype(int)])
+            for i, (r, g, b, _) in enumerate(heat_table(theme.NAME)[np.linspace(0, 255, 9).astype(int)])
         )
         bar.setStyleSheet(f"background: qlineargradient(x1:0, y1:0, x2:1, y2:0, {stops})")
         bar.setFixedSize(8 * theme.GRID, theme.GRID)

@@ -9,4 +9,4 @@ def _make(context: WorkspaceContext) -> Workspace:
     return DesignWorkspace(context.registry)
 
 
-WORKSPACE = WorkspaceDeclaration(name="Design", key="Ctrl+1", make=_make, focus="canvas")
+WORKSPACE = WorkspaceDeclaration(name="Design", key="Ctrl+1", icon="design", make=_make, focus="canvas")

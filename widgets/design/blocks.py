@@ -91,7 +91,7 @@ class FrameItem(QGraphicsItem):
         return self._rect.adjusted(-1, -1, 1, 1)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        colour = COLOURS[self.group_now.colour]
+        colour = theme.PALETTE[COLOURS[self.group_now.colour]]
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(QColor(theme.mixed(colour, theme.GROUND, 0.55)), 1.0))
         painter.setBrush(QColor(theme.mixed(colour, theme.GROUND, 0.08)))

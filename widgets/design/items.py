@@ -275,7 +275,7 @@ class NodeItem(QGraphicsItem):
         else:
             painter.drawEllipse(placed.at, DOT, DOT)
         painter.setFont(theme.font())
-        painter.setPen(QColor(theme.mixed(theme.MUTED, theme.RAISED, 0.85) if faint else theme.MUTED))
+        painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
         rect = QRectF(PAD + 4, placed.at.y() - 10, self.shape_now.width - 2 * PAD - 8, 20)
         side = Qt.AlignmentFlag.AlignLeft if placed.side == "in" else Qt.AlignmentFlag.AlignRight
         painter.drawText(rect, side | Qt.AlignmentFlag.AlignVCenter, placed.row.text)

@@ -13,14 +13,14 @@ _OPEN, _OUTSIDE = "", "."
 """What a group's members are at a level, when they are not drawn as a block; no id has a dot."""
 
 COLOURS = {
-    "grey": theme.MUTED,
-    "teal": theme.VIBRATION,
-    "amber": theme.FORCE,
-    "violet": theme.EVENTS,
-    "green": theme.CONTACT,
-    "red": theme.ALARM,
+    "grey": "muted",
+    "teal": "vibration",
+    "amber": "force",
+    "violet": "events",
+    "green": "contact",
+    "red": "alarm",
 }
-"""The colours that a group may have."""
+"""The colours that a group may have, by their names in the palettes."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def face_of_group(patch: Patch, registry: Registry, group: Group) -> Face:
         outputs += [Row(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
     title = group.title or "Sub-patch"
     names = ", ".join(node.label or registry[node.type].label for node in nodes)
-    return Face(title, f"Sub-patch of {names}", COLOURS[group.colour], tuple(inputs), tuple(outputs))
+    return Face(title, f"Sub-patch of {names}", theme.PALETTE[COLOURS[group.colour]], tuple(inputs), tuple(outputs))
 
 
 def _is_port(end: str, crossing: set[str], wired: set[str], plain: bool) -> bool:

@@ -7,8 +7,8 @@ from underfoot.patch.patch import PlacedNode
 from underfoot.widgets import theme
 from underfoot.widgets.design.shape import Shape
 
-LETTERS = {"muted": ("M", theme.ALARM), "bypassed": ("B", theme.FORCE), "soloed": ("S", theme.CONTACT)}
-"""How each mark is written, and its colour."""
+LETTERS = {"muted": ("M", "alarm"), "bypassed": ("B", "force"), "soloed": ("S", "contact")}
+"""How each mark is written, and the name of its colour."""
 CHIP_PX, BUTTON_PX, GAP_PX = 16.0, 18.0, 3.0
 
 
@@ -54,7 +54,7 @@ def _paint_letters(painter: QPainter, node: PlacedNode, at: QPointF, scale: floa
     for name in node.marks:
         letter, colour = LETTERS[name]
         chip = QRectF(at.x(), at.y(), CHIP_PX * scale, CHIP_PX * scale)
-        _rounded(painter, chip, colour)
+        _rounded(painter, chip, theme.PALETTE[colour])
         painter.setPen(QColor(theme.GROUND))
         painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, letter)
         at = at + QPointF((CHIP_PX + GAP_PX) * scale, 0.0)

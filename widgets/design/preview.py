@@ -25,6 +25,7 @@ from underfoot.models.sole import band_levels
 from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
 from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
@@ -64,8 +65,7 @@ class PreviewPanel(QWidget):
         self._levels = self._line = np.zeros((0, 0), np.float32)
         self._is_late = False
         self.node = ""
-        self.title = theme.label("", "title")
-        self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.title = ElidedLabel("title")
         self.note = theme.label("", "small")
         self.note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.output = QComboBox(self)
@@ -173,7 +173,7 @@ class PreviewPanel(QWidget):
     def clear(self) -> None:
         """Show nothing: no node is meant."""
         self.node, self._ports, self._preview = "", {}, None
-        self.title.setText("Preview")
+        self.title.set_full_text("Preview")
         self.note.setText("select a node")
         self.output.hide()
         self._late.stop()
@@ -188,7 +188,7 @@ class PreviewPanel(QWidget):
         self.node = node
         self._ports = {port.name: port for port in type.outputs}
         self._preview = self._other = self._view_ms = None
-        self.title.setText(type.label)
+        self.title.set_full_text(type.label)
         self.note.setText("")
         self.laws.setVisible(type.laws is not None)
         self._choose_page()

@@ -243,6 +243,7 @@ class DesignWorkspace(Workspace):
 
     def _lay_out(self) -> None:
         self._middle = QSplitter(Qt.Orientation.Vertical)
+        self._middle.setObjectName("design down")
         self._middle.addWidget(self.canvas)
         below = QWidget()
         column = QVBoxLayout(below)
@@ -255,6 +256,7 @@ class DesignWorkspace(Workspace):
         self._middle.setStretchFactor(1, 1)
         self._middle.setSizes([420, 320])
         self._across = QSplitter(Qt.Orientation.Horizontal)
+        self._across.setObjectName("design across")
         for widget in (self.side, self._middle, self.inspector):
             self._across.addWidget(widget)
         self._across.setStretchFactor(1, 1)

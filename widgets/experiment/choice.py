@@ -100,7 +100,8 @@ class StudyOverview(QWidget):
         self.participant = QLineEdit()
         self.participant.setPlaceholderText("Participant's id, such as P01")
         self.participant.setAccessibleName("Participant's id")
-        self.participant.setFixedWidth(30 * theme.GRID)
+        self.participant.setMinimumWidth(14 * theme.GRID)
+        self.participant.setMaximumWidth(30 * theme.GRID)
         self.begin, self.simulate, self.analyse = (
             QPushButton("Begin"),
             QPushButton("Simulate 100 people"),
@@ -166,6 +167,7 @@ class StudyOverview(QWidget):
             who.addWidget(part)
         who.addStretch(1)
         found = QSplitter(Qt.Orientation.Vertical)
+        found.setObjectName("experiment findings")
         found.addWidget(self.drawings)
         found.addWidget(self.table)
         found.setSizes([400, 200])

@@ -8,12 +8,8 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, ReferenceLine, Series
 from underfoot.drawing.axes import round_top
 from underfoot.drawing.layout import Margins
-from underfoot.drawing.look import COLOURS
 from underfoot.drawing.thinning import thinned
 from underfoot.widgets.plots.plot import Plot
-
-CORNERS = tuple(COLOURS[f"corner {number}"] for number in (1, 2, 3, 4))
-"""The corners' colours, in the order of the sensors."""
 
 LEAST_TOP_N = 200.0
 BELOW = 0.1
@@ -21,7 +17,9 @@ BELOW = 0.1
 MARGINS = Margins(bottom=8.0)
 """The times are written under the spectrogram below."""
 
-_CURVES = ("corner 1", "corner 2", "corner 3", "corner 4", "force")
+CORNERS = ("corner 1", "corner 2", "corner 3", "corner 4")
+"""Names of the corners' colours, in the order of the sensors."""
+_CURVES = (*CORNERS, "force")
 _STEPS_PX = 2.0
 """A curve has two points in so many pixels."""
 

@@ -26,6 +26,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.tile_response import ResponseWatch, response_of
 from underfoot.quantities import number
 from underfoot.widgets import theme
+from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.panels import LevelKey, over_bar, titled, tool_button
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import PRESS_N, FloorMap
@@ -392,7 +393,8 @@ class MonitorWorkspace(Workspace):
 
     def _build(self) -> None:
         plots = QSplitter(Qt.Orientation.Vertical)
-        plots.addWidget(titled(self._force_head(), self.force))
+        plots.setObjectName("monitor plots")
+        plots.addWidget(titled(self._force_head(), self.force, ((self.following,), self.figures[1:], (self._when,))))
         self.vibration_views = QStackedWidget()
         self.vibration_views.addWidget(self.spectrogram)
         self.vibration_views.addWidget(self.levels)
@@ -409,12 +411,14 @@ class MonitorWorkspace(Workspace):
         ):
             QShortcut(keys, self, do)
         across = QSplitter(Qt.Orientation.Horizontal)
-        across.addWidget(titled(self._floor_head(), self.map))
+        across.setObjectName("monitor across")
+        across.addWidget(titled(self._floor_head(), self.map, ((self.walker, self.tare),)))
         across.addWidget(over_bar(plots, self.back))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)
         across.setSizes([400, 880])
         down = QSplitter(Qt.Orientation.Vertical)
+        down.setObjectName("monitor down")
         down.addWidget(across)
         down.addWidget(self.steps)
         down.setStretchFactor(0, 5)
@@ -447,8 +451,8 @@ class MonitorWorkspace(Workspace):
         self._when = theme.label("now", "small")
         self.figures: list[QLabel] = []
         legend: list[QWidget | None] = []
-        for name, colour in zip(("sum", "1", "2", "3", "4"), (theme.FORCE, *CORNERS), strict=True):
-            key = theme.label(f'<span style="color:{colour}">■</span> {name}', "small")
+        for name, colour in zip(("sum", "1", "2", "3", "4"), ("force", *CORNERS), strict=True):
+            key = theme.label(f'<span style="color:{theme.PALETTE[colour]}">■</span> {name}', "small")
             figure = theme.label("– N", "small")
             figure.setFixedWidth(figure.fontMetrics().horizontalAdvance("−0000 N") - theme.GRID)
             self.figures.append(figure)
@@ -469,7 +473,8 @@ class MonitorWorkspace(Workspace):
     def _vibration_head(self) -> list[QWidget | None]:
         self._vibration_tile = theme.label("", "muted")
         self.level_key = LevelKey()
-        self._felt_key = theme.label("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz", "small")
+        self._felt_key = ElidedLabel("small")
+        self._felt_key.set_full_text("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz")
         self._levels_said = theme.label("", "small")
         policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         policy.setHorizontalStretch(100)

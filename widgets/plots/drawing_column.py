@@ -11,6 +11,8 @@ from underfoot.widgets.plots.plot import Plot
 
 LEAST_PX = 304
 """Height below which a drawing is not pressed: the column scrolls instead."""
+EQUAL_PX = 480
+"""The same of a map, whose axes have one scale."""
 
 
 class DrawingColumn(QScrollArea):
@@ -44,11 +46,11 @@ class DrawingColumn(QScrollArea):
         """Show these, or a word on why there are none."""
         while len(self._plots) < len(drawings):
             plot = Plot()
-            plot.setMinimumHeight(LEAST_PX)
             self._plots.append(plot)
             self._layout.addWidget(plot)
         for plot, drawing in zip(self._plots, drawings, strict=False):
             plot.show_drawing(drawing)
+            plot.setMinimumHeight(EQUAL_PX if drawing.equal else LEAST_PX)
         for place, plot in enumerate(self._plots):
             plot.setVisible(place < len(drawings))
         self.nothing.setText(otherwise)

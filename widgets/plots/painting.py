@@ -19,23 +19,23 @@ def paint(painter: QPainter, shape: Shape) -> None:
     """Paint one shape. Lines are one pixel wide: Qt draws wider ones a hundred times slower."""
     match shape:
         case Polyline():
-            painter.setPen(_pen(shape.colour, shape.dashed))
+            painter.setPen(_pen(theme.PALETTE[shape.colour], shape.dashed))
             painter.drawPolyline(polygon(shape.points))
         case Segments():
-            painter.setPen(_pen(shape.colour, shape.dashed))
+            painter.setPen(_pen(theme.PALETTE[shape.colour], shape.dashed))
             painter.drawLines([QLineF(*begin, *end) for begin, end in shape.ends.tolist()])
         case Dots():
-            painter.setPen(QPen(QColor(shape.colour), DOT_PX, c=Qt.PenCapStyle.RoundCap))
+            painter.setPen(QPen(QColor(theme.PALETTE[shape.colour]), DOT_PX, c=Qt.PenCapStyle.RoundCap))
             painter.drawPoints(polygon(shape.points))
         case Area():
-            inside = QColor(shape.colour)
+            inside = QColor(theme.PALETTE[shape.colour])
             inside.setAlphaF(AREA_OPACITY)
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(inside)
             painter.drawPolygon(polygon(shape.points))
         case HeatArea():
             painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(_heat_brush(shape.left, shape.right))
+            painter.setBrush(_heat_brush(shape.left, shape.right, theme.NAME))
             painter.drawPolygon(polygon(shape.points))
         case HeatImage():
             _paint_heat(painter, shape)
@@ -81,22 +81,22 @@ def _pen(colour: str, dashed: bool) -> QPen:
 
 
 @lru_cache(maxsize=8)
-def _heat_brush(left: float, right: float) -> QBrush:
+def _heat_brush(left: float, right: float, colours: str) -> QBrush:
     gradient = QLinearGradient(QPointF(left, 0.0), QPointF(right, 0.0))
-    table = heat_table()
+    table = heat_table(colours)
     for share in np.linspace(0.0, 1.0, _HEAT_STOPS).tolist():
         gradient.setColorAt(share, QColor(*table[round(255 * share)].tolist()))
     return QBrush(gradient)
 
 
 @lru_cache(maxsize=8)
-def _heat_pixels(low: float, high: float) -> NDArray[np.uint32]:
+def _heat_pixels(low: float, high: float, colours: str) -> NDArray[np.uint32]:
     """A pixel of each level. Looking them up costs less than letting Qt do it while it stretches the picture."""
-    return np.array([QColor(*row).rgba() for row in heat_colours(low, high).tolist()], np.uint32)
+    return np.array([QColor(*row).rgba() for row in heat_colours(low, high, colours).tolist()], np.uint32)
 
 
 def _paint_heat(painter: QPainter, shape: HeatImage) -> None:
-    pixels = _heat_pixels(shape.low, shape.high)[np.ascontiguousarray(shape.levels[::-1])]
+    pixels = _heat_pixels(shape.low, shape.high, theme.NAME)[np.ascontiguousarray(shape.levels[::-1])]
     rows, columns = pixels.shape
     image = QImage(pixels.data, columns, rows, 4 * columns, QImage.Format.Format_ARGB32_Premultiplied)
     painter.drawImage(rectangle(shape.box), image)
@@ -104,6 +104,6 @@ def _paint_heat(painter: QPainter, shape: HeatImage) -> None:
 
 def _paint_text(painter: QPainter, shape: Text) -> None:
     painter.setFont(theme.font(shape.size_px, shape.bold))
-    painter.setPen(QColor(shape.colour))
+    painter.setPen(QColor(theme.PALETTE[shape.colour]))
     share = {"start": 0.0, "middle": 0.5, "end": 1.0}[shape.anchor]
     painter.drawText(QPointF(shape.x - share * width_px(shape.words, shape.size_px, shape.bold), shape.y), shape.words)

@@ -122,13 +122,13 @@ class Plot(QWidget):
             paint(painter, shape)
         if math.isfinite(self._pointer):
             at = crisp(float(frame.x.place(self._pointer)))
-            paint(painter, Polyline(np.array([[at, frame.area.top], [at, frame.area.bottom]]), theme.MUTED))
+            paint(painter, Polyline(np.array([[at, frame.area.top], [at, frame.area.bottom]]), "muted"))
 
     def _painted(self, frame: Frame) -> QPixmap:
         """The frame as a picture."""
         ratio = self.devicePixelRatioF()
         if self._picture.isNull() or self._picture.devicePixelRatio() != ratio:
-            self._picture = QPixmap(self.size() * ratio)
+            self._picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
             self._picture.setDevicePixelRatio(ratio)
             self._picture.fill(QColor(theme.GROUND))
             painter = QPainter(self._picture)

@@ -11,6 +11,7 @@ from underfoot.drawing.svg import svg
 from underfoot.drawing.table import csv
 from underfoot.errors import UnderfootError
 from underfoot.files import write_file
+from underfoot.widgets import theme
 
 FINE = 2
 """Pixels of a picture for each of the screen."""
@@ -30,7 +31,7 @@ def show_menu(plot: QWidget, drawing: Drawing, event: QContextMenuEvent) -> None
 def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
     """Write what a plot shows, as the path's suffix says. `BadFile` where it cannot be written."""
     if path.suffix.lower() == ".svg":
-        write_file(path, svg(drawing).encode())
+        write_file(path, svg(drawing, theme.NAME).encode())
     elif path.suffix.lower() == ".csv":
         write_file(path, csv(drawing).encode())
     else:

@@ -9,4 +9,6 @@ def _make(context: WorkspaceContext) -> Workspace:
     return RecordingsWorkspace(context.settings)
 
 
-WORKSPACE = WorkspaceDeclaration(name="Recordings", key="Ctrl+5", make=_make, opens=(".underfoot", ".uf"))
+WORKSPACE = WorkspaceDeclaration(
+    name="Recordings", key="Ctrl+5", icon="recordings", make=_make, opens=(".underfoot", ".uf")
+)

@@ -304,7 +304,7 @@ class Axis(QWidget):
 
     def _painted(self, lanes: LanePainter) -> QPixmap:
         ratio = self.devicePixelRatioF()
-        picture = QPixmap(self.size() * ratio)
+        picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
         picture.setDevicePixelRatio(ratio)
         picture.fill(QColor(theme.GROUND))
         painter = QPainter(picture)

@@ -21,6 +21,12 @@ LOW_LEVEL_DB = -30.0
 """The output level of the very first start."""
 
 
+THEMES = {"dark": "Dark", "light": "Light", "system": "As the system"}
+"""The colours that the window may have, in words."""
+TEXT_SIZES = (100, 115, 130, 150)
+"""Percent. Everything grows with the text."""
+
+
 class Settings(msgspec.Struct):
     """What the window remembers: the last target, sound device, level, and where things stood.
 
@@ -31,7 +37,9 @@ class Settings(msgspec.Struct):
     of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them. `recordings` are files and
     folders of recordings beside the one that is recorded to. `outside_files` may be read by patches in other folders:
     the person said so. `study_equipment` is what studies use beside the floor, by the fields of
-    `studies.equipment.EquipmentChoice`.
+    `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent;
+    `splitters` are where the parts of workspaces meet, by the splitters' names, and `workspace` is the one that was on
+    the screen.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -61,7 +69,11 @@ class Settings(msgspec.Struct):
     network_addresses: dict[str, str] = {}
     network_on: list[str] = []
     study_equipment: dict[str, str | bool | None] = {}
+    theme: str = "dark"
+    text_size: int = 100
     geometry: str = ""
+    splitters: dict[str, str] = {}
+    workspace: str = ""
     recent: list[str] = []
     stars: list[str] = []
     first_steps_done: bool = False

@@ -23,6 +23,7 @@ class TileOptions:
     floor: Path | None = option("Floor JSON that has the tile and its sensors; the default floor without.", None)
     tile: str = option("Which tile; by default the only one of the file, or the floor's first.", "")
     serial: str = option("The tile's serial number, kept in its profile.", "")
+    operator: str = option("Who measured, for the report; by default the name of this account.", "")
     seed: int = option("Seed of the simulated tile and hand.", 1)
     profile: Path | None = option("Profile JSON to read and to write; its other parts stay.", None)
     report: Path | None = option("Folder for a page with pictures, figures and raw data.", None)
@@ -56,7 +57,7 @@ class TileOptions:
 
         new = result.apply(known)
         if self.report is not None:
-            write_report(result, self.report, new)
+            write_report(result, self.report, new, operator=self.operator)
         if self.profile is not None:
             new.save(self.profile)
         if self.as_json:

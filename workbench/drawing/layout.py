@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, Range, Series
 from underfoot.drawing.axes import Axis, around, exactly, span, unit_of
-from underfoot.drawing.look import COLOURS, GRID, LINE, MUTED, SMALL_PX, TEXT, TITLE_PX
+from underfoot.drawing.look import SMALL_PX, TITLE_PX
 from underfoot.drawing.shapes import Backdrop, Box, HeatImage, Segments, Shape, Text, key_of, shapes_of
 from underfoot.quantities import pretty_text, pretty_unit
 
@@ -85,7 +85,7 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
     for line in drawing.lines:
         at = crisp(float((x if line.axis == "x" else y).place(line.at)))
         ends = [(at, area.bottom), (at, area.top)] if line.axis == "x" else [(area.left, at), (area.right, at)]
-        yield Segments(np.array([ends]), COLOURS[line.colour], line.dashed)
+        yield Segments(np.array([ends]), line.colour, line.dashed)
     for one in drawing.series:
         yield from shapes_of(one, x, frame.right if one.right and frame.right is not None else y)
     for line in drawing.lines:
@@ -93,10 +93,10 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
             at = float(y.place(line.at)) if line.axis == "y" else area.top
             wide = measure(line.name, SMALL_PX, False) + 8.0
             yield Backdrop(Box(area.right - wide, at + 2.0, area.right, at + 2.0 + _LINE_PX))
-            yield Text(line.name, area.right - 4.0, at + 14.0, MUTED, "end")
+            yield Text(line.name, area.right - 4.0, at + 14.0, "muted", "end")
     if drawing.note:
         middle = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0 + 4.0)
-        yield Text(drawing.note, *middle, MUTED, "middle", SMALL_PX + 2)
+        yield Text(drawing.note, *middle, "muted", "middle", SMALL_PX + 2)
 
 
 def _within(left: float, top: float, right: float, bottom: float) -> Box:
@@ -114,17 +114,17 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     shapes: list[Shape] = []
     room, top = width - 2.0 * _PAD, 0.0
     for words in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, True)):
-        shapes.append(Text(words, _PAD, top + 16.0, TEXT, "start", TITLE_PX, True))
+        shapes.append(Text(words, _PAD, top + 16.0, "text", "start", TITLE_PX, True))
         top += _TITLE_LINE_PX
     for row in _legend_rows([one for one in drawing.series if one.name], room, measure):
         for left, one in row:
             shapes += key_of(one, left, top + 8.5, _KEY_PX)
-            shapes.append(Text(pretty_text(one.name), left + _KEY_PX + _KEY_GAP_PX, top + 12.0, TEXT))
+            shapes.append(Text(pretty_text(one.name), left + _KEY_PX + _KEY_GAP_PX, top + 12.0, "text"))
         top += _LINE_PX
     right_margin = AXIS_PX if drawing.right else _RIGHT
     area = _within(AXIS_PX, top + _LINE_PX + _PAD, width - right_margin, height - BELOW_PX - _LINE_PX)
-    shapes.append(Text(f"↑ {pretty_text(drawing.y)}", _PAD, top + 12.0, MUTED))
-    shapes.append(Text(f"{pretty_text(drawing.x)} →", area.right, height - 5.0, MUTED, "end"))
+    shapes.append(Text(f"↑ {pretty_text(drawing.y)}", _PAD, top + 12.0, "muted"))
+    shapes.append(Text(f"{pretty_text(drawing.x)} →", area.right, height - 5.0, "muted", "end"))
     if drawing.right:
         label = f"{pretty_text(drawing.right)} ↑"
         shapes.append(Text(label, width - _PAD, top + 12.0, _right_colour(drawing), "end"))
@@ -194,9 +194,9 @@ def _grid(area: Box, x: Axis, y: Axis) -> Iterator[Shape]:
     across, up = ([crisp(at) for at in axis.place([value for value, _ in axis.ticks])] for axis in (x, y))
     upright = [((at, area.top), (at, area.bottom)) for at in across]
     level = [((area.left, at), (area.right, at)) for at in up]
-    yield Segments(np.array([*upright, *level]).reshape(-1, 2, 2), GRID)
+    yield Segments(np.array([*upright, *level]).reshape(-1, 2, 2), "grid")
     left, bottom = crisp(area.left), crisp(area.bottom)
-    yield Segments(np.array([[(left, bottom), (area.right, bottom)], [(left, area.top), (left, bottom)]]), LINE)
+    yield Segments(np.array([[(left, bottom), (area.right, bottom)], [(left, area.top), (left, bottom)]]), "line")
 
 
 def _tick_texts(
@@ -206,10 +206,10 @@ def _tick_texts(
         for at, words in _with_unit(x, drawing.x if margins else ""):
             half = measure(words, SMALL_PX, False) / 2.0 + 1.0
             middle = min(max(float(x.place(at)), half), width - half)
-            yield Text(words, middle, area.bottom + 15.0, MUTED, "middle")
+            yield Text(words, middle, area.bottom + 15.0, "muted", "middle")
     if margins is None or margins.left >= _ROOM_PX:
         for at, words in _with_unit(y, drawing.y if margins else ""):
-            yield Text(words, area.left - _TEXT_GAP_PX, float(y.place(at)) + 4.0, MUTED, "end")
+            yield Text(words, area.left - _TEXT_GAP_PX, float(y.place(at)) + 4.0, "muted", "end")
 
 
 def _right_texts(drawing: Drawing, area: Box, right: Axis, margins: Margins | None) -> Iterator[Shape]:
@@ -219,7 +219,7 @@ def _right_texts(drawing: Drawing, area: Box, right: Axis, margins: Margins | No
 
 def _right_colour(drawing: Drawing) -> str:
     """The colour of what belongs to the axis on the right."""
-    return next((COLOURS[one.colour] for one in drawing.series if one.right), MUTED)
+    return next((one.colour for one in drawing.series if one.right), "muted")
 
 
 def _with_unit(axis: Axis, label: str) -> list[tuple[float, str]]:

@@ -5,7 +5,47 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-GROUND, LINE, TEXT, MUTED, FAINT = "#12151a", "#2c3540", "#dfe5ec", "#8d99a8", "#5b6674"
+PALETTES = ("dark", "light")
+
+_SURFACES = {
+    "ground": ("#12151a", "#ffffff"),
+    "grid": ("#222831", "#e3e7eb"),
+    "line": ("#2c3540", "#cbd2da"),
+    "text": ("#dfe5ec", "#1a2027"),
+}
+_CURVES = {
+    "force": ("#f0a63c", "#8a5300"),
+    "vibration": ("#3fc1c9", "#006d78"),
+    "events": ("#b693f2", "#6a44b5"),
+    "contact": ("#7ed491", "#1b6f36"),
+    "alarm": ("#ff6259", "#bd2318"),
+    "muted": ("#98a3b1", "#4d5966"),
+    "faint": ("#707c8b", "#727d8a"),
+    "onset": ("#6c5a91", "#9a85c6"),
+    "corner 1": ("#e0705a", "#c9402a"),
+    "corner 2": ("#d8bb54", "#9c8600"),
+    "corner 3": ("#a8794a", "#54402c"),
+    "corner 4": ("#e3a7a0", "#d06a8c"),
+}
+COLOURS = tuple(_CURVES)
+"""Names of the colours that a curve may have, and what each stands for. The corners, in the order of a tile's sensors,
+are neighbours of the amber of force."""
+
+_HEAT_STOPS = (
+    ("#12151a", "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d"),
+    ("#ffffff", "#cfe7ea", "#86c8c8", "#2f9a98", "#1d5f80", "#241f52"),
+)
+_HEAT_PLACES = (0.0, 0.2, 0.42, 0.64, 0.84, 1.0)
+
+
+@cache
+def palette(name: str = "dark") -> dict[str, str]:
+    """The colours of a palette, "dark" or "light", by their names: those of curves, and ground, grid, line and text.
+
+    >>> palette("dark")["ground"], palette("light")["ground"]
+    ('#12151a', '#ffffff')
+    """
+    return {colour: both[PALETTES.index(name)] for colour, both in {**_SURFACES, **_CURVES}.items()}
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
@@ -17,26 +57,6 @@ def rgb(colour: str) -> tuple[int, int, int]:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
-COLOURS = {
-    "force": "#f0a63c",
-    "vibration": "#3fc1c9",
-    "events": "#b693f2",
-    "contact": "#7ed491",
-    "alarm": "#ff6259",
-    "muted": MUTED,
-    "faint": FAINT,
-    "onset": "#6c5a91",
-    "corner 1": "#e0705a",
-    "corner 2": "#d8bb54",
-    "corner 3": "#a8794a",
-    "corner 4": "#e3a7a0",
-}
-"""What each colour stands for. An onset is 55 % of an event's colour over the ground; the corners, in the order of a
-tile's sensors, are neighbours of the amber of force."""
-
-GRID = "#222831"
-"""The lines at the ticks: 60 % of `LINE` over the ground."""
-
 SMALL_PX, TITLE_PX = 11, 15
 """Sizes of the font: of everything in a plot, and of its title."""
 DOT_PX = 4.0
@@ -46,19 +66,18 @@ AREA_OPACITY = 0.25
 
 
 @cache
-def heat_table() -> NDArray[np.uint8]:
-    """Colours of a heat map, uint8 [256, 4]: from the ground over blue, teal and green to yellow."""
-    stops = (GROUND, "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d")
-    places = (0.0, 0.2, 0.42, 0.64, 0.84, 1.0)
-    colours = np.array([rgb(stop) for stop in stops])
+def heat_table(name: str = "dark") -> NDArray[np.uint8]:
+    """Colours of a heat map in a palette, uint8 [256, 4]: from the ground over blue, teal and green to yellow, or, on
+    light ground, over teal to dark blue."""
+    colours = np.array([rgb(stop) for stop in _HEAT_STOPS[PALETTES.index(name)]])
     x = np.linspace(0.0, 1.0, 256)
     table = np.full((256, 4), 255, np.uint8)
     for channel in range(3):
-        table[:, channel] = np.round(np.interp(x, places, colours[:, channel]))
+        table[:, channel] = np.round(np.interp(x, _HEAT_PLACES, colours[:, channel]))
     return table
 
 
-def heat_colours(low: float, high: float) -> NDArray[np.uint8]:
+def heat_colours(low: float, high: float, name: str = "dark") -> NDArray[np.uint8]:
     """Red, green, blue and opacity, uint8 [256, 4], of each level where the colours go from `low` to `high`.
 
     Levels up to `low` are transparent, so that the grid shows through.
@@ -67,6 +86,6 @@ def heat_colours(low: float, high: float) -> NDArray[np.uint8]:
     [0, 255, 255, 255]
     """
     places = np.clip((np.arange(256) - low) / (high - low), 0.0, 1.0)
-    colours = heat_table()[np.round(255 * places).astype(np.intp)]
+    colours = heat_table(name)[np.round(255 * places).astype(np.intp)]
     colours[places <= 0.0] = 0
     return colours

@@ -1,20 +1,78 @@
-"""A page of HTML in the colours of the plots, that needs no other file."""
+"""A page of HTML in the colours of the plots, that needs no other file.
 
+On a screen it is dark, or light where the reader's system is; on paper it is light.
+"""
+
+import getpass
 import html
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from datetime import date
 
-from underfoot.drawing.look import GROUND, MUTED, TEXT
+from underfoot import __version__
+from underfoot.drawing.look import palette
 
 
 def page(title: str, body: Sequence[str]) -> str:
-    """A page with this title, which is also its heading, around `body`: pieces of HTML."""
+    """A page with this title, which is also its heading, around `body`: pieces of HTML. Its pictures are dark ones."""
     return "\n".join(
         [
             f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>',
-            f"<style>body{{background:{GROUND};color:{TEXT};font-family:sans-serif;margin:24px}}svg{{margin:8px}}"
-            f"td,th{{text-align:left;padding:2px 16px 2px 0}}th{{color:{MUTED};font-weight:normal}}</style>",
+            f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style>',
             f"<h1>{html.escape(title)}</h1>",
             *body,
             "</html>\n",
         ]
     )
+
+
+def facts_table(facts: Iterable[tuple[str, str]]) -> str:
+    """What is known of what a page tells of: a name and words a line, as a table.
+
+    >>> facts_table([("tile", "A1")])
+    '<table class="facts"><tr><th>tile</th><td>A1</td></tr></table>'
+    """
+    rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(words)}</td></tr>" for name, words in facts)
+    return f'<table class="facts">{rows}</table>'
+
+
+def made_by(operator: str = "") -> list[tuple[str, str]]:
+    """Facts of every report: who made it, by default the name of this account, when, and with what."""
+    if not operator:
+        try:
+            operator = getpass.getuser()
+        except (KeyError, OSError):  # an account without a name, as in a container
+            operator = "not given"
+    return [("operator", operator), ("date", date.today().isoformat()), ("software", f"Underfoot {__version__}")]
+
+
+def _colours(name: str) -> str:
+    """The colours of a page."""
+    return "".join(f"--{role}:{palette(name)[role]};" for role in ("ground", "line", "text", "muted", "vibration"))
+
+
+def _light_pictures() -> str:
+    """Rules that give a picture's dark colours their light ones: what a style says goes before an attribute."""
+    pairs = {dark: palette("light")[name] for name, dark in palette("dark").items()}
+    kinds = {"stroke": "stroke", "fill": "fill", "stop-color": "stop-color"}
+    return "".join(
+        f'svg [{attribute}="{dark}"]{{{rule}:{light}}}'
+        for dark, light in pairs.items()
+        for attribute, rule in kinds.items()
+    )
+
+
+_STYLE = (
+    f":root{{{_colours('dark')}color-scheme:dark light}}"
+    "body{background:var(--ground);color:var(--text);font:15px/1.45 system-ui,sans-serif;max-width:1320px;"
+    "margin:32px auto;padding:0 24px}"
+    "h1{font-size:24px}h2{font-size:18px;margin-top:32px}h3{font-size:15px;margin:24px 0 4px}"
+    "a{color:var(--vibration)}p{max-width:76ch}"
+    "svg{max-width:100%;height:auto;margin:8px 8px 8px 0}"
+    "table{border-collapse:collapse;font-variant-numeric:tabular-nums}"
+    "td,th{text-align:left;vertical-align:top;padding:3px 24px 3px 0;border-bottom:1px solid var(--line)}"
+    "th{color:var(--muted);font-weight:normal}.facts td,.facts th{border:0;padding-bottom:0}"
+    f"@media (prefers-color-scheme:light){{:root{{{_colours('light')}}}{_light_pictures()}}}"
+    f"@media print{{@page{{margin:16mm}}:root{{{_colours('light')}}}{_light_pictures()}"
+    "body{margin:0;padding:0;max-width:none;font-size:10pt}svg,table,figure{break-inside:avoid}"
+    "h2,h3{break-after:avoid}a{color:inherit}}"
+)

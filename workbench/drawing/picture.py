@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from underfoot.drawing import Drawing
-from underfoot.drawing.svg import HEIGHT, WIDTH, svg
+from underfoot.drawing.svg import WIDTH, height_of, svg
 from underfoot.errors import BadFile
 from underfoot.files import write_file
 
@@ -27,12 +27,13 @@ class Picture:
         """The picture as Jupyter asks for it."""
         if len(self.drawings) == 1:
             return svg(self.drawings[0])
-        height = len(self.drawings) * HEIGHT
+        heights = [height_of(drawing) for drawing in self.drawings]
+        height = sum(heights)
         size = f'viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}"'
         parts = [f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif">']
         for row, drawing in enumerate(self.drawings):
             inner = svg(drawing).partition(">")[2].rpartition("</svg>")[0]
-            parts.append(f'<g transform="translate(0 {row * HEIGHT})">{inner}</g>')
+            parts.append(f'<g transform="translate(0 {sum(heights[:row])})">{inner}</g>')
         return "\n".join([*parts, "</svg>\n"])
 
     def save(self, path: str | Path) -> None:

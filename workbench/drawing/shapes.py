@@ -1,4 +1,7 @@
-"""What a plot is painted of: a few kinds of shapes in pixels, that any painter can paint."""
+"""What a plot is painted of: a few kinds of shapes in pixels, that any painter can paint.
+
+A shape has the name of its colour: which colour that is, a palette of `underfoot.drawing.look` says.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,7 +11,7 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Series
 from underfoot.drawing.axes import Axis
-from underfoot.drawing.look import COLOURS, SMALL_PX
+from underfoot.drawing.look import SMALL_PX
 from underfoot.drawing.thinning import extremes
 
 _MOST_POINTS = 2000
@@ -111,7 +114,7 @@ Shape = Polyline | Segments | Dots | Area | HeatArea | HeatImage | Backdrop | Te
 
 def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
     """The shapes of a series on its axes."""
-    colour = COLOURS[one.colour]
+    colour = one.colour
     points = np.column_stack([x.place(one.x), y.place(one.y)])
     seen = _is_finite(points)
     if one.to is not None:
@@ -136,7 +139,7 @@ def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
 
 def key_of(one: Series, left: float, middle: float, width: float) -> Iterator[Shape]:
     """What stands for a series in a legend, `width` pixels wide: a piece of its line, an arrow, or a few dots."""
-    colour = COLOURS[one.colour]
+    colour = one.colour
     right = left + width
     if one.style != "dots":
         yield Polyline(np.array([[left, middle], [right, middle]]), colour, one.style == "dashed")

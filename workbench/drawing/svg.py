@@ -13,32 +13,40 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.layout import content_of, frame_of, is_cut_off
-from underfoot.drawing.look import AREA_OPACITY, BACKDROP_OPACITY, DASH_PX, DOT_PX, GROUND, heat_colours, heat_table
+from underfoot.drawing.look import AREA_OPACITY, BACKDROP_OPACITY, DASH_PX, DOT_PX, heat_colours, heat_table, palette
 from underfoot.drawing.shapes import Area, Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
 
 WIDTH, HEIGHT = 640, 400
+_EQUAL_HEIGHT = 640
+"""Where both axes have one scale, as on a map, a picture is about as high as it is wide."""
 _EM_SHARE = 0.56
 """About how wide a letter is, in sizes of the font: who reads the picture chooses the font."""
 _CURVE_PX = 1.5
 _HEAT_STOPS = 17
 
 
-def svg(drawing: Drawing) -> str:
-    """The drawing as an SVG picture, 640 x 400.
+def height_of(drawing: Drawing) -> int:
+    """How high the picture of a drawing is, in pixels."""
+    return _EQUAL_HEIGHT if drawing.equal else HEIGHT
+
+
+def svg(drawing: Drawing, colours: str = "dark") -> str:
+    """The drawing as an SVG picture, 640 x 400 (a map 640 x 640), in the "dark" or the "light" palette.
 
     >>> from underfoot.drawing import series
     >>> text = svg(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),), x_log=True))
     >>> "time, s" in text and text.startswith("<svg")
     True
     """
-    frame = frame_of(drawing, WIDTH, HEIGHT, _width_px)
+    height = height_of(drawing)
+    frame = frame_of(drawing, WIDTH, height, _width_px)
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}"'
         ' font-family="sans-serif">',
-        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="{GROUND}"/>',
-        *(element for shape in frame.shapes for element in _elements(shape)),
+        f'<rect width="{WIDTH}" height="{height}" fill="{palette(colours)["ground"]}"/>',
+        *(element for shape in frame.shapes for element in _elements(shape, colours)),
     ]
-    content = [element for shape in content_of(drawing, frame, _width_px) for element in _elements(shape)]
+    content = [element for shape in content_of(drawing, frame, _width_px) for element in _elements(shape, colours)]
     return "\n".join([*parts, *(_cut_off(content, frame.area) if is_cut_off(drawing) else content), "</svg>\n"])
 
 
@@ -54,37 +62,39 @@ def _width_px(words: str, size_px: int, bold: bool) -> float:
 
 
 @singledispatch
-def _elements(shape: Shape) -> Iterator[str]:
-    """The SVG elements of a shape."""
+def _elements(shape: Shape, colours: str) -> Iterator[str]:
+    """The SVG elements of a shape in a palette."""
     raise AssertionError(f"no picture of {type(shape).__name__}")
 
 
 @_elements.register
-def _(shape: Polyline) -> Iterator[str]:
-    yield f'<polyline points="{_pairs(shape.points)}" fill="none"{_stroke(shape.colour, _CURVE_PX, shape.dashed)}/>'
+def _(shape: Polyline, colours: str) -> Iterator[str]:
+    stroke = _stroke(palette(colours)[shape.colour], _CURVE_PX, shape.dashed)
+    yield f'<polyline points="{_pairs(shape.points)}" fill="none"{stroke}/>'
 
 
 @_elements.register
-def _(shape: Segments) -> Iterator[str]:
+def _(shape: Segments, colours: str) -> Iterator[str]:
     if len(shape.ends):
         path = "".join(f"M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}" for (x, y), (to_x, to_y) in shape.ends)
-        yield f'<path d="{path}" fill="none"{_stroke(shape.colour, 1.0, shape.dashed)}/>'
+        yield f'<path d="{path}" fill="none"{_stroke(palette(colours)[shape.colour], 1.0, shape.dashed)}/>'
 
 
 @_elements.register
-def _(shape: Dots) -> Iterator[str]:
+def _(shape: Dots, colours: str) -> Iterator[str]:
     for x, y in shape.points:
-        yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{DOT_PX / 2.0:g}" fill="{shape.colour}"/>'
+        yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{DOT_PX / 2.0:g}" fill="{palette(colours)[shape.colour]}"/>'
 
 
 @_elements.register
-def _(shape: Area) -> Iterator[str]:
-    yield f'<polygon points="{_pairs(shape.points)}" fill="{shape.colour}" fill-opacity="{AREA_OPACITY}"/>'
+def _(shape: Area, colours: str) -> Iterator[str]:
+    fill = palette(colours)[shape.colour]
+    yield f'<polygon points="{_pairs(shape.points)}" fill="{fill}" fill-opacity="{AREA_OPACITY}"/>'
 
 
 @_elements.register
-def _(shape: HeatArea) -> Iterator[str]:
-    table = heat_table()
+def _(shape: HeatArea, colours: str) -> Iterator[str]:
+    table = heat_table(colours)
     shares = np.linspace(0.0, 1.0, _HEAT_STOPS)
     stops = "".join(
         f'<stop offset="{share:.4f}" stop-color="#{bytes(table[round(255 * share)][:3]).hex()}"/>' for share in shares
@@ -96,8 +106,8 @@ def _(shape: HeatArea) -> Iterator[str]:
 
 
 @_elements.register
-def _(shape: HeatImage) -> Iterator[str]:
-    data = base64.b64encode(png(shape.levels[::-1], heat_colours(shape.low, shape.high))).decode()
+def _(shape: HeatImage, colours: str) -> Iterator[str]:
+    data = base64.b64encode(png(shape.levels[::-1], heat_colours(shape.low, shape.high, colours))).decode()
     box = shape.box
     yield (
         f'<image x="{box.left:.1f}" y="{box.top:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
@@ -106,20 +116,20 @@ def _(shape: HeatImage) -> Iterator[str]:
 
 
 @_elements.register
-def _(shape: Backdrop) -> Iterator[str]:
+def _(shape: Backdrop, colours: str) -> Iterator[str]:
     box = shape.box
     yield (
         f'<rect x="{box.left:.1f}" y="{box.top:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
-        f'fill="{GROUND}" fill-opacity="{BACKDROP_OPACITY}"/>'
+        f'fill="{palette(colours)["ground"]}" fill-opacity="{BACKDROP_OPACITY}"/>'
     )
 
 
 @_elements.register
-def _(shape: Text) -> Iterator[str]:
+def _(shape: Text, colours: str) -> Iterator[str]:
     bold = ' font-weight="bold"' if shape.bold else ""
     yield (
         f'<text x="{shape.x:.1f}" y="{shape.y:.1f}" text-anchor="{shape.anchor}" font-size="{shape.size_px}"{bold} '
-        f'fill="{shape.colour}">{html.escape(shape.words)}</text>'
+        f'fill="{palette(colours)[shape.colour]}">{html.escape(shape.words)}</text>'
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, series
-from underfoot.drawing.page import page
+from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
 from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
@@ -23,8 +23,6 @@ from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import Suspension, deflection_at_resonance_m
 
 _MILLI = 1000.0
-_ROOM_CM = 7.5
-"""Thicknesses are drawn up to here, for the legend's sake."""
 
 
 def text(found: list[Design]) -> str:
@@ -48,7 +46,7 @@ def data(found: list[Design]) -> dict[str, Any]:
 def write(found: list[Design], folder: Path) -> None:
     """Write `index.html`, `tile.json` and every picture as SVG into `folder`; `BadFile` where that cannot be."""
     make_folder(folder)
-    body = []
+    body = [facts_table(made_by())]
     for design in found:
         body += _section(design)
         for name, drawing in drawings(design.measured):
@@ -140,7 +138,7 @@ def _plate_drawing(here: Measured) -> tuple[str, Drawing]:
         lines.append(series(name, 100.0 * thickness, own, style, colour))
     f1 = here.plate.frequency_hz(here.tile.size_m)
     lines.append(series("this plate", [100.0 * here.plate.thickness_m], [f1], "dots", "events"))
-    lines.append(series("1 kHz", [0.4, _ROOM_CM], [1000.0] * 2, "dashed", "alarm"))
+    lines.append(series("1 kHz", [0.4, 5.0], [1000.0] * 2, "dashed", "alarm"))
     words = "First bending mode, edges held, without shaker"
     return "plate-modes", Drawing(words, "thickness, cm", "f1, Hz", tuple(lines))
 
@@ -170,7 +168,7 @@ def _loads_drawing(here: Measured) -> tuple[str, Drawing]:
 
 
 def _is_seen(here: Measured) -> NDArray[np.bool_]:
-    """Which frequencies are drawn; the highest leave room for the legend."""
+    """Which frequencies are drawn."""
     return (here.frequencies_hz >= 20.0) & (here.frequencies_hz <= 1500.0)
 
 

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, series
 from underfoot.drawing.layout import Margins
-from underfoot.drawing.look import COLOURS, heat_table, rgb
+from underfoot.drawing.look import heat_table, rgb
 from underfoot.drawing.svg import HEIGHT, WIDTH, svg
 from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
@@ -146,7 +146,7 @@ def test_a_pointer_is_drawn_and_taken_away(shown):
     plot = shown(LIVE, margins=Margins())
     assert pixel(plot, -1.3, 31.0) == rgb(theme.GROUND)
     plot.point_at(-1.3)
-    assert pixel(plot, -1.3, 31.0) == rgb(COLOURS["muted"])
+    assert pixel(plot, -1.3, 31.0) == rgb(theme.MUTED)
     plot.point_at(math.nan)
     assert pixel(plot, -1.3, 31.0) == rgb(theme.GROUND)
 

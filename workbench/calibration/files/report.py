@@ -2,33 +2,33 @@
 
 import html
 import json
+import math
 from collections.abc import Sequence
-from datetime import date
 from pathlib import Path
 
-from underfoot import __version__
 from underfoot.calibration.files.measurements import write_table
 from underfoot.calibration.result import Result
-from underfoot.calibration.results.labels import label_of
-from underfoot.drawing.page import page
+from underfoot.calibration.results.labels import label_of, unit_of
+from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
 from underfoot.floor.profile import Profile
+from underfoot.quantities import quantity
 
 
-def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence[str] = ()) -> Path:
+def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence[str] = (), operator: str = "") -> Path:
     """Write `<kind>.html`, its raw data and its figures into `folder`, which is made where it is missing; the page's
     path.
 
-    `profile` is the one that has the result in it. `notes` are lines such as where the data come from. `BadFile` where
-    the folder cannot be written.
+    `profile` is the one that has the result in it. `notes` are lines such as where the data come from; `operator` is
+    who measured, by default the account's name. `BadFile` where the folder cannot be written.
     """
     make_folder(folder)
     for name, header, rows in result.raw:
         write_table(folder / f"{result.kind}-{name}.csv", header, rows, profile.tile)
     write_file(folder / f"{result.kind}.json", json.dumps(figures(result), indent=1).encode() + b"\n")
     path = folder / f"{result.kind}.html"
-    write_file(path, page(result.title, _body(result, profile, notes)).encode())
+    write_file(path, page(result.title, _body(result, profile, notes, operator)).encode())
     return path
 
 
@@ -43,19 +43,17 @@ def figures(result: Result) -> dict[str, object]:
     }
 
 
-def _body(result: Result, profile: Profile, notes: Sequence[str]) -> list[str]:
+def _body(result: Result, profile: Profile, notes: Sequence[str], operator: str) -> list[str]:
     """The page's elements: verdict, facts, warnings, drawings, figures, method and raw data."""
     part = profile.part(result.kind)
     facts = [
         ("tile", profile.tile),
-        ("serial number", profile.serial or "none"),
-        ("date", date.today().isoformat()),
+        ("serial number", profile.serial or "not given"),
         ("reference", part.reference if part is not None else ""),
-        ("software", f"Underfoot {__version__}"),
+        *made_by(operator),
         *(("", note) for note in notes),
     ]
-    rows = [f"<tr><th>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in facts]
-    body = [f"<p><b>{html.escape(result.verdict)}</b></p>", "<table>", *rows, "</table>"]
+    body = [f"<p><b>{html.escape(result.verdict)}</b></p>", facts_table(facts)]
     body += [f"<p>{html.escape(warning)}</p>" for warning in result.warnings]
     body += [svg(drawing) for drawing in result.drawings]
     body.append("<h2>Figures</h2><table>")
@@ -77,8 +75,10 @@ def _compared(kind: str, profile: Profile) -> list[str]:
     if not places:
         return []
     then = profile.earlier[places[-1]]
-    rows = [
-        f"<tr><td>{html.escape(label_of(name))}</td><td>{old:.4g}</td><td>{new:.4g}</td></tr>"
-        for name, (old, new) in profile.compare(places[-1]).items()
-    ]
+    part = getattr(then, kind)
+    rows = ["<tr><th></th><th>then</th><th>now</th></tr>"]
+    for name, values in profile.compare(places[-1]).items():
+        unit = part.error_unit if name == "error" else unit_of(name)
+        old, new = (html.escape(quantity(value, unit)) if math.isfinite(value) else "–" for value in values)
+        rows.append(f"<tr><td>{html.escape(label_of(name))}</td><td>{old}</td><td>{new}</td></tr>")
     return [f"<h2>Compared with the one replaced on {then.replaced}</h2><table>", *rows, "</table>"]

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from underfoot import __version__
-from underfoot.drawing.page import page
+from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.experiments.analysis.findings import Findings, Table, cell_text
 from underfoot.files import make_folder, write_file
@@ -46,8 +45,7 @@ def data_of(findings: Sequence[Findings]) -> list[dict[str, Any]]:
 def write_page(path: Path, title: str, findings: Sequence[Findings], facts: Sequence[tuple[str, str]] = ()) -> None:
     """Write a page with all tables and pictures; its folder is made where it is missing. `BadFile` where it cannot."""
     make_folder(path.parent)
-    known = [*facts, ("software", f"Underfoot {__version__}")]
-    body = ["<table>", *(f"<tr><th>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in known), "</table>"]
+    body = [facts_table([*facts, *made_by()])]
     for found in findings:
         body.append(f"<h2>{html.escape(found.title)}</h2>")
         body += [svg(drawing) for drawing in found.drawings]

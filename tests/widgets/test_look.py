@@ -1,0 +1,94 @@
+"""The look that was chosen: kept between starts, on a screen of any size, and not mixed up with somebody else's."""
+
+import os
+import subprocess
+import sys
+from base64 import b64encode
+
+import pytest
+from on_screen import show
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMainWindow, QSplitter
+from windows import quiet_window
+
+from underfoot.widgets import application, remembered, theme
+from underfoot.widgets.session.settings import TEXT_SIZES, Settings
+from underfoot.widgets.view_menu import ViewMenu
+
+
+def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
+    Settings(splitters={"monitor across": "not base 64", "design across": "AAAA"}, workspace="gone").save(tmp_path)
+    first = quiet_window(qtbot, tmp_path)
+    assert first.workspace == "Design"
+    first.resize(792, 700)  # the screen of the tests is 800 wide
+    first.show_workspace("Monitor")
+    across = first.findChild(QSplitter, "monitor across")
+    across.setSizes([300, 500])
+    sizes = across.sizes()
+    QTest.keyClick(first, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
+    next(action for action in first.view.actions() if action.text() == "Light").trigger()
+    assert "Light, text 115 %: from the next start on" in first.status.message
+    first.start_again()
+    assert first.starts_again
+    assert first.isHidden()
+
+    kept = Settings.load(tmp_path)
+    assert (kept.theme, kept.text_size, kept.workspace) == ("light", 115, "Monitor")
+    second = quiet_window(qtbot, tmp_path)
+    assert (second.workspace, second.width(), second.height()) == ("Monitor", 792, 700)
+    assert second.findChild(QSplitter, "monitor across").sizes() == sizes
+
+
+def test_text_grows_by_keys_and_no_further_than_there_are_sizes(qtbot):
+    window, settings = QMainWindow(), Settings()
+    qtbot.addWidget(window)
+    menu = ViewMenu(settings, window)
+    show(qtbot, window)
+    assert not menu.again.isEnabled()
+    seen = []
+    for key in [Qt.Key.Key_Plus] * 5 + [Qt.Key.Key_Minus] * 5:
+        QTest.keyClick(window, key, Qt.KeyboardModifier.ControlModifier)
+        seen.append(settings.text_size)
+    assert seen == [115, 130, 150, 150, 150, 130, 115, 100, 100, 100]
+    assert set(seen) == set(TEXT_SIZES)
+    assert not menu.again.isEnabled()
+
+
+@pytest.mark.parametrize("chosen", ["dark", "light"])
+def test_the_application_has_the_colours_of_the_settings(qapp, chosen):
+    try:
+        application.application(Settings(theme=chosen))
+        assert chosen == theme.NAME
+        assert qapp.palette().window().color().name() == theme.colours(chosen)["panel"]
+        assert theme.colours(chosen)["text"] in qapp.styleSheet()
+    finally:
+        application.application(Settings())
+
+
+def test_everything_grows_with_the_text_and_programs_that_are_started_do_not():
+    script = """
+import os
+from underfoot.widgets.application import SCALE, application
+from underfoot.widgets.session.settings import Settings
+print(application(Settings(text_size=130)).devicePixelRatio(), os.environ.get(SCALE))
+"""
+    for given, seen in (({}, "1.3 None"), ({application.SCALE: "2"}, "2.6 2")):
+        environment = {**os.environ, **given}
+        done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
+        assert done.stdout.strip() == seen, done.stderr
+
+
+def test_a_window_is_never_larger_than_the_screen_nor_beside_it(qtbot):
+    far = QMainWindow()
+    qtbot.addWidget(far)
+    far.setGeometry(9000, 9000, 4000, 3000)
+    for settings in (Settings(), Settings(geometry=b64encode(bytes(far.saveGeometry().data())).decode())):
+        window = QMainWindow()
+        qtbot.addWidget(window)
+        remembered.restore_window(window, settings)
+        room = window.screen().availableGeometry()
+        assert room.size() == QSize(800, 800)  # the screen of the tests, smaller than the least size
+        show(qtbot, window)
+        assert room.contains(window.geometry())
+        assert room.contains(window.minimumSize().width() - 1, window.minimumSize().height() - 1)

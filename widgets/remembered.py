@@ -1,0 +1,55 @@
+"""What the window remembers of its layout: size and place, where the parts of workspaces meet, which was on the screen.
+
+Only splitters with an object name are remembered.
+"""
+
+from base64 import b64decode, b64encode
+
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QMainWindow, QSplitter, QStyle, QWidget
+
+from underfoot.widgets.session.settings import Settings
+
+LEAST = QSize(1024, 640)
+"""The window is no smaller than this where the screen is not."""
+FIRST = QSize(1440, 900)
+_BORDER_PX = 4
+
+
+def restore_window(window: QMainWindow, settings: Settings) -> None:
+    """Give the window its size and place of last time; never more than the screen has, nor beside it."""
+    screen = window.screen().availableGeometry()
+    title_px = window.style().pixelMetric(QStyle.PixelMetric.PM_TitleBarHeight)
+    room = screen.size() - QSize(2 * _BORDER_PX, title_px + _BORDER_PX)
+    window.setMinimumSize(LEAST.boundedTo(room))
+    if not window.restoreGeometry(settings.window_bytes):
+        window.resize(FIRST.boundedTo(room))
+        return
+    if not window.isMaximized() and not window.isFullScreen():
+        window.resize(window.size().boundedTo(room))
+    if not screen.contains(window.geometry().center()):
+        window.move(screen.topLeft())
+
+
+def keep_window(window: QMainWindow, settings: Settings) -> None:
+    """Remember size and place of the window."""
+    settings.window_bytes = bytes(window.saveGeometry().data())
+
+
+def restore_splitters(widget: QWidget, settings: Settings) -> None:
+    """Put the splitters of a workspace where they were."""
+    for splitter in _named(widget):
+        try:
+            splitter.restoreState(b64decode(settings.splitters.get(splitter.objectName(), ""), validate=True))
+        except ValueError:
+            continue
+
+
+def keep_splitters(widget: QWidget, settings: Settings) -> None:
+    """Remember where the splitters of a workspace are."""
+    for splitter in _named(widget):
+        settings.splitters[splitter.objectName()] = b64encode(bytes(splitter.saveState().data())).decode()
+
+
+def _named(widget: QWidget) -> list[QSplitter]:
+    return [splitter for splitter in widget.findChildren(QSplitter) if splitter.objectName()]

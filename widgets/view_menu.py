@@ -1,0 +1,76 @@
+"""The View menu: which colours the window has, and how large its text is. Both are those of the next start.
+
+Painted pictures, icons and layouts are made of the colours and sizes that there are when a window is made, so that a
+change waits; starting again brings back what was open, unsaved work included.
+"""
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QMenu, QWidget
+
+from underfoot.widgets.session.settings import TEXT_SIZES, THEMES, Settings
+
+
+class ViewMenu(QMenu):
+    """Changes `theme` and `text_size` of the settings. The keys work in the whole `window`."""
+
+    said = Signal(str)
+    again_wanted = Signal()
+    """Underfoot is to be closed and started again."""
+
+    def __init__(self, settings: Settings, window: QWidget) -> None:
+        super().__init__("View", window)
+        self._settings = settings
+        self._shown = settings.theme, settings.text_size
+        self._themes = QActionGroup(self)
+        for name, words in THEMES.items():
+            self._add_choice(self._themes, words, name)
+        self._themes.triggered.connect(lambda action: self._choose(theme=action.data()))
+        self.addSeparator()
+        self._sizes = QActionGroup(self)
+        for percent in TEXT_SIZES:
+            self._add_choice(self._sizes, f"Text {percent} %", percent)
+        self._sizes.triggered.connect(lambda action: self._choose(text_size=action.data()))
+        self.larger = self._act("Larger text", ("Ctrl++", "Ctrl+="))
+        self.larger.triggered.connect(lambda: self._step(1))
+        self.smaller = self._act("Smaller text", ("Ctrl+-",))
+        self.smaller.triggered.connect(lambda: self._step(-1))
+        self.addSeparator()
+        self.again = self._act("Start again now, in the chosen look", ())
+        self.again.triggered.connect(self.again_wanted)
+        window.addActions([self.larger, self.smaller])
+        self._show()
+
+    def _act(self, words: str, keys: tuple[str, ...]) -> QAction:
+        action = self.addAction(words)
+        action.setShortcuts([QKeySequence(key) for key in keys])
+        return action
+
+    def _add_choice(self, group: QActionGroup, words: str, value: str | int) -> None:
+        action = self.addAction(words)
+        action.setCheckable(True)
+        action.setData(value)
+        group.addAction(action)
+
+    def _step(self, steps: int) -> None:
+        """Choose the next larger or smaller size; at the ends nothing changes."""
+        at = min(range(len(TEXT_SIZES)), key=lambda i: abs(TEXT_SIZES[i] - self._settings.text_size))
+        self._choose(text_size=TEXT_SIZES[min(max(at + steps, 0), len(TEXT_SIZES) - 1)])
+
+    def _choose(self, theme: str | None = None, text_size: int | None = None) -> None:
+        self._settings.theme = theme or self._settings.theme
+        self._settings.text_size = text_size or self._settings.text_size
+        self._show()
+        words = f"{THEMES[self._settings.theme]}, text {self._settings.text_size} %"
+        if self.again.isEnabled():
+            self.said.emit(f"{words}: from the next start on. Menu, View, Start again now does it at once.")
+        else:
+            self.said.emit(f"{words}: as it is now.")
+
+    def _show(self) -> None:
+        """Mark what is chosen."""
+        chosen = self._settings.theme, self._settings.text_size
+        for group, value in zip((self._themes, self._sizes), chosen, strict=True):
+            for action in group.actions():
+                action.setChecked(action.data() == value)
+        self.again.setEnabled(chosen != self._shown)
