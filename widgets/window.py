@@ -24,6 +24,7 @@ from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import DroppedFiles, Handlers
 from underfoot.widgets.session.exchange import Exchange
 from underfoot.widgets.session.listening import Listening
+from underfoot.widgets.session.marking import Marking
 from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import WAYS, Settings
@@ -78,6 +79,7 @@ class MainWindow(QMainWindow):
         )
         self.bridge = self.controller.bridge
         self.network = NetworkLink(self.controller, self.settings, self.panic)
+        self.marking = Marking(self.controller, self)
         self.target_selection = TargetSelection(self.controller, self.settings)
         files = FileQuestion(self, lambda: self.settings.folder, self.say)
         self._target_chooser = TargetChooser(
@@ -381,6 +383,8 @@ class MainWindow(QMainWindow):
             "play": self._act("Play or stop", "Ctrl+Space", controller.play_or_stop),
             "panic": self._act("Panic: silence at once", PANIC_KEYS, self.panic),
             "record": self._act("Record", "Ctrl+R", lambda: controller.record(not self.transport.record.isChecked())),
+            "mark": self._act("Mark this moment", "Ctrl+M", self.marking.mark),
+            "mark with words": self._act("Mark with words…", "Ctrl+Shift+M", self.marking.ask),
             "audio": self._act("Audio…", "Ctrl+,", self._open_audio),
             "network": self._act("Network…", "Ctrl+Shift+N", self._open_network),
             "cost": self._act("Cost of a block…", "Ctrl+Shift+B", self._open_cost),

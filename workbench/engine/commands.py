@@ -224,7 +224,7 @@ class Pulse(Command):
 class Mark(Command):
     """Words at a moment that was `ago_s` before this takes effect; a recording keeps it as a mark, and no command."""
 
-    text: str
+    text: str = ""
     ago_s: float = 0.0
 
     def frame(self, frame: int, rate_hz: float) -> int:
