@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from live import live
 from made_patches import hum
+from null_sink import listening
 
 from underfoot.devices.outputs import Output, card_channels, outputs_of, text_of
 from underfoot.engine.commands import Level, Panic
@@ -45,7 +46,7 @@ def playing_on(until, sound=CARDS):
 
 def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
     first, second = two_sinks
-    with first.heard() as left, second.heard() as right, playing_on(until) as playing:
+    with listening(first) as left, listening(second) as right, playing_on(until) as playing:
         assert playing.started().notice == ""
         playing.session.send(Level(0.0))
         for heard in (left, right):
@@ -61,7 +62,7 @@ def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
 
 def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_sinks, until):
     first, second = two_sinks
-    with first.heard() as left, playing_on(until) as playing:
+    with listening(first) as left, playing_on(until) as playing:
         playing.session.send(Level(0.0))
         until(lambda: len(left()) and left()[-480:].any(), "the first card sounds")
         second.stop()
@@ -71,6 +72,6 @@ def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_
         until(lambda: len(left()) > before + 24_000, "the first card plays on")
         assert np.abs(left()[-4800:]).max() > 0.05
         second.start()
-        with second.heard() as right:
+        with listening(second) as right:
             playing.until(lambda: len(playing.of(Notice)) > 1, "it is back")
             until(lambda: len(right()) and np.abs(right()[-480:]).max(axis=0).min() > 0.05, "its tiles sound again")
