@@ -39,7 +39,8 @@ class MainMenu(QMenu):
         self.addActions([actions["import"], actions["export"]])
         self.addSeparator()
         self._behind_workspaces = self.addSeparator()
-        self.addActions([actions[name] for name in ("play", "panic", "record", "mark", "mark with words", "audio", "network", "cost")])
+        self.addActions([actions[name] for name in ("play", "panic", "record", "mark", "mark with words")])
+        self.addActions([actions[name] for name in ("audio", "network", "cost")])
         self.addSeparator()
         self.addActions([actions[name] for name in ("keys", "about", "quit")])
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
-from underfoot.devices.sound import devices
+from underfoot.engine.card_search import CardSearch
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Pulse
 from underfoot.engine.reports import Health, Started
@@ -209,9 +209,12 @@ class MainWindow(QMainWindow):
     def _open_audio(self) -> None:
         from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 
-        target = self.controller.target
+        target, search = self.controller.target, CardSearch()
         dialog = AudioDialog(
-            lambda: [(card.name, card.channels, card.rate_hz) for card in devices()], target.floor, self
+            lambda: [(card.name, card.channels, card.rate_hz) for card in search.find()],
+            search.give_up,
+            target.floor,
+            self,
         )
         dialog.set_values(target.sound, target.rate, target.block, self.settings.accelerometers)
         dialog.applied.connect(self.target_selection.set_sound)

@@ -1,5 +1,8 @@
 """Several sound cards: which channels go where, two real streams on two clocks, and a card that goes and comes back."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 from live import live
@@ -7,6 +10,8 @@ from made_patches import hum
 from null_sink import listening
 
 from underfoot.devices.outputs import Output, card_channels, outputs_of, text_of
+from underfoot.devices.sound import devices
+from underfoot.engine.card_search import CardSearch
 from underfoot.engine.commands import Level, Panic
 from underfoot.engine.reports import Notice
 from underfoot.errors import BadValue
@@ -58,6 +63,14 @@ def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
         playing.session.send(Panic())
         for heard in (left, right):
             until(lambda heard=heard: not heard()[-4800:].any(), "a panic silences both")
+
+
+def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_anew_here(null_sink):
+    known = {card.name for card in devices()}
+    with Path(os.environ["ALSA_CONFIG_PATH"]).open("a") as names:
+        names.write(f'pcm.later {{ type pulse\n server "unix:{null_sink.socket}"\n hint {{ show on }} }}\n')
+    assert {card.name for card in devices()} == known
+    assert "later" in {card.name for card in CardSearch().find()} - known
 
 
 def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_sinks, until):

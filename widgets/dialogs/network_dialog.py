@@ -25,10 +25,13 @@ ROWS = (
 HINTS = {"serial_marks": "A serial port, as /dev/ttyUSB0 or COM3; 115,200 baud"}
 HINT = "HOST:PORT; HOST is an IPv4 address or localhost"
 STREAMS = (
-    ("lsl", "&LSL streams", "Streams of the Lab Streaming Layer: force, contacts, steps, marks. Its discovery is open to "
-     "the network."),
+    (
+        "lsl",
+        "&LSL streams",
+        "Lab Streaming Layer: force, contacts, steps, marks. Its discovery is open to the network.",
+    ),
     ("lsl_marks", "Marks &by LSL", "Each sample of any stream of the type Markers is a mark."),
-)  # fmt: skip
+)
 
 
 class NetworkDialog(QDialog):

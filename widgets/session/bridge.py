@@ -3,7 +3,17 @@
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from underfoot.engine.commands import Mark
-from underfoot.engine.reports import CommandApplied, Compiling, Costs, Fault, Laws, Notice, Preview, ProcessDied, Started
+from underfoot.engine.reports import (
+    CommandApplied,
+    Compiling,
+    Costs,
+    Fault,
+    Laws,
+    Notice,
+    Preview,
+    ProcessDied,
+    Started,
+)
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker

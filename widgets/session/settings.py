@@ -29,7 +29,7 @@ class Settings(msgspec.Struct):
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
     metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
-    of `WAYS` that were chosen, and `network_on` the ways that are used, of `plan.FLAGS`, too. `recordings` are files and
+    of `WAYS` that were chosen, and `network_on` those that are used, and of `plan.FLAGS`. `recordings` are files and
     folders of recordings beside the one that is recorded to. `outside_files` may be read by patches in other folders:
     the person said so. `study_equipment` is what studies use beside the floor, by the fields of
     `studies.equipment.EquipmentChoice`.

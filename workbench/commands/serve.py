@@ -67,7 +67,7 @@ class ServeOptions:
 @click.option("--send", default="127.0.0.1:9701", show_default=True, help="Where contacts, steps, health, marks go.")
 @click.option("--lsl", is_flag=True, help="Streams of the Lab Streaming Layer, too.")
 @click.option("--lsl-marks", is_flag=True, help="Take samples of all LSL streams of the type Markers for marks.")
-@click.option("--serial-marks", default="off", metavar="PORT", help="Take lines and triggers of a serial port for marks.")
+@click.option("--serial-marks", default="off", metavar="PORT", help="Take lines of a serial port for marks.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @grouped(ServeOptions)
 def serve(options: ServeOptions) -> None:

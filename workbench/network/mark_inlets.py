@@ -1,7 +1,7 @@
 """Marks that come in beside OSC: streams of markers of the Lab Streaming Layer, and a serial line.
 
-An inlet has a thread of its own and tells each mark's words, and when it was by `time.monotonic`. `trouble` says what is
-wrong with it now, "" for nothing.
+An inlet has a thread of its own and tells each mark's words, and when it was by `time.monotonic`. `trouble` says what
+is wrong with it now, "" for nothing.
 """
 
 import threading

@@ -22,8 +22,8 @@ CHANNELS = ("FX12", "FX34", "FY14", "FY23", "FZ1", "FZ2", "FZ3", "FZ4")
 PLATE_SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 """The corners of a plate in its own frame."""
 MOST = 255
-"""Values along one dimension of a parameter: it is told in a byte. As the C3D manual has it, the 256th and the following
-values of LABELS are in LABELS2, the next ones in LABELS3. Of force plates there can be no more."""
+"""Values along one dimension of a parameter: it is told in a byte. As the C3D manual has it, the 256th and the
+following values of LABELS are in LABELS2, the next ones in LABELS3. Of force plates there can be no more."""
 _INT = 2
 """The type of a whole number in a C3D file, which ezc3d would not choose."""
 SAMPLES_A_FRAME = 10
