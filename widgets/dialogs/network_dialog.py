@@ -28,7 +28,7 @@ STREAMS = (
     (
         "lsl",
         "&LSL streams",
-        "Lab Streaming Layer: force, contacts, steps, marks. Its discovery is open to the network.",
+        "Lab Streaming Layer: force, contacts, steps, marks. Everybody on the network finds them.",
     ),
     ("lsl_marks", "Marks &by LSL", "Each sample of any stream of the type Markers is a mark."),
 )

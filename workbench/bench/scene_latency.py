@@ -1,5 +1,5 @@
 """How late the floor answers in a scene: from the onset of a press to the first frame that is felt, and to the first
-picture that is another one."""
+picture that has something new in it.
 
 import math
 import random
@@ -22,6 +22,7 @@ from underfoot.floor.tracking import ON_N
 from underfoot.nodes import REGISTRY
 from underfoot.scenes import discover
 from underfoot.scenes.scene import Scene
+from underfoot.scenes.shapes import Lines
 from underfoot.scenes.stage import Stage
 
 TICK_S = 1.0 / 60.0
@@ -38,8 +39,8 @@ _START_S = 60.0
 class SceneLatency:
     """Seconds from a contact's onset (`ON_N` on its tile) to the first frame that its tile moves, one a press.
 
-    `drawn_s` are to the session frame at which the first picture was made, of sixty a second, that differs from the one
-    before the press; painting it and the screen come on top. `cue_s` are those of single strikes: from the beginning of
+    `drawn_s` are to the session frame at which the first picture was made, of sixty a second, that has more in it than
+    the last one before the press; painting it and the screen come on top. `cue_s` are those of single strikes: from the beginning of
     what made them to their frame in the engine.
     """
 
@@ -87,7 +88,8 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
         while time.monotonic() < began + seconds:
             stage.take(session.poll())
             stage.tick()
-            pictures.append((session.health.frame, hash(repr(scene.shapes()))))
+            drawn = sum(len(shape.ends_m) if isinstance(shape, Lines) else 1 for shape in scene.shapes())
+            pictures.append((session.health.frame, drawn))
             loads.append(forces.read())
             played.append(vibration.read())
             if time.monotonic() >= due:
@@ -130,13 +132,14 @@ def _onsets(load_n: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
 def _drawn_s(
     frames: NDArray[np.float64], load_n: NDArray[np.float64], pictures: Sequence[tuple[int, int]], rate_hz: float
 ) -> NDArray[np.float64]:
-    """For each onset, how much later the first picture came that differs from the last one before it."""
+    """For each onset, how much later the first picture came that has more in it than the last one before. `pictures`
+    are the frame of each, and how much is in it: what fades makes no difference."""
     at = np.array([frame for frame, _ in pictures])
     found = []
     for _, sample in _onsets(load_n):
         first = int(np.searchsorted(at, frames[sample], "right"))
-        before = pictures[first - 1][1] if first else None
-        answer = next((frame for frame, picture in pictures[first:] if picture != before), math.inf)
+        before = pictures[first - 1][1] if first else 0
+        answer = next((frame for frame, drawn in pictures[first:] if drawn > before), math.inf)
         if first and answer - frames[sample] < MOST_S * rate_hz:
             found.append((answer - float(frames[sample])) / rate_hz)
     return np.array(found)

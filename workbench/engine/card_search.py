@@ -1,4 +1,4 @@
-"""Looks for sound cards in a process of its own: PortAudio looks once in each, and again only where no stream is open."""
+"""Looks for sound cards in a process of its own: PortAudio looks once, and again only where no stream is open."""
 
 import time
 from multiprocessing.connection import Connection

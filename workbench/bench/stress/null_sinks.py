@@ -1,4 +1,4 @@
-"""Sound cards that are not there: PulseAudio servers, each with a sink that goes nowhere; PortAudio has them by name."""
+"""Sound cards that are not there: PulseAudio servers, each with a sink that goes nowhere; PortAudio has their names."""
 
 import os
 import shutil

@@ -1,7 +1,7 @@
 """The whole floor on one machine, as it is used: 36 tiles in over UDP and out on two cards, tracked, played, recorded.
 
 The window is open on Monitor, off the screen, in a process of its own; four people walk in another one, which sends
-what 36 tiles send; the sound cards are null sinks of 18 channels. Where PulseAudio is missing the engine runs by a clock.
+what 36 tiles send; the sound cards are null sinks of 18 channels. Without PulseAudio the engine runs by a clock.
 """
 
 import json
