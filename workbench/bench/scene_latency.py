@@ -1,5 +1,5 @@
 """How late the floor answers in a scene: from the onset of a press to the first frame that is felt, and to the first
-picture that has something new in it.
+picture that has something new in it."""
 
 import math
 import random
@@ -40,8 +40,8 @@ class SceneLatency:
     """Seconds from a contact's onset (`ON_N` on its tile) to the first frame that its tile moves, one a press.
 
     `drawn_s` are to the session frame at which the first picture was made, of sixty a second, that has more in it than
-    the last one before the press; painting it and the screen come on top. `cue_s` are those of single strikes: from the beginning of
-    what made them to their frame in the engine.
+    the last one before the press; painting it and the screen come on top. `cue_s` are those of single strikes: from the
+    beginning of what made them to their frame in the engine.
     """
 
     felt_s: NDArray[np.float64]
