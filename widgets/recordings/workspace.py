@@ -134,7 +134,7 @@ class RecordingsWorkspace(Workspace):
         self._enable()
         self.growing.follow(opened.path)
         if self.growing.is_written(opened.path):
-            self.progress.setText("is being recorded; steps are looked for when it ends")
+            self.progress.setText("recording…")
         elif opened.survey is None or not opened.is_drawn:
             self.surveyor.begin(opened.path)
         self._choose_tile(0)
