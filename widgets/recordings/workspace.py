@@ -45,6 +45,8 @@ SHORTCUTS = (
     ("Loop", "L"),
 )
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
+TITLE_PX = 180
+"""The name of a recording has so much room, whatever stands beside it."""
 _MARGIN = 0.6
 """So many times what is seen is read on either side of it, so that scrolling finds it there."""
 
@@ -130,6 +132,7 @@ class RecordingsWorkspace(Workspace):
         folder = opened.about.get("target", "")
         length, tiles = time_in_words(opened.length_s, 0.1), len(opened.floor.tiles)
         self.title.setText(opened.path.stem)
+        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it give way
         self.facts.setText(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
         self._enable()
         self.growing.follow(opened.path)
