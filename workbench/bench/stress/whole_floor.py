@@ -58,7 +58,7 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
     """Ten minutes, or `seconds`, of it."""
     seconds = scale.length_s(USUAL_S)
     with tempfile.TemporaryDirectory() as made, ExitStack() as stack:
-        folder, sinks = Path(made), {}
+        folder, sinks = Path(made), dict[str, str]()
         if is_possible():
             _, sinks = stack.enter_context(null_sinks(folder, CARDS))
         _write(folder)
