@@ -88,8 +88,8 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
         while time.monotonic() < began + seconds:
             stage.take(session.poll())
             stage.tick()
-            drawn = sum(len(shape.ends_m) if isinstance(shape, Lines) else 1 for shape in scene.shapes())
-            pictures.append((session.health.frame, drawn))
+            content = sum(len(shape.ends_m) if isinstance(shape, Lines) else 1 for shape in scene.shapes())
+            pictures.append((session.health.frame, content))
             loads.append(forces.read())
             played.append(vibration.read())
             if time.monotonic() >= due:
