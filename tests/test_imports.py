@@ -65,7 +65,7 @@ WIDGET_LEVELS = (
     {"workspace", "view_menu", "remembered"},
     WORKSPACES,
     {"window", "screenshots"},
-    {"application"},
+    {"application", "under_load"},
 )
 """The same within `underfoot.widgets`; a folder that declares a workspace is at its place without being named."""
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedWidget, QVBoxLayout, QWidget
 
-from underfoot.devices.sound import devices
+from underfoot.engine.card_search import CardSearch
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Pulse
 from underfoot.engine.reports import Health, Started
@@ -26,6 +26,7 @@ from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import DroppedFiles, Handlers
 from underfoot.widgets.session.exchange import Exchange
 from underfoot.widgets.session.listening import Listening
+from underfoot.widgets.session.marking import Marking
 from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import WAYS, Settings
@@ -83,6 +84,7 @@ class MainWindow(QMainWindow):
         )
         self.bridge = self.controller.bridge
         self.network = NetworkLink(self.controller, self.settings, self.panic)
+        self.marking = Marking(self.controller, self)
         self.target_selection = TargetSelection(self.controller, self.settings)
         files = FileQuestion(self, lambda: self.settings.folder, self.say)
         self._target_chooser = TargetChooser(
@@ -221,9 +223,12 @@ class MainWindow(QMainWindow):
     def _open_audio(self) -> None:
         from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 
-        target = self.controller.target
+        target, search = self.controller.target, CardSearch()
         dialog = AudioDialog(
-            lambda: [(card.name, card.channels, card.rate_hz) for card in devices()], target.floor, self
+            lambda: [(card.name, card.channels, card.rate_hz) for card in search.find()],
+            search.give_up,
+            target.floor,
+            self,
         )
         dialog.set_values(target.sound, target.rate, target.block, self.settings.accelerometers)
         dialog.applied.connect(self.target_selection.set_sound)
@@ -405,6 +410,8 @@ class MainWindow(QMainWindow):
             "play": self._act("Play or stop", "Ctrl+Space", controller.play_or_stop),
             "panic": self._act("Panic: silence at once", PANIC_KEYS, self.panic),
             "record": self._act("Record", "Ctrl+R", lambda: controller.record(not self.transport.record.isChecked())),
+            "mark": self._act("Mark this moment", "Ctrl+M", self.marking.mark),
+            "mark with words": self._act("Mark with words…", "Ctrl+Shift+M", self.marking.ask),
             "audio": self._act("Audio…", "Ctrl+,", self._open_audio),
             "network": self._act("Network…", "Ctrl+Shift+N", self._open_network),
             "cost": self._act("Cost of a block…", "Ctrl+Shift+B", self._open_cost),

@@ -1,11 +1,17 @@
 """Several sound cards: which channels go where, two real streams on two clocks, and a card that goes and comes back."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 from live import live
 from made_patches import hum
+from null_sink import listening
 
 from underfoot.devices.outputs import Output, card_channels, outputs_of, text_of
+from underfoot.devices.sound import devices
+from underfoot.engine.card_search import CardSearch
 from underfoot.engine.commands import Level, Panic
 from underfoot.engine.reports import Notice
 from underfoot.errors import BadValue
@@ -45,7 +51,7 @@ def playing_on(until, sound=CARDS):
 
 def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
     first, second = two_sinks
-    with first.heard() as left, second.heard() as right, playing_on(until) as playing:
+    with listening(first) as left, listening(second) as right, playing_on(until) as playing:
         assert playing.started().notice == ""
         playing.session.send(Level(0.0))
         for heard in (left, right):
@@ -59,9 +65,17 @@ def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
             until(lambda heard=heard: not heard()[-4800:].any(), "a panic silences both")
 
 
+def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_anew_here(null_sink):
+    known = {card.name for card in devices()}
+    with Path(os.environ["ALSA_CONFIG_PATH"]).open("a") as names:
+        names.write(f'pcm.later {{ type pulse\n server "unix:{null_sink.socket}"\n hint {{ show on }} }}\n')
+    assert {card.name for card in devices()} == known
+    assert "later" in {card.name for card in CardSearch().find()} - known
+
+
 def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_sinks, until):
     first, second = two_sinks
-    with first.heard() as left, playing_on(until) as playing:
+    with listening(first) as left, playing_on(until) as playing:
         playing.session.send(Level(0.0))
         until(lambda: len(left()) and left()[-480:].any(), "the first card sounds")
         second.stop()
@@ -71,6 +85,6 @@ def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_
         until(lambda: len(left()) > before + 24_000, "the first card plays on")
         assert np.abs(left()[-4800:]).max() > 0.05
         second.start()
-        with second.heard() as right:
+        with listening(second) as right:
             playing.until(lambda: len(playing.of(Notice)) > 1, "it is back")
             until(lambda: len(right()) and np.abs(right()[-480:]).max(axis=0).min() > 0.05, "its tiles sound again")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from live import live
 from made_patches import hum, rough_step
+from null_sink import listening
 
 from underfoot.clock import FADE
 from underfoot.devices.accelerometers import Accelerometer
@@ -44,7 +45,7 @@ def settled(playing):
 
 def test_what_arrives_is_what_the_engine_says_it_played(null_sink, until):
     """Bit for bit, on every tile's own channel, in every tenth of a second that this machine let through whole."""
-    with null_sink.heard() as heard, live(rough_step(), until, sound="", latency_s=BUFFER_S) as playing:
+    with listening(null_sink) as heard, live(rough_step(), until, sound="", latency_s=BUFFER_S) as playing:
         assert playing.started().where == "sound card"
         playing.session.send(Level(0.0))
         playing.play(120_000)
@@ -67,7 +68,7 @@ def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until, tmp_path):
     """And what was recorded of it is replayed to the same bytes."""
     path = tmp_path / "session.uf"
     patch = hum(tone=SINE)
-    with null_sink.heard() as heard, live(patch, until, path, sound="", latency_s=BUFFER_S, walker=False) as playing:
+    with listening(null_sink) as heard, live(patch, until, path, sound="", latency_s=BUFFER_S, walker=False) as playing:
         settled(playing)
         until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard")
         before = len(heard())
@@ -91,7 +92,7 @@ def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until, tmp_path):
 
 
 def test_a_session_that_ends_is_ramped_down(null_sink, until):
-    with null_sink.heard() as heard:
+    with listening(null_sink) as heard:
         with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
             settled(playing)
             until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard")
@@ -148,7 +149,7 @@ def test_sound_for_ears_arrives_on_the_channel_behind_the_tiles(null_sink, until
     patch = hum(tone=SINE).add("sound-output", REGISTRY).connect("tone.out", "sound-output.sound", REGISTRY)
     patch = patch.set("tile-output", "level", 0.0, REGISTRY)
     how = {"sound": "", "latency_s": BUFFER_S, "walker": False, "floor": default_floor(1, 3)}
-    with null_sink.heard() as heard, live(patch, until, **how) as playing:
+    with listening(null_sink) as heard, live(patch, until, **how) as playing:
         settled(playing)
         until(lambda: np.abs(heard()[-480:, 3]).max() > 0.5, "it is heard")
         assert not heard()[:, :3].any()
@@ -197,7 +198,7 @@ def _cut(after_s):
 
 
 def test_an_exchange_that_is_silenced_is_ramped_down_and_ends(null_sink, until):
-    with null_sink.heard() as heard:
+    with listening(null_sink) as heard:
         silenced, frames = _cut(1.0)
         until(lambda: heard().any() and not heard()[-9_600:].any(), "it is silent again")
         arrived = heard()[:, 0]
@@ -210,7 +211,7 @@ def test_an_exchange_that_is_silenced_is_ramped_down_and_ends(null_sink, until):
 
 
 def test_an_exchange_that_is_silenced_before_it_begins_plays_nothing(null_sink, until):
-    with null_sink.heard() as heard:
+    with listening(null_sink) as heard:
         silenced, frames = _cut(None)
         seen = len(heard())
         until(lambda: len(heard()) > seen + 4_800, "the sink goes on")

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from null_sink import listening
 
 from underfoot.calibration.rig import Sound
 from underfoot.calibration.science.sweep import exponential, train
@@ -68,7 +69,7 @@ except BadMeasurement as reason:
     print(reason)
 card.silence()
 """
-    with null_sink.heard() as heard:
+    with listening(null_sink) as heard:
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         with subprocess.Popen([sys.executable, "-c", script], text=True, **pipes) as run:
             try:

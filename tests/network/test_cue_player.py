@@ -132,6 +132,7 @@ def test_a_mark_is_told_and_recorded_at_its_frame(stage):
     stage.say("/underfoot/mark", "trial 1", 51)
     frame, _, _ = stage.answer("/underfoot/played", 51)
     assert frame == stage.frame_of(lambda command: command == Mark("trial 1"))
+    stage.marked = frame
 
 
 REFUSED = (
@@ -203,9 +204,11 @@ def test_the_recording_of_all_this_has_the_cues_and_replays_to_the_same_bytes(st
     stage.playing.session.stop_recording()
     with Recording(recorded) as recording:
         kinds = {kind for _, kind, _ in recording.commands()}
+        marked = [(mark.frame, mark.text) for mark in recording.marks()]
         first, played = recording.vibration()
         assert (first, recording.gaps()) == (0, [])
-    assert {"Swap", "Set", "Strike", "Mark", "Panic"} <= kinds
+    assert {"Swap", "Set", "Strike", "Panic"} <= kinds
+    assert marked == [(stage.marked, "trial 1")]
     assert replay(recorded, REGISTRY, 333).samples.tobytes() == played.tobytes()
 
 

@@ -138,7 +138,7 @@ def test_addresses_are_numbers_and_ports():
 
 
 def test_what_leaves_this_computer_is_warned_of():
-    assert not NetworkPlan.of("localhost:1", "127.0.0.1:1", "127.0.0.2:1", "localhost:2", True).warnings()
+    assert not NetworkPlan.of(tuio="localhost:1", tuio2="127.0.0.1:1", listen="127.0.0.2:1", lsl=True).warnings()
     listens, sends = NetworkPlan.of(tuio="10.0.0.1:1", send="10.0.0.1:1", listen="0.0.0.0:2").warnings()
     assert "without a password" in listens
     assert sends.count("10.0.0.1:1") == 1

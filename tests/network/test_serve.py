@@ -79,8 +79,7 @@ def test_it_ends_when_asked_to_and_has_recorded_the_cues(served):
     assert served.process.returncode == 0, error
     assert re.search(r"\d+ datagrams sent, \d+ cues received, 1 refused", error)
     with Recording(served.recording) as recording:
-        marks = [body for _, kind, body in recording.commands() if kind == "Mark"]
-    assert marks == ['{"text":"tacton-ws1 on t2"}', '{"text":"tacton-ws2 on t2"}']
+        assert [mark.text for mark in recording.marks()] == ["tacton-ws1 on t2", "tacton-ws2 on t2"]
 
 
 def test_what_cannot_be_served_is_one_line(refused):

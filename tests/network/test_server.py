@@ -1,6 +1,7 @@
 """The server over real sockets: what it sends and how often, and that nothing malformed is accepted."""
 
 import json
+import os
 import random
 import struct
 import time
@@ -241,3 +242,47 @@ def test_a_long_datagram_is_refused_unread(serve, end, until):
 def test_a_port_that_is_taken_is_said(serve, end):
     with pytest.raises(DeviceError, match=f"127.0.0.1:{end.port}.*choose another port"):
         serve(listen=end.text)
+
+
+def marked(server, until, count):
+    found = []
+
+    def hear():
+        found.extend((one.cue.text, one.at_s, one.sender) for one in server.cues())
+        return len(found) >= count
+
+    until(hear)
+    return found
+
+
+def test_lines_and_triggers_of_a_serial_port_are_marks(serve, until):
+    pytest.importorskip("pty")
+    import pty
+
+    far, near = pty.openpty()
+    server = serve(serial_marks=os.ttyname(near))
+    before_s = time.monotonic()
+    os.write(far, b"begin of trial 1\r\n\x05")
+    assert [text for text, _, _ in marked(server, until, 2)] == ["begin of trial 1", "trigger 5"]
+    os.write(far, b"end")
+    ((text, at_s, sender),) = marked(server, until, 1)
+    assert (text, sender) == ("end", None)
+    assert before_s < at_s < time.monotonic()
+    os.close(near)
+    os.close(far)
+    until(lambda: "marks cannot be read" in server.trouble)
+
+
+def test_a_serial_port_that_is_not_there_is_said(serve):
+    with pytest.raises(DeviceError, match="nowhere"):
+        serve(serial_marks="/dev/nowhere")
+
+
+def test_streams_of_markers_are_marks_at_their_own_time(serve, until):
+    lsl = pytest.importorskip("pylsl")
+    outlet = lsl.StreamOutlet(lsl.StreamInfo("triggers", "Markers", 1, 0.0, "string", f"test {os.getpid()}"))
+    server = serve(lsl_marks=True)
+    assert outlet.wait_for_consumers(20.0)
+    outlet.push_sample(["stimulus 3"], lsl.local_clock() - 2.0)
+    at_s = next(at_s for text, at_s, _ in marked(server, until, 1) if text == "stimulus 3")
+    assert time.monotonic() - at_s == pytest.approx(2.0, abs=1.0)

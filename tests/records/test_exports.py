@@ -126,6 +126,23 @@ def test_c3d_is_read_again_as_the_same_floor_and_the_same_forces(path, recorded,
         assert tile.rotation_deg == pytest.approx(own.rotation_deg, abs=1e-5)
 
 
+def test_c3d_has_more_than_255_channels_as_the_manual_says(tmp_path):
+    whole = default_floor(6, 6)
+    source = write_recording(tmp_path / "whole.underfoot", 0.3, whole, vibration=False)
+    output = export(source, tmp_path / "whole.c3d")
+    content = ezc3d.c3d(str(output), extract_forceplat_data=True)
+    analog = content["parameters"]["ANALOG"]
+    assert [len(analog[name]["value"]) for name in ("LABELS", "LABELS2")] == [255, 33]
+    assert content["data"]["analogs"].shape[1] == 288
+    with Recording(source) as recording:
+        corners = recording.forces()[:, 2:].reshape(-1, 36, 4)
+    loads = np.stack([-plate["force"][2] for plate in content["data"]["platform"]], axis=1)
+    np.testing.assert_allclose(loads, corners.sum(axis=2), atol=2e-4)
+    forces, floor = read_force_file(output)
+    assert floor.ids == whole.ids
+    np.testing.assert_array_equal(forces.force_n, corners.astype(np.float32))
+
+
 def plates_of(path, kind, corners_mm, origin_mm, channels, rate=1000.0, calibration=None):
     """A C3D file with one plate, as a laboratory's system would write it."""
     made = ezc3d.c3d()

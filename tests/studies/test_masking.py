@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from null_sink import listening
 from scipy.signal import welch
 
 from underfoot.errors import DeviceError
@@ -45,7 +46,7 @@ masking.stop()
 input()
 masking.close()
 """
-    with null_sink.heard() as heard:
+    with listening(null_sink) as heard:
         player = subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE, text=True)
         until(lambda: np.abs(heard()[-4800:, 3]).max(initial=0.0) > 0.1, "the noise comes")
         played = heard()[-4800:]

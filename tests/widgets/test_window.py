@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMessageBox, QPushButton
+from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QLabel, QLineEdit, QMessageBox, QPushButton
 from windows import LONG_MS, Heard, calibrate, design, dialog_of, hiss, monitor, quiet_window
 
 from underfoot.calibration.result import Result
@@ -330,3 +330,38 @@ def test_about_says_what_this_is_and_copies_it_for_a_report(window, qtbot):
     text = QApplication.clipboard().text()
     assert text.startswith("Underfoot 0.")
     assert "numba" in text
+
+
+# --- last, for it closes the Recordings workspace ---
+
+
+def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(window, qtbot, tmp_path, monkeypatch):
+    control = Qt.KeyboardModifier.ControlModifier
+    monkeypatch.setattr("underfoot.widgets.session.controller.recordings_folder", lambda: tmp_path)
+    window.controller.record(True)
+    path = window.controller.session.recording
+    window.show_workspace("Monitor")
+    qtbot.keyClick(monitor(window), Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: any(line.name == "mark" for line in monitor(window).force.drawing.lines), timeout=LONG_MS)
+    qtbot.waitUntil(path.exists, timeout=LONG_MS)
+    recordings = window.workspaces["Recordings"]
+    window.open_file(path)
+    qtbot.waitUntil(lambda: recordings.content is not None, timeout=LONG_MS)
+    qtbot.keyClick(window, Qt.Key.Key_M, control | Qt.KeyboardModifier.ShiftModifier)
+    asked_s = window.controller.played_s
+    dialog = dialog_of(window, QInputDialog)
+    dialog.setTextValue("a dog barks")
+    dialog.accept()
+    qtbot.waitUntil(lambda: len(recordings.content.opened.marks) == 2, timeout=LONG_MS)
+    said = recordings.content.opened.marks[1]
+    assert said.text == "a dog barks"
+    assert said.frame / 48_000.0 == pytest.approx(asked_s, abs=0.3)
+    before_s = recordings.axis.length_s
+    qtbot.waitUntil(lambda: recordings.axis.length_s > before_s, timeout=LONG_MS)
+    window.controller.record(False)
+    qtbot.waitUntil(lambda: recordings.surveyor.is_busy, timeout=LONG_MS)
+    window.show_workspace("Design")
+    recordings.close_down()
+    qtbot.waitUntil(
+        lambda: not any("recorder" in child.name for child in multiprocessing.active_children()), timeout=LONG_MS
+    )

@@ -35,8 +35,8 @@ _COLUMNS = 6
 class AudioDialog(QDialog):
     """Edits device, rate and block; Apply emits them. The tiles' buttons ask for a pulse at once.
 
-    `find` looks for sound devices, which can take a second: it runs in a thread, for which the dialog waits when it is
-    closed.
+    `find` looks for sound devices, which can take a second: it runs in a thread, when the dialog is opened and at each
+    "Look again". When the dialog is closed `give_up` lets it come back at once.
     """
 
     applied = Signal(object, int, int, str)
@@ -46,7 +46,13 @@ class AudioDialog(QDialog):
     found = Signal(list)
     """The devices that there are."""
 
-    def __init__(self, find: Callable[[], Sequence[Device]], floor: Floor, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        find: Callable[[], Sequence[Device]],
+        give_up: Callable[[], None],
+        floor: Floor,
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Audio")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -58,7 +64,8 @@ class AudioDialog(QDialog):
             f"Accelerometers on inputs of this device, with spaces between: {FORM}. Monitor then shows what each tile "
             "does beside what it is asked, and recordings keep it."
         )
-        self._floor = floor
+        self._floor, self._find, self._give_up = floor, find, give_up
+        self._search: threading.Thread | None = None
         self.note = theme.label("", "muted")
         self.note.setWordWrap(True)
         self.length = theme.label("", "small")
@@ -88,14 +95,29 @@ class AudioDialog(QDialog):
         self.cards.changed.connect(self._explain)
         self.resize(60 * theme.GRID, 56 * theme.GRID)
         self.found.connect(self._show_devices)
-        self._search = threading.Thread(
-            target=lambda: self.found.emit(list(find())), name="look for sound devices", daemon=True
-        )
-        self._search.start()
+        self.cards.again.clicked.connect(self.look)
+        self.look()
+
+    def look(self) -> None:
+        """Look which cards there are now. What plays goes on."""
+        if self._search is None:
+            self.devices = None
+            self.cards.again.setEnabled(False)
+            self._search = threading.Thread(
+                target=lambda: self.found.emit(list(self._find())), name="look for sound devices", daemon=True
+            )
+            self._search.start()
+            self._explain()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        self._search.join()
+        self._give_up()
+        self._end_search()
         super().hideEvent(event)
+
+    def _end_search(self) -> None:
+        if self._search is not None:
+            self._search.join()
+            self._search = None
 
     def set_values(self, device: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
         """What is in use."""
@@ -117,7 +139,8 @@ class AudioDialog(QDialog):
             self.block.addItem(f"{block} frames", block)
 
     def _show_devices(self, devices: list[Device]) -> None:
-        self._search.join()
+        self._end_search()
+        self.cards.again.setEnabled(True)
         self.devices = devices
         self.cards.show_devices(devices)
         self._explain()

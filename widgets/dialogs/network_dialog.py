@@ -7,20 +7,31 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QGridLayout, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.network.plan import NetworkPlan
+from underfoot.network.plan import FLAGS, NetworkPlan
 from underfoot.network.server import Counts
 from underfoot.quantities import number
 from underfoot.widgets import theme
 
 _LOOK_MS = 250
 _DIGITS = 9
+_NO_LSL = 'Needs the package pylsl: pip install "underfoot[lsl]".'
 ROWS = (
     ("tuio", "TUIO &1.1 to", "Contacts as cursors, 60 times a second, for tables, screens and game engines."),
     ("tuio2", "TUIO &2.0 to", "The same as pointers, with force as pressure: 1 is 1000 N."),
     ("send", "&Messages to", "OSC: contacts in metres and newtons, steps, health, marks."),
     ("listen", "&Cues at", "OSC: other programs play presets on tiles, set values, mark, silence."),
+    ("serial_marks", "Marks &from", "A serial line: each line of text, or single byte of a trigger, is a mark."),
 )
-LSL = "lsl"
+HINTS = {"serial_marks": "A serial port, as /dev/ttyUSB0 or COM3; 115,200 baud"}
+HINT = "HOST:PORT; HOST is an IPv4 address or localhost"
+STREAMS = (
+    (
+        "lsl",
+        "&LSL streams",
+        "Lab Streaming Layer: force, contacts, steps, marks. Everybody on the network finds them.",
+    ),
+    ("lsl_marks", "Marks &by LSL", "Each sample of any stream of the type Markers is a mark."),
+)
 
 
 class NetworkDialog(QDialog):
@@ -51,10 +62,12 @@ class NetworkDialog(QDialog):
             self._add(grid, 3 * row, name, words, help, name in on)
             field = self.addresses[name] = QLineEdit(addresses[name])
             field.setAccessibleName(words.replace("&", ""))
-            field.setToolTip("HOST:PORT; HOST is an IPv4 address or localhost")
+            field.setToolTip(HINTS.get(name, HINT))
+            field.setPlaceholderText(HINTS.get(name, ""))
             field.textEdited.connect(self._explain)
             grid.addWidget(field, 3 * row, 1)
-        self._add(grid, 3 * len(ROWS), LSL, "&LSL streams", _lsl_words(), LSL in on)
+        for row, (name, words, help) in enumerate(STREAMS, len(ROWS)):
+            self._add(grid, 3 * row, name, words, help if find_spec("pylsl") else _NO_LSL, name in on)
         grid.setColumnStretch(1, 1)
         self.note = theme.label("", "alarm")
         self.note.setWordWrap(True)
@@ -88,7 +101,7 @@ class NetworkDialog(QDialog):
         said = theme.label(help, "small")
         said.setWordWrap(True)
         grid.addWidget(box, row, 0)
-        grid.addWidget(said, row + (0 if name == LSL else 1), 1)
+        grid.addWidget(said, row + (name not in FLAGS), 1)
         grid.setRowMinimumHeight(row + 2, theme.GRID)
 
     def values(self) -> tuple[dict[str, str], list[str]]:
@@ -100,7 +113,7 @@ class NetworkDialog(QDialog):
         """Say what the choice means before it is applied: what leaves this computer, or why it cannot be."""
         addresses, on = self.values()
         try:
-            plan = NetworkPlan.of(**{name: addresses[name] for name in addresses if name in on}, lsl=LSL in on)
+            plan = NetworkPlan.chosen(addresses, on)
         except UnderfootError as error:
             self._say(str(error))
             return
@@ -123,9 +136,3 @@ class NetworkDialog(QDialog):
         self.counters.setText(f"Sent {sent}   Cues received {received}   Refused {refused}")
         last = f"Last refused: {counts.reason}" if counts.refused else counts.reason
         self.refusal.setText(self._trouble() or last)
-
-
-def _lsl_words() -> str:
-    if find_spec("pylsl") is None:
-        return 'Needs the package pylsl: pip install "underfoot[lsl]".'
-    return "Streams of the Lab Streaming Layer: force, contacts, steps, marks. Its discovery is open to the network."

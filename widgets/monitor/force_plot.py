@@ -1,6 +1,7 @@
 """Force over time of one tile: four corners and their sum."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from underfoot.drawing.thinning import thinned
 from underfoot.widgets.plots.plot import Plot
 
 LEAST_TOP_N = 200.0
+MOST_LETTERS = 32
+"""Of a mark's words; the recording has all of them."""
 BELOW = 0.1
 """How far the axis goes below zero, as a share of its top: real corners are pulled up, too."""
 MARGINS = Margins(bottom=8.0)
@@ -41,9 +44,15 @@ class ForcePlot(Plot):
         self.clear_forces()
 
     def show_forces(
-        self, time_s: NDArray[np.float64], force_n: NDArray[np.float32], now_s: float, onsets_s: NDArray[np.float64]
+        self,
+        time_s: NDArray[np.float64],
+        force_n: NDArray[np.float32],
+        now_s: float,
+        onsets_s: NDArray[np.float64],
+        marks: Sequence[tuple[float, str]] = (),
     ) -> None:
-        """Draw corner forces [n, 4] at `time_s` [n], with `now_s` at the right edge, and marks at `onsets_s`."""
+        """Draw corner forces [n, 4] at `time_s` [n], with `now_s` at the right edge, lines at `onsets_s`, and `marks`:
+        when and with which words."""
         first = int(np.searchsorted(time_s, now_s - self._seconds - 0.1))
         time_s, force_n = time_s[first:], force_n[first:]
         curves = np.empty((len(force_n), 5), np.float32)
@@ -52,15 +61,20 @@ class ForcePlot(Plot):
         x, y = thinned(time_s, curves, self._seconds / max(100.0, self.frame.area.width / _STEPS_PX))
         self._fit(float(np.nanmax(y[:, 4], initial=0.0)), now_s)
         shown = onsets_s[(onsets_s > now_s - self._seconds) & (onsets_s < now_s)]
-        self._show(x - now_s, y.astype(np.float64), shown - now_s)
+        lines = [ReferenceLine("x", at_s - now_s, "onset") for at_s in shown.tolist()]
+        lines += [
+            ReferenceLine("x", at_s - now_s, "events", dashed=True, name=words[:MOST_LETTERS] or "mark")
+            for at_s, words in marks
+            if now_s - self._seconds < at_s < now_s
+        ]
+        self._show(x - now_s, y.astype(np.float64), lines)
 
     def clear_forces(self) -> None:
         """Show nothing."""
-        self._show(np.zeros(0), np.zeros((0, 5)), np.zeros(0))
+        self._show(np.zeros(0), np.zeros((0, 5)), [])
 
-    def _show(self, x: NDArray[np.float64], y: NDArray[np.float64], onsets: NDArray[np.float64]) -> None:
+    def _show(self, x: NDArray[np.float64], y: NDArray[np.float64], lines: Sequence[ReferenceLine]) -> None:
         curves = zip(_CURVES, y.T, strict=True)
-        marks = (ReferenceLine("x", at, "onset") for at in onsets.tolist())
         self.show_drawing(
             Drawing(
                 "Force of the chosen tile",
@@ -69,7 +83,7 @@ class ForcePlot(Plot):
                 tuple(Series("", x, values, colour=colour) for colour, values in curves),
                 x_range=(-self._seconds, 0.0),
                 y_range=(-BELOW * self._top_n, self._top_n),
-                lines=(*marks, ReferenceLine("y", 0.0, "faint")),
+                lines=(*lines, ReferenceLine("y", 0.0, "faint")),
             )
         )
 

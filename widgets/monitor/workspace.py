@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.engine.commands import PressTile, Tare, Walk
+from underfoot.engine.commands import Mark, PressTile, Tare, Walk
 from underfoot.engine.target import Target
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -46,6 +46,7 @@ PRESSES_N = (50.0, 100.0, 200.0, 400.0, 800.0, 1500.0)
 SHORTCUTS = (
     ("Select the next tile, with the focus on the floor", "Arrows"),
     ("Pause or resume the display", "P"),
+    ("Mark this moment, in the recording, too", "M"),
     ("Levels or spectrogram of the vibration", "L"),
     ("Back through the last ten minutes; on; to now", "Shift+Left, wheel; Shift+Right; Shift+End"),
     ("Copy footsteps, with the focus on the table", "Ctrl+C"),
@@ -90,6 +91,7 @@ class MonitorWorkspace(Workspace):
         self.steps = StepPanel()
         self.table = self.steps.table
         self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
+        self._marks: deque[tuple[float, str]] = deque(maxlen=256)
         self._span_s = SPANS_S[0]
         self._ticks = 0
         self._paused_s = self._hover_s = math.nan
@@ -122,6 +124,7 @@ class MonitorWorkspace(Workspace):
         bridge.vibrated.connect(self.take_vibration)
         bridge.measured.connect(self.take_measured)
         bridge.stepped.connect(self.take_steps)
+        bridge.marked.connect(self.take_mark)
         bridge.ticked.connect(self.draw)
         self.commanded.connect(controller.send)
         self.active_changed.connect(bridge.want_vibration)
@@ -154,6 +157,7 @@ class MonitorWorkspace(Workspace):
         self._measured = History(np.float32, int(_LEVELS_S * rate_hz), count)
         self.watch = ResponseWatch(count, rate_hz)
         self._onsets.clear()
+        self._marks.clear()
         self._now_frame = 0.0
         self._row = 0
         self._peak = np.zeros(count)
@@ -217,6 +221,10 @@ class MonitorWorkspace(Workspace):
         self.steps.add(steps)
         self._onsets.extend((step.tile, step.start_s) for step in steps)
 
+    def take_mark(self, words: str, at_s: float) -> None:
+        """A mark was set, by whomever."""
+        self._marks.append((at_s, words))
+
     def draw(self) -> None:
         """Draw the present, unless it cannot be seen or is paused."""
         if not self.isVisible() or self.window().isMinimized():
@@ -245,7 +253,7 @@ class MonitorWorkspace(Workspace):
         times, forces = self.past.until(end_s, self._span_s, self._row)
         if len(times):
             onsets_s = [start_s for tile, start_s in self._onsets if tile == self.map.choice()]
-            self.force.show_forces(times, forces, end_s, np.array(onsets_s))
+            self.force.show_forces(times, forces, end_s, np.array(onsets_s), self._marks)
         else:
             self.force.clear_forces()
         self.spectrogram.show_spectrum(self.spectrum, end_s * self._rate_hz, self._rate_hz)
@@ -408,6 +416,7 @@ class MonitorWorkspace(Workspace):
             ("Shift+Left", lambda: self._scroll(-0.5)),
             ("Shift+Right", lambda: self._scroll(0.5)),
             ("Shift+End", lambda: self.scroll_to(math.inf)),
+            ("M", lambda: self.commanded.emit(Mark())),
         ):
             QShortcut(keys, self, do)
         across = QSplitter(Qt.Orientation.Horizontal)

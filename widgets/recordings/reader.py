@@ -101,6 +101,8 @@ class RecordingReader(QObject):
 
     opened = Signal(object)
     """`Opened`."""
+    grown = Signal(object)
+    """`Opened` anew: there is more of it now."""
     overview_read = Signal(object)
     """`Overview`: once it is opened, and after each `look_again`."""
     strip_read = Signal(object)
@@ -134,6 +136,10 @@ class RecordingReader(QObject):
     def look_again(self) -> None:
         """Read the overview anew: there is more of it now."""
         self._wish("overview", self._read_overview)
+
+    def look_on(self) -> None:
+        """Read anew all that grows while a recording is written."""
+        self._wish("grown", self._read_grown)
 
     def want_strip(self, begin: float, end: float, frames: float, tile: int) -> None:
         """Read a stretch of session frames for pixels that are `frames` long."""
@@ -194,26 +200,16 @@ class RecordingReader(QObject):
         self._let_go()
         recording = self._closing.enter_context(Recording(path))
         floor = Floor.loads(recording.about["floor"], str(path))
-        first, end = recording.span
-        self._recording = recording
+        self._recording, self._floor = recording, floor
         self._columns = dict.fromkeys(envelopes.SOURCES, len(floor.tiles)) | {"force": len(floor.tiles) + 1}
         self._found_base()
-        gaps = recording.gaps()
-        made = Opened(
-            path,
-            recording.about,
-            floor,
-            float(recording.about["rate"]),
-            first,
-            end,
-            recording.marks(),
-            recording.commands(),
-            gaps,
-            cached_survey(recording),
-            has_envelopes(recording),
-        )
-        self.opened.emit(made)
+        self.opened.emit(_opened(recording, floor))
         self._read_overview()
+
+    def _read_grown(self) -> None:
+        if self._recording is not None:
+            self.grown.emit(_opened(self._recording, self._floor))
+            self._read_overview()
 
     def _found_base(self) -> None:
         """Where envelopes are: in the recording, else in the cache, where they may yet be made."""
@@ -281,6 +277,22 @@ class RecordingReader(QObject):
         if self._recording is not None:
             change(self._recording)
             self.marked.emit(self._recording.marks())
+
+
+def _opened(recording: Recording, floor: Floor) -> Opened:
+    """What is known of a recording as it is now."""
+    return Opened(
+        recording.path,
+        recording.about,
+        floor,
+        float(recording.about["rate"]),
+        *recording.span,
+        recording.marks(),
+        recording.commands(),
+        recording.gaps(),
+        cached_survey(recording),
+        has_envelopes(recording),
+    )
 
 
 def _samples_of(recording: Recording, source: str, begin: float, end: float, tile: int) -> Envelope:

@@ -20,6 +20,7 @@ from underfoot.widgets.controls.panels import titled, tool_button
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.recordings.exporting import Exporting
+from underfoot.widgets.recordings.growing import Growing
 from underfoot.widgets.recordings.lanes import Content, time_in_words
 from underfoot.widgets.recordings.library import Library
 from underfoot.widgets.recordings.player import Player
@@ -44,6 +45,8 @@ SHORTCUTS = (
     ("Loop", "L"),
 )
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
+TITLE_PX = 180
+"""The name of a recording has so much room, whatever stands beside it."""
 _MARGIN = 0.6
 """So many times what is seen is read on either side of it, so that scrolling finds it there."""
 
@@ -63,6 +66,7 @@ class RecordingsWorkspace(Workspace):
         self.reader = RecordingReader(self)
         self.surveyor = Surveyor(self)
         self.exporting = Exporting(self)
+        self.growing = Growing(self.reader, self)
         self.player: Player | None = None
         self.content: Content | None = None
         self._moment: Moment | None = None
@@ -77,6 +81,7 @@ class RecordingsWorkspace(Workspace):
         self.player = Player(context.registry, context.controller, context.open_patch)
         self.player.moved.connect(self._show_playing)
         self.player.said.connect(self.said)
+        self.growing.listen(context.controller)
         context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.library.look))
 
     def open_file(self, path: Path) -> None:
@@ -127,12 +132,27 @@ class RecordingsWorkspace(Workspace):
         folder = opened.about.get("target", "")
         length, tiles = time_in_words(opened.length_s, 0.1), len(opened.floor.tiles)
         self.title.setText(opened.path.stem)
+        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it give way
         self.facts.setText(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
         self._enable()
-        if opened.survey is None or not opened.is_drawn:
+        self.growing.follow(opened.path)
+        if self.growing.is_written(opened.path):
+            self.progress.setText("recording…")
+        elif opened.survey is None or not opened.is_drawn:
             self.surveyor.begin(opened.path)
         self._choose_tile(0)
         self.axis.set_cursor(0.0)
+
+    def _take_grown(self, opened: Opened) -> None:
+        """The recording goes on; what is seen follows it where its end was seen."""
+        content, view = self.content, self.axis.view
+        if content is None or content.opened.path != opened.path:
+            return
+        more_s = opened.length_s - content.opened.length_s
+        follows, sees_all = view.end_s >= self.axis.length_s - 0.5, view.begin_s <= 0.0
+        content.opened = opened
+        if follows:
+            self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
 
     def _take_overview(self, overview: Overview) -> None:
         if self.content is None:
@@ -349,6 +369,8 @@ class RecordingsWorkspace(Workspace):
     def _connect(self) -> None:
         reader, axis = self.reader, self.axis
         reader.opened.connect(self._take_opened)
+        reader.grown.connect(self._take_grown)
+        self.growing.ended.connect(self.open)
         reader.overview_read.connect(self._take_overview)
         reader.strip_read.connect(self._take_strip)
         reader.moment_read.connect(self._show_moment)

@@ -2,7 +2,18 @@
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from underfoot.engine.reports import Compiling, Costs, Fault, Laws, Notice, Preview, ProcessDied, Started
+from underfoot.engine.commands import Mark
+from underfoot.engine.reports import (
+    CommandApplied,
+    Compiling,
+    Costs,
+    Fault,
+    Laws,
+    Notice,
+    Preview,
+    ProcessDied,
+    Started,
+)
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
@@ -40,6 +51,8 @@ class Bridge(QObject):
     """First session frame; what was commanded, and what the tiles did, (n, tiles) each, m/s^2."""
     stepped = Signal(list)
     """Footsteps that are known since the last time."""
+    marked = Signal(str, float)
+    """Words of a mark, and when it was, in seconds of the session."""
     reported = Signal(list)
     """Everything that the session reported in a tick, as it is."""
     ticked = Signal()
@@ -127,6 +140,9 @@ class Bridge(QObject):
                 self._say_once(report.notice)
             case Compiling(ready, total):
                 self.compiling.emit(ready, total)
+            case CommandApplied(frame, Mark() as mark) if self._session is not None:
+                rate_hz = self._session.target.rate
+                self.marked.emit(mark.text, mark.frame(frame, rate_hz) / rate_hz)
             case Costs():
                 self.costs.emit(report)
             case Preview():

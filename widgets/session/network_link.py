@@ -9,7 +9,7 @@ from underfoot.engine.session import Session
 from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
 from underfoot.network.cue_player import CuePlayer
-from underfoot.network.plan import OFF, NetworkPlan
+from underfoot.network.plan import NetworkPlan
 from underfoot.network.server import Counts, NetworkServer
 from underfoot.widgets.session.controller import SessionController, as_it_is
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
@@ -50,11 +50,11 @@ class NetworkLink(QObject):
         return self._server.trouble if self._server is not None else ""
 
     def apply(self, addresses: dict[str, str], on: list[str]) -> None:
-        """Use these addresses of `WAYS`, and keep them; those named in `on`, which may also name "lsl", are used.
+        """Use these addresses of `WAYS`, and keep them; those named in `on`, and of `plan.FLAGS`, are used.
 
         `UnderfootError` where that cannot be: then nothing has changed.
         """
-        plan = _plan(addresses, on)
+        plan = NetworkPlan.chosen(addresses, on)
         self._serve(plan)
         self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
 
@@ -67,7 +67,7 @@ class NetworkLink(QObject):
     def _open(self) -> None:
         """A session was opened: begin to serve it, and say what leaves this computer."""
         try:
-            plan = _plan({**WAYS, **self._settings.network_addresses}, self._settings.network_on)
+            plan = NetworkPlan.chosen({**WAYS, **self._settings.network_addresses}, self._settings.network_on)
             self._serve(plan)
         except UnderfootError as error:
             self._controller.said.emit(f"Nothing is sent to other programs: {error}")
@@ -130,7 +130,3 @@ class NetworkLink(QObject):
         self._healths += 1
         if self._server is not None and self._healths % _HEALTH_EVERY == 0:
             self._server.tell_health(health)
-
-
-def _plan(addresses: dict[str, str], on: list[str]) -> NetworkPlan:
-    return NetworkPlan.of(**{name: addresses[name] if name in on else OFF for name in WAYS}, lsl="lsl" in on)

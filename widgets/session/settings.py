@@ -14,8 +14,9 @@ WAYS = {
     "tuio2": loopback(TUIO_PORT),
     "send": loopback(SEND_PORT),
     "listen": loopback(LISTEN_PORT),
+    "serial_marks": "",
 }
-"""The ways to other programs, each with its address on this computer."""
+"""The ways to other programs, each with its address on this computer, and the serial port that marks come from."""
 
 LOW_LEVEL_DB = -30.0
 """The output level of the very first start."""
@@ -34,7 +35,7 @@ class Settings(msgspec.Struct):
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
     calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
     metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
-    of `WAYS` that were chosen, and `network_on` the ways that are used, "lsl" among them. `recordings` are files and
+    of `WAYS` that were chosen, and `network_on` those that are used, and of `plan.FLAGS`. `recordings` are files and
     folders of recordings beside the one that is recorded to. `outside_files` may be read by patches in other folders:
     the person said so. `study_equipment` is what studies use beside the floor, by the fields of
     `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent;

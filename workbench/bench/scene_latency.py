@@ -1,15 +1,17 @@
-"""How late the floor answers in a scene: from the onset of a press to the first frame that is felt."""
+"""How late the floor answers in a scene: from the onset of a press to the first frame that is felt, and to the first
+picture that has something new in it."""
 
 import math
 import random
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.bench.reach.row import Reach
 from underfoot.engine.commands import PressTile
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader, VibrationReader
@@ -18,7 +20,9 @@ from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tracking import ON_N
 from underfoot.nodes import REGISTRY
+from underfoot.scenes import discover
 from underfoot.scenes.scene import Scene
+from underfoot.scenes.shapes import Lines
 from underfoot.scenes.stage import Stage
 
 TICK_S = 1.0 / 60.0
@@ -35,17 +39,29 @@ _START_S = 60.0
 class SceneLatency:
     """Seconds from a contact's onset (`ON_N` on its tile) to the first frame that its tile moves, one a press.
 
-    `cue_s` are those of single strikes: from the beginning of what made them to their frame in the engine.
+    `drawn_s` are to the session frame at which the first picture was made, of sixty a second, that has more in it than
+    the last one before the press; painting it and the screen come on top. `cue_s` are those of single strikes: from the
+    beginning of what made them to their frame in the engine.
     """
 
     felt_s: NDArray[np.float64]
+    drawn_s: NDArray[np.float64]
     cue_s: NDArray[np.float64]
     presses: int
 
+    @property
+    def distributions(self) -> dict[str, NDArray[np.float64]]:
+        """What was measured, by what it is."""
+        return {
+            "onset to the first felt frame": self.felt_s,
+            "onset to the first changed picture": self.drawn_s,
+            "event to its frame": self.cue_s,
+        }
+
     def in_words(self) -> str:
-        """Both distributions, a line each."""
-        lines = [f"{self.presses} presses, {self.felt_s.size} answered"]
-        for name, values in (("onset to the first felt frame", self.felt_s), ("event to its frame", self.cue_s)):
+        """The distributions, a line each."""
+        lines = [f"{self.presses} presses, {self.felt_s.size} felt, {self.drawn_s.size} seen"]
+        for name, values in self.distributions.items():
             if values.size:
                 low, half, high, most = 1e3 * np.percentile(values, (5, 50, 95, 99))
                 lines.append(f"{name}: median {half:.1f} ms, 5 to 95 % {low:.1f} to {high:.1f} ms, 99 % {most:.1f} ms")
@@ -66,11 +82,14 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
         _wait(session)
         stage = Stage(session, scene)
         draws, loads, played, presses = random.Random(seed), [], [], 0
+        pictures: list[tuple[int, int]] = []
         began = due = time.monotonic() + 0.5
         pressing = ""
         while time.monotonic() < began + seconds:
             stage.take(session.poll())
             stage.tick()
+            content = sum(len(shape.ends_m) if isinstance(shape, Lines) else 1 for shape in scene.shapes())
+            pictures.append((session.health.frame, content))
             loads.append(forces.read())
             played.append(vibration.read())
             if time.monotonic() >= due:
@@ -88,7 +107,42 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
     first = next(first for first, samples in played if len(samples))
     moved = np.abs(np.concatenate([samples for _, samples in played])) > 0.0
     felt = _felt_s(frames, load_n, first, moved, float(target.rate))
-    return SceneLatency(felt, np.array(stage.latencies_s), presses)
+    drawn = _drawn_s(frames, load_n, pictures, float(target.rate))
+    return SceneLatency(felt, drawn, np.array(stage.latencies_s), presses)
+
+
+def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:
+    """How late the frozen pond answers, felt and seen."""
+    tell("scenes: presses on the frozen pond")
+    found = measured(discover()["frozen-pond"], {}, seconds=15.0 if quick else 60.0)
+    for name, values in found.distributions.items():
+        for words, share in (("median", 50), ("95 %", 95)):
+            value = 1e3 * float(np.percentile(values, share)) if values.size else np.nan
+            yield Reach("scenes", f"frozen pond, {name}: {words}", value, "ms")
+
+
+def _onsets(load_n: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
+    """Tile and sample of each onset."""
+    for tile in range(load_n.shape[1]):
+        on = load_n[:, tile] >= ON_N
+        for sample in np.flatnonzero(on[1:] & ~on[:-1]) + 1:
+            yield tile, int(sample)
+
+
+def _drawn_s(
+    frames: NDArray[np.float64], load_n: NDArray[np.float64], pictures: Sequence[tuple[int, int]], rate_hz: float
+) -> NDArray[np.float64]:
+    """For each onset, how much later the first picture came that has more in it than the last one before. `pictures`
+    are the frame of each, and how much is in it: what fades makes no difference."""
+    at = np.array([frame for frame, _ in pictures])
+    found = []
+    for _, sample in _onsets(load_n):
+        first = int(np.searchsorted(at, frames[sample], "right"))
+        before = pictures[first - 1][1] if first else 0
+        answer = next((frame for frame, drawn in pictures[first:] if drawn > before), math.inf)
+        if first and answer - frames[sample] < MOST_S * rate_hz:
+            found.append((answer - float(frames[sample])) / rate_hz)
+    return np.array(found)
 
 
 def _wait(session: Session) -> None:
@@ -105,13 +159,11 @@ def _felt_s(
 ) -> NDArray[np.float64]:
     """For each onset on a tile that was still before, how much later it moves; none where it does not."""
     found = []
-    for tile in range(load_n.shape[1]):
-        on = load_n[:, tile] >= ON_N
-        for sample in np.flatnonzero(on[1:] & ~on[:-1]) + 1:
-            at = math.ceil(frames[sample]) - first
-            if at < 0 or moved[max(at - round(_QUIET_S * rate_hz), 0) : at, tile].any():
-                continue
-            after = np.flatnonzero(moved[at : at + round(MOST_S * rate_hz), tile])
-            if after.size:
-                found.append(float(after[0]) / rate_hz)
+    for tile, sample in _onsets(load_n):
+        at = math.ceil(frames[sample]) - first
+        if at < 0 or moved[max(at - round(_QUIET_S * rate_hz), 0) : at, tile].any():
+            continue
+        after = np.flatnonzero(moved[at : at + round(MOST_S * rate_hz), tile])
+        if after.size:
+            found.append(float(after[0]) / rate_hz)
     return np.array(found)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench import accuracy, blocks, latency, reach, stability
+from underfoot.bench import accuracy, blocks, latency, reach, scene_latency, stability
 from underfoot.bench.blocks import BlockCost
 from underfoot.bench.reach import Reach
 from underfoot.bench.reach.blocks import COARSE, floors, presets
@@ -35,7 +35,7 @@ def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None) -> B
     """
     load = os.getloadavg()[0]
     floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(library.patches()), 0.6 if quick else 6.0, tell)
-    reaches = [*times, *reach.run(quick, tell), *latency.reaches(quick, tell)]
+    reaches = [*times, *reach.run(quick, tell), *latency.reaches(quick, tell), *scene_latency.reaches(quick, tell)]
     comparisons = accuracy.run(quick, tell)
     with tempfile.TemporaryDirectory() as folder:
         sound = Path(folder, "sound.wav")

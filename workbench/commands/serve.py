@@ -42,6 +42,8 @@ class ServeOptions:
     listen: str
     send: str
     lsl: bool
+    lsl_marks: bool
+    serial_marks: str
     seconds: float | None
 
 
@@ -64,6 +66,8 @@ class ServeOptions:
 @click.option("--listen", default="127.0.0.1:9700", show_default=True, help="Where cues are taken.")
 @click.option("--send", default="127.0.0.1:9701", show_default=True, help="Where contacts, steps, health, marks go.")
 @click.option("--lsl", is_flag=True, help="Streams of the Lab Streaming Layer, too.")
+@click.option("--lsl-marks", is_flag=True, help="Take samples of all LSL streams of the type Markers for marks.")
+@click.option("--serial-marks", default="off", metavar="PORT", help="Take lines of a serial port for marks.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @grouped(ServeOptions)
 def serve(options: ServeOptions) -> None:
@@ -81,10 +85,13 @@ def serve(options: ServeOptions) -> None:
     if not -120.0 <= options.level <= 0.0:
         raise BadValue(f"--level is {options.level:g}; allowed: -120 to 0 dB")
     require_room(options.record, inputs=(options.target, options.floor, options.patch))
-    plan = NetworkPlan.of(options.tuio, options.tuio2, options.listen, options.send, options.lsl)
+    plan = NetworkPlan.of(
+        tuio=options.tuio, tuio2=options.tuio2, listen=options.listen, send=options.send,
+        lsl=options.lsl, serial_marks=options.serial_marks, lsl_marks=options.lsl_marks,
+    )  # fmt: skip
     target = _target(options)
     require_source(target)
-    if plan.lsl:
+    if plan.lsl or plan.lsl_marks:
         lsl_library()
     patch = Patch.load(options.patch, REGISTRY) if options.patch else Patch(title="serve")
     with ExitStack() as stack, compiling_told():
@@ -157,7 +164,9 @@ def _target(options: ServeOptions) -> "Target":
 def _ways(plan: dict[str, object]) -> list[str]:
     words = {"tuio": "TUIO 1.1 to", "tuio2": "TUIO 2.0 to", "listen": "cues at", "send": "messages to"}
     found = [f"{said} {plan[name]}" for name, said in words.items() if plan[name] is not None]
-    return [*found, *(["LSL streams"] if plan["lsl"] else [])] or ["nothing is sent and nothing is taken"]
+    others = {"lsl": "LSL streams", "lsl_marks": "marks by LSL", "serial_marks": f"marks from {plan['serial_marks']}"}
+    found += [said for name, said in others.items() if plan[name]]
+    return found or ["nothing is sent and nothing is taken"]
 
 
 def _say(line: str) -> None:

@@ -45,7 +45,7 @@ class Series:
 class ReferenceLine:
     """A straight line across the whole plot, upright `at` a value of the "x" axis or level at one of the "y" axis.
 
-    `name` is written at its right end.
+    `name` is written at its right end; at the top of an upright one, beside it.
     """
 
     axis: str

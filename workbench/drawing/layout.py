@@ -90,10 +90,11 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         yield from shapes_of(one, x, frame.right if one.right and frame.right is not None else y)
     for line in drawing.lines:
         if line.name:
-            at = float(y.place(line.at)) if line.axis == "y" else area.top
+            top = float(y.place(line.at)) if line.axis == "y" else area.top
             wide = measure(line.name, SMALL_PX, False) + 8.0
-            yield Backdrop(Box(area.right - wide, at + 2.0, area.right, at + 2.0 + _LINE_PX))
-            yield Text(line.name, area.right - 4.0, at + 14.0, "muted", "end")
+            right = area.right if line.axis == "y" else min(float(x.place(line.at)) + wide + 2.0, area.right)
+            yield Backdrop(Box(right - wide, top + 2.0, right, top + 2.0 + _LINE_PX))
+            yield Text(line.name, right - 4.0, top + 14.0, "muted", "end")
     if drawing.note:
         middle = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0 + 4.0)
         yield Text(drawing.note, *middle, "muted", "middle", SMALL_PX + 2)

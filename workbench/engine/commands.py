@@ -222,9 +222,18 @@ class Pulse(Command):
 
 @dataclass(frozen=True)
 class Mark(Command):
-    """Words at a moment: they do nothing, and are recorded with their frame."""
+    """Words at a moment that was `ago_s` before this takes effect; a recording keeps it as a mark, and no command."""
 
-    text: str
+    text: str = ""
+    ago_s: float = 0.0
+
+    def frame(self, frame: int, rate_hz: float) -> int:
+        """The session frame of the moment, where this took effect at `frame`.
+
+        >>> Mark("begin", ago_s=0.5).frame(48_000, 48_000.0)
+        24000
+        """
+        return max(frame - round(self.ago_s * rate_hz), 0)
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from underfoot.clock import RATE_HZ
-from underfoot.devices.force_source import ForceSource
-from underfoot.devices.offline import DEFAULT_S, TAIL_S
-from underfoot.devices.replay import Replay
-from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.offline import offline_source
 from underfoot.engine.commands import equalisers_of
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import Rendered
 from underfoot.engine.render import render as play
 from underfoot.errors import BadValue
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_plates import Heard
 from underfoot.floor.tile_parameters import TileParameters
@@ -59,23 +56,17 @@ class RenderJob:
             plates=self.plates,
             simulation=self.simulation,
         )
-        return play(self.patch, installed_nodes(), self._source(), self._length_s(), options)
-
-    def _length_s(self) -> float:
-        if self.seconds is not None:
-            return self.seconds
-        if self.forces is None:
-            return DEFAULT_S
-        return float(self.forces.time_s[-1] - self.forces.time_s[0]) + TAIL_S
-
-    def _source(self) -> ForceSource:
-        if self.forces is not None:
-            return Replay(self.forces, self.forces.floor, self.rate_hz)
-        floor = self.floor or default_floor()
-        if self.simulation is None:
-            seed = self.patch.seed if self.seed is None else self.seed
-            return SimulatedFloor(floor, self.rate_hz, seed, self.walking)
-        return SimulatedFloor(floor, self.rate_hz, 1, self.walking, self.simulation, self.profiles)  # these very tiles
+        source, length_s = offline_source(
+            self.forces,
+            self.floor if self.forces is None else self.forces.floor,
+            self.rate_hz,
+            self.patch.seed if self.seed is None else self.seed,
+            walking=self.walking,
+            simulation=self.simulation,
+            profiles=self.profiles,
+        )
+        seconds = length_s if self.seconds is None else self.seconds
+        return play(self.patch, installed_nodes(), source, seconds, options)
 
 
 def render(

@@ -35,6 +35,14 @@ class RecordCommand:
 
 
 @dataclass(frozen=True)
+class RecordMark:
+    """A mark at a session frame."""
+
+    frame: int
+    text: str
+
+
+@dataclass(frozen=True)
 class EndRecording:
     """The session frame at which the recording is to end: all commands before it were sent."""
 
@@ -62,7 +70,7 @@ class Recorder:
         self._job = replace(self._job, resume=True)
         self._process = ChildProcess("recorder", __name__, self._job, daemon=False)
 
-    def send(self, message: RecordAbout | RecordCommand) -> None:
+    def send(self, message: RecordAbout | RecordCommand | RecordMark) -> None:
         """Let it record something."""
         self._process.send(message)
 
@@ -131,6 +139,8 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader]) -
                 match connection.recv():
                     case RecordCommand(frame, kind, body):
                         writer.command(frame, kind, body)
+                    case RecordMark(frame, text):
+                        writer.mark(frame, text)
                     case RecordAbout(key, value):
                         writer.say(key, value)
                     case EndRecording(frame):

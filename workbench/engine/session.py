@@ -14,10 +14,10 @@ from pathlib import Path
 import msgspec
 
 from underfoot.engine.child_process import ChildProcess, RestartLimit
-from underfoot.engine.commands import Command, Level, Play, Set, Swap, TileEqualiser, Walk, equalisers_of, to_text
+from underfoot.engine.commands import Command, Level, Mark, Play, Set, Swap, TileEqualiser, Walk, equalisers_of, to_text
 from underfoot.engine.engine_supervisor import END_S, EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder
+from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
 from underfoot.engine.reports import (
     CommandApplied,
     Compiled,
@@ -387,7 +387,7 @@ class Session:
         for message in self._engine.receive():
             match message:
                 case CommandApplied(frame, command) if self._recorder is not None:
-                    self._recorder.send(RecordCommand(frame, *to_text(command)))
+                    self._recorder.send(self._record_of(frame, command))
                 case Compiling():
                     if self._compiler is None:
                         folder = str(self.folder or "")
@@ -403,6 +403,12 @@ class Session:
                     self._compiler_due = time.monotonic() + (0.0 if is_needed else COMPILER_AFTER_S)
                     self._engine.stand_by()
             self._reports.append(message)  # type: ignore[arg-type]
+
+    def _record_of(self, frame: int, command: Command) -> RecordCommand | RecordMark:
+        """What a recording keeps of a command that took effect."""
+        if isinstance(command, Mark):
+            return RecordMark(command.frame(frame, self.target.rate), command.text)
+        return RecordCommand(frame, *to_text(command))
 
     def _restart_engine(self) -> None:
         if not self._engine.has_died:

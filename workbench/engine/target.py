@@ -66,8 +66,11 @@ def force_rate_hz(target: Target) -> float:
 
 
 def is_simulated(target: Target) -> bool:
-    """Whether its tiles are simulated: what they do is computed. Accelerometers, where there are any, come first."""
-    return target.kind in ("simulator", "replay") and not target.accelerometers
+    """Whether its tiles are simulated: what they do is computed. Accelerometers, where there are any, come first.
+
+    Tiles that are emulated behind a transport are, where `simulation` says what they are made of.
+    """
+    return (target.kind in ("simulator", "replay") or bool(target.simulation)) and not target.accelerometers
 
 
 def require_source(target: Target) -> None:

@@ -19,6 +19,7 @@ from underfoot.exchange.losses import KEPT
 from underfoot.floor.layout import Floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.records.force_files import read_force_file
 
 QUIET = 1e-3
 """What is softer than this share of the largest (-60 dB) is cut off before and behind what is written."""
@@ -58,7 +59,10 @@ class Export:
     def _source(self, seconds: float) -> tuple[ForceSource, float]:
         if self.force is None and self.floor is None:
             return one_step("t1", seconds, RATE_HZ)[1], seconds
-        return offline_source(self.force, self.floor, RATE_HZ, self.patch.seed)
+        forces, floor = None, self.floor
+        if self.force not in (None, "none"):
+            forces, floor = read_force_file(self.force, floor)
+        return offline_source(forces, floor, RATE_HZ, self.patch.seed, walking=self.force is None)
 
     @cached_property
     def played(self) -> dict[str, NDArray[np.float64]]:

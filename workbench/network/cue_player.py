@@ -5,6 +5,7 @@ goes to the engine as commands, so that a recording has it. Cues take effect in 
 waits until the preset before it is played.
 """
 
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -89,7 +90,8 @@ class CuePlayer:
                         edits = []
                         self._strike(one)
                     case MarkCue(text):
-                        self._send(Mark(text), one)
+                        ago_s = 0.0 if one.at_s is None else time.monotonic() - one.at_s
+                        self._send(Mark(text, ago_s), one)
                     case cue:
                         cued = self._asked(cued, cue)
                         edits.append(one)
@@ -163,7 +165,8 @@ class CuePlayer:
                 self._strike_held()
             case CommandApplied(frame, command):
                 if isinstance(command, Mark):
-                    self.server.tell_mark(command.text, frame, self._ago_s(frame))
+                    marked = command.frame(frame, self.session.target.rate)
+                    self.server.tell_mark(command.text, marked, self._ago_s(marked))
                 done = next((one for one in self._pending if one.command == command), None)
                 if done is not None:
                     self._done(lambda one: one is done, frame)

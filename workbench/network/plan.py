@@ -1,20 +1,28 @@
 """What is sent where, and what is listened to."""
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
+from underfoot.errors import require
 from underfoot.network.addresses import LOOPBACK, Address
 
 OFF = "off"
+FLAGS = ("lsl", "lsl_marks")
+"""Ways that need no address."""
 TUIO_PORT, LISTEN_PORT, SEND_PORT = 3333, 9700, 9701
 """The port that TUIO clients expect; and those of Underfoot's own messages, which nothing else is known to use."""
 
 
 @dataclass(frozen=True)
 class NetworkPlan:
-    """Where contacts go as TUIO 1.1 and 2.0, where cues come in, where Underfoot's own messages go; None for nowhere.
+    """What goes out and what comes in.
 
-    >>> NetworkPlan.of(tuio="localhost:3333", listen="off")
-    NetworkPlan(tuio=Address(host='127.0.0.1', port=3333), tuio2=None, listen=None, send=None, lsl=False)
+    Where contacts go as TUIO 1.1 and 2.0, where cues come in, where Underfoot's own messages go; None for nowhere.
+
+    Marks come in by cues, and on a serial port `serial_marks`, or as streams of LSL, `lsl_marks`.
+
+    >>> NetworkPlan.of(tuio="localhost:3333", listen="off").tuio
+    Address(host='127.0.0.1', port=3333)
     """
 
     tuio: Address | None = None
@@ -22,13 +30,25 @@ class NetworkPlan:
     listen: Address | None = None
     send: Address | None = None
     lsl: bool = False
+    serial_marks: str = ""
+    lsl_marks: bool = False
 
     @staticmethod
-    def of(tuio: str = OFF, tuio2: str = OFF, listen: str = OFF, send: str = OFF, lsl: bool = False) -> "NetworkPlan":
-        """The plan that these texts say: HOST:PORT, or "off". `BadValue` for anything else."""
-        return NetworkPlan(
-            _address(tuio, "tuio"), _address(tuio2, "tuio2"), _address(listen, "listen"), _address(send, "send"), lsl
-        )
+    def of(*, lsl: bool = False, serial_marks: str = OFF, lsl_marks: bool = False, **addresses: str) -> "NetworkPlan":
+        """The plan that these texts say: HOST:PORT, or "off", for `tuio`, `tuio2`, `listen` and `send`, and a port.
+
+        `BadValue` for anything else.
+        """
+        port = "" if serial_marks == OFF else serial_marks
+        ways = {name: _address(text, name) for name, text in addresses.items()}
+        return NetworkPlan(**ways, lsl=lsl, serial_marks=port, lsl_marks=lsl_marks)
+
+    @staticmethod
+    def chosen(addresses: Mapping[str, str], on: Collection[str]) -> "NetworkPlan":
+        """The plan of those ways, by their names, that are `on`; of `FLAGS`, too, which need no address."""
+        require("serial_marks" not in on or bool(addresses["serial_marks"]), "serial port", "", "as /dev/ttyUSB0, COM3")
+        ways = {name: text if name in on else OFF for name, text in addresses.items()}
+        return NetworkPlan.of(**ways, lsl="lsl" in on, lsl_marks="lsl_marks" in on)
 
     @property
     def is_anything(self) -> bool:

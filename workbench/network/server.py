@@ -27,9 +27,10 @@ from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.addresses import Address
-from underfoot.network.cues import NO_NUMBER, Cue, HelloCue, PanicCue, cue_of
+from underfoot.network.cues import LONGEST_TEXT, NO_NUMBER, Cue, HelloCue, MarkCue, PanicCue, cue_of
 from underfoot.network.live_contacts import LiveContacts
 from underfoot.network.lsl import LslStreams
+from underfoot.network.mark_inlets import LslMarks, SerialMarks
 from underfoot.network.osc import Argument, Double, Long, Message, message, read
 from underfoot.network.plan import NetworkPlan
 from underfoot.network.tuio import contact_messages, cursor_frame, pointer_frame
@@ -40,7 +41,7 @@ FRAME_HZ, IDLE_S = 60.0, 1.0
 """How often contacts are sent; and how often it is said that there are none."""
 STALE_S = 0.5
 """Where nothing was told of contacts for so long, there are none: a session has ended, or stands still."""
-MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S = 2048, 2000.0, 200.0
+MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 200.0
 _BURST_S = 0.25  # so much of each rate may come at once
 _HELLO_COSTS = 10.0  # its answer is long
 _LONGEST_HELLO, _WAITING, _REASON = 60_000, 256, 300
@@ -61,10 +62,12 @@ class Counts:
 
 @dataclass(frozen=True)
 class Received:
-    """A cue and who sent it."""
+    """A cue, and who sent it: None for an inlet of marks, which is not answered. `at_s` is when such a mark was, by
+    `time.monotonic`."""
 
     cue: Cue
-    sender: Sender
+    sender: Sender | None
+    at_s: float | None = None
 
     @property
     def number(self) -> int:
@@ -73,7 +76,7 @@ class Received:
 
 
 class NetworkServer:
-    """Carries out a `NetworkPlan`. `DeviceError` where a port is taken; where LSL is missing `trouble` says so."""
+    """Carries out a `NetworkPlan`. `DeviceError` where a port cannot be had; where LSL is missing `trouble` says so."""
 
     def __init__(
         self,
@@ -96,9 +99,12 @@ class NetworkServer:
         self._was_empty, self._sent_s = False, -math.inf
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
         self._ended, self._let_go = False, threading.Event()
-        self.trouble = ""
+        self._trouble = ""
         self._lsl: LslStreams | None = None
+        self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
+        if plan.serial_marks:
+            self._inlets.append(self._reading(plan.serial_marks))
         self._out = _udp()
         self._wake, self._woken = socket.socketpair()
         self._wake.setblocking(False)
@@ -111,8 +117,13 @@ class NetworkServer:
             self._ended = True
             self._do(_nothing)
         self._let_go.wait()
-        if wait or not self.plan.lsl:
+        if wait or not (self.plan.lsl or self.plan.lsl_marks):
             self._thread.join()
+
+    @property
+    def trouble(self) -> str:
+        """What of the plan cannot be, and why; "" where all is well."""
+        return "; ".join(filter(None, (self._trouble, *(inlet.trouble for inlet in self._inlets))))
 
     # --- what goes out ---
 
@@ -166,8 +177,9 @@ class NetworkServer:
         if self.plan.send is not None:
             self._do(partial(self._send, message(f"/{NAME}/{name}", *arguments), self.plan.send))
 
-    def _answer(self, sender: Sender, name: str, *arguments: Argument) -> None:
-        self._do(partial(self._send_by, self._listening, message(f"/{NAME}/{name}", *arguments), sender))
+    def _answer(self, sender: Sender | None, name: str, *arguments: Argument) -> None:
+        if sender is not None:
+            self._do(partial(self._send_by, self._listening, message(f"/{NAME}/{name}", *arguments), sender))
 
     def _do(self, job: Callable[[], None]) -> None:
         """Let the thread do this now."""
@@ -178,11 +190,13 @@ class NetworkServer:
     # --- the thread ---
 
     def _run(self, floor: Floor, force_hz: float) -> None:
-        if self.plan.lsl:
-            try:
-                self._lsl = LslStreams(floor, force_hz)  # here, because it takes longer than a frame
-            except (BadValue, RuntimeError) as error:
-                self.trouble = str(error)
+        try:  # here, because it takes longer than a frame
+            if self.plan.lsl:
+                self._lsl = LslStreams(floor, force_hz)
+            if self.plan.lsl_marks:
+                self._inlets.append(LslMarks(partial(self._take_mark, _Allowance(MOST_MARKS_S))))
+        except (BadValue, RuntimeError) as error:
+            self._trouble = str(error)
         try:
             self._mind_sockets()
             self._send_frame(math.inf)
@@ -190,7 +204,9 @@ class NetworkServer:
             for one in (self._listening, self._out, self._wake, self._woken):
                 if one is not None:
                     one.close()
+            self._close_inlets(SerialMarks)
             self._let_go.set()
+            self._close_inlets(LslMarks)
             if self._lsl is not None:
                 self._lsl.close()
 
@@ -285,6 +301,28 @@ class NetworkServer:
             self._send_by(self._listening, self._hello, sender)
         else:
             self._cues.append(Received(cue, sender))
+
+    def _reading(self, port: str) -> SerialMarks:
+        """What reads marks from a serial port; where that cannot be, nothing is left open."""
+        try:
+            return SerialMarks(port, partial(self._take_mark, _Allowance(MOST_MARKS_S)))
+        except DeviceError:
+            if self._listening is not None:
+                self._listening.close()
+            raise
+
+    def _close_inlets(self, kind: type[LslMarks | SerialMarks]) -> None:
+        for inlet in self._inlets:
+            if isinstance(inlet, kind):
+                inlet.close()
+
+    def _take_mark(self, allowance: "_Allowance", words: str, at_s: float) -> None:
+        """A mark that an inlet has got."""
+        if not allowance.spends(1.0):
+            self._refuse(f"more than {MOST_MARKS_S:g} marks came in a second")
+            return
+        self.counts.received += 1
+        self._cues.append(Received(MarkCue(words[:LONGEST_TEXT]), None, at_s))
 
     def _refuse(self, reason: str) -> None:
         self.counts.refused += 1

@@ -95,7 +95,7 @@ def of_samples(begin: NDArray[np.float64], period: float, values: NDArray[np.flo
 
 def loads(corners: NDArray[np.float64]) -> NDArray[np.float32]:
     """The load of each tile, and behind them their sum, (n, tiles + 1), of corner forces (n, 4 tiles), not tared."""
-    tiles = corners.reshape(len(corners), -1, 4).sum(axis=2)
+    tiles = corners.reshape(len(corners), corners.shape[1] // 4, 4).sum(axis=2)
     return np.column_stack([tiles, np.nansum(tiles, axis=1)]).astype(np.float32)
 
 

@@ -14,7 +14,7 @@ CARDS = [("Eight out", 8, 48_000.0), ("Headphones", 2, 44_100.0)]
 
 def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
     let_go = threading.Event()
-    dialog = AudioDialog(lambda: let_go.wait(10) and cards, floor or default_floor())
+    dialog = AudioDialog(lambda: let_go.wait(10) and cards, let_go.set, floor or default_floor())
     qtbot.addWidget(dialog)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
     dialog.set_values(device, rate, block)
@@ -78,6 +78,16 @@ def test_escape_closes(qtbot):
     assert not dialog.isVisible()
 
 
+def test_a_card_that_was_plugged_in_since_is_found_by_looking_again(qtbot):
+    cards = list(CARDS)
+    dialog = opened(qtbot, cards, "Headphones")
+    cards.append(("New card", 18, 48_000.0))
+    with qtbot.waitSignal(dialog.found):
+        qtbot.mouseClick(dialog.cards.again, Qt.MouseButton.LeftButton)
+    assert dialog.cards.rows[0].device.findData("New card") > 0
+    assert dialog.values()[0] == "Headphones"
+
+
 def test_closing_waits_for_the_search_and_nothing_is_left_of_it(qtbot):
     """Here the search ends only after the dialog was asked to close, as on a slow machine."""
     searching, found = threading.Event(), threading.Event()
@@ -87,7 +97,7 @@ def test_closing_waits_for_the_search_and_nothing_is_left_of_it(qtbot):
         assert found.wait(10)
         return CARDS
 
-    dialog = AudioDialog(find, default_floor())
+    dialog = AudioDialog(find, lambda: None, default_floor())
     qtbot.addWidget(dialog)
     show(qtbot, dialog)
     assert searching.wait(10)

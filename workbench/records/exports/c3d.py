@@ -22,7 +22,10 @@ CHANNELS = ("FX12", "FX34", "FY14", "FY23", "FZ1", "FZ2", "FZ3", "FZ4")
 PLATE_SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 """The corners of a plate in its own frame."""
 MOST = 255
-"""Values along one dimension of a parameter, of events among them: it is told in a byte."""
+"""Values along one dimension of a parameter: it is told in a byte. As the C3D manual has it, the 256th and the
+following values of LABELS are in LABELS2, the next ones in LABELS3. Of force plates there can be no more."""
+_INT = 2
+"""The type of a whole number in a C3D file, which ezc3d would not choose."""
 SAMPLES_A_FRAME = 10
 """Frames of a C3D file are those of cameras: of force there are some samples in each."""
 
@@ -51,6 +54,8 @@ def _write(material: Material, path: Path) -> None:
     except ImportError:
         raise BadFile(f"{path} cannot be written: ezc3d is missing; install underfoot[c3d]") from None
     forces = material.forces
+    if len(forces.floor.tiles) > MOST:
+        raise BadFile(f"{path} would have {len(forces.floor.tiles)} force plates; allowed: up to {MOST}")
     corners, first_s = _even(material)
     made = ezc3d.c3d()
     made["parameters"]["POINT"]["RATE"]["value"] = [forces.rate_hz / SAMPLES_A_FRAME]
@@ -62,7 +67,7 @@ def _write(material: Material, path: Path) -> None:
     made["data"]["analogs"] = analogs[None]
     _describe_plates(made, forces.floor)
     _add_events(made, material, first_s)
-    made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids)[:MOST])
+    made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids))
     made.add_parameter("UNDERFOOT", "FIRST_S", [float(first_s)])
     material.go_on("Writing", 0.95)
     with replaced(path) as part, written(path):
@@ -107,12 +112,12 @@ def _describe_analogs(made: Any, labels: list[str], rate_hz: float) -> None:
     analog = made["parameters"]["ANALOG"]
     count = len(labels)
     analog["RATE"]["value"] = [rate_hz]
-    analog["LABELS"]["value"] = labels
-    analog["DESCRIPTIONS"]["value"] = ["vertical force" if ".FZ" in label else "not measured" for label in labels]
-    analog["UNITS"]["value"] = ["N"] * count
-    analog["SCALE"]["value"] = [1.0] * count
-    analog["OFFSET"]["value"] = [0] * count
     analog["GEN_SCALE"]["value"] = [1.0]
+    _put(made, "ANALOG", "LABELS", labels)
+    _put(made, "ANALOG", "DESCRIPTIONS", ["vertical force" if ".FZ" in label else "not measured" for label in labels])
+    _put(made, "ANALOG", "UNITS", ["N"] * count)
+    _put(made, "ANALOG", "SCALE", [1.0] * count)
+    _put(made, "ANALOG", "OFFSET", [0] * count)
 
 
 def _describe_plates(made: Any, floor: Floor) -> None:
@@ -134,17 +139,28 @@ def _describe_plates(made: Any, floor: Floor) -> None:
 
 
 def _add_events(made: Any, material: Material, first_s: float) -> None:
-    """Steps as foot strikes and foot offs, and marks; as many as an array of a C3D file has room for."""
-    events = sorted(_events(material))[:MOST]
+    """Steps as foot strikes and foot offs, and marks."""
+    events = sorted(_events(material))
     minutes = np.array([math.floor(max(at - first_s, 0.0) / 60.0) for at, *_ in events], np.float64)
     times = np.array([at - first_s for at, *_ in events], np.float64) - 60.0 * minutes
     made.add_parameter("EVENT", "USED", [len(events)])
     if events:
-        made.add_parameter("EVENT", "CONTEXTS", [context for _, context, _, _ in events])
-        made.add_parameter("EVENT", "LABELS", [label for _, _, label, _ in events])
-        made.add_parameter("EVENT", "DESCRIPTIONS", [words for *_, words in events])
-        made.add_parameter("EVENT", "SUBJECTS", [""] * len(events))
-        made.add_parameter("EVENT", "TIMES", np.stack([minutes, times]))
+        _put(made, "EVENT", "CONTEXTS", [context for _, context, _, _ in events])
+        _put(made, "EVENT", "LABELS", [label for _, _, label, _ in events])
+        _put(made, "EVENT", "DESCRIPTIONS", [words for *_, words in events])
+        _put(made, "EVENT", "SUBJECTS", [""] * len(events))
+        _put(made, "EVENT", "TIMES", np.stack([minutes, times]))
+
+
+def _put(made: Any, group: str, name: str, values: list | NDArray[np.float64]) -> None:
+    """A parameter of a value each, along its last dimension; where there are more than `MOST`, several of them."""
+    count = np.shape(values)[-1]
+    for number, first in enumerate(range(0, count, MOST), 1):
+        part = values[..., first : first + MOST] if isinstance(values, np.ndarray) else values[first : first + MOST]
+        called = name if number == 1 else f"{name}{number}"
+        made.add_parameter(group, called, part)
+        if name == "OFFSET":
+            made["parameters"][group][called]["type"] = _INT
 
 
 def _events(material: Material) -> Iterator[tuple[float, str, str, str]]:
@@ -162,6 +178,6 @@ FORMAT = ExportFormat(
     ".c3d",
     "C3D: tiles as force plates of type 3 (eight channels), steps and marks as events",
     "vibration, contacts, commands; forces beyond 32-bit floats; uneven times, and gaps, which are 0 N; "
-    f"more than {MOST} events (needs ezc3d: install underfoot[c3d])",
+    f"more than {MOST} tiles (needs ezc3d: install underfoot[c3d])",
     _write,
 )

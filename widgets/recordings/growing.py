@@ -1,0 +1,51 @@
+"""A recording that is open while it is written: what is new in it is read again and again."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from underfoot.widgets.recordings.reader import RecordingReader
+from underfoot.widgets.session.controller import SessionController
+
+LOOK_MS = 1000
+
+
+class Growing(QObject):
+    """Lets the reader look again while the file that is open is the one that the session records to."""
+
+    ended = Signal(object)
+    """The `Path` of a recording that is whole now."""
+
+    def __init__(self, reader: RecordingReader, parent: QObject) -> None:
+        super().__init__(parent)
+        self._reader = reader
+        self._controller: SessionController | None = None
+        self._path: Path | None = None
+        self._timer = QTimer(self)
+        self._timer.setInterval(LOOK_MS)
+        self._timer.timeout.connect(self._look)
+
+    def listen(self, controller: SessionController) -> None:
+        """Follow what this controller records."""
+        self._controller = controller
+
+    def is_written(self, path: Path) -> bool:
+        """Whether this file is being recorded to now."""
+        session = self._controller.session if self._controller is not None else None
+        return session is not None and session.recording is not None and session.recording.absolute() == path
+
+    def follow(self, path: Path) -> None:
+        """This file was opened."""
+        self._path = path if self.is_written(path) else None
+        if self._path is not None:
+            self._timer.start()
+        else:
+            self._timer.stop()
+
+    def _look(self) -> None:
+        path = self._path
+        if path is not None and self.is_written(path):
+            self._reader.look_on()
+        elif path is not None:
+            self.follow(path)
+            self.ended.emit(path)

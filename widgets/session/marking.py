@@ -1,0 +1,42 @@
+"""Marks that a person sets while a session runs: at once by a key, or with words that are asked for."""
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QInputDialog, QWidget
+
+from underfoot.engine.commands import Mark
+from underfoot.network.cues import LONGEST_TEXT
+from underfoot.widgets.session.controller import SessionController
+
+
+class Marking(QObject):
+    """Sends marks to the session, and says when there was one: whoever set it, here or over the network."""
+
+    def __init__(self, controller: SessionController, window: QWidget) -> None:
+        super().__init__(window)
+        self._controller, self._window = controller, window
+        controller.bridge.marked.connect(self._say)
+
+    def mark(self) -> None:
+        """Mark this moment."""
+        self._controller.send(Mark())
+
+    def ask(self) -> None:
+        """Mark this moment with words; the moment is now, however long they take to be typed."""
+        at_s = self._controller.played_s
+        dialog = QInputDialog(self._window)
+        dialog.setWindowTitle("A mark")
+        dialog.setLabelText(f"What is at {at_s:.1f} s of the session?")
+        dialog.textValueSelected.connect(lambda words: self._mark(words, at_s))
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+
+    def _mark(self, words: str, at_s: float) -> None:
+        self._controller.send(Mark(words[:LONGEST_TEXT], max(self._controller.played_s - at_s, 0.0)))
+
+    def _say(self, words: str, at_s: float) -> None:
+        session = self._controller.session
+        kept = session is not None and session.recording is not None
+        name = f' "{words}"' if words else ""
+        self._controller.said.emit(
+            f"Marked{name} at {at_s:.2f} s" + (" in the recording" if kept else "; nothing is being recorded") + "."
+        )

@@ -1,0 +1,71 @@
+"""The window as a program of its own that tells each second how it does: what `bench --stress whole_floor` starts."""
+
+import json
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+
+from underfoot.engine.target import Target
+from underfoot.floor.layout import Floor
+from underfoot.widgets import theme
+from underfoot.widgets.window import MainWindow
+
+TELL_MS = 1000
+
+
+def run(folder: str, kind: str, source: str, sound: str | None, tiles: str) -> None:
+    """Open the window on a target of `folder`/floor.json, play patch.json, record, and tell until a signal ends it.
+
+    `kind`, `source` and `sound` are as in `Target`; what tiles do is computed of the parameters in the file `tiles`.
+    """
+    app = QApplication(["underfoot"])
+    theme.apply(app)
+    here = Path(folder)
+    target = Target(Floor.load(here / "floor.json"), kind, source, sound, block=256, simulation=tiles)
+    window = MainWindow(here / "kept", target, here / "patch.json")
+    window.settings.first_steps_done = True
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: window.leave())
+    window.resize(1280, 800)
+    window.show()
+    window.show_workspace("Monitor")
+    telling = Telling(window)
+    window.bridge.started.connect(telling.begin)
+    window.start()
+    app.exec()
+
+
+class Telling:
+    """Counts how far apart the window's ticks are, and prints a line of JSON a second."""
+
+    def __init__(self, window: MainWindow) -> None:
+        self._window = window
+        self._ticks_s: list[float] = []
+        self._timer = QTimer(window)
+        self._timer.setInterval(TELL_MS)
+        self._timer.timeout.connect(self._tell)
+        window.bridge.ticked.connect(lambda: self._ticks_s.append(time.perf_counter()))
+
+    def begin(self) -> None:
+        """The engine runs: play, record, and tell."""
+        controller = self._window.controller
+        if controller.session is not None and controller.session.recording is None:
+            controller.play()
+            controller.record(True)
+            self._timer.start()
+
+    def _tell(self) -> None:
+        session = self._window.controller.session
+        if session is None:
+            return
+        health = session.health
+        apart_s = np.diff(self._ticks_s)
+        self._ticks_s = self._ticks_s[-1:]
+        figures = {name: getattr(health, name) for name in health.__dataclass_fields__}
+        recording = str(session.recording or "")
+        ticks_ms = [round(1e3 * one, 2) for one in apart_s.tolist()]
+        print(json.dumps(figures | {"ticks_ms": ticks_ms, "pids": session.pids, "recording": recording}), flush=True)

@@ -1,0 +1,120 @@
+"""Floors on several computers, simulated: how well their clocks agree over a network, and what that is for a foot.
+
+`python -m underfoot.bench.hosts` prints the table of docs/hosts.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.clock import RATE_HZ
+from underfoot.devices.device_clock import DeviceClocks, arrival_frame, observe
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor.layout import default_floor
+from underfoot.floor.tile_parameters import simulation
+from underfoot.floor.tracking import ON_N
+
+MESSAGE_HZ = 60.0
+"""Contacts are sent so often."""
+PROBE_S, PROBES = 5.0, 10
+"""The Lab Streaming Layer asks a clock every so many seconds, so often, and believes the fastest answer."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """A way between two computers: the least that a message takes, what queues add to that in the mean, and by how much
+    the way there is longer than the way back. Seconds."""
+
+    least_s: float
+    queue_s: float
+    longer_s: float = 0.0
+
+    def there(self, draw: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """How long messages take, (count,)."""
+        return self.least_s + self.longer_s + draw.exponential(self.queue_s, count)
+
+    def back(self, draw: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """How long answers take."""
+        return self.least_s + draw.exponential(self.queue_s, count)
+
+
+LINKS = {
+    "a switch of one's own": Link(0.05e-3, 0.05e-3),
+    "a busy network": Link(0.2e-3, 0.5e-3, 0.1e-3),
+    "wireless": Link(1.5e-3, 3e-3, 0.5e-3),
+}
+
+
+def by_round_trips(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
+    """By how much another computer's clock is told wrong, in seconds, at the end of each interval between two rounds of
+    probes: half of a round trip is taken for the way, and what was found holds until the next round.
+
+    >>> bool(abs(by_round_trips(Link(1e-3, 0.0), 50.0, 60.0)).max() < 0.251e-3)
+    True
+    """
+    draw = np.random.default_rng(seed)
+    errors = []
+    for _ in range(round(seconds / PROBE_S)):
+        there, back = link.there(draw, PROBES), link.back(draw, PROBES)
+        fastest = int(np.argmin(there + back))
+        wrong_s = 0.5 * (there[fastest] - back[fastest])
+        errors.append(wrong_s - 1e-6 * drift_ppm * PROBE_S)
+    return np.array(errors)
+
+
+def by_arrivals(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
+    """The same where only messages come, each with its sender's time, and Underfoot's clock for tiles is set by them.
+
+    The way itself is not seen: it is part of the error.
+    """
+    draw, clocks = np.random.default_rng(seed), DeviceClocks(1, float(RATE_HZ))
+    sent_s = np.arange(0.0, seconds, 1.0 / MESSAGE_HZ)
+    shown_us = 1e6 * sent_s / (1.0 + 1e-6 * drift_ppm)
+    errors = []
+    for at_s, us, way_s in zip(sent_s, shown_us, link.there(draw, len(sent_s)), strict=True):
+        observe(clocks.table[0], 0, us, RATE_HZ * (at_s + way_s), float(RATE_HZ))
+        errors.append(arrival_frame(clocks.table[0], us, float(RATE_HZ)) / RATE_HZ - at_s)
+    return np.array(errors[len(errors) // 4 :])
+
+
+def centroid_errors_m(late_s: float, seconds: float = 10.0) -> NDArray[np.float64]:
+    """How far a foot's centroid is told wrong, in metres, where half of a 6 x 6 floor is another computer's and its
+    forces are put so much too late: for each sample in which a foot of four people is on both halves."""
+    source = SimulatedFloor(default_floor(6, 6), RATE_HZ, people=simulation("people=4")[1])
+    parts = []
+    for end in range(480, round(seconds * RATE_HZ), 480):
+        parts.append(source.forces[: source.pull(end)].copy())
+    forces = np.maximum(np.concatenate(parts), 0.0)
+    places = np.array([[tile.to_floor(np.array(at)) for at in tile.sensors_m] for tile in source.floor.tiles])
+    late = round(late_s * source.rate_hz)
+    errors = []
+    for row in range(6):
+        left, right = 6 * row + 2, 6 * row + 3
+        truth, shifted = forces[late:, [left, right]], forces[late:, [left, right]].copy()
+        shifted[:, 1] = forces[: len(forces) - late, right]
+        on = (truth.sum(axis=2) > ON_N).all(axis=1) & (shifted.sum(axis=2) > ON_N).all(axis=1)
+        at = places[[left, right]]
+        middle, moved = (
+            np.einsum("nks,ksx->nx", one[on], at) / one[on].sum(axis=(1, 2))[:, None] for one in (truth, shifted)
+        )
+        errors.append(np.hypot(*(moved - middle).T))
+    return np.concatenate(errors)
+
+
+def text(seconds: float = 600.0, drift_ppm: float = 50.0) -> str:
+    """The tables, for a terminal."""
+    lines = [f"clocks {drift_ppm:g} ppm apart, {seconds:g} s; 95 % of errors, ms"]
+    lines.append(f"{'':24}{'round trips':>14}{'arrivals':>14}")
+    for name, link in LINKS.items():
+        errors_s = (way(link, drift_ppm, seconds) for way in (by_round_trips, by_arrivals))
+        found = [1e3 * np.percentile(np.abs(one), 95) for one in errors_s]
+        lines.append(f"{name:24}{found[0]:14.2f}{found[1]:14.2f}")
+    lines.append("a foot on the seam of two hosts; 95 % of errors of its centroid")
+    for late_s in (0.001, 0.002, 0.005, 0.016):
+        lines.append(f"{1e3 * late_s:6.0f} ms late{1e3 * np.percentile(centroid_errors_m(late_s), 95):14.1f} mm")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(text())

@@ -1,0 +1,86 @@
+"""Sound cards that are not there: PulseAudio servers, each with a sink that goes nowhere; PortAudio has their names."""
+
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+PROGRAMS = ("pulseaudio", "parec")
+_FIRST_PLACES = (
+    *("front-left", "front-right", "rear-left", "rear-right"),
+    *("front-center", "lfe", "side-left", "side-right"),
+)
+"""ALSA's order of the first eight channels; others would be mixed."""
+_START_S = 10.0
+
+
+class NullSink:
+    """A PulseAudio server of its own with a sink that goes nowhere."""
+
+    def __init__(self, folder: Path, name: str, channels: int) -> None:
+        self.folder, self.name, self.channels = folder / name, name, channels
+        self.socket = self.folder / "pulse/native"
+        self.socket.parent.mkdir(parents=True, mode=0o700)
+        self.folder.chmod(0o700)
+        self._server: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        """Have the sound card be there, or there again."""
+        sink = f"sink_name={self.name} format=float32le rate=48000 norewinds=1"
+        sink += f" channels={self.channels} channel_map={self.places}"
+        options = ["-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1", "--disable-shm=1"]
+        modules = ["-L", f"module-native-protocol-unix auth-anonymous=1 socket={self.socket}"]
+        modules += ["-L", f"module-null-sink {sink}"]
+        here = os.environ | {"XDG_RUNTIME_DIR": str(self.folder), "PULSE_RUNTIME_PATH": str(self.folder / "pulse")}
+        with (self.folder / "pulseaudio.log").open("ab") as log:
+            self._server = subprocess.Popen(["pulseaudio", *options, *modules], stdout=log, stderr=log, env=here)
+        end = time.monotonic() + _START_S
+        while not self.socket.exists() and self._server.poll() is None and time.monotonic() < end:
+            time.sleep(0.02)
+
+    def stop(self) -> None:
+        """Take the sound card away."""
+        if self._server is not None:
+            self._server.terminate()
+            self._server.wait()
+        self.socket.unlink(missing_ok=True)
+
+    @property
+    def places(self) -> str:
+        """PulseAudio's names of its channels."""
+        return ",".join([*_FIRST_PLACES, *(f"aux{i}" for i in range(32))][: self.channels])
+
+
+def is_possible() -> bool:
+    """Whether PulseAudio is installed."""
+    return all(map(shutil.which, PROGRAMS))
+
+
+@contextmanager
+def null_sinks(folder: Path, channels: Mapping[str, int]) -> Iterator[tuple[list[NullSink], dict[str, str]]]:
+    """A sink for each name, and the environment in which PortAudio has it; the first is its default device, too."""
+    sinks = [NullSink(folder, name, count) for name, count in channels.items()]
+    client, alsa = folder / "client.conf", folder / "asound.conf"
+    client.write_text("autospawn = no\nenable-shm = no\nenable-memfd = no\n")
+    of = [f'type pulse\n server "unix:{sink.socket}"' for sink in sinks]
+    named = [
+        f'pcm.{sink.name} {{ {what}\n hint {{ show on\n description "{sink.name}" }} }}\n'
+        for sink, what in zip(sinks, of, strict=True)
+    ]
+    alsa.write_text(f"pcm.!default {{ {of[0]} }}\nctl.!default {{ {of[0]} }}\n" + "".join(named))
+    environment = {
+        "XDG_RUNTIME_DIR": str(sinks[0].folder),
+        "PULSE_RUNTIME_PATH": str(sinks[0].folder / "pulse"),
+        "PULSE_CLIENTCONFIG": str(client),
+        "ALSA_CONFIG_PATH": str(alsa),
+    }
+    try:
+        for sink in sinks:
+            sink.start()
+        yield sinks, environment
+    finally:
+        for sink in sinks:
+            sink.stop()

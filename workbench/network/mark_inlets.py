@@ -1,0 +1,141 @@
+"""Marks that come in beside OSC: streams of markers of the Lab Streaming Layer, and a serial line.
+
+An inlet has a thread of its own and tells each mark's words, and when it was by `time.monotonic`. `trouble` says what
+is wrong with it now, "" for nothing.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from underfoot.errors import DeviceError
+from underfoot.studies.markers import BAUD, lsl_library
+
+Take = Callable[[str, float], None]
+"""Is told the words of a mark, and when it was by `time.monotonic`."""
+
+KIND = "Markers"
+"""The type of streams of LSL whose samples are marks."""
+OURS = "underfoot"
+"""Sources of streams that begin so are sent by Underfoot."""
+MOST_STREAMS = 16
+LINE_ENDS_S = 0.05
+"""What came on a serial line without an end of line is a mark after this long."""
+_LOOK_S, _SEARCH_S, _AGAIN_S = 0.01, 0.5, 1.0
+_LONGEST_LINE = 1000
+
+
+class LslMarks:
+    """Every stream of LSL on this network whose type is "Markers"; a number, as some send, is told in digits."""
+
+    def __init__(self, take: Take) -> None:
+        """`BadValue` where the package pylsl is not installed."""
+        self._lsl, self._take = lsl_library(), take
+        self.trouble = ""
+        self.streams: dict[str, Any] = {}
+        """The inlets by the streams' own numbers."""
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="marks by LSL", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._end.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        resolver = self._lsl.ContinuousResolver("type", KIND)
+        searched_s = -_SEARCH_S
+        while not self._end.wait(_LOOK_S):
+            now_s = time.monotonic()
+            if now_s - searched_s >= _SEARCH_S:
+                searched_s = now_s
+                self._open(resolver.results())
+            for inlet in self.streams.values():
+                samples, at_s = inlet.pull_chunk(timeout=0.0)
+                ahead_s = time.monotonic() - self._lsl.local_clock()
+                for sample, lsl_s in zip(samples, at_s, strict=True):
+                    self._take(str(sample[0]), lsl_s + ahead_s)
+        self.streams.clear()
+
+    def _open(self, found: list[Any]) -> None:
+        """Begin to listen to streams that are new. Times of theirs are set to this computer's clock."""
+        for info in found:
+            known = info.uid() in self.streams or info.source_id().startswith(OURS)
+            if not known and len(self.streams) < MOST_STREAMS:
+                inlet = self._lsl.StreamInlet(info, processing_flags=self._lsl.proc_clocksync)
+                inlet.open_stream(timeout=_AGAIN_S)
+                self.streams[info.uid()] = inlet
+
+
+class SerialMarks:
+    """A serial line of 115,200 baud: each line of text is a mark, and so is a single byte, as triggers send them."""
+
+    def __init__(self, port: str, take: Take) -> None:
+        """`DeviceError` where the port cannot be opened; one that goes away later is looked for again."""
+        self._name, self._take = port, take
+        self.trouble = ""
+        self._port = self._opened()
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="marks by a serial line", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Let the port go."""
+        self._end.set()
+        self._thread.join()
+
+    def _opened(self) -> Any:
+        import serial
+
+        try:
+            return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S)
+        except (OSError, ValueError) as error:
+            raise DeviceError(f"marks cannot be read from {self._name}: {error}") from None
+
+    def _run(self) -> None:
+        text = b""
+        while not self._end.is_set():
+            try:
+                came = self._port.read(max(self._port.in_waiting, 1))
+            except (OSError, TypeError) as error:
+                self._port.close()
+                self.trouble = f"marks cannot be read from {self._name}: {error}"
+                self._find_again()
+                continue
+            at_s = time.monotonic()
+            words, text = words_of(text + came, is_over=not came)
+            for one in words:
+                self._take(one, at_s)
+        self._port.close()
+
+    def _find_again(self) -> None:
+        while not self._end.wait(_AGAIN_S):
+            try:
+                self._port, self.trouble = self._opened(), ""
+            except DeviceError:
+                continue
+            return
+
+
+def words_of(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
+    """The marks in what came on a serial line, and what may yet be part of one: nothing, where it `is_over`.
+
+    >>> words_of(b"begin\\r\\nwal", False)
+    (['begin'], b'wal')
+    >>> words_of(b"\\x05", False), words_of(b"A", True)
+    ((['trigger 5'], b''), (['trigger 65'], b''))
+    """
+    found, text = list[str](), b""
+    for value in came:
+        if value in b"\r\n" or len(text) >= _LONGEST_LINE:
+            found, text = [*found, text.decode(errors="replace").strip()], b""
+        elif value < 32 and value != 9:
+            found.append(f"trigger {value}")
+        else:
+            text += bytes([value])
+    if is_over and text:
+        found.append(f"trigger {text[0]}" if len(text) == 1 else text.decode(errors="replace").strip())
+        text = b""
+    return [words for words in found if words], text
