@@ -228,6 +228,10 @@ def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(m
     made.type(stimuli.form.rows.controls["gain.gain"], "0.5")
     made.click(stimuli.form.measure)
     assert stimuli.form.measure.text() == "Measuring… Stop"
+    made.click(stimuli.form.measure)
+    assert stimuli.form.measure.text() == "Measure the level"
+    assert made.maker.draft.raw["stimuli"]["B"]["measured_m_s2"] == 0.0
+    made.click(stimuli.form.measure)
     made.qtbot.waitUntil(lambda: stimuli.form.measure.text() == "Measure the level", timeout=120_000)
     measured = made.maker.draft.raw["stimuli"]["B"]["measured_m_s2"]
     assert 0.1 < measured < 20.0
