@@ -151,6 +151,7 @@ class StudyOverview(QWidget):
     def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
         """Show what was found."""
         self.drawings.show_drawings(drawings, "" if text else "Nothing was simulated or analysed yet.")
+        self.drawings.setVisible(bool(drawings) or not text)
         self.table.setPlainText(text)
         self.table.setVisible(bool(text))
 

@@ -21,6 +21,7 @@ from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.target import Stand
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background, Task
@@ -34,7 +35,6 @@ from underfoot.widgets.experiment.studies import (
     StudyFile,
     is_id,
     load_study,
-    origin_of,
     own_studies,
     preset_studies,
     session_path,
@@ -343,13 +343,12 @@ class ExperimentWorkspace(Workspace):
         if self.runner is None:
             return
         if self.window_of_participant is None:
-            made = ParticipantWindow()
+            made = ParticipantWindow(Stand.of(self._study.protocol))
             made.answered.connect(self._answer)
             made.slid.connect(self._slide)
             made.go_wanted.connect(self._go)
             made.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
             made.closed.connect(self._window_closed)
-            made.set_origin(origin_of(self._study.protocol))
             self.window_of_participant = made
         others = [screen for screen in QGuiApplication.screens() if screen is not self.screen()]
         if others:
