@@ -1,12 +1,14 @@
 """Simulated participants: estimates fall around the truth, and the same people come of any order and number of jobs."""
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
 from made_studies import preset_protocol
 
-from underfoot.errors import BadValue
+from underfoot.drawing.svg import svg
+from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import check_truth
@@ -73,6 +75,17 @@ def test_every_study_is_analysed_with_tables_and_pictures(name):
     for table in found.tables:
         assert all(len(row) == len(table.columns) for row in table.rows), table.title
     assert not [remark for remark in found.remarks if "columns" in remark]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_the_first_few_answers_say_can_be_drawn(name):
+    """As the window does while a study runs: what they do not say yet is left out of the picture."""
+    protocol = preset_protocol(name)
+    rows = simulated_rows(protocol, 0, 1, {})[0]
+    for answered in (4, 8, 20):
+        with suppress(BadMeasurement):
+            for found in analysed(rows[:answered], protocol, Settings(bootstrap=0)):
+                assert all(svg(drawing).startswith("<svg") for drawing in found.drawings)
 
 
 def test_the_ratings_of_people_who_feel_amplitude_show_it_and_nothing_else():

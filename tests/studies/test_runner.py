@@ -148,7 +148,9 @@ def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(session, until, tm
         target = person.until(lambda: runner.target, "a button appears")
         person.press(80.0, target.x_m - 0.1525, target.y_m - 0.1525)
         person.until(lambda: len(runner.study.entries) == 1, "the press is taken")
+        assert runner.selected == target  # which is shown as a white disc
         person.press(0.0)
+        person.until(lambda: runner.target and runner.selected is None, "the next button appears")
         person.until_phase(Phase.END)
         first, second = (entry.answers for entry in runner.file.entries())
     assert (first["selected"], second["selected"]) == ("yes", "no")

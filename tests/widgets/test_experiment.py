@@ -199,6 +199,10 @@ def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     row = [study.name for study in workspace.studies].index("detection-threshold")
     workspace.list.list.setCurrentRow(row)
     bench.click(workspace.overview.simulate)
+    bench.wait(lambda: workspace.overview.simulate.text() == "Stop")
+    bench.click(workspace.overview.simulate)
+    assert workspace.overview.state.text() == "Stopped."
+    bench.click(workspace.overview.simulate)
     bench.wait(lambda: "threshold TD" in workspace.overview.table.toPlainText())
     assert len(workspace.overview.drawings.plots) == 2
     workspace.background.join()

@@ -8,11 +8,15 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QPushButton
 
-from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.foot import FootAnswer
+from underfoot.experiments.protocol import FIELDS_OF_KIND, Protocol, Sounds, Stage
+from underfoot.experiments.questions import Question
+from underfoot.experiments.stimuli import Stimulus
 from underfoot.experiments.store import SessionFile
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
+from underfoot.widgets.experiment import question_table
 from underfoot.widgets.experiment.workspace import UNSAVED, ExperimentWorkspace
 
 LEFT, CTRL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
@@ -141,6 +145,8 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     made.type(stages.form.further.controls["block_pause_s"], "1500 ms")
     made.click(stages.form.foot)
     made.choose(stages.form.foot_rows.controls["by"], "halves")
+    made.type(stages.form.foot_rows.controls["tiles"], "t3")
+    assert stages.form.fields.text() == "yes: left half  ·  no: right half"
     made.page(4)
     made.choose(made.maker.rows["sounds"].controls["noise"], "pink")
     made.keep()
@@ -150,8 +156,60 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     method = protocol.stages[1].method
     assert (method.kind, method.parameters["steps_db"]) == ("staircases", [8.0, 2.0])
     assert protocol.stages[1].block_pause_s == 1.5
-    assert protocol.stages[1].foot.by == "halves"
+    assert (protocol.stages[1].foot.by, protocol.stages[1].foot.tiles) == ("halves", ("t3",))
     assert protocol.sounds.noise == "pink"
+
+
+def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):
+    made.click(made.workspace.list.new)
+    made.page(3)
+    stages = made.maker.stages
+    for name in ("bye", "hello"):  # each comes behind the one that is chosen
+        stages.list.setCurrentRow(0)
+        made.click(stages.add)
+        made.type(stages.form.rows.controls["id"], name)
+    made.choose(stages.form.order.controls["next"], "bye")
+    stages.list.setCurrentRow(2)
+    made.choose(stages.form.order.controls["next"], "the end of the study")
+    made.type(stages.form.rows.controls["id"], "goodbye")
+    assert [stages.list.item(k).text().partition("  →  ")[2] for k in range(3)] == ["", "bye", "end"]
+    stages.list.setCurrentRow(1)
+    assert stages.form.order.controls["next"].currentText() == "goodbye"
+    made.keep()
+    assert [stage.next for stage in made.workspace.study.protocol.stages] == ["", "goodbye", "end"]
+
+
+def controls_of(made):
+    """The fields that the form shows of each document, over all stages and stimuli of what is edited."""
+    maker = made.maker
+    found = {"Protocol": {*maker.rows["study"].controls, "participant", "sounds", "stimuli", "stages"},
+             "Sounds": {*maker.rows["sounds"].controls}, "Question": set(question_table.COLUMNS),
+             "Stage": set(), "FootAnswer": set(), "Stimulus": set()}  # fmt: skip
+    for place in range(maker.stages.list.count()):
+        maker.stages.list.setCurrentRow(place)
+        form = maker.stages.form
+        for rows in (form.rows, form.further, form.order):
+            found["Stage"] |= set(rows.controls)
+        found["Stage"] |= {name for name in ("method", "foot", "questions") if getattr(form, name) is not None}
+        found["FootAnswer"] |= set(form.foot_rows.controls if form.foot_rows else ())
+    for place in range(maker.stimuli.list.count()):
+        maker.stimuli.list.setCurrentRow(place)
+        found["Stimulus"] |= {*maker.stimuli.form.levels.controls, "patch", "settings", "scaled_by", "factors"}
+    return found
+
+
+def test_the_form_can_set_every_field_that_a_protocol_has(made):
+    foot = {"id": "foot", "kind": "trials", "foot": {}, "method": {"kind": "rating", "parameters": {}}}
+    others = [{"id": kind, "kind": kind, "stimulus": "TD" if kind == "level" else "",
+               "questions": [{"name": "a", "text": "?"}] if kind == "questions" else []}
+              for kind in FIELDS_OF_KIND if kind != "trials"]  # fmt: skip
+    path = made.folder / "made.json"
+    path.write_text(protocol_text(stimuli={"TD": TD, "X": {}}, stages=[foot, *others]))
+    made.workspace.open_protocol(path)
+    made.click(made.workspace.list.own)
+    found = controls_of(made)
+    for document in (Protocol, Sounds, Question, Stage, FootAnswer, Stimulus):
+        assert found[document.__name__] >= set(document.__struct_fields__) - {"format", "version"}, document
 
 
 def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(made):
@@ -170,6 +228,10 @@ def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(m
     made.type(stimuli.form.rows.controls["gain.gain"], "0.5")
     made.click(stimuli.form.measure)
     assert stimuli.form.measure.text() == "Measuring… Stop"
+    made.click(stimuli.form.measure)
+    assert stimuli.form.measure.text() == "Measure the level"
+    assert made.maker.draft.raw["stimuli"]["B"]["measured_m_s2"] == 0.0
+    made.click(stimuli.form.measure)
     made.qtbot.waitUntil(lambda: stimuli.form.measure.text() == "Measure the level", timeout=120_000)
     measured = made.maker.draft.raw["stimuli"]["B"]["measured_m_s2"]
     assert 0.1 < measured < 20.0

@@ -7,17 +7,18 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
-from underfoot.experiments.questions import ask
+from underfoot.experiments.questions import Scale, ask
 from underfoot.parameters import Choice, Count, Number, Parameter
 from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
 from underfoot.widgets import theme
 from underfoot.widgets.controls.slider import Slider
 
-BIG_PX, BUTTON_PX = 20, 56
+TEXT_PX, BUTTON_LINES = 20, 2.6
 MOST_BUTTONS = 12
 """Whole numbers of up to so many are buttons; of more, a line."""
 _STEP = 0.02
+_SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 
 
 def asks_of(runner: Runner) -> tuple[Parameter, ...]:
@@ -36,8 +37,9 @@ class AnswerForm(QWidget):
     refused = Signal(str)
     """Why what was given cannot be."""
 
-    def __init__(self) -> None:
+    def __init__(self, text_px: int = TEXT_PX) -> None:
         super().__init__()
+        self._text_px = text_px
         self._layout = QVBoxLayout(self)
         self._layout.setSpacing(2 * theme.GRID)
         self._asks: tuple[Parameter, ...] = ()
@@ -55,6 +57,16 @@ class AnswerForm(QWidget):
     def is_to_give(self) -> bool:
         """Whether something is asked that no single button answers."""
         return bool(self._asks) and not self.is_by_button
+
+    @property
+    def how(self) -> str:
+        """What to do to answer, in a sentence."""
+        if self.is_by_button:
+            last = len(self.buttons)
+            return f"Press a number from 1 to {last}, or click." if last > 2 else "Press 1 or 2, or click."
+        if len(self.sliders) == 1:
+            return "Left and Right move it. Return answers."
+        return "Press Return to go on."
 
     def show_asks(self, asks: Sequence[Parameter]) -> None:
         """Ask this now, in the place of what was asked before."""
@@ -102,7 +114,7 @@ class AnswerForm(QWidget):
         column = QVBoxLayout(box)
         column.setContentsMargins(0, 0, 0, 0)
         words = theme.label(one.doc or one.label)
-        words.setFont(theme.font(BIG_PX))
+        words.setFont(theme.font(self._text_px))
         words.setWordWrap(True)
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         column.addWidget(words)
@@ -117,10 +129,9 @@ class AnswerForm(QWidget):
         if isinstance(one, Number) and len(self._asks) == 1:
             return self._slider(one)
         field = QLineEdit()
-        field.setFont(theme.font(BIG_PX))
+        field.setFont(theme.font(self._text_px))
         field.setAccessibleName(one.label)
         field.setPlaceholderText("" if one.kind == "text" else one.allowed)
-        field.returnPressed.connect(self.give)
         self.fields[one.name] = field
         return field
 
@@ -131,8 +142,8 @@ class AnswerForm(QWidget):
         mine: list[QPushButton] = []
         for option in options:
             button = QPushButton(str(option))
-            button.setFont(theme.font(BIG_PX))
-            button.setMinimumHeight(BUTTON_PX)
+            button.setFont(theme.font(self._text_px))
+            button.setMinimumHeight(round(BUTTON_LINES * self._text_px))
             button.setCheckable(len(self._asks) > 1)
             button.clicked.connect(lambda _=False, value=option, b=button: self._choose(one, value, mine, b))
             mine.append(button)
@@ -151,10 +162,15 @@ class AnswerForm(QWidget):
         box = QWidget()
         column = QVBoxLayout(box)
         slider, value = Slider(), QLabel()
+        below = QHBoxLayout()
+        for end, side in zip(one.ends if isinstance(one, Scale) else (), _SIDES, strict=False):
+            words = theme.label(end, "muted")
+            words.setFont(theme.font(self._text_px))
+            below.addWidget(words, 1, side)
         slider.setAccessibleName(one.label)
         slider.setMinimumSize(480, 4 * theme.GRID)
         value.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        value.setFont(theme.font(BIG_PX))
+        value.setFont(theme.font(self._text_px))
 
         def moved(place: float) -> None:
             found = one.value(place)
@@ -165,8 +181,10 @@ class AnswerForm(QWidget):
         slider.set_place(one.position(one.default))
         slider.moved.connect(moved)
         self.sliders[one.name] = slider
-        for part in (slider, value):
-            column.addWidget(part)
+        column.addWidget(slider)
+        column.addLayout(below)
+        value.setVisible(bool(one.unit))
+        column.addWidget(value)
         return box
 
 

@@ -25,6 +25,7 @@ from underfoot.widgets.experiment.studies import StudyFile, is_id
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 LIST_PX = 40 * theme.GRID
+SIMULATE = "Simulate 100 people"
 
 
 class StudyList(QWidget):
@@ -104,9 +105,10 @@ class StudyOverview(QWidget):
         self.participant.setMaximumWidth(30 * theme.GRID)
         self.begin, self.simulate, self.analyse = (
             QPushButton("Begin"),
-            QPushButton("Simulate 100 people"),
+            QPushButton(SIMULATE),
             QPushButton("Analyse"),
         )
+        self._can_analyse = False
         self.begin.setProperty("role", "primary")
         self.equipment = QPushButton()
         self.equipment.setToolTip("Plate, masking sound, trigger and LSL streams of sessions in this window")
@@ -134,7 +136,8 @@ class StudyOverview(QWidget):
         self.about.setText(study.protocol.about)
         self.facts.setText(facts_of(study.protocol))
         self.analyse.setText(f"Analyse {sessions} {'session' if sessions == 1 else 'sessions'}")
-        self.analyse.setEnabled(sessions > 0)
+        self._can_analyse = sessions > 0
+        self.analyse.setEnabled(self._can_analyse)
 
     def show_way(self, may_begin: bool, goes_on: bool, why_not: str) -> None:
         """Whether a session can be begun, or gone on with; else why not."""
@@ -149,12 +152,14 @@ class StudyOverview(QWidget):
     def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
         """Show what was found."""
         self.drawings.show_drawings(drawings, "" if text else "Nothing was simulated or analysed yet.")
+        self.drawings.setVisible(bool(drawings) or not text)
         self.table.setPlainText(text)
         self.table.setVisible(bool(text))
 
     def show_busy(self, text: str) -> None:
-        """Say what is being computed; "" for nothing."""
-        self.simulate.setEnabled(not text)
+        """Say what is being computed, which can be stopped; "" for nothing."""
+        self.simulate.setText("Stop" if text else SIMULATE)
+        self.analyse.setEnabled(self._can_analyse and not text)
         self.state.setText(text)
 
     def _begin(self) -> None:

@@ -2,18 +2,27 @@
 
 import time
 
+import numpy as np
 from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.floor.layout import Floor
-from underfoot.quantities import quantity
 from underfoot.studies.runner import Phase, Runner
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
+_LIVE_S = 0.1
+"""What was measured is told of so long."""
+_WORDS = {
+    "consent": "the participant is asked to agree",
+    "questions": "questions are answered",
+    "read": "an instruction is read",
+    "learn": "stimuli are tried",
+    "level": "the level is set",
+}
 _LEAST_SHARE = 0.02
 """From so much on what is left is told from what is done."""
 
@@ -80,16 +89,16 @@ class Desk(QWidget):
         if self._began_share < 0.0:
             self._began_share = page.share
         self.progress.setValue(round(1000 * page.share))
-        self.state.setText(f"{phase.value}{_left(page.share - self._began_share, page.share, self._began_at)}")
-        number = f", trial {page.trial.number} of block {page.trial.block}" if page.trial is not None else ""
-        attempt = f", attempt {page.attempt}" if page.attempt > 1 else ""
-        hint = f"  –  {runner.hint}" if runner.hint else ""
-        seconds = f"  –  {runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
-        self.page.setText(f"{page.stage or 'end'}{number}{attempt}{seconds}{hint}")
-        peak = runner.session.health.peak * float(runner.presenter.full_scale.max())
-        force = quantity(float(runner.watch.loads_n.sum()), "N")
-        self.live.setText(f"{force} on the floor, {quantity(peak, 'm/s^2')} commanded")
+        number = f"trial {page.trial.number} of block {page.trial.block}" if page.trial is not None else ""
+        attempt = f"attempt {page.attempt}" if page.attempt > 1 else ""
+        self.page.setText(_joined(page.stage or "the end", number, attempt))
+        seconds = f"{runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
+        left = _left(page.share - self._began_share, page.share, self._began_at)
+        now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else str(phase)
+        self.state.setText(_joined(now, seconds, runner.hint, left))
+        self.live.setText(_felt(runner))
         self.news.setText(runner.news[-1] if runner.news else "")
+        self.news.setVisible(bool(runner.news))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
         self.next.setEnabled(runner.may_play or (phase is Phase.PAGE and not page.asks))
         self.spoil.setEnabled(page.trial is not None)
@@ -110,7 +119,7 @@ class Desk(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(*[2 * theme.GRID] * 4)
         column.setSpacing(theme.GRID)
-        for part in (self.title, self.progress, self.state, self.page, self.live, self.news):
+        for part in (self.title, self.progress, self.page, self.state, self.live, self.news):
             column.addWidget(part)
         column.addWidget(self._row(self.next, self.pause, self.window_button, self.leave))
         column.addWidget(self._row(self.words, self.note, self.spoil, self.repeat))
@@ -141,8 +150,12 @@ class Desk(QWidget):
         self.repeat.clicked.connect(lambda: self._with_words(self.repeat_wanted))
         self.form.answered.connect(self.answered)
         self.form.changed.connect(self.slid)
-        self.form.refused.connect(self.news.setText)
+        self.form.refused.connect(self._refuse)
         self.map.pressed.connect(self.pressed)
+
+    def _refuse(self, why: str) -> None:
+        self.news.setText(why)
+        self.news.show()
 
     def _pause(self) -> None:
         (self.go_on_wanted if self.pause.text() == "Go on" else self.stop_wanted).emit()
@@ -171,4 +184,20 @@ def _left(done: float, share: float, began_at: float) -> str:
     if done < _LEAST_SHARE:
         return ""
     minutes = (1.0 - share) / done * (time.monotonic() - began_at) / 60.0
-    return f"  –  about {max(round(minutes), 1)} min left"
+    return f"about {max(round(minutes), 1)} min left"
+
+
+def _felt(runner: Runner) -> str:
+    """The force on the floor, and how strongly it vibrates: as commanded, and as accelerometers have it."""
+    presenter = runner.presenter
+    peak = runner.session.health.peak * float(presenter.full_scale.max())
+    words = [f"{runner.watch.loads_n.sum():.0f} N on the floor", f"{peak:.2f} m/s² commanded"]
+    end = presenter.end_frame
+    _, measured = presenter.measured(end - round(_LIVE_S * runner.session.target.rate), end)
+    if measured.size:
+        words.append(f"{float(np.nanmax(np.abs(measured))):.2f} m/s² measured")
+    return _joined(*words)
+
+
+def _joined(*words: str) -> str:
+    return "  ·  ".join(word for word in words if word)

@@ -8,9 +8,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QPlainTextEdit, QWidget
 
 from underfoot.errors import BadValue
-from underfoot.experiments.declared import Flag, caption
+from underfoot.experiments.declared import Flag, Named, Words, caption
 from underfoot.experiments.method import StimulusName, StimulusNames
-from underfoot.parameters import Choice, Count, Number, Numbers, Parameter
+from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
 from underfoot.quantities import parse_quantity, pretty_text, pretty_unit
 from underfoot.widgets import theme
 
@@ -77,6 +77,8 @@ class FieldRows(QWidget):
                 return box
             case Choice(options=options):
                 return self._choices(name, dict(zip(options, options, strict=True)), value)
+            case Named(values=values):
+                return self._choices(name, values, value)
             case StimulusName():
                 return self._choices(name, {"(none)": "", **{one: one for one in self._stimuli}}, value)
         if name in LONG_TEXTS:
@@ -85,9 +87,14 @@ class FieldRows(QWidget):
             text.setFixedHeight(PROSE_PX)
             text.textChanged.connect(lambda: self._set(name, text.toPlainText()))
             return text
-        line = QLineEdit(_shown(parameter, value))
-        if isinstance(parameter, StimulusNames):
-            line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])
+        line = QLineEdit(shown(parameter, value))
+        match parameter:
+            case StimulusNames():
+                line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])
+            case Words():
+                line.setPlaceholderText("all")
+            case Rows(columns=columns):
+                line.setPlaceholderText("; ".join([", ".join(column for column, _, _ in columns)] * 2) + "; …")
         line.textEdited.connect(lambda typed: self._set(name, read(parameter, typed)))
         return line
 
@@ -109,6 +116,8 @@ def read(parameter: Parameter, typed: str) -> Any:
     (4, 0.25, 'many')
     >>> read(Numbers((1.0,), 0.0, 20.0), "8, 15")
     [8.0, 15.0]
+    >>> read(Words(), "often, never"), read(Words(), "yes, always; no"), read(Rows((), columns=()), "1, 2; 3, 4")
+    (['often', 'never'], ['yes, always', 'no'], [[1.0, 2.0], [3.0, 4.0]])
     """
     text = typed.strip()
     unit = getattr(parameter, "unit", "")
@@ -123,16 +132,33 @@ def read(parameter: Parameter, typed: str) -> Any:
                 return [parse_quantity(part, unit) for part in _SEPARATORS.split(text) if part]
             case StimulusNames():
                 return [part for part in re.split(r"[,;\s]+", text) if part]
+            case Words():
+                return [part.strip() for part in text.split(";" if ";" in text else ",") if part.strip()]
+            case Rows():
+                rows = (row for row in text.split(";") if row.strip())
+                return [[parse_quantity(part, "") for part in _SEPARATORS.split(row.strip()) if part] for row in rows]
     except BadValue:
         return text
     return typed
 
 
-def _shown(parameter: Parameter, value: Any) -> str:
-    match parameter:
-        case Numbers() | StimulusNames():
-            items = value if isinstance(value, list | tuple) else [value]
-            return ", ".join(f"{item:g}" if isinstance(item, float) else str(item) for item in items)
-        case Number():
-            return f"{value:.10g}" if isinstance(value, int | float) else str(value)
-    return str(value)
+def shown(parameter: Parameter, value: Any) -> str:
+    """A value as `read` takes it.
+
+    >>> shown(Words(), ["yes, always", "no"]), shown(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
+    ('yes, always; no', '1, 2.5; 3, 4')
+    """
+    if isinstance(value, list | tuple):
+        if isinstance(parameter, Rows):
+            return "; ".join(_joined(row) for row in value)
+        return _joined(value)
+    return _plain(value)
+
+
+def _joined(items: Any) -> str:
+    words = [_plain(item) for item in items] if isinstance(items, list | tuple) else [str(items)]
+    return ("; " if any("," in word for word in words) else ", ").join(words)
+
+
+def _plain(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else str(value)

@@ -174,7 +174,7 @@ class Maker(QWidget):
 
     def _end(self) -> None:
         self._rest.stop()
-        self.stimuli.background.join()
+        self.stimuli.background.stop()
         self.draft, self._kept = None, ""
 
     def _check(self) -> None:

@@ -1,19 +1,18 @@
 """The participant's own window: big, calm and dark, on the second screen or the projector."""
 
-from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QPaintEvent, QScreen
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.studies.runner import Phase, Runner
-from underfoot.studies.target import FloorTarget
+from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, Stand
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
 
-TITLE_PX, TEXT_PX, CLOCK_PX = 32, 20, 64
-WIDTH_PX = 880
-
-
+TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
+WIDTH_PX = 960
+_MARGIN_M = 0.05
 _USUAL_PX_PER_M = 96.0 / 0.0254
 
 
@@ -27,17 +26,20 @@ class ParticipantWindow(QWidget):
     stop_wanted = Signal()
     closed = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, stand: Stand) -> None:
+        """`stand` is where targets are selected from, in a study that has some."""
         super().__init__(None, Qt.WindowType.Window)
         self.setWindowTitle("Study – Underfoot")
         self.setAccessibleName("Study, for the participant")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._shown = ("", "")
+        self._stand = stand
         self._target: FloorTarget | None = None
-        self._origin_m = (0.0, 0.0)
+        self._selected: FloorTarget | None = None
+        self._on_floor = False
         self.title, self.text, self.clock, self.hint = (theme.label() for _ in range(4))
-        self.form, self.foot = AnswerForm(), FootFieldsView()
+        self.form, self.foot = AnswerForm(TEXT_PX), FootFieldsView()
         column = QVBoxLayout(self)
         column.setAlignment(Qt.AlignmentFlag.AlignCenter)
         column.setSpacing(3 * theme.GRID)
@@ -76,7 +78,7 @@ class ParticipantWindow(QWidget):
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             first = next(iter(self.form.fields.values()), None)
             (first or self).setFocus()
-            self.hint.setText(_what_now(runner, self.form.is_by_button))
+            self.hint.setText(_what_now(runner, self.form))
         self.foot.show_answers(runner.foot)
         if runner.hint:
             self.hint.setText(runner.hint)
@@ -84,17 +86,15 @@ class ParticipantWindow(QWidget):
         left = round(runner.seconds_left)
         self.clock.setText(f"{left // 60}:{left % 60:02d}" if counts else "")
         self.clock.setVisible(counts)
-        if runner.target != self._target:
-            self._target = runner.target
-            self._show_words(self._target is None)
-        self.update()
+        self._show_floor(runner)
 
     @property
     def px_per_m(self) -> float:
-        """Pixels a metre, from the size that the screen says it has."""
+        """Pixels a metre, from the size that the screen says it has; fewer where not all buttons fit in."""
         screen = self.screen()
         width = screen.physicalSize().width()
-        return 1e3 * screen.geometry().width() / width if width > 0 else _USUAL_PX_PER_M
+        true = 1e3 * screen.geometry().width() / width if width > 0 else _USUAL_PX_PER_M
+        return min(true, self.height() / (self._stand.reach_m + FOOT_M[1] + 2.0 * _MARGIN_M))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         match event.key():
@@ -116,26 +116,47 @@ class ParticipantWindow(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor("black"))
-        if self._target is None:
+        if not self._on_floor:
             return
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.FORCE))
-        radius = 0.5 * self._target.width_m * self.px_per_m
-        painter.drawEllipse(self.place(self._target.x_m, self._target.y_m), radius, radius)
+        painter.setBrush(QColor("white"))
+        for side in (-0.5, 0.5):
+            painter.drawRect(self._foot(side * FEET_APART_M))
+        if self._selected is not None:
+            self._draw_disc(painter, self._selected, SELECTED_M)
+        if self._target is not None:
+            painter.setBrush(QColor(theme.FORCE))
+            self._draw_disc(painter, self._target, self._target.width_m)
 
     def place(self, x_m: float, y_m: float) -> QPointF:
-        """A place of the floor's frame in pixels; between the feet is in the lower middle."""
-        low = QPointF(0.5 * self.width(), 0.85 * self.height())
-        return low + QPointF(x_m - self._origin_m[0], self._origin_m[1] - y_m) * self.px_per_m
+        """A place of the floor's frame in pixels; between the toes is in the lower middle."""
+        toes = QPointF(0.5 * self.width(), self.height() - (FOOT_M[1] + _MARGIN_M) * self.px_per_m)
+        x0_m, y0_m = self._stand.origin_m
+        return toes + QPointF(x_m - x0_m, y0_m - y_m) * self.px_per_m
 
-    def set_origin(self, origin_m: tuple[float, float]) -> None:
-        """Where the participant stands, in the floor's frame."""
-        self._origin_m = origin_m
+    def _foot(self, aside_m: float) -> QRectF:
+        """Where a foot stands, so far from the middle."""
+        x_m, y_m = self._stand.origin_m
+        width_m, length_m = FOOT_M
+        left = x_m + aside_m - 0.5 * width_m
+        return QRectF(self.place(left, y_m), self.place(left + width_m, y_m - length_m))
 
-    def _show_words(self, shown: bool) -> None:
-        for label in (self.title, self.text, self.hint):
-            label.setVisible(shown)
+    def _draw_disc(self, painter: QPainter, target: FloorTarget, width_m: float) -> None:
+        radius = 0.5 * width_m * self.px_per_m
+        painter.drawEllipse(self.place(target.x_m, target.y_m), radius, radius)
+
+    def _show_floor(self, runner: Runner) -> None:
+        """While targets are selected, nothing but them and where the feet stand; words only where something is asked
+        for."""
+        self._target, self._selected = runner.target, runner.selected
+        trial = runner.page.trial
+        shown = trial is not None and not trial.intervals and runner.phase in (Phase.WAITING, Phase.PRESENTING)
+        if shown != self._on_floor:
+            self._on_floor = shown
+            for label in (self.title, self.text, self.hint):
+                label.setVisible(not shown)
+        self.update()
 
 
 def _title(runner: Runner) -> str:
@@ -162,18 +183,20 @@ def _text(runner: Runner) -> str:
     return page.text if page.trial is None else ""
 
 
-def _what_now(runner: Runner, by_button: bool) -> str:
+def _what_now(runner: Runner, form: AnswerForm) -> str:
     page = runner.page
     match runner.phase:
         case Phase.READY if page.start == "key":
             return "Press Space to feel it."
         case Phase.ANSWERING if runner.may_play:
             left = page.plays - runner.plays
-            return f"Space plays it again, {left} {'time' if left == 1 else 'times'} more."
+            return f"{form.how} Space plays it again, {left} {'time' if left == 1 else 'times'} more."
+        case Phase.ANSWERING:
+            return form.how
         case Phase.PAGE if page.kind == "learn":
-            return "Press a number to feel it."
-        case Phase.PAGE if not by_button:
-            return "Press Return to go on."
+            return "Press a number to feel it. Return goes on."
+        case Phase.PAGE:
+            return form.how
         case Phase.STOPPED:
             return "Please speak to the experimenter."
     return ""

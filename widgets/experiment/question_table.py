@@ -16,14 +16,17 @@ from PySide6.QtWidgets import (
 
 from underfoot.experiments.declared import fields_of
 from underfoot.experiments.questions import Question
-from underfoot.parameters import Choice, Parameter, Text
+from underfoot.parameters import Choice
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.field_rows import read
+from underfoot.widgets.experiment.field_rows import read, shown
 
 COLUMNS = ("name", "text", "kind", "low", "high", "options", "unit")
-_FIELDS: dict[str, Parameter] = fields_of(Question, COLUMNS)
+_FIELDS = fields_of(Question, COLUMNS)
 _WIDTHS = {"name": 120, "kind": 96, "low": 56, "high": 56, "options": 200, "unit": 64}
-_TIPS = {"name": "Its column in the table of trials", "options": "Of a choice, separated by commas"}
+_TIPS = {
+    "name": "Its column in the table of trials",
+    "options": "Of a choice, separated by commas; by semicolons where one has a comma in it",
+}
 
 
 class QuestionTable(QWidget):
@@ -71,7 +74,7 @@ class QuestionTable(QWidget):
         self.remove.setEnabled(bool(self.questions))
 
     def _cell(self, row: int, place: int, column: str, question: dict[str, Any]) -> None:
-        field = _FIELDS.get(column)
+        field = _FIELDS[column]
         if isinstance(field, Choice):
             box = QComboBox()
             box.setAccessibleName(column.capitalize())
@@ -80,17 +83,11 @@ class QuestionTable(QWidget):
             box.activated.connect(lambda _: self._put(question, column, box.currentText()))
             self.table.setCellWidget(row, place, box)
             return
-        value = question.get(column, [] if column == "options" else field.default if field is not None else "")
-        text = ", ".join(map(str, value)) if isinstance(value, list | tuple) else _plain(value)
-        self.table.setItem(row, place, QTableWidgetItem(text))
+        self.table.setItem(row, place, QTableWidgetItem(shown(field, question.get(column, field.default))))
 
     def _typed(self, item: QTableWidgetItem) -> None:
-        column, text = COLUMNS[item.column()], item.text()
-        if column == "options":
-            value: Any = [part.strip() for part in text.split(",") if part.strip()]
-        else:
-            value = read(_FIELDS.get(column, Text("")), text)
-        self._put(self.questions[item.row()], column, value)
+        column = COLUMNS[item.column()]
+        self._put(self.questions[item.row()], column, read(_FIELDS[column], item.text()))
 
     def _put(self, question: dict[str, Any], column: str, value: Any) -> None:
         question[column] = value
@@ -114,7 +111,3 @@ class QuestionTable(QWidget):
             del self.questions[row]
             self._show()
             self.changed.emit()
-
-
-def _plain(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,16 +1,20 @@
 """The stages of a protocol that is made, with the settings that their methods declare."""
 
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
+import msgspec
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
-from underfoot.experiments.declared import fields_of
+from underfoot.errors import UnderfootError
+from underfoot.experiments.declared import Named, fields_of
 from underfoot.experiments.draft import Draft
-from underfoot.experiments.foot import FootAnswer
+from underfoot.experiments.foot import FootAnswer, fields_in_words
 from underfoot.experiments.method import StimulusName
 from underfoot.experiments.methods import METHODS
-from underfoot.experiments.protocol import FIELDS_OF_KIND, Stage
+from underfoot.experiments.protocol import END, FIELDS_OF_KIND, Stage
 from underfoot.experiments.questions import ask
 from underfoot.parameters import Choice, Parameter
 from underfoot.widgets import theme
@@ -18,7 +22,6 @@ from underfoot.widgets.experiment.field_rows import FieldRows
 from underfoot.widgets.experiment.item_list import ItemList
 from underfoot.widgets.experiment.question_table import QuestionTable
 
-FOOT = ("by", "rule", "dwell_s", "force_n")
 _NAMES = {method.name: kind for kind, method in METHODS.items()}
 _USUAL = "rating"
 _FIRST = ("id", "kind", "title", "text")
@@ -60,14 +63,22 @@ class StagePage(ItemList):
             self.form = None
             self.show_detail(theme.label("No stage yet: Add makes one."))
             return
-        self.form = form = StageForm(self._stages[place], list(self.draft.raw["stimuli"]))
+        others = [str(stage["id"]) for stage in self._stages if stage is not self._stages[place]]
+        self.form = form = StageForm(self._stages[place], self.draft.raw["stimuli"], others)
         form.changed.connect(lambda: self._take(place))
+        form.renamed.connect(self._follow)
         form.rebuilt.connect(lambda: self._show_form(place))
         self.show_detail(form)
 
     def _take(self, place: int) -> None:
         self.rename(place, _words(self._stages[place]))
         self.changed.emit()
+
+    def _follow(self, old: str, new: str) -> None:
+        """A stage has another id: those that lead to it name it by that."""
+        for stage in self._stages:
+            if stage.get("next") == old:
+                stage["next"] = new
 
     def _add(self) -> None:
         self._insert(self.list.currentRow() + 1, {"id": "", "kind": "read", "title": "", "text": ""})
@@ -103,10 +114,14 @@ class StageForm(QWidget):
 
     changed = Signal()
     rebuilt = Signal()
+    renamed = Signal(str, str)
+    """The id that it had, and the one that it has."""
 
-    def __init__(self, stage: dict[str, Any], stimuli: list[str]) -> None:
+    def __init__(self, stage: dict[str, Any], stimuli: Mapping[str, Any], others: Sequence[str]) -> None:
+        """`others` are the ids of the other stages."""
         super().__init__()
-        self._stage, self._stimuli = stage, stimuli
+        self._stage, self._stimuli, self._others = stage, stimuli, others
+        self._id = str(stage.get("id", ""))
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, theme.GRID, 0)
         self._column.setSpacing(theme.GRID)
@@ -134,15 +149,28 @@ class StageForm(QWidget):
         self.further = self._rows(parameters, stage)
         if "foot" in wanted:
             self._show_foot()
+        self._column.addWidget(theme.label("ORDER", "heading"))
+        self.order = self._rows({"next": self._following()}, stage)
         self._column.addStretch(1)
 
     def _rows(self, parameters: dict[str, Parameter], values: dict[str, Any]) -> FieldRows:
-        rows = FieldRows(parameters, values, self._stimuli)
+        rows = FieldRows(parameters, values, list(self._stimuli))
         rows.changed.connect(lambda _: self.changed.emit())
         self._column.addWidget(rows)
         return rows
 
+    def _following(self) -> Named:
+        """What can come behind this stage."""
+        ways = {"the next in the list": "", "the end of the study": END, **{one: one for one in self._others}}
+        said = fields_of(Stage, ["next"])["next"]
+        follows = Named("", values=ways, doc=said.doc, label=said.label)
+        ask("next", follows)
+        return follows
+
     def _set(self, name: str) -> None:
+        if name == "id" and (new := str(self._stage["id"])) not in {"", END, *self._others}:
+            self.renamed.emit(self._id, new)
+            self._id = new
         if name == "kind":
             kind = self._stage["kind"]
             for field in set(Stage.__struct_fields__) - {"id", "kind", "next", *FIELDS_OF_KIND[kind]}:
@@ -191,7 +219,21 @@ class StageForm(QWidget):
         self._column.addWidget(self.foot, 0, Qt.AlignmentFlag.AlignLeft)
         if foot is not None:
             self._stage["foot"] = foot = dict(foot)
-            self.foot_rows = self._rows(fields_of(FootAnswer, FOOT), foot)
+            self.foot_rows = self._rows(fields_of(FootAnswer, FootAnswer.__struct_fields__), foot)
+            self.fields = theme.label("", "small")
+            self.fields.setWordWrap(True)
+            self._column.addWidget(self.fields)
+            self.changed.connect(self._show_fields)
+            self._show_fields()
+
+    def _show_fields(self) -> None:
+        """Say which answer has which field; nothing where there is a mistake, which is said below the form."""
+        use = self._stage["method"]
+        words = ""
+        with suppress(UnderfootError, KeyError, msgspec.ValidationError):
+            method, foot = METHODS[use["kind"]], msgspec.convert(self._stage["foot"], FootAnswer)
+            words = fields_in_words(foot, method.asked(method.checked(use["parameters"], self._stimuli)))
+        self.fields.setText(words)
 
     def _switch_foot(self, on: bool) -> None:
         self._stage["foot"] = {} if on else None
@@ -201,7 +243,8 @@ class StageForm(QWidget):
 
 def _words(stage: dict[str, Any]) -> str:
     method = (stage.get("method") or {}).get("kind", "")
-    return f"{stage.get('id', '')}  ·  {METHODS[method].name if method in METHODS else stage.get('kind', '')}"
+    what = METHODS[method].name if method in METHODS else stage.get("kind", "")
+    return f"{stage.get('id', '')}  ·  {what}" + (f"  →  {stage['next']}" if stage.get("next") else "")
 
 
 def _deep(value: Any) -> Any:

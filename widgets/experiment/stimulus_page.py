@@ -38,7 +38,8 @@ class StimulusPage(ItemList):
         super().__init__("stimulus")
         self.draft, self._own = draft, own
         self.background = Background(self)
-        self._measured = ("", False)
+        self._measured = ""
+        """The stimulus whose level is being measured."""
         self.form: StimulusForm | None = None
         self.chosen.connect(self._show_form)
         self.add_wanted.connect(lambda: self._add({"patch": "", "settings": {}, "factors": {}}))
@@ -106,10 +107,9 @@ class StimulusPage(ItemList):
     # --- the level ---
 
     def _measure(self, name: str) -> None:
-        """Measure in a thread; a second press leaves it."""
+        """Measure in a thread; a second press stops it."""
         if self.background.is_busy:
-            self._measured = ("", False)
-            self._show_measuring()
+            self.background.stop()
             return
         stimulus, registry = self._stimuli[name], self.draft.registry
         try:
@@ -118,14 +118,13 @@ class StimulusPage(ItemList):
         except (UnderfootError, msgspec.ValidationError) as error:
             self.said.emit(str(error))
             return
-        self._measured = (name, True)
-        self.background.compute(lambda: [measured_peak_m_s2(patch, registry)])
+        self._measured = name
+        self.background.compute(lambda task: [measured_peak_m_s2(patch, registry, task.is_stopped)])
         self._show_measuring()
 
     def _show_measured(self, found: list[float]) -> None:
-        name, wanted = self._measured
-        self._measured = ("", False)
-        if wanted and name in self._stimuli:
+        name = self._measured
+        if name in self._stimuli:
             stimulus, peak = self._stimuli[name], float(f"{found[0]:.4g}")
             stimulus["measured_m_s2"] = peak
             if not stimulus.get("scaled_by") or not stimulus.get("level_m_s2"):
@@ -136,14 +135,12 @@ class StimulusPage(ItemList):
         self._show_measuring()
 
     def _not_measured(self, why: str) -> None:
-        self._measured = ("", False)
         self._show_measuring()
         self.said.emit(why)
 
     def _show_measuring(self) -> None:
         if self.form is not None:
-            on = self._measured[1]
-            self.form.measure.setText("Measuring… Stop" if on else "Measure the level")
+            self.form.measure.setText("Measuring… Stop" if self.background.is_busy else "Measure the level")
 
 
 class StimulusForm(QWidget):

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from underfoot.errors import UnderfootError
-from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
 from underfoot.patch import library
 from underfoot.patch.node import Registry
@@ -46,15 +45,6 @@ def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list
         except UnderfootError as error:
             wrong.append(str(error))
     return found, wrong
-
-
-def origin_of(protocol: Protocol) -> tuple[float, float]:
-    """Where a participant stands to select targets, in the floor's frame; (0, 0) where there are none."""
-    for stage in protocol.stages:
-        if stage.method is not None and stage.method.kind == TargetSelection.kind:
-            x_m, y_m = TargetSelection.checked(stage.method.parameters, protocol.stimuli)["origin_m"]
-            return float(x_m), float(y_m)
-    return 0.0, 0.0
 
 
 def session_path(root: Path, study: StudyFile, participant: str) -> Path:

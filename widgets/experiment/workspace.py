@@ -21,9 +21,10 @@ from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.target import Stand
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
-from underfoot.widgets.experiment.background import Background
+from underfoot.widgets.experiment.background import Background, Task
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
 from underfoot.widgets.experiment.desk import Desk
 from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, kept_choice
@@ -34,7 +35,6 @@ from underfoot.widgets.experiment.studies import (
     StudyFile,
     is_id,
     load_study,
-    origin_of,
     own_studies,
     preset_studies,
     session_path,
@@ -122,6 +122,7 @@ class ExperimentWorkspace(Workspace):
     def close_down(self) -> None:
         """End what runs; the session's file stays as it is, to be gone on with."""
         self.leave()
+        self.background.stop()
         self.background.join()
         unsaved = self.maker.unsaved()
         if unsaved:
@@ -137,6 +138,7 @@ class ExperimentWorkspace(Workspace):
     def choose(self, place: int) -> None:
         """Choose a study by its place in the list."""
         if 0 <= place < len(self.studies) and self.runner is None:
+            self.background.stop()
             self._study = self.studies[place]
             self.overview.show_findings((), "")
             self._show()
@@ -257,14 +259,21 @@ class ExperimentWorkspace(Workspace):
     def simulate(self) -> None:
         """Run the study on simulated people, and show bias and spread of what it estimates."""
         study = self._study
-        self.overview.show_busy(f"Simulating {PEOPLE} people…")
-        self.background.compute(lambda: simulated_study(study, PEOPLE))
+        self._compute(f"Simulating {PEOPLE} people…", lambda task: simulated_study(study, PEOPLE, task))
 
     def analyse(self) -> None:
         """Show what the sessions so far say."""
         study, paths = self._study, sessions_of(self.root, self._study)
-        self.overview.show_busy("Analysing…")
-        self.background.compute(lambda: analysed_sessions(study, paths))
+        count = f"{len(paths)} {'session' if len(paths) == 1 else 'sessions'}"
+        self._compute(f"Analysing {count}…", lambda task: analysed_sessions(study, paths, task))
+
+    def _compute(self, words: str, make: Callable[[Task], list[Any]]) -> None:
+        """Compute this, or stop what is being computed."""
+        if self.background.is_busy:
+            self.background.stop()
+            return
+        self.overview.show_busy(words)
+        self.background.compute(make)
 
     def _show_findings(self, findings: Sequence[Findings]) -> None:
         drawings = [drawing for found in findings for drawing in found.drawings]
@@ -298,6 +307,7 @@ class ExperimentWorkspace(Workspace):
         controller, study = self._controller, self._study
         if controller is None or self.runner is not None:
             return
+        self.background.stop()
         path = session_path(self.root, study, participant)
         try:
             make_folder(path.parent)
@@ -333,13 +343,12 @@ class ExperimentWorkspace(Workspace):
         if self.runner is None:
             return
         if self.window_of_participant is None:
-            made = ParticipantWindow()
+            made = ParticipantWindow(Stand.of(self._study.protocol))
             made.answered.connect(self._answer)
             made.slid.connect(self._slide)
             made.go_wanted.connect(self._go)
             made.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
             made.closed.connect(self._window_closed)
-            made.set_origin(origin_of(self._study.protocol))
             self.window_of_participant = made
         others = [screen for screen in QGuiApplication.screens() if screen is not self.screen()]
         if others:
@@ -390,7 +399,7 @@ class ExperimentWorkspace(Workspace):
         if answered < LEAST_ANSWERED or answered == self._drawn or self.background.is_busy:
             return
         self._drawn = answered
-        self.background.compute(lambda: answers_so_far(study.protocol, study.participant, entries))
+        self.background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))
 
     def _do(self, what: Callable[[Runner], object]) -> None:
         """Do something with the runner; what hinders it is said."""
@@ -447,6 +456,7 @@ class ExperimentWorkspace(Workspace):
         overview.analyse_wanted.connect(self.analyse)
         self.background.found.connect(self._show_findings)
         self.background.failed.connect(self._failed)
+        self.background.said.connect(overview.state.setText)
         desk.next_wanted.connect(self._go)
         desk.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the experimenter")))
         desk.go_on_wanted.connect(lambda: self._do(lambda runner: runner.go_on()))

@@ -82,13 +82,14 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         (left, right), (bottom, top) = x.place(drawing.heat.x), y.place(drawing.heat.y)
         box = Box(float(left), float(top), float(right), float(bottom))
         yield HeatImage(drawing.heat.levels, drawing.heat.low, drawing.heat.high, box)
-    for line in drawing.lines:
+    marks = [line for line in drawing.lines if math.isfinite(line.at)]
+    for line in marks:
         at = crisp(float((x if line.axis == "x" else y).place(line.at)))
         ends = [(at, area.bottom), (at, area.top)] if line.axis == "x" else [(area.left, at), (area.right, at)]
         yield Segments(np.array([ends]), line.colour, line.dashed)
     for one in drawing.series:
         yield from shapes_of(one, x, frame.right if one.right and frame.right is not None else y)
-    for line in drawing.lines:
+    for line in marks:
         if line.name:
             top = float(y.place(line.at)) if line.axis == "y" else area.top
             wide = measure(line.name, SMALL_PX, False) + 8.0

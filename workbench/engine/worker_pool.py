@@ -15,6 +15,8 @@ from underfoot.errors import UnderfootError
 
 MOST_TRIES = 3
 """A job whose process died is given to another one, so often."""
+_LOOK_S = 0.2
+"""How often it is asked whether to stop, where nothing comes."""
 _LEAVE_S = 2.0
 """How long a process may take to put away what it has begun, once nobody waits for it."""
 
@@ -29,12 +31,17 @@ def cores() -> int:
 
 
 def in_parallel(
-    work: Callable[[Any], Any], jobs: Sequence[Any], processes: int, tries: int = 1
+    work: Callable[[Any], Any],
+    jobs: Sequence[Any],
+    processes: int,
+    tries: int = 1,
+    is_stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Any]]:
     """What `work` returns for each of `jobs`, with its number, as they become ready; or the `UnderfootError` it raised.
 
     `work` is a function of a module; jobs and results can be pickled. Where a process dies another takes its place; a
-    job that was lost so `tries` times has that for its error. Where whoever asked stops (Ctrl-C), all do.
+    job that was lost so `tries` times has that for its error. Where whoever asked stops (Ctrl-C), all do; once
+    `is_stopped` nothing more comes.
     """
     waiting = deque(enumerate(jobs))
     lost: Counter[int] = Counter()
@@ -42,8 +49,8 @@ def in_parallel(
     try:
         for _ in range(min(processes, len(jobs))):
             _give(_started(work), waiting, busy)
-        while busy:
-            wait_for_any(busy, within_s=1.0)
+        while busy and not is_stopped():
+            wait_for_any(busy, within_s=_LOOK_S)
             for child, number in list(busy.items()):
                 answers = child.receive()
                 if answers:

@@ -1,7 +1,7 @@
 """The fields of a protocol's documents as parameters, read from their types: what a form shows."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import msgspec
@@ -29,6 +29,41 @@ class Flag(Parameter):
         if not isinstance(value, bool):
             raise self.refuse(value)
         return value
+
+
+@dataclass(frozen=True)
+class Words(Parameter):
+    """Several short texts, each once, in an order that counts."""
+
+    default: tuple[str, ...] = ()
+    kind: ClassVar[str] = "words"
+
+    @property
+    def allowed(self) -> str:
+        return "texts, each once"
+
+    def check(self, value: Any) -> tuple[str, ...]:
+        good = isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(v, str) for v in value)
+        if not good or len(set(value)) != len(value):
+            raise self.refuse(value)
+        return tuple(value)
+
+
+@dataclass(frozen=True)
+class Named(Parameter):
+    """One of several values; `values` has them by the words that a form shows."""
+
+    values: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    kind: ClassVar[str] = "named"
+
+    @property
+    def allowed(self) -> str:
+        return ", ".join(self.values)
+
+    def check(self, value: Any) -> str:
+        if value not in self.values.values():
+            raise self.refuse(value)
+        return str(value)
 
 
 def fields_of(document: type[msgspec.Struct], names: Sequence[str]) -> dict[str, Parameter]:
@@ -78,6 +113,8 @@ def _parameter(name: str, kind: inspect.Type, default: Any) -> Parameter | None:
             return Number(default or 0.0, low, high, doc=doc, label=label, unit=unit)
         case inspect.IntType(ge=low, le=high) if low is not None and high is not None:
             return Count(default or 0, low, high, doc=doc, label=label, unit=unit)
+        case inspect.VarTupleType(item_type=inspect.StrType()):
+            return Words(tuple(default or ()), doc=doc, label=label)
         case inspect.StrType():
             return Text(default, doc=doc, label=label, most=_LONGEST)
     return None

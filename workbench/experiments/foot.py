@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from underfoot.errors import BadValue, require
-from underfoot.parameters import Choice, Count, Number, Parameter
+from underfoot.parameters import IDENTIFIER, Choice, Count, Number, Parameter
 
 MOST_FIELDS = 12
 """Of a slider: it takes as many values as there are tiles, at most so many."""
@@ -24,7 +24,10 @@ class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         Literal["tiles", "halves"],
         msgspec.Meta(title="Fields", description="A tile for each answer, or the halves of one tile for two."),
     ] = "tiles"
-    tiles: tuple[str, ...] = ()
+    tiles: Annotated[
+        tuple[str, ...],
+        msgspec.Meta(description="Ids of tiles, one for each answer in its order; none: all tiles of the floor."),
+    ] = ()
     rule: Annotated[
         Literal["dwell", "release"],
         msgspec.Meta(title="Given", description="By staying on the field, or by leaving it again."),
@@ -38,8 +41,8 @@ class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
 
     def check(self, place: str, asks: Sequence[Parameter]) -> None:
         """Raise `BadValue` where what is asked cannot be answered by foot, or not by these tiles."""
-        distinct = len(set(self.tiles)) == len(self.tiles)
-        require(distinct, f"{place}.tiles", list(self.tiles), "ids of tiles, each once")
+        good = len(set(self.tiles)) == len(self.tiles) and all(IDENTIFIER.fullmatch(tile) for tile in self.tiles)
+        require(good, f"{place}.tiles", list(self.tiles), "ids of tiles, each once")
         least = least_fields(asks)
         if least == 0:
             raise BadValue(
@@ -87,3 +90,21 @@ def values_of(one: Parameter, fields: int) -> list[Any]:
             count = min(fields, MOST_FIELDS)
             return [low + (high - low) * k / (count - 1) for k in range(count)]
     return []
+
+
+def fields_in_words(foot: FootAnswer, asks: Sequence[Parameter]) -> str:
+    """Which answer has which field, "" for what a foot cannot answer.
+
+    >>> from underfoot.experiments.questions import yes_or_no
+    >>> fields_in_words(FootAnswer(tiles=("t2", "t1")), [yes_or_no("felt", "Did you?")])
+    'yes: t2  ·  no: t1'
+    """
+    if not least_fields(asks):
+        return ""
+    fields = ("left half", "right half") if foot.by == "halves" else foot.tiles
+    if not fields and isinstance(asks[0], Number):
+        return "The values of the slider are spread over all tiles of the floor, evenly."
+    values = values_of(asks[0], max(len(fields), 2))
+    fields = fields or tuple(f"tile {k + 1} of the floor" for k in range(len(values)))
+    words = (f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+    return "  ·  ".join(f"{value}: {field}" for value, field in zip(words, fields, strict=False))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from underfoot.errors import BadValue, require
+from underfoot.experiments.declared import Words
 from underfoot.experiments.draws import Draws
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import Parameter
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class StimulusNames(Parameter):
+class StimulusNames(Words):
     """Names of stimuli of the protocol, at least `least`; none stands for all of them, in their order."""
 
     least: int = field(default=1, kw_only=True)
@@ -29,12 +30,6 @@ class StimulusNames(Parameter):
     @property
     def allowed(self) -> str:
         return "a list of names of stimuli, each once"
-
-    def check(self, value: Any) -> tuple[str, ...]:
-        good = isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(v, str) for v in value)
-        if not good or len(set(value)) != len(value):
-            raise self.refuse(value)
-        return tuple(value)
 
 
 @dataclass(frozen=True)

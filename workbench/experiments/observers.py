@@ -32,10 +32,11 @@ class Observer(ABC):
         super().__init_subclass__()
         cls.parameters = {name: value for name, value in vars(cls).items() if isinstance(value, Parameter)}
 
-    def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage) -> None:
-        """`truth` are values of some parameters; what is of other observers is left alone."""
+    def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage, place: float = 0.0) -> None:
+        """`truth` are values of some parameters; what is of other observers is left alone. `place` is how far this
+        person is from the middle of all people, in standard deviations."""
         self.truth = {name: p.check(truth.get(name, p.default)) for name, p in self.parameters.items()}
-        self.protocol = protocol
+        self.protocol, self.place = protocol, place
         use = stage.method
         if use is None:
             raise BadValue(f"stage {stage.id!r} has no trials to answer")
@@ -51,12 +52,17 @@ class Observer(ABC):
 
 
 class Identifier(Observer):
-    """Names stimuli rightly at a rate that grows from session to session; mistakes fall on all others alike."""
+    """Names stimuli rightly at a rate that grows from session to session; mistakes fall on all others alike.
+
+    Here, as with labels and targets, people differ a little: a share of few trials takes few values, and how often its
+    interval holds one single truth says more of that truth than of the interval.
+    """
 
     methods = ("absolute-identification",)
     first_rate = Number(0.45, 0.0, 1.0, doc="Share of right answers in the first session.")
     last_rate = Number(0.70, 0.0, 1.0, doc="Share that learning tends to.")
     learning = Number(0.62, 0.0, 10.0, doc="How fast: what is missing falls by exp(-this) each session.")
+    rates_differ = Number(0.3, 0.0, 3.0, doc="Standard deviation of rates from person to person, in logits.")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         correct, most = int(trial.correct), len(self.given["identified"])
@@ -74,7 +80,8 @@ class Identifier(Observer):
 
     def _rate(self, session: int) -> float:
         last: float = self.truth["last_rate"]
-        return last + (self.truth["first_rate"] - last) * math.exp(-self.truth["learning"] * (session - 1))
+        rate = last + (self.truth["first_rate"] - last) * math.exp(-self.truth["learning"] * (session - 1))
+        return _moved(rate, self.truth["rates_differ"] * self.place)
 
 
 def uniform_bits(rate: float, stimuli: int) -> float:
@@ -197,17 +204,21 @@ class Labeller(Observer):
     methods = ("free-labels",)
     impact_share_it = Number(thesis.IMPACT_LABELS["IT"], 0.0, 1.0, doc="Share of impact labels for the set IT.")
     impact_share_ws = Number(thesis.IMPACT_LABELS["WS"], 0.0, 1.0, doc="The same for the set WS.")
+    labels_differ = Number(0.3, 0.0, 3.0, doc="Standard deviation of shares from person to person, in logits.")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         of_it = self.protocol.stimuli[trial.intervals[0].stimulus].factors.get("set") == "IT"
-        first = random.random() < self.truth["impact_share_it" if of_it else "impact_share_ws"]
+        first = random.random() < self._share("impact_share_it" if of_it else "impact_share_ws")
         sorts = self._sorts()
         return {"label": "knock" if first else "hum", **({"sort": sorts[0 if first else -1]} if sorts else {})}
 
     def truths(self) -> dict[str, float]:
         sorts = self._sorts()
-        shares = {"IT": self.truth["impact_share_it"], "WS": self.truth["impact_share_ws"]}
+        shares = {"IT": self._share("impact_share_it"), "WS": self._share("impact_share_ws")}
         return {f"{sorts[0]} {name}": share for name, share in shares.items()} if sorts else {}
+
+    def _share(self, name: str) -> float:
+        return _moved(self.truth[name], self.truth["labels_differ"] * self.place)
 
     def _sorts(self) -> list[str]:
         return [part.strip() for part in str(self.given["sorts"]).split(",") if part.strip()]
@@ -218,11 +229,12 @@ class Foot(Observer):
 
     methods = ("target-selection",)
     error_m = Number(0.03, 0.001, 1.0, doc="Standard deviation of where the centroid is, in x and in y.", unit="m")
+    errors_differ = Number(0.15, 0.0, 1.0, doc="Standard deviation from person to person of the error's logarithm.")
     reach_s = Number(0.9, 0.1, 10.0, doc="Mean time to the press.", unit="s")
     reach_spread_s = Number(0.15, 0.0, 2.0, doc="Its standard deviation.", unit="s")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        place = self.truth["error_m"] * random.standard_normal(2)
+        place = self._error_m * random.standard_normal(2)
         time = self.truth["reach_s"] + self.truth["reach_spread_s"] * random.standard_normal()
         longest = self.given["visible_s"]
         inside = float(np.hypot(*place)) <= 0.5 * float(trial.facts["width_m"]) and time <= longest
@@ -234,11 +246,15 @@ class Foot(Observer):
             (self.given["visible_s"] - self.truth["reach_s"]) / max(self.truth["reach_spread_s"], 1e-9)
         )
         rates = {
-            width: (1.0 - math.exp(-0.125 * (width / self.truth["error_m"]) ** 2)) * (1.0 - late)
+            width: (1.0 - math.exp(-0.125 * (width / self._error_m) ** 2)) * (1.0 - late)
             for width in self.given["widths_m"]
         }
         found = {f"rate at {100.0 * width:g} cm": rate for width, rate in rates.items()}
         return {"rate": sum(rates.values()) / len(rates), "time": self.truth["reach_s"], **found}
+
+    @property
+    def _error_m(self) -> float:
+        return float(self.truth["error_m"] * math.exp(self.truth["errors_differ"] * self.place))
 
 
 OBSERVERS: Mapping[str, type[Observer]] = {
@@ -262,8 +278,9 @@ class SimulatedParticipant:
 
     def __init__(self, protocol: Protocol, truth: Mapping[str, float], random: np.random.Generator) -> None:
         self._random = random
+        place = float(random.standard_normal())
         self.observers = {
-            stage.id: OBSERVERS[stage.method.kind](truth, protocol, stage)
+            stage.id: OBSERVERS[stage.method.kind](truth, protocol, stage, place)
             for stage in protocol.stages
             if stage.method is not None
         }
@@ -275,6 +292,15 @@ class SimulatedParticipant:
         if page.trial is not None:
             return self.observers[page.stage].answer(page.trial, self._random)
         return {one.name: one.default for one in page.asks}
+
+
+def _moved(share: float, logits: float) -> float:
+    """A share so many logits higher; 0 and 1 stay.
+
+    >>> round(_moved(0.5, 1.0), 3), _moved(1.0, -2.0)
+    (0.731, 1.0)
+    """
+    return share / (share + (1.0 - share) * math.exp(-logits))
 
 
 def _normal(z: float) -> float:

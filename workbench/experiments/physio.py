@@ -1,8 +1,9 @@
-"""Force and vibration of each trial as BIDS physiological recordings, beside the behavioural file.
+"""Force and vibration of each trial as continuous recordings of BIDS, beside the behavioural file.
 
-BIDS 1.10, continuous recordings: `sub-ID_task-NAME_recording-force0012_physio.tsv.gz`, without a header, and a JSON
-sidecar with the columns, the rate and the start. 12 is the `entry` of the trial in the behavioural file; of two
-intervals the second's name ends with b.
+BIDS 1.10: `sub-ID_task-NAME_recording-force0012_physio.tsv.gz`, without a header, and a JSON sidecar with the columns,
+the rate and the start. 12 is the `entry` of the trial in the behavioural file; of two intervals the second's name ends
+with b. Force is a recording of the person ("physio"); what the tile did is the stimulus ("stim"). Motion files are
+those of tracking systems: points of a body, in channels none of which is a force.
 """
 
 import gzip
@@ -18,11 +19,11 @@ from underfoot.experiments.store import SessionFile, Stretch
 from underfoot.files import make_folder, write_file
 
 _KINDS = {
-    "force": ("force", "N", "Force at corner {} of the tile, less the tare."),
-    "vibration": ("commanded", "m/s^2", "Acceleration that was commanded of the tile {}, after all limits."),
-    "measured": ("measured", "m/s^2", "Acceleration of the tile {} that its accelerometer measured."),
+    "force": ("force", "physio", "N", "Force at corner {} of the tile, less the tare."),
+    "vibration": ("commanded", "stim", "m/s^2", "Acceleration that was commanded of the tile {}, after all limits."),
+    "measured": ("measured", "stim", "m/s^2", "Acceleration of the tile {} that its accelerometer measured."),
 }
-"""What a stretch is called in BIDS, its unit, and what a column is."""
+"""What a stretch is called in BIDS, its suffix there, its unit, and what a column is."""
 _FASTEST = 1
 """Of gzip: a recording at audio rate is large."""
 
@@ -42,8 +43,8 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
             if stretch.values.size == 0:
                 continue
             part = string.ascii_lowercase[stretch.part] if stretch.part else ""
-            recording = f"{_KINDS[stretch.kind][0]}{number:04d}{part}"
-            path = beh / f"sub-{label}_task-{name}_recording-{recording}_physio.tsv.gz"
+            kind, suffix, _, _ = _KINDS[stretch.kind]
+            path = beh / f"sub-{label}_task-{name}_recording-{kind}{number:04d}{part}_{suffix}.tsv.gz"
             write_file(path, gzip.compress(_rows(stretch), _FASTEST, mtime=0))
             sidecar = path.with_name(path.name.replace(".tsv.gz", ".json"))
             write_file(sidecar, json.dumps(_sidecar(stretch), indent=1).encode() + b"\n")
@@ -61,12 +62,12 @@ def _rows(stretch: Stretch) -> bytes:
 
 
 def _sidecar(stretch: Stretch) -> dict[str, Any]:
-    _, unit, words = _KINDS[stretch.kind]
+    _, suffix, unit, words = _KINDS[stretch.kind]
     columns = {name: {"Description": words.format(name), "Units": unit} for name in stretch.columns}
     return {
         "SamplingFrequency": stretch.rate_hz,
         "StartTime": stretch.first,
         "Columns": list(stretch.columns),
-        "PhysioType": "generic",
+        **({"PhysioType": "generic"} if suffix == "physio" else {}),
         **columns,
     }

@@ -78,7 +78,7 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     block_pause_s: Annotated[Seconds, _told("Between blocks.")] = 0.0
     long_pause_s: Annotated[Seconds, _told("In its place, after every so many blocks.")] = 0.0
     long_pause_every: Annotated[int, msgspec.Meta(ge=0, le=1000), _told("Blocks until a long pause; 0: none.")] = 0
-    next: str = ""
+    next: Annotated[str, _told("Where the study goes on behind this stage.", "Followed by")] = ""
 
 
 _WORDS = ("title", "text")
@@ -90,7 +90,7 @@ FIELDS_OF_KIND: Mapping[str, tuple[str, ...]] = {
     "level": (*_WORDS, "stimulus"),
     "trials": ("title", "method", "start", "plays", "feedback", "practice", "foot", "trial_pause_s", "interval_pause_s",
                "block_pause_s", "long_pause_s", "long_pause_every"),
-    "pause": ("title", "seconds"),
+    "pause": (*_WORDS, "seconds"),
 }  # fmt: skip
 """The fields of a stage that say something, by its kind; `id` and `next` every stage has."""
 

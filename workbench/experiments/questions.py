@@ -1,5 +1,6 @@
 """What a page asks a participant: parameters under names, and those that a protocol writes down."""
 
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 import msgspec
@@ -11,6 +12,22 @@ FIRST, SECOND = "first", "second"
 YES, NO = "yes", "no"
 
 Bound = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+
+
+@dataclass(frozen=True)
+class Scale(Number):
+    """A slider whose ends have words of their own.
+
+    >>> Scale(50.0, 0.0, 100.0, ends=("soft", "hard")).allowed
+    '0 (soft) to 100 (hard)'
+    """
+
+    ends: tuple[str, str] = field(default=("", ""), kw_only=True)
+
+    @property
+    def allowed(self) -> str:
+        low, high = self.ends
+        return f"{self.low:g} ({low}) to {self.high:g} ({high})"
 
 
 def ask(name: str, parameter: Parameter) -> Parameter:

@@ -100,8 +100,9 @@ def _estimates(
 class Summary:
     """What many people's estimates of one thing say beside its truth, after a share of the trials.
 
-    `bias` is mean minus truth, `spread` the standard deviation from person to person, `covered` the share of 95 %
-    intervals that hold the truth; `missing` the share of people who have no estimate.
+    `truth` is the mean over the people, who may differ in it by a standard deviation of `differ`. `bias` and `spread`
+    are mean and standard deviation of what an estimate is beside its person's truth, `covered` is the share of 95 %
+    intervals that hold it; `missing` the share of people who have no estimate.
     """
 
     name: str
@@ -113,14 +114,15 @@ class Summary:
     spread: float
     covered: float
     missing: float
+    differ: float = 0.0
 
     def spread_of(self, people: int) -> float:
         """The standard error of the mean over so many people.
 
-        >>> Summary("x", 1.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.95, 0.0).spread_of(16)
+        >>> Summary("x", 1.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.95, 0.0, differ=3.0).spread_of(25)
         1.0
         """
-        return self.spread / math.sqrt(people)
+        return math.hypot(self.spread, self.differ) / math.sqrt(people)
 
 
 def summaries(found: Iterable[Found]) -> list[Summary]:
@@ -134,14 +136,14 @@ def summaries(found: Iterable[Found]) -> list[Summary]:
 def _summary(name: str, share: float, several: Sequence[Found]) -> Summary:
     values, lows, highs, truths = (np.array([one[k] for one in several]) for k in (3, 4, 5, 6))
     there = np.isfinite(values)
-    truth = float(truths[0])
+    truth = float(truths.mean())
     if not there.any():
         return Summary(name, share, truth, math.nan, math.nan, math.nan, math.nan, math.nan, 1.0)
-    kept = values[there]
+    kept, errors = values[there], (values - truths)[there]
     judged = there & ~np.isnan(lows) & ~np.isnan(highs)
-    covered = float(((lows <= truth) & (truth <= highs))[judged].mean()) if judged.any() else math.nan
-    spread = float(kept.std(ddof=1)) if len(kept) > 1 else math.nan
-    mean = float(kept.mean())
+    covered = float(((lows <= truths) & (truths <= highs))[judged].mean()) if judged.any() else math.nan
+    spread, differ = (float(of.std(ddof=1)) if len(kept) > 1 else math.nan for of in (errors, truths))
     return Summary(
-        name, share, truth, mean, float(np.median(kept)), mean - truth, spread, covered, float(1 - there.mean())
-    )
+        name, share, truth, float(kept.mean()), float(np.median(kept)), float(errors.mean()), spread, covered,
+        float(1 - there.mean()), 0.0 if math.isnan(differ) else differ,
+    )  # fmt: skip

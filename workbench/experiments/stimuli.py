@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -111,7 +112,8 @@ def patch_path(name: str, folder: Path | None) -> Path:
     except (OSError, ValueError):
         is_file = False
     if not is_file:
-        raise BadFile(f"there is no patch {name!r}; allowed: a file beside the protocol, or {', '.join(presets)}")
+        near = ", ".join(get_close_matches(name, presets, 3, 0.3) or list(presets)[:3])
+        raise BadFile(f"there is no patch {name!r}; allowed: a file beside the protocol, or a preset, such as {near}")
     return path
 
 

@@ -1,12 +1,13 @@
 """How strong a patch is: the peak acceleration of the plate under a footstep, by the thesis's rule (table 6.1)."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Level, Play
-from underfoot.engine.loop import LoopOptions
-from underfoot.engine.render import render
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.errors import BadMeasurement
 from underfoot.floor.layout import default_floor
 from underfoot.patch.node import Registry
@@ -15,7 +16,7 @@ from underfoot.patch.patch import Patch
 WINDOW_S = 0.01
 _SILENT = 1e-3
 """Windows below this share of the largest RMS do not sound."""
-_SECONDS = 12.0
+_SECONDS = 12
 _QUIET_DB = -20.0
 """At this level nothing is limited; what is measured is scaled back."""
 _STRONG, _OF_PERCENT = 0.7, 95.0
@@ -44,11 +45,19 @@ def strongest_peak_m_s2(acceleration_m_s2: NDArray[np.floating], rate_hz: float)
     return float(np.median(np.abs(windows[strong]).max(axis=1)))
 
 
-def measured_peak_m_s2(patch: Patch, registry: Registry) -> float:
-    """The peak on simulated plates under the simulated walker, on the default floor; `BadMeasurement` for silence."""
+def measured_peak_m_s2(patch: Patch, registry: Registry, is_stopped: Callable[[], bool] = lambda: False) -> float:
+    """The peak on simulated plates under the simulated walker, on the default floor.
+
+    `BadMeasurement` for silence, and where it `is_stopped`, which is asked after each second of the walk.
+    """
     source = SimulatedFloor(default_floor(), seed=patch.seed)
-    commands = ((0, Level(_QUIET_DB)), (0, Play(True)))
-    options = LoopOptions(block=1024, plates=("accelerometer",))
-    rendered = render(patch, registry, source, _SECONDS, options, commands=commands)
-    measured = rendered.tiles["accelerometer"].astype(np.float64) / 10.0 ** (_QUIET_DB / 20.0)
-    return strongest_peak_m_s2(measured, rendered.rate_hz)
+    loop = Loop(patch, registry, source, LoopOptions(block=1024, plates=("accelerometer",)))
+    for command in (Level(_QUIET_DB), Play(True)):
+        loop.send(command, 0)
+    parts = []
+    for _ in range(_SECONDS):
+        if is_stopped():
+            raise BadMeasurement("the measurement of the level was stopped")
+        parts.append(loop.play_all(round(loop.rate_hz))[1]["accelerometer"])
+    measured = np.concatenate(parts).astype(np.float64) / 10.0 ** (_QUIET_DB / 20.0)
+    return strongest_peak_m_s2(measured, loop.rate_hz)

@@ -23,6 +23,7 @@ from underfoot.experiments.method import Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.questions import YES
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Page, Study, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
@@ -34,7 +35,7 @@ from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP
 from underfoot.studies.measuring import Presented
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE, Presenter
-from underfoot.studies.target import FloorTarget, require_on_floor
+from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
 
 CROSSINGS = 2
 SETTLED_S = 0.3
@@ -78,6 +79,7 @@ class Runner:
         self._playing_until = math.inf
         self._stood = False
         self._floor_target: FloorTarget | None = None
+        self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
         self.foot: FootAnswers | None = None
         """The fields on the floor that answer what is asked now."""
         self._resumed = Phase.PAGE
@@ -130,6 +132,12 @@ class Runner:
     def target(self) -> FloorTarget | None:
         """The button on the floor that can be pressed now."""
         return self._floor_target if self.phase is Phase.PRESENTING else None
+
+    @property
+    def selected(self) -> FloorTarget | None:
+        """The button that was just pressed in time, and shows that it was."""
+        target, until = self._selected
+        return target if self.phase is Phase.WAITING and self._clock() < until else None
 
     # --- what is done ---
 
@@ -402,6 +410,8 @@ class Runner:
         answers = target.judged(self.watch.contacts, self.watch.now_s, self._clock())
         if answers is None:
             return
+        if answers["selected"] == YES:
+            self._selected = (target, self._clock() + SELECTED_S)
         self._measure()
         self._keep(answers, dict(self._presented.facts), pause_s=target.pause_s)
 

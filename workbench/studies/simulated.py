@@ -9,14 +9,19 @@ from underfoot.errors import UnderfootError
 from underfoot.experiments.simulation import Found, Job, simulate
 
 
-def simulated_here(jobs: Sequence[Job], processes: int, seen: Callable[[int], None] | None = None) -> list[Found]:
+def simulated_here(
+    jobs: Sequence[Job],
+    processes: int,
+    seen: Callable[[int], None] | None = None,
+    is_stopped: Callable[[], bool] = lambda: False,
+) -> list[Found]:
     """What the people of all jobs estimate, on so many processes; `seen` is told how many jobs are done.
 
-    A job whose process is killed is computed again by another.
+    A job whose process is killed is computed again by another. Once `is_stopped`, what there is comes back.
     """
     if processes == 1:
         return _gathered(((place, simulate(job)) for place, job in enumerate(jobs)), seen)
-    return _gathered(in_parallel(simulate, jobs, processes, MOST_TRIES), seen)
+    return _gathered(in_parallel(simulate, jobs, processes, MOST_TRIES, is_stopped), seen)
 
 
 def simulated_on_cluster(jobs: Sequence[Job], address: str, seen: Callable[[int], None] | None = None) -> list[Found]:

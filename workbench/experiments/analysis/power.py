@@ -25,8 +25,9 @@ def power_of(summaries: Sequence[Summary], people: int) -> Findings:
     )
     columns = ("estimate", "truth", "mean", "bias", "spread", *(f"SE of {n}" for n in GROUPS), "95 % hold")
     note = (
-        "Spread is the standard deviation from person to person, all with the same truth; SE that of the mean of so "
-        "many people; the last column how often 95 % intervals hold the truth."
+        "Truth is the mean over people. Bias and spread are mean and standard deviation of what an estimate is beside "
+        "its person's truth; SE is the standard error of the mean of so many people, who may differ; the last column "
+        "is how often 95 % intervals hold their person's truth."
     )
     found.tables.append(Table("Estimates beside the truth", columns, rows, note))
     for name in dict.fromkeys(one.name.split(" ")[0] for one in whole):
@@ -55,7 +56,7 @@ def _against_trials(names: Sequence[str], summaries: Sequence[Summary]) -> Drawi
 def _against_people(of_kind: Sequence[Summary]) -> Drawing:
     people = np.arange(1, 61)
     lines = tuple(
-        series(one.name, people, one.spread / np.sqrt(people), colour=colour)
+        series(one.name, people, one.spread_of(1) / np.sqrt(people), colour=colour)
         for colour, one in zip(_COLOURS, of_kind, strict=False)
         if math.isfinite(one.spread)
     )

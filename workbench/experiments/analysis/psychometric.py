@@ -3,13 +3,15 @@
 The regression is statsmodels' (a generalised linear model with the probit link); with a lapse rate the likelihood is
 maximised by SciPy, which a probit link alone cannot do. Intervals come of a parametric bootstrap, in which data are
 drawn from the fitted curve and fitted again, or, at once, of the regression's covariance: Wald's for slope and
-intercept, and for the PSE, which is a ratio, Fieller's (Some problems in interval estimation, 1954).
+intercept, and for the PSE, which is a ratio, Fieller's (Some problems in interval estimation, 1954). The PSE itself is
+estimated as Beale does ratios (Some uses of computers in operational research, 1962): minus intercept over slope, as it
+is, is drawn upwards by the few curves whose slope is nearly none.
 """
 
 import math
 import warnings
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,8 +82,10 @@ def estimates(
     Bootstrap curves that cannot be fitted are left out. With lapses there is no interval without draws.
     """
     curve = fit(x, yes, of, with_lapses)
+    pse = _pse(curve, float(np.mean(np.asarray(x, np.float64))))
     if bootstrap == 0:
-        return _by_covariance(curve)
+        plain, slope, intercept = _by_covariance(curve)
+        return replace(plain, value=pse), slope, intercept
     levels, totals = np.asarray(x, np.float64), np.asarray(of, np.int64)
     random = np.random.default_rng(seed)
     chance = curve.at(levels)
@@ -93,7 +97,17 @@ def estimates(
     for name in ("pse", "slope", "intercept"):
         value = getattr(curve, name)
         found.append(Estimate(name, value, *_bias_corrected(value, [getattr(one, name) for one in again])))
-    return found[0], found[1], found[2]
+    return replace(found[0], value=pse), found[1], found[2]
+
+
+def _pse(curve: Curve, middle: float) -> float:
+    """Beale's estimate of where the curve is a half, about a `middle` of levels; the plain one without covariance."""
+    (vii, vis), (_, vss) = curve.covariance
+    there, slope = curve.intercept + curve.slope * middle, curve.slope
+    if slope == 0.0 or not math.isfinite(vii + vis + vss):
+        return curve.pse
+    both = vis + middle * vss
+    return middle - (there + both / slope) / slope / (1.0 + vss / slope**2)
 
 
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:

@@ -8,7 +8,7 @@ import numpy as np
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import fisher, logistic_regression
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval, share_interval
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval, mixed_share_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, grouped
@@ -35,7 +35,11 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     """Over people: rates by each factor, a logistic regression, and Fisher's test of two distances."""
     found = Findings("Target selection")
     people = [(str(person), _rate("rate", part)) for (person,), part in grouped(rows, "participant").items()]
-    found.tables.append(estimates_table("Rates of each person", "participant", people, "Intervals are Wilson's."))
+    found.tables.append(
+        estimates_table(
+            "Rates of each person", "participant", people, "Wilson's intervals of the widths, put together."
+        )
+    )
     for name, (column, factor, unit) in FACTORS.items():
         parts = sorted(grouped(rows, column).items())
         lines = [(f"{factor * float(value):.4g} {unit}", _rate("rate", part)) for (value,), part in parts]
@@ -67,7 +71,9 @@ _THESIS = (
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
-    return share_interval(name, sum(row["selected"] == "yes" for row in rows), len(rows))
+    """The rate of selection; each width has one of its own."""
+    parts = grouped(rows, "width_m").values()
+    return mixed_share_interval(name, [(sum(row["selected"] == "yes" for row in part), len(part)) for part in parts])
 
 
 def _drawn(name: str, column: str, factor: float, unit: str, rows: Sequence[Row]) -> Drawing:

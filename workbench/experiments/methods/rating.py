@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from underfoot.experiments.method import ListedMethod, StimulusNames
-from underfoot.experiments.questions import ask
+from underfoot.experiments.questions import Scale, ask
 from underfoot.experiments.trials import Presentation, Trial
-from underfoot.parameters import Count, Number, Parameter, Text
+from underfoot.parameters import Count, Parameter, Text
 
 
 class Rating(ListedMethod):
@@ -29,5 +29,4 @@ class Rating(ListedMethod):
 
     @classmethod
     def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        doc = f"{given['question']} 0: {given['low']}, 100: {given['high']}."
-        return (ask("rating", Number(50.0, 0.0, 100.0, doc=doc)),)
+        return (ask("rating", Scale(50.0, 0.0, 100.0, doc=given["question"], ends=(given["low"], given["high"]))),)

@@ -1,0 +1,16 @@
+"""What is believed of a threshold, against what can be told beforehand."""
+
+import pytest
+
+from underfoot.experiments.analysis import bayesian
+from underfoot.experiments.analysis.settings import Settings
+
+pytest.importorskip("questplus")
+
+
+def test_before_the_first_answer_95_percent_of_all_levels_and_spreads_are_believed():
+    """Levels of -2 to 2 dB by 1 reach half a step further; spreads of 0.5 to 8 dB, half a doubling."""
+    given = {"range_db": (-2.0, 2.0), "step_db": 1.0}
+    threshold, spread = bayesian.estimates([], Settings(given))
+    assert (threshold.low, threshold.high) == pytest.approx((-2.375, 2.375))
+    assert (spread.low, spread.high) == pytest.approx((0.5 * 2.0 ** (-0.5 + 0.125), 8.0 * 2.0 ** (0.5 - 0.125)))
