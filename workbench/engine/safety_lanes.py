@@ -1,6 +1,7 @@
 """Eight rows of the last stage at a time: what a frame needs of the one before is waited for once, not eight times."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -244,19 +245,19 @@ def _run(work: Memory, stage: np.record, n: int) -> int:
 
 
 @inlined
-def _toward(mean, value, share):  # type: ignore[no-untyped-def]
+def _toward(mean: Any, value: Any, share: Any) -> Any:
     mean = mean + share * (value - mean)
     return chosen(mean > all_eight(NEGLIGIBLE), mean, all_eight(0.0))
 
 
 @inlined
-def _larger(a, b):  # type: ignore[no-untyped-def]
+def _larger(a: Any, b: Any) -> Any:
     """The larger of two as `max` has it, to the sign of a zero."""
     return chosen(b > a, b, a)
 
 
 @inlined
-def _held(value, most):  # type: ignore[no-untyped-def]
+def _held(value: Any, most: Any) -> Any:
     """What lies within -most to most of a value."""
     value = _larger(value, all_eight(-1.0) * most)
     return chosen(most < value, most, value)
