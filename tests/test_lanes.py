@@ -1,9 +1,22 @@
-"""Four numbers at a time against NumPy, between numbers that must stay as they are."""
+"""Several numbers at a time against NumPy, between numbers that must stay as they are."""
 
 import numpy as np
 
 from underfoot.kernels import kernel
-from underfoot.lanes import all_four, four, put, total
+from underfoot.lanes import (
+    all_eight,
+    all_four,
+    anywhere,
+    chosen,
+    eight,
+    everywhere,
+    four,
+    magnitudes,
+    put,
+    put_across,
+    roots,
+    total,
+)
 from underfoot.memory import LANES
 
 
@@ -24,3 +37,38 @@ def test_four_numbers_at_a_time():
         assert found == (a[at] + a[at + 2]) + (a[at + 1] + a[at + 3])
         out[four_places] = 7.0
         assert (out == 7.0).all()
+
+
+@kernel
+def _compare(a, b, out, at):
+    x, y = eight(a, at), eight(b, at)
+    larger = chosen(x > y, x, y)
+    put(out, at, roots(magnitudes(larger)) / all_eight(3.0))
+    return anywhere(x == y), everywhere(larger > x - all_eight(1.0)), everywhere(x < y)
+
+
+def test_numbers_are_compared_and_chosen_one_by_one():
+    a, b = np.random.default_rng(2).standard_normal((2, 24))
+    for dtype in (np.float64, np.float32):
+        out = np.full(24, 7.0, dtype)
+        assert _compare(a, b, out, 5) == (False, True, False)
+        places = slice(5, 13)
+        np.testing.assert_array_equal(out[places], (np.sqrt(np.abs(np.maximum(a, b))) / 3.0)[places].astype(dtype))
+        out[places] = 7.0
+        assert (out == 7.0).all()
+    b[6] = a[6]
+    assert _compare(a, b, out, 5)[0]
+    assert _compare(a, a + 1.0, out, 5)[2]
+
+
+@kernel
+def _transpose(a, out, at):
+    first = eight(a, 0), eight(a, 8), eight(a, 16), eight(a, 24)
+    put_across(out, at, (*first, eight(a, 32), eight(a, 40), eight(a, 48), eight(a, 56)))
+
+
+def test_rows_are_written_column_after_column():
+    a, out = np.random.default_rng(3).standard_normal((8, 8)), np.full(70, 7.0)
+    _transpose(a, out, 3)
+    np.testing.assert_array_equal(out[3:67].reshape(8, 8), a.T)
+    assert (out[[0, 1, 2, 67, 68, 69]] == 7.0).all()

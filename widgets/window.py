@@ -251,12 +251,13 @@ class MainWindow(QMainWindow):
 
     def _open_cost(self) -> None:
         from underfoot.bench.cost_process import CostRequest
+        from underfoot.engine.target import is_simulated
         from underfoot.widgets.dialogs.cost_dialog import CostDialog
 
         def request(feet: int) -> CostRequest:
             target, folder = self.controller.target, str(self.open_patch.folder or "")
             patch = self.open_patch.patch.dumps()
-            return CostRequest(patch, target.floor, feet, target.block, target.profiles, folder)
+            return CostRequest(patch, target.floor, feet, target.block, target.profiles, folder, is_simulated(target))
 
         CostDialog(request, self).open()
 

@@ -1,4 +1,4 @@
-"""How four numbers at a time are compiled: to a vector of the processor's."""
+"""How several numbers at a time are compiled: to a vector of the processor's."""
 
 import operator
 from collections.abc import Callable
@@ -11,87 +11,179 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import register_model
 
-from underfoot.memory import LANES
-
-_VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 _INDEX = ir.IntType(32)
 
 
 class Lanes(types.Type):
-    """Four float64, to the compiler."""
+    """So many float64, to the compiler."""
 
-    def __init__(self) -> None:
-        super().__init__(name="four float64")
+    def __init__(self, count: int) -> None:
+        self.count, self.vector = count, ir.VectorType(ir.DoubleType(), count)
+        super().__init__(name=f"{count} float64")
 
 
-KIND = Lanes()
+class Compared(types.Type):
+    """What a comparison of so many float64 gives: whether it holds, for each."""
+
+    def __init__(self, count: int) -> None:
+        self.count, self.vector = count, ir.VectorType(ir.IntType(1), count)
+        super().__init__(name=f"{count} comparisons")
 
 
 @register_model(Lanes)
-class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: Lanes) -> None:
-        super().__init__(manager, kind, _VECTOR)
+@register_model(Compared)
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Lanes | Compared) -> None:
+        super().__init__(manager, kind, kind.vector)
 
 
-def loaded(array: types.Type) -> Any:
-    """Four numbers of an array."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.load(_place(context, builder, signature, arguments), align=8)
-
-    return KIND(array, types.intp), code
-
-
-def stored(array: types.Type) -> Any:
-    """Four numbers, written to an array."""
+def loaded(array: types.Type, count: int) -> Any:
+    """So many numbers of an array."""
+    kind = Lanes(count)
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        builder.store(arguments[2], _place(context, builder, signature, arguments), align=8)
+        return builder.load(_place(context, builder, signature, arguments, kind.vector), align=8)
+
+    return kind(array, types.intp), code
+
+
+def stored(array: types.Array, kind: Lanes) -> Any:
+    """Numbers, written to an array; to one of float32 as the nearest of these."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        _store(context, builder, signature, arguments, arguments[2])
         return context.get_dummy_value()
 
-    return types.void(array, types.intp, KIND), code
+    return types.void(array, types.intp, kind), code
 
 
-def repeated() -> Any:
-    """Four times the same number."""
+def stored_across(array: types.Array, kind: types.UniTuple) -> Any:
+    """As many rows of numbers as each has, written column after column."""
+    count = kind.count
+    assert kind.dtype == Lanes(count)
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), arguments[0], _INDEX(0))
-        return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(_INDEX, LANES), [0] * LANES))
+        rows = [builder.extract_value(arguments[2], k) for k in range(count)]
+        # Rows half of `step` apart exchange halves of their blocks, until the blocks are single numbers.
+        step = count
+        while step > 1:
+            step //= 2
+            low = [k if k & step == 0 else k - step + count for k in range(count)]
+            high = [k + step if k & step == 0 else k + count for k in range(count)]
+            for k in range(count):
+                if k & step == 0:
+                    pair = rows[k], rows[k + step]
+                    rows[k], rows[k + step] = (builder.shuffle_vector(*pair, _places(at)) for at in (low, high))
+        for k, row in enumerate(rows):
+            at = builder.add(arguments[1], arguments[1].type(k * count))
+            _store(context, builder, signature, (arguments[0], at), row)
+        return context.get_dummy_value()
 
-    return KIND(types.float64), code
+    return types.void(array, types.intp, kind), code
 
 
-def summed() -> Any:
-    """The sum of the four: of the first and the third, and the second and the fourth."""
+def repeated(count: int) -> Any:
+    """So many times the same number."""
+    kind = Lanes(count)
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        one = builder.insert_element(ir.Constant(kind.vector, ir.Undefined), arguments[0], _INDEX(0))
+        return builder.shuffle_vector(one, one, _places([0] * count))
+
+    return kind(types.float64), code
+
+
+def summed(kind: Lanes) -> Any:
+    """The sum of four: of the first and the third, and the second and the fourth."""
+    assert kind.count == 4
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         (of,) = arguments
-        halves = [builder.shuffle_vector(of, of, ir.Constant(ir.VectorType(_INDEX, 2), at)) for at in ([0, 1], [2, 3])]
+        halves = [builder.shuffle_vector(of, of, _places(at)) for at in ([0, 1], [2, 3])]
         pair = builder.fadd(*halves)
         return builder.fadd(builder.extract_element(pair, _INDEX(0)), builder.extract_element(pair, _INDEX(1)))
 
-    return types.float64(KIND), code
+    return types.float64(kind), code
 
 
-def _place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def selected(where: Compared, numbers: Lanes, others: Lanes) -> Any:
+    """Numbers where a comparison holds, and the others elsewhere."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.select(*arguments)
+
+    return numbers(where, numbers, others), code
+
+
+def any_of(where: Compared) -> Any:
+    """Whether a comparison holds for any of its numbers."""
+    return _judged(where, "!=", 0)
+
+
+def all_of(where: Compared) -> Any:
+    """Whether a comparison holds for all of its numbers."""
+    return _judged(where, "==", -1)
+
+
+def _judged(where: Compared, sign: str, bits: int) -> Any:
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        word = builder.bitcast(arguments[0], ir.IntType(where.count))
+        return builder.icmp_signed(sign, word, word.type(bits))
+
+    return types.boolean(where), code
+
+
+def each(kind: Lanes, name: str) -> Any:
+    """A function of one number, of LLVM's, of each."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function = ir.FunctionType(kind.vector, [kind.vector])
+        declared = builder.module.declare_intrinsic(f"{name}.v{kind.count}f64", fnty=function)
+        return builder.call(declared, arguments)
+
+    return kind(kind), code
+
+
+def _places(at: list[int]) -> Any:
+    return ir.Constant(ir.VectorType(_INDEX, len(at)), at)
+
+
+def _place(context: Any, builder: Any, signature: Any, arguments: Any, vector: Any) -> Any:
+    assert signature.args[0].ndim == 1 or signature.args[0].layout == "C"
     array = context.make_array(signature.args[0])(context, builder, arguments[0])
-    return builder.bitcast(builder.gep(array.data, [arguments[1]]), _VECTOR.as_pointer())
+    return builder.bitcast(builder.gep(array.data, [arguments[1]]), vector.as_pointer())
 
 
-def _operate(sign: Callable[..., Any], name: str) -> None:
+def _store(context: Any, builder: Any, signature: Any, arguments: Any, numbers: Any) -> None:
+    """Write numbers to the array and place that are the first two arguments."""
+    if signature.args[0].dtype == types.float32:
+        numbers = builder.fptrunc(numbers, ir.VectorType(ir.FloatType(), numbers.type.count))
+    builder.store(numbers, _place(context, builder, signature, arguments, numbers.type), align=4)
+
+
+def _operate(
+    sign: Callable[..., Any], of: type, result: Callable[[int], types.Type], write: Callable[..., Any]
+) -> None:
+    """Let an operator stand between two of the same kind; `write(builder, a, b)` writes its code."""
+
     @infer_global(sign)
     class Template(AbstractTemplate):
         key = sign
 
         def generic(self, args: Any, kws: Any) -> Any:
-            return signature(KIND, *args) if args == (KIND, KIND) else None
+            alike = len(args) == 2 and isinstance(args[0], of) and args[0] == args[1]
+            return signature(result(args[0].count), *args) if alike else None
 
-    @lower_builtin(sign, KIND, KIND)
+    @lower_builtin(sign, of, of)
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return getattr(builder, name)(*arguments)
+        return write(builder, *arguments)
 
 
-_operate(operator.add, "fadd")
-_operate(operator.sub, "fsub")
-_operate(operator.mul, "fmul")
+_operate(operator.add, Lanes, Lanes, lambda builder, a, b: builder.fadd(a, b))
+_operate(operator.sub, Lanes, Lanes, lambda builder, a, b: builder.fsub(a, b))
+_operate(operator.mul, Lanes, Lanes, lambda builder, a, b: builder.fmul(a, b))
+_operate(operator.truediv, Lanes, Lanes, lambda builder, a, b: builder.fdiv(a, b))
+_operate(operator.gt, Lanes, Compared, lambda builder, a, b: builder.fcmp_ordered(">", a, b))
+_operate(operator.lt, Lanes, Compared, lambda builder, a, b: builder.fcmp_ordered("<", a, b))
+_operate(operator.eq, Lanes, Compared, lambda builder, a, b: builder.fcmp_ordered("==", a, b))
+_operate(operator.and_, Compared, Compared, lambda builder, a, b: builder.and_(a, b))

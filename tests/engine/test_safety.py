@@ -197,3 +197,46 @@ def test_a_measuring_signal_keeps_to_the_limits():
     loud = limited(sine(5.0, 300.0, 3.0), RATE)
     assert np.abs(loud).max() <= np.float32(Limits().peak)
     assert running_rms(loud).max() < 1.03 * Limits().rms
+
+
+def test_many_rows_at_once_give_the_bits_of_one_sample_after_the_other():
+    rng = np.random.default_rng(3)
+    heights = np.geomspace(0.01, 30.0, 11)
+    signal = np.repeat(rng.standard_normal((11, 333)) * heights[:, None], 4, axis=1)
+    signal[2, :700], signal[4, 900:], signal[7, 500] = 0.0, 0.0, math.nan
+    limits = [Limits(FULL, 0.9 - 0.05 * k, 0.1 + 0.03 * k) for k in range(11)]
+    channels = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8, 2]  # a whole group of neighbours, and one row that adds to another
+    out = guarded(signal, (300, 64, 7, 1024), limits, channels, {640: lambda safety: safety.level(0.3, 640)})
+    level = 1.0 + (0.3 - 1.0) * np.clip((np.arange(signal.shape[1]) - 640.0) / RAMP, 0.0, 1.0)
+    plain = np.zeros_like(out)
+    for row, limit, channel in zip(signal * FULL, limits, channels, strict=True):
+        _limit_plainly(row, limit, level.tolist(), plain[:, channel])
+    assert out.tobytes() == plain.tobytes()
+
+
+def _limit_plainly(acceleration, limit, level, out):
+    """The stage's definition, sample by sample, added to float32 `out`."""
+    pole = math.exp(-2.0 * math.pi * DC_HZ / RATE)
+    burst_share, rms_share, release_share = (1.0 - math.exp(-1.0 / (s * RATE)) for s in (0.05, RMS_SECONDS, 0.1))
+    dc_in = dc_out = burst = mean = 0.0
+    limiter = 1.0
+    for i, asked in enumerate(acceleration.tolist()):
+        now = asked * (1.0 / limit.acceleration_per_unit)
+        now = min(max(now, -100.0), 100.0) * level[i] if math.isfinite(now) else 0.0
+        if now == dc_in == dc_out == 0.0:
+            continue
+        y = now - dc_in + pole * dc_out
+        dc_in, dc_out = now, y if abs(y) > 1e-12 else 0.0
+        burst += burst_share * (y * y - burst)
+        burst = burst if burst > 1e-12 else 0.0
+        allowed = limit.rms**2 + max(limit.rms**2 - mean, 0.0) * (burst_share / rms_share - 1.0)
+        if burst > allowed:
+            y *= math.sqrt(allowed / burst)
+        limiter = limiter + release_share * (1.0 - limiter)
+        limiter = 1.0 if limiter > 1.0 - 1e-12 else limiter
+        if abs(y) * limiter > limit.peak:
+            limiter = limit.peak / abs(y)
+        y *= limiter
+        mean += rms_share * (y * y - mean)
+        mean = mean if mean > 1e-12 else 0.0
+        out[i] = min(max(y + float(out[i]), -limit.peak), limit.peak)

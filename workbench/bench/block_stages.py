@@ -20,6 +20,7 @@ from underfoot.engine.session_memory import SessionMemory
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
+from underfoot.floor.simulated_plates import Heard
 from underfoot.kernels import kernel
 from underfoot.patch.calls import cycles
 from underfoot.patch.guards import guarded
@@ -40,7 +41,8 @@ STAGES = {
     "pulse": "the pulse that shows which tile is which",
     "equaliser": "the equalisers of the tiles' profiles",
     "safety": "DC block, limits, ramps, float32 for the card",
-    "rings, vibration": "what is played is written to where window and recorder read",
+    "plates": "what simulated tiles do of it: shaker, plate, and who stands there",
+    "rings, vibration": "what is played, and measured, is written to where window and recorder read",
     "rest": "commands, the status, the way from stage to stage",
 }
 """What is done in each stage of a block, in their order."""
@@ -96,16 +98,18 @@ def block_stages(
     block: int = 1024,
     profiles: Mapping[str, Profile] | None = None,
     folder: Path | None = None,
+    simulated: bool = False,
 ) -> BlockStages:
     """Play some seconds of `patch` as the engine does, with feet that step once a second on the first `feet` tiles.
 
     `profiles`, by tile, have equalisers and what turns readings into newtons; `folder` is where the patch's sound files
-    lie. `BadValue` for feet or blocks that cannot be.
+    lie; plates move where the floor is `simulated`. `BadValue` for feet or blocks that cannot be.
     """
     require(0 <= feet <= len(floor.tiles), "feet", feet, f"0 to {len(floor.tiles)}, the floor's tiles")
     require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
     source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
-    options = LoopOptions(block=block, equalisers=equalisers_of(profiles or {}), folder=folder)
+    plates: tuple[Heard, ...] = ("accelerometer",) if simulated else ()
+    options = LoopOptions(block=block, equalisers=equalisers_of(profiles or {}), folder=folder, plates=plates)
     loop = Loop(patch, registry, source, options)
     loop.send(Play(True))
     memory = SessionMemory.create(len(floor.tiles), RATE_HZ, source.rate_hz)
@@ -141,13 +145,12 @@ class _Stopwatch:
     """Adds up what calls take, each without what it called."""
 
     def __init__(self) -> None:
-        self.spent_s: dict[str, float] = {}
+        self.spent_s = dict.fromkeys(("program", *STAGES), 0.0)
         self._inner_s = [0.0]
 
     def watch(self, owner: object, method: str, stage: str) -> None:
         """Let calls of an object's method count as `stage`."""
         call = getattr(owner, method)
-        self.spent_s[stage] = 0.0
 
         @wraps(call)
         def watched(*given: Any) -> Any:
@@ -173,7 +176,11 @@ def _watched(runner: BlockRunner) -> _Stopwatch:
         (loop.pulse, "apply", "pulse"),
         (loop.equalisers, "apply", "equaliser"),
         (loop.safety, "apply", "safety"),
-        (runner.memory.vibration, "write", "rings, vibration"),
+        *((plates, "apply", "plates") for plates in loop.plates.values()),
+        *(
+            (getattr(runner.memory, ring), "write", "rings, vibration")
+            for ring in ("vibration", "commanded", "measured")
+        ),
     ):
         found.watch(owner, method, stage)
     return found

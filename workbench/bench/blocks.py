@@ -18,12 +18,15 @@ from underfoot.engine.commands import Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.simulated_plates import Heard
 from underfoot.models import gait
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
 BLOCKS = (64, 1024, 4096)
 TILES = (36, 144)
+SIMULATED = 36
+"""Tiles of the floor whose plates are simulated."""
 PART_S = 1.0
 """How much sound is timed at once."""
 NOISE_N = 0.2
@@ -51,6 +54,8 @@ class BlockCost:
     """Of the cost with a foot on every tile, at the same block size."""
     slowness: float
     spread: float
+    simulated: bool = False
+    """Whether the plates of a simulated floor move with it."""
 
     def data(self) -> dict[str, Any]:
         """As plain data."""
@@ -58,12 +63,18 @@ class BlockCost:
 
 
 class Scene:
-    """A patch that plays on a floor with feet that step once a second, in blocks of so many frames."""
+    """A patch that plays on a floor with feet that step once a second, in blocks of so many frames.
 
-    def __init__(self, name: str, patch: Patch, registry: Registry, floor: Floor, feet: int, block: int) -> None:
-        self.name, self.tiles, self.feet, self.block = name, len(floor.tiles), feet, block
+    The plates of a `simulated` floor move with it.
+    """
+
+    def __init__(
+        self, name: str, patch: Patch, registry: Registry, floor: Floor, feet: int, block: int, simulated: bool = False
+    ) -> None:
+        self.name, self.tiles, self.feet, self.block, self.simulated = name, len(floor.tiles), feet, block, simulated
         source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
-        self._loop = Loop(patch, registry, source, LoopOptions(block=block))
+        plates: tuple[Heard, ...] = ("accelerometer",) if simulated else ()
+        self._loop = Loop(patch, registry, source, LoopOptions(block=block, plates=plates))
         self._loop.send(Play(True))
         self._of_program: list[float] = []
         for _ in range(2):  # until baselines, gates and ramps have settled
@@ -85,24 +96,32 @@ class Scene:
 def scenes(
     patches: dict[str, Patch], registry: Registry, tiles: Iterable[int] = TILES, blocks: Sequence[int] = BLOCKS
 ) -> Iterator[Scene]:
-    """Each patch on square floors of so many tiles, at each block size, with every tile stood on, two and none."""
+    """Each patch on square floors of so many tiles, at each block size, with every tile stood on, two and none.
+
+    A floor of `SIMULATED` tiles with every tile stood on is there with its plates, too.
+    """
     for name, patch in patches.items():
         for count in tiles:
             floor = default_floor(round(count**0.5), round(count**0.5))
             for block in blocks:
                 for feet in (len(floor.tiles), 2, 0):
                     yield Scene(name, patch, registry, floor, feet, block)
+                if count == SIMULATED:
+                    yield Scene(name, patch, registry, floor, count, block, simulated=True)
 
 
 def costs(scenes: Sequence[Scene], took: Sequence[Timed]) -> list[BlockCost]:
     """What the scenes cost whose runs took so long."""
     found = []
-    every = {(s.name, s.tiles, s.block): t.at_best for s, t in zip(scenes, took, strict=True) if s.feet == s.tiles}
-    for scene, run in zip(scenes, took, strict=True):
+    measured = list(zip(scenes, took, strict=True))
+    every = {(s.name, s.tiles, s.block): t.at_best for s, t in measured if s.feet == s.tiles and not s.simulated}
+    for scene, run in measured:
         share = run.at_best / every[scene.name, scene.tiles, scene.block]
         where = scene.name, scene.tiles, scene.feet, scene.block
         speed = PART_S / run.seconds
-        found.append(BlockCost(*where, speed, speed / scene.of_program, share, run.slowness, run.spread))
+        found.append(
+            BlockCost(*where, speed, speed / scene.of_program, share, run.slowness, run.spread, scene.simulated)
+        )
     return found
 
 

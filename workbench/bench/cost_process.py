@@ -24,6 +24,7 @@ class CostRequest:
     block: int
     profiles: str = ""
     folder: str = ""
+    simulated: bool = False
 
 
 def run(connection: Connection, request: CostRequest) -> None:
@@ -39,6 +40,7 @@ def run(connection: Connection, request: CostRequest) -> None:
             block=request.block,
             profiles=profiles_of(request.profiles, request.floor) if request.profiles else {},
             folder=Path(request.folder) if request.folder else None,
+            simulated=request.simulated,
         )
     except UnderfootError as error:
         answer = str(error)

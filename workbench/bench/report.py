@@ -129,6 +129,7 @@ def _block_lines(costs: Sequence[BlockCost]) -> list[str]:
     lines = [f"  {'':65} {'times real time':>16} {'of a foot on each':>18} {'its nodes alone':>16}"]
     for cost in costs:
         what = f"{cost.patch}: {cost.tiles} tiles, block {cost.block}, a foot on {cost.stood_on}"
+        what += ", simulated plates" if cost.simulated else ""
         share, nodes = f"{100.0 * cost.share:.1f} %", cost.program_times_real_time
         lines.append(f"  {what:65} {cost.times_real_time:16.1f} {share:>18} {nodes:16.1f}")
     return ["whole blocks, from samples of the sensors to float32 for the card", *lines] if costs else []

@@ -152,8 +152,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         seen[:, :, at : at + n] = program.tables.scope[:, :, :n]
         if not (np.isfinite(program.output[:, :n]).all() and np.isfinite(program.sound[:, :n]).all()):
             return "the output is not finite"
-        safety.apply(program.output, program.tables.silent, at, 0, n)
-        safety.apply_sound(program.sound, program.tables.no_sound, at, 0, n)
+        safety.apply(program.played, program.zero_rows, at, 0, n)
         if not (np.abs(safety.out[:n]) <= Limits().peak).all():
             return f"{np.abs(safety.out[:n]).max()} of full scale reaches a shaker"
         fault = program.fault()

@@ -24,6 +24,7 @@ class CostOptions:
     feet: int | None
     block: int
     profiles: Path | None
+    simulated: bool
     outside_files: bool
     as_json: bool
 
@@ -34,6 +35,7 @@ class CostOptions:
 @click.option("--feet", type=int, help="Tiles with a foot on them, which steps once a second; by default all.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: equalisers, curves of sensors.")
+@click.option("--simulated", is_flag=True, help="With the plates of a simulated floor, as a session on one has them.")
 @click.option("--outside-files", is_flag=True, help="Let the patch read sound files outside its own folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @grouped(CostOptions)
@@ -59,6 +61,7 @@ def cost(options: CostOptions) -> None:
             block=options.block,
             profiles=profiles_of(options.profiles, floor) if options.profiles else {},
             folder=options.patch.parent,
+            simulated=options.simulated,
         )
     print(json.dumps(found.data()) if options.as_json else "\n".join(_lines(found)))
 

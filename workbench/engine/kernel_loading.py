@@ -108,7 +108,6 @@ def _output() -> None:
     EqualiserBank(1, {}).apply(acceleration, zero_rows, 0, SPAN)
     safety = Safety([Limits()], [0], rate_hz, SPAN, 2, sound_channel=1)
     safety.apply(acceleration, zero_rows, 0, 0, SPAN)
-    safety.apply_sound(acceleration, zero_rows, 0, 0, SPAN)
     TileEqualiser("").coefficients(rate_hz)
 
 

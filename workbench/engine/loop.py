@@ -190,8 +190,7 @@ class Loop:
         if self.measures:
             self.safety.commanded(output, zero_rows, self.commanded, frame, at, n)
         self.equalisers.apply(output, zero_rows, frame, n)
-        self.safety.apply(output, zero_rows, frame, at, n)
-        self.safety.apply_sound(program.sound, program.tables.no_sound, frame, at, n)
+        self.safety.apply(program.played, program.zero_rows, frame, at, n)
         for plates in self.plates.values():
             plates.apply(self.out, self.safety.sounding, self.safety.silent_since, self.intake.signals, frame, at, n)
         if program.scope_names:

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import FADE, RAMP
-from underfoot.kernels import inlined, kernel
+from underfoot.engine.safety_lanes import ROWS, WORK, limit_group
+from underfoot.engine.safety_rows import ROW, STAGE, along, is_still
+from underfoot.kernels import kernel
 
 DC_HZ = 5.0
 """Corner of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
@@ -23,50 +25,6 @@ RELEASE_SECONDS = 0.1
 
 PANIC = 48
 """Frames in which a panic ramps down."""
-
-_NEGLIGIBLE, _LARGEST = 1e-12, 100.0  # a state below the one is 0; input beyond the other is held to it
-
-GAIN_RAMP = np.dtype(
-    [("start", np.float64), ("target", np.float64), ("frame", np.float64), ("frames", np.float64)], align=True
-)
-"""A gain that goes straight from `start` to `target` in `frames` frames from session frame `frame` on."""
-
-ROW = np.dtype(
-    [
-        ("channel", np.int64),
-        ("peak_limit", np.float64),
-        ("rms_limit", np.float64),
-        ("scale", GAIN_RAMP),
-        ("dc_in", np.float64),
-        ("dc_out", np.float64),
-        ("burst_square", np.float64),
-        ("mean_square", np.float64),
-        ("peak_gain", np.float64),
-        ("peak", np.float64),
-        ("silent_frame", np.int64),
-    ],
-    align=True,
-)
-"""A tile's limits, of full scale, and its `scale`, full scale per m/s^2; then its state: the DC block's last input and
-output, the mean squares over `BURST_SECONDS` and `RMS_SECONDS`, the peak limiter's gain, a peak meter that falls by
-half in a tenth of a second, and the frame since which it has been silent: -1 while it sounds. In silence only the two
-means and the gain move, each along an exponential, and they are looked at when it sounds again."""
-
-STAGE = np.dtype(
-    [
-        ("dc_pole", np.float64),
-        ("burst_share", np.float64),
-        ("rms_share", np.float64),
-        ("release_share", np.float64),
-        ("level", GAIN_RAMP),
-        ("opening", GAIN_RAMP),
-        ("faults", np.int64),
-        ("sounding", np.int64),
-    ],
-    align=True,
-)
-"""What all rows share: the DC block's pole; what a frame adds to the two means and to a limited gain; level, opening,
-how many values were not finite, and how many rows of the last stretch were not silent throughout."""
 
 
 @dataclass(frozen=True)
@@ -94,10 +52,10 @@ class Safety:
     ) -> None:
         self.out = np.zeros((block, width), np.float32)
         self.channels, self.sound_channel = np.array(channels, np.int64), sound_channel
-        self._rows, self._sound = _rows(limits, channels), _rows([SOUND], [sound_channel])
-        self.peaks = self._rows["peak"]
+        self._rows = _rows([*limits, SOUND], [*channels, sound_channel])
+        self.peaks = self._rows["peak"][:-1]
         """The largest sample of each row in the last tenth of a second, of full scale."""
-        self.silent_since = self._rows["silent_frame"]
+        self.silent_since = self._rows["silent_frame"][:-1]
         """The frame since which each row is silent, -1 while it is not."""
         self._stage = np.zeros(1, STAGE)
         self._stage["dc_pole"] = math.exp(-2.0 * math.pi * DC_HZ / rate_hz)
@@ -105,6 +63,7 @@ class Safety:
             self._stage[f"{name}_share"] = 1.0 - math.exp(-1.0 / (seconds * rate_hz))
         self._stage["level"], self._stage["opening"] = (1.0, 1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)
         self._level, self._opening = self._stage["level"], self._stage["opening"]
+        self._work, self._members = WORK.zeros().values, np.zeros((2, ROWS), np.int64)
 
     def rescale(self, row: int, acceleration_per_unit: float, frame: int) -> None:
         """Let full scale of a row be so many m/s^2, in a ramp of 10 ms from `frame` on."""
@@ -143,17 +102,11 @@ class Safety:
     ) -> None:
         """Turn `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out` from its row `at` on.
 
-        `zero_rows` marks rows that are zero throughout. Rows on one channel add. Allocates nothing.
+        A row behind those of the tiles is sound, of full scale. `zero_rows` marks rows that are zero throughout. Rows
+        on one channel add. Allocates nothing.
         """
-        _limit(acceleration, zero_rows, self.out, self._rows, self._stage, frame, at, n)
-
-    def apply_sound(self, sound: NDArray[np.float64], no_sound: NDArray[np.uint8], frame: int, at: int, n: int) -> None:
-        """Turn `n` frames of sound, float64 [1, frame] of full scale, into its channel of `out`; after `apply`.
-
-        `no_sound` (1,) says that it is zero throughout. Without a channel there is nothing to do. Allocates nothing.
-        """
-        if self.sound_channel >= 0:
-            _limit_sound(sound, no_sound, self.out, self._sound, self._stage, frame, at, n)
+        groups = self._members, self._work
+        _limit(acceleration, zero_rows, self.out, self._rows, self._stage, groups, (frame, at, n))
 
     def commanded(
         self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], out: NDArray[np.float32], frame: int,
@@ -170,6 +123,7 @@ def _rows(limits: list[Limits], channels: list[int]) -> NDArray[np.void]:
     """Rows with these limits, at rest."""
     rows = np.zeros(len(limits), ROW)
     rows["channel"], rows["peak_gain"], rows["silent_frame"] = channels, 1.0, -1
+    rows["adds"] = [channel in channels[:k] for k, channel in enumerate(channels)]
     for row, limit in zip(rows, limits, strict=True):
         row["peak_limit"], row["rms_limit"] = limit.peak, limit.rms
         row["scale"] = (1.0 / limit.acceleration_per_unit, 1.0 / limit.acceleration_per_unit, 0.0, 1.0)
@@ -197,11 +151,7 @@ def limited(signal: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
     return stage.out[:, 0].astype(np.float64)
 
 
-@kernel
-def _along(ramp: np.record, frame: float) -> float:
-    """Where a ramp is at a session frame."""
-    share = min(max((frame - ramp.frame) / ramp.frames, 0.0), 1.0)
-    return ramp.start + (ramp.target - ramp.start) * share
+_work_at = WORK.at
 
 
 @kernel
@@ -211,45 +161,35 @@ def _limit(
     out: NDArray[np.float32],
     rows: NDArray[np.void],
     stages: NDArray[np.void],
-    frame: int,
-    at: int,
-    n: int,
+    groups: tuple[NDArray[np.int64], NDArray[np.float64]],
+    stretch: tuple[int, int, int],
 ) -> None:
+    """See `Safety.apply`. Rows are done in groups of neighbours, as far as they sound."""
+    members, work = groups[0], _work_at(groups[1], ())
+    frame, at, n = stretch
     for i in range(at, at + n):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
     fall = 0.5 ** (n / 4800.0)
-    sounding = 0
-    for k in range(acceleration.shape[0]):
+    sounding, count = 0, 0
+    for k in range(len(acceleration)):
         row = rows[k]
         row.peak *= fall
         if row.channel < 0:
             continue
-        if zero_rows[k] != 0 and row.dc_in == row.dc_out == 0.0:
+        if zero_rows[k] != 0 and is_still(row):
             if row.silent_frame < 0:
                 row.silent_frame = frame
             continue
-        row.peak = max(row.peak, _limit_row(acceleration[k], out, row, stages[0], frame, at, n))
-        sounding += 1
+        sounding += k < len(rows) - 1
+        if count == ROWS or (count > 0 and row.adds):
+            limit_group(acceleration, out, rows, members, count, stages[0], work, stretch)
+            count = 0
+        members[0, count] = k
+        count += 1
+    if count > 0:
+        limit_group(acceleration, out, rows, members, count, stages[0], work, stretch)
     stages[0].sounding = sounding
-
-
-@kernel
-def _limit_sound(
-    sound: NDArray[np.float64],
-    no_sound: NDArray[np.uint8],
-    out: NDArray[np.float32],
-    rows: NDArray[np.void],
-    stages: NDArray[np.void],
-    frame: int,
-    at: int,
-    n: int,
-) -> None:
-    row = rows[0]
-    if no_sound[0] == 0 or row.dc_in != 0.0 or row.dc_out != 0.0:
-        _limit_row(sound[0], out, row, stages[0], frame, at, n)
-    elif row.silent_frame < 0:
-        row.silent_frame = frame
 
 
 @kernel
@@ -266,81 +206,7 @@ def _command(
     stage = stages[0]
     for i in range(n):
         here = float(frame + i)
-        gain = _along(stage.level, here) * _along(stage.opening, here)
+        gain = along(stage.level, here) * along(stage.opening, here)
         for k in range(acceleration.shape[0]):
             plays = zero_rows[k] == 0 and rows[k].channel >= 0 and math.isfinite(acceleration[k, i])
             out[at + i, k] = acceleration[k, i] * gain if plays else 0.0
-
-
-@kernel
-def _limit_row(
-    acceleration: NDArray[np.float64],
-    out: NDArray[np.float32],
-    row: np.record,
-    stage: np.record,
-    frame: int,
-    at: int,
-    n: int,
-) -> float:
-    """Add one row's frames to its channel; returns the largest sample there."""
-    # What the loop reads and writes is held in variables: in a record it would go through memory in every frame.
-    channel, most, square = row.channel, row.peak_limit, row.rms_limit**2
-    burst_share, rms_share, release_share = stage.burst_share, stage.rms_share, stage.release_share
-    pole, spare = stage.dc_pole, stage.burst_share / stage.rms_share - 1.0
-    scale, scaled_from = row.scale.target, row.scale.frame + row.scale.frames
-    level, level_from = _along(stage.level, math.inf), stage.level.frame + stage.level.frames
-    opening, open_from = _along(stage.opening, math.inf), stage.opening.frame + stage.opening.frames
-    dc_in, dc_out, burst_square, mean_square = row.dc_in, row.dc_out, row.burst_square, row.mean_square
-    peak_gain, silent_frame, largest = row.peak_gain, row.silent_frame, 0.0
-    for i in range(n):
-        here = frame + i
-        now = acceleration[i] * (scale if here >= scaled_from else _along(row.scale, float(here)))
-        if not math.isfinite(now):
-            stage.faults += 1
-            now = 0.0
-        now = min(max(now, -_LARGEST), _LARGEST) * (level if here >= level_from else _along(stage.level, float(here)))
-        if now == dc_in == dc_out == 0.0:
-            if silent_frame < 0:
-                silent_frame = here
-            continue
-        if silent_frame >= 0:
-            silent = here - silent_frame
-            burst_square = _decayed(burst_square, burst_share, silent)
-            mean_square = _decayed(mean_square, rms_share, silent)
-            peak_gain = 1.0 - _decayed(1.0 - peak_gain, release_share, silent)
-            silent_frame = -1
-        y = now - dc_in + pole * dc_out
-        dc_in = now
-        dc_out = y if abs(y) > _NEGLIGIBLE else 0.0
-        burst_square = _toward(burst_square, y * y, burst_share)
-        # What has not been used of the mean square may be spent in a burst, so that the mean itself keeps to it.
-        allowed = square + max(square - mean_square, 0.0) * spare
-        if burst_square > allowed:
-            y *= math.sqrt(allowed / burst_square)
-        gain = peak_gain + release_share * (1.0 - peak_gain)
-        if gain > 1.0 - _NEGLIGIBLE:
-            gain = 1.0
-        if abs(y) * gain > most:
-            gain = most / abs(y)
-        peak_gain = gain
-        y *= gain * (opening if here >= open_from else _along(stage.opening, float(here)))
-        mean_square = _toward(mean_square, y * y, rms_share)
-        y = min(max(y + out[at + i, channel], -most), most)
-        largest = max(largest, abs(y))
-        out[at + i, channel] = y
-    row.dc_in, row.dc_out, row.burst_square, row.mean_square = dc_in, dc_out, burst_square, mean_square
-    row.peak_gain, row.silent_frame = peak_gain, silent_frame
-    return largest
-
-
-@inlined
-def _toward(mean: float, value: float, share: float) -> float:
-    mean += share * (value - mean)
-    return mean if mean > _NEGLIGIBLE else 0.0
-
-
-@inlined
-def _decayed(mean: float, share: float, frames: int) -> float:
-    """What so many frames of silence leave of a mean."""
-    left = mean * math.exp(frames * math.log1p(-share)) if mean != 0.0 else 0.0
-    return left if left > _NEGLIGIBLE else 0.0

@@ -209,6 +209,7 @@ class Builder:
             nodes[at] = np.concatenate([[0], np.cumsum(nodes[size])[:-1]]) * rows if count else 0
         starts, buffers = self._places()
         room = EVENTS.size({"room": self.block})
+        played, zero_rows = np.zeros((rows + 1, self.block)), np.repeat([0, 1], [rows, 1]).astype(np.uint8)
         return Tables(
             nodes=nodes,
             keys=self._keys(),
@@ -246,10 +247,12 @@ class Builder:
             data=_aligned_copy([*self.data, np.zeros(LINE)]),
             sinks=self._sinks(to_sound=False),
             sound_sinks=self._sinks(to_sound=True),
-            output=np.zeros((rows, self.block)),
-            silent=np.zeros(rows, np.uint8),
-            sound=np.zeros((1, self.block)),
-            no_sound=np.ones(1, np.uint8),
+            played=played,
+            output=played[:rows],
+            sound=played[rows:],
+            zero_rows=zero_rows,
+            silent=zero_rows[:rows],
+            no_sound=zero_rows[rows:],
             idle=np.zeros(rows, np.uint8),
             scopes=np.array([self.buffers.of[name] for name in self.scopes], np.int64),
             scope=np.zeros((len(self.scopes), rows, self.block)),

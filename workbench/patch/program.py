@@ -80,6 +80,8 @@ class Program:
         driver.run_block(self._where, 0, 0)
         append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
         self.output, self.sound = self.tables.output, self.tables.sound
+        self.played, self.zero_rows = self.tables.played, self.tables.zero_rows
+        """The rows of `output` and behind them `sound`, and which of all these are zero throughout."""
         self.has_sound = self.tables.sound_sinks.size > 0
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
         self.begins_anew = False

@@ -71,10 +71,12 @@ class Tables(NamedTuple):
     data: F1  # node after node
     sinks: I1  # buffers that tiles play
     sound_sinks: I1  # buffers that are heard
+    played: F2  # [row, frame]: output, and sound behind it
     output: F2  # [row, frame]
-    silent: B1  # [row]: the output is known to be zero
     sound: F2  # [1, frame]: what is heard, of all rows
-    no_sound: B1  # [1]: it is known to be zero
+    zero_rows: B1  # [row]: silent, and no_sound behind it
+    silent: B1  # [row]: the output is known to be zero
+    no_sound: B1  # [1]: sound is known to be zero
     idle: B1  # [row]: every node slept through the block before this one
     scopes: I1  # buffers that somebody looks at
     scope: F3  # [scope, row, frame]

@@ -24,6 +24,9 @@ def floors(costs: Sequence[BlockCost]) -> Iterable[Reach]:
         feet = "each" if cost.stood_on == cost.tiles else cost.stood_on or "none"
         what = f"coarse gravel, {cost.tiles} tiles, block {cost.block}, a foot on {feet}"
         beside = {"slowness": cost.slowness, "spread": cost.spread}
+        if cost.simulated:
+            yield Reach("whole block", f"{what}, simulated plates", cost.times_real_time, SPEED, **beside)
+            continue
         if feet == "each":
             low = _EVERY[cost.block] * _TILES / cost.tiles / cost.slowness
             yield Reach("whole block", what, cost.times_real_time, SPEED, low, **beside)

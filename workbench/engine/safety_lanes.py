@@ -1,0 +1,263 @@
+"""Eight rows of the last stage at a time: what a frame needs of the one before is waited for once, not eight times."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.engine.safety_rows import LARGEST, NEGLIGIBLE, along, is_still, limit_row
+from underfoot.kernels import Floats, inlined, kernel
+from underfoot.lanes import all_eight, anywhere, chosen, eight, everywhere, magnitudes, put, put_across, roots
+from underfoot.layouts import Layout, Memory
+
+CHUNK = 64
+"""Frames that are done at once."""
+ROWS = 8
+"""Rows that are done at once."""
+
+_LANES = Layout(
+    "safety_lanes",
+    scale=ROWS,
+    most=ROWS,
+    square=ROWS,
+    dc_in=ROWS,
+    dc_out=ROWS,
+    burst_square=ROWS,
+    mean_square=ROWS,
+    peak_gain=ROWS,
+    peak=ROWS,
+)
+"""What `ROWS` rows are and keep, as `safety_rows.ROW` has it, a row after the other."""
+
+WORK = Layout(
+    "safety_work",
+    lanes=_LANES,
+    level=CHUNK,
+    opening=CHUNK,
+    given=CHUNK * ROWS,
+    before=CHUNK * ROWS,
+    made=CHUNK * ROWS,
+)
+"""Where a chunk is worked on: its gains, and frame after frame what rows are given, find on their channels, and make.
+`before` is 0 but for rows that add."""
+
+
+@kernel
+def limit_group(
+    acceleration: NDArray[np.float64],
+    out: NDArray[np.float32],
+    rows: NDArray[np.void],
+    members: NDArray[np.int64],
+    count: int,
+    stage: np.record,
+    work: Memory,
+    stretch: tuple[int, int, int],
+) -> None:
+    """Add the frames of up to eight rows to their channels, no two of which are the same.
+
+    `members`: the rows, `count` of them, and room for as many. `stretch`: the session frame of the first frame, its row
+    in `out`, and how many frames there are.
+    """
+    frame, at, n = stretch
+    for begin in range(0, n, CHUNK):
+        frames, here = min(CHUNK, n - begin), frame + begin
+        sounding = _find_sounding(acceleration, rows, members, count, (here, begin, frames))
+        if sounding == 0:
+            continue
+        _fill(stage.level, here, work.level[:frames])
+        _fill(stage.opening, here, work.opening[:frames])
+        done = 0
+        if _are_steady(rows, members, sounding, here):
+            _take(out, rows, members, sounding, work, (at + begin, frames))
+            _transpose(acceleration, members, begin, work.given[: frames * ROWS])
+            done = _run(work, stage, frames)
+            _give(out, rows, members, sounding, work, (at + begin, done))
+        if done < frames:
+            for place in range(sounding):
+                asked = acceleration[members[1, place], begin + done : begin + frames]
+                level, opening = work.level[done:frames], work.opening[done:frames]
+                limit_row(asked, out[at + begin + done :], rows[members[1, place]], stage, level, opening, here + done)
+
+
+@inlined
+def _find_sounding(
+    acceleration: NDArray[np.float64],
+    rows: NDArray[np.void],
+    members: NDArray[np.int64],
+    count: int,
+    stretch: tuple[int, int, int],
+) -> int:
+    """Write those of the members that are not silent throughout a stretch behind them; returns how many they are."""
+    frame, begin, frames = stretch
+    sounding = 0
+    for place in range(count):
+        k = members[0, place]
+        if is_still(rows[k]) and not acceleration[k, begin : begin + frames].any():
+            if rows[k].silent_frame < 0:
+                rows[k].silent_frame = frame
+            continue
+        members[1, sounding] = k
+        sounding += 1
+    for place in range(sounding, ROWS):  # places that no row has are given what the last one has
+        members[1, place] = members[1, max(sounding - 1, 0)]
+    return sounding
+
+
+@inlined
+def _fill(ramp: np.record, frame: int, gains: Floats) -> None:
+    """Write where a ramp is from a session frame on."""
+    if frame >= ramp.frame + ramp.frames:
+        gains[:] = along(ramp, frame)
+        return
+    for i in range(len(gains)):
+        gains[i] = along(ramp, frame + i)
+
+
+@inlined
+def _are_steady(rows: NDArray[np.void], members: NDArray[np.int64], count: int, frame: int) -> bool:
+    """Whether all rows sound, at a scale that does not move."""
+    steady = True
+    for place in range(count):
+        row = rows[members[1, place]]
+        steady &= row.silent_frame < 0 and frame >= row.scale.frame + row.scale.frames
+    return steady
+
+
+@inlined
+def _take(
+    out: NDArray[np.float32],
+    rows: NDArray[np.void],
+    members: NDArray[np.int64],
+    count: int,
+    work: Memory,
+    stretch: tuple[int, int],
+) -> None:
+    """Put what rows are, keep, and find on their channels side by side."""
+    at, frames = stretch
+    lanes = work.lanes
+    for place in range(ROWS):
+        row = rows[members[1, place]]
+        lanes.scale[place], lanes.most[place], lanes.square[place] = row.scale.target, row.peak_limit, row.rms_limit**2
+        lanes.dc_in[place], lanes.dc_out[place] = row.dc_in, row.dc_out
+        lanes.burst_square[place], lanes.mean_square[place] = row.burst_square, row.mean_square
+        lanes.peak_gain[place], lanes.peak[place] = row.peak_gain, row.peak
+        if row.adds and place < count:
+            for i in range(frames):
+                work.before[i * ROWS + place] = out[at + i, row.channel]
+
+
+@inlined
+def _transpose(acceleration: NDArray[np.float64], members: NDArray[np.int64], begin: int, to: Floats) -> None:
+    """Write what rows are to do from frame `begin` on side by side."""
+    length, square = acceleration.shape[1], ROWS * ROWS
+    a, b, c, d = members[1, 0] * length, members[1, 1] * length, members[1, 2] * length, members[1, 3] * length
+    e, f, g, h = members[1, 4] * length, members[1, 5] * length, members[1, 6] * length, members[1, 7] * length
+    whole = len(to) // square * square
+    for at in range(0, whole, square):
+        i = begin + at // ROWS
+        left = eight(acceleration, a + i), eight(acceleration, b + i), eight(acceleration, c + i)
+        middle = eight(acceleration, d + i), eight(acceleration, e + i), eight(acceleration, f + i)
+        put_across(to, at, (*left, *middle, eight(acceleration, g + i), eight(acceleration, h + i)))
+    for at in range(whole, len(to), ROWS):
+        for place in range(ROWS):
+            to[at + place] = acceleration[members[1, place], begin + at // ROWS]
+
+
+@inlined
+def _give(
+    out: NDArray[np.float32],
+    rows: NDArray[np.void],
+    members: NDArray[np.int64],
+    count: int,
+    work: Memory,
+    stretch: tuple[int, int],
+) -> None:
+    """Put what was made of each row to its channel, and keep its state."""
+    at, frames = stretch
+    lanes, first = work.lanes, rows[members[1, 0]].channel
+    are_neighbours = count == ROWS
+    for place in range(count):
+        row = rows[members[1, place]]
+        row.dc_in, row.dc_out = lanes.dc_in[place], lanes.dc_out[place]
+        row.burst_square, row.mean_square = lanes.burst_square[place], lanes.mean_square[place]
+        row.peak_gain, row.peak = lanes.peak_gain[place], lanes.peak[place]
+        are_neighbours &= row.channel == first + place
+        if row.adds:
+            work.before[place::ROWS] = 0.0
+    if are_neighbours:
+        for i in range(frames):
+            put(out, (at + i) * out.shape[1] + first, eight(work.made, i * ROWS))
+        return
+    for place in range(count):
+        channel = rows[members[1, place]].channel
+        for i in range(frames):
+            out[at + i, channel] = work.made[i * ROWS + place]
+
+
+@kernel
+def _run(work: Memory, stage: np.record, n: int) -> int:
+    """What `limit_row` does, up to the first frame that finds a row silent, or not finite; returns that frame, or n."""
+    lanes, zero, one, infinite = work.lanes, all_eight(0.0), all_eight(1.0), all_eight(math.inf)
+    negligible, nearly_one, largest = all_eight(NEGLIGIBLE), all_eight(1.0 - NEGLIGIBLE), all_eight(LARGEST)
+    burst_share, rms_share = all_eight(stage.burst_share), all_eight(stage.rms_share)
+    release_share, pole = all_eight(stage.release_share), all_eight(stage.dc_pole)
+    spare = all_eight(stage.burst_share / stage.rms_share - 1.0)
+    scale, most, square = eight(lanes.scale, 0), eight(lanes.most, 0), eight(lanes.square, 0)
+    dc_in, dc_out, peak = eight(lanes.dc_in, 0), eight(lanes.dc_out, 0), eight(lanes.peak, 0)
+    burst_square, mean_square = eight(lanes.burst_square, 0), eight(lanes.mean_square, 0)
+    peak_gain = eight(lanes.peak_gain, 0)
+    done = n
+    for i in range(n):
+        now = eight(work.given, i * ROWS) * scale
+        is_finite = magnitudes(now) < infinite
+        now = _held(now, largest) * all_eight(work.level[i])
+        sounds = magnitudes(now) + magnitudes(dc_in) + magnitudes(dc_out) > zero
+        if not everywhere(is_finite & sounds):
+            done = i
+            break
+        y = now - dc_in + pole * dc_out
+        dc_in = now
+        dc_out = chosen(magnitudes(y) > negligible, y, zero)
+        burst_square = _toward(burst_square, y * y, burst_share)
+        allowed = square + _larger(square - mean_square, zero) * spare
+        is_over = burst_square > allowed
+        if anywhere(is_over):
+            y = chosen(is_over, y * roots(allowed / burst_square), y)
+        gain = peak_gain + release_share * (one - peak_gain)
+        gain = chosen(gain > nearly_one, one, gain)
+        is_above = magnitudes(y) * gain > most
+        if anywhere(is_above):
+            gain = chosen(is_above, most / magnitudes(y), gain)
+        peak_gain = gain
+        y = y * (gain * all_eight(work.opening[i]))
+        mean_square = _toward(mean_square, y * y, rms_share)
+        y = _held(y + eight(work.before, i * ROWS), most)
+        peak = _larger(peak, magnitudes(y))
+        put(work.made, i * ROWS, y)
+    put(lanes.dc_in, 0, dc_in)
+    put(lanes.dc_out, 0, dc_out)
+    put(lanes.burst_square, 0, burst_square)
+    put(lanes.mean_square, 0, mean_square)
+    put(lanes.peak_gain, 0, peak_gain)
+    put(lanes.peak, 0, peak)
+    return done
+
+
+@inlined
+def _toward(mean: Any, value: Any, share: Any) -> Any:
+    mean = mean + share * (value - mean)
+    return chosen(mean > all_eight(NEGLIGIBLE), mean, all_eight(0.0))
+
+
+@inlined
+def _larger(a: Any, b: Any) -> Any:
+    """The larger of two as `max` has it, to the sign of a zero."""
+    return chosen(b > a, b, a)
+
+
+@inlined
+def _held(value: Any, most: Any) -> Any:
+    """What lies within -most to most of a value."""
+    value = _larger(value, all_eight(-1.0) * most)
+    return chosen(most < value, most, value)
