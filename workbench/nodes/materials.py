@@ -32,7 +32,7 @@ class FibreBundle:
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force at which the whole would break, slowly loaded"
     )
     renewal = Number(0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load to fresh ground")
-    loudness = Number(1.0, 0.0, 1000.0, wire="span", doc="strength of an event of energy k_F lambda^2 / 2")
+    loudness = Number(1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of an event of energy k_F lambda^2 / 2")
     softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength: 0.5 is a velocity")
     events = Output(kind="event", doc="failures, one a frame at most")
     strain = Output(doc="x of the bundle")
@@ -81,7 +81,7 @@ class FibreGrid:
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force at which the whole would break, evenly loaded"
     )
     renewal = Number(0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load to fresh ground")
-    loudness = Number(1.0, 0.0, 1000.0, doc="strength of an event of energy k_F lambda^2 / 2")
+    loudness = Number(1.0, 0.0, 1000.0, scale="gain", doc="strength of an event of energy k_F lambda^2 / 2")
     softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength: 0.5 is a velocity")
     columns = Count(3, 1, 8, doc="cells along the tile's x axis")
     rows = Count(3, 1, 8, doc="cells along the tile's y axis")

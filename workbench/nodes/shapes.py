@@ -44,10 +44,10 @@ class Mix:
     b = Input()
     c = Input()
     d = Input()
-    level_a = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on a")
-    level_b = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on b")
-    level_c = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on c")
-    level_d = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on d")
+    level_a = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on a")
+    level_b = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on b")
+    level_c = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on c")
+    level_d = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on d")
     out = Output()
     is_sum = True
 

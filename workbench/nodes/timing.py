@@ -17,7 +17,7 @@ class Strike:
     """An event by hand: click the tile in the preview, or press its button."""
 
     accuracy = "exact: between frames"
-    strength = Number(1.0, 0.0, 10.0, doc="strength of a strike at full force")
+    strength = Number(1.0, 0.0, 10.0, scale="gain", doc="strength of a strike at full force")
     by_hand = Input(kind="event", is_brought=True)
     out = Output(kind="event")
 
@@ -53,7 +53,7 @@ class Poisson:
 
     accuracy = "exact in law: exponential intervals"
     interval = Number(0.02, 1e-3, 10.0, unit="s", scale="log", wire="span", doc="mean time from event to event")
-    strength = Number(1.0, 0.0, 10.0, wire="audio", doc="strength of an event")
+    strength = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="strength of an event")
     out = Output(kind="event")
     muted_by = ("strength",)
     tail = math.inf

@@ -19,7 +19,7 @@ class Tone:
     harmonics = Numbers(
         (0.3, 0.4, 0.6, 0.9, 1.0, 0.8, 0.5, 0.3, 0.2, 0.1), -10.0, 10.0, most=64, doc="amplitude of each, 1st first"
     )
-    amplitude = Number(5.0, 0.0, 100.0, wire="audio", doc="peak, in m/s^2")
+    amplitude = Number(5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="peak, in m/s^2")
     out = Output("m/s^2")
     state = waveshaping.STATE
     muted_by = ("amplitude",)
