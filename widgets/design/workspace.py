@@ -48,9 +48,9 @@ class DesignWorkspace(Workspace):
     patch_edited = Signal(object)
     """The patch after every edit, undo and redo; not after `set_patch`."""
 
-    preview_wanted = Signal(str, str, bool)
+    preview_wanted = Signal(str, str, bool, bool)
     """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
-    laws should be drawn for `show_laws`."""
+    laws should be drawn for `show_laws`, and its run time over error be measured for the inspector."""
 
     other_wanted = Signal(str, str)
     """The same of a node of the patch in the other slot; `show_preview` is to call it `OTHER` and the node."""
@@ -116,9 +116,10 @@ class DesignWorkspace(Workspace):
         controller.bridge.faulted.connect(self.show_fault)
         controller.previewed.connect(self.show_preview)
         controller.lawful.connect(self.show_laws)
+        controller.errors_measured.connect(self.inspector.show_errors)
         self.preview_wanted.connect(
-            lambda node, tile, laws: controller.request_preview(
-                self.patch(), node, tile, self.listen_bar.seconds, laws=laws
+            lambda node, tile, laws, errors: controller.request_preview(
+                self.patch(), node, tile, self.listen_bar.seconds, laws=laws, errors=errors
             )
         )
         self.slots = SlotListening(self.canvas, self.hearing, self.preview, self.listen_bar, context)
@@ -305,6 +306,7 @@ class DesignWorkspace(Workspace):
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
         self.preview.laws_wanted.connect(self._tile_changed)
+        self.inspector.errors_wanted.connect(self._ask)
         self.listen_bar.length_chosen.connect(self._tile_changed)
         self.listen_bar.overlay_wanted.connect(self.preview.overlay)
 
@@ -406,7 +408,10 @@ class DesignWorkspace(Workspace):
             self.other_wanted.emit(id.removeprefix(OTHER), self.preview_tile())
             return
         wants_laws = self.preview.wants_laws or self.inspector.wants_laws
-        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and wants_laws)
+        is_meant = id == self._previewed
+        self.preview_wanted.emit(
+            id, self.preview_tile(), is_meant and wants_laws, is_meant and self.inspector.wants_errors
+        )
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):

@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from underfoot.engine.reports import Compiling, Costs, Fault, Laws, Notice, Preview, ProcessDied, Started
+from underfoot.engine.reports import Compiling, Costs, ErrorCurveDrawn, Fault, Laws, Notice, Preview, ProcessDied, Started
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
@@ -30,6 +30,8 @@ class Bridge(QObject):
     """`Preview`, as it was asked for."""
     lawful = Signal(object)
     """`Laws` of the node that was previewed."""
+    errors_measured = Signal(object)
+    """`ErrorCurveDrawn` of the node that was previewed, as far as it is known."""
     health = Signal(object)
     """`Health`, ten times a second."""
     forces = Signal(object)
@@ -133,6 +135,8 @@ class Bridge(QObject):
                 self.previewed.emit(report)
             case Laws():
                 self.lawful.emit(report)
+            case ErrorCurveDrawn():
+                self.errors_measured.emit(report)
             case Notice(text):
                 self._say_once(text)
             case ProcessDied(process, reason):

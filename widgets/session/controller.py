@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Strike, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, Laws, Preview, Started
+from underfoot.engine.reports import SOUND_CARD, ErrorCurveDrawn, Laws, Preview, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
@@ -46,6 +46,8 @@ class SessionController(QObject):
     """Whether somebody who asked for the session's release needs the target to stay as it is."""
     lawful = Signal(object)
     """`Laws` of the node that was previewed last."""
+    errors_measured = Signal(object)
+    """`ErrorCurveDrawn` of that node, again after each point."""
     previewed = Signal(object, str)
     """The `Preview` that was asked for last, and its node."""
     _closed = Signal()
@@ -87,6 +89,7 @@ class SessionController(QObject):
         self.bridge.started.connect(self._end_silent_start)
         self.bridge.previewed.connect(self._take_preview)
         self.bridge.lawful.connect(self._take_laws)
+        self.bridge.errors_measured.connect(self._take_errors)
 
     # --- life ---
 
@@ -335,20 +338,32 @@ class SessionController(QObject):
             self.session.send(command)
 
     def request_preview(
-        self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, laws: bool = False, name: str = ""
+        self,
+        patch: Patch,
+        node: str,
+        tile: str,
+        seconds: float = 0.0,
+        *,
+        laws: bool = False,
+        errors: bool = False,
+        name: str = "",
     ) -> None:
         """Ask what a node of a patch does in one step on a tile: `previewed` brings the newest that was asked for.
 
-        `seconds` as in `Session.preview`. With `laws`, `lawful` brings the node's laws after it. `previewed` calls it
-        by its `name`, by default the node's id.
+        `seconds` as in `Session.preview`. With `laws`, `lawful` brings the node's laws after it, and with `errors`,
+        `errors_measured` its run time over error. `previewed` calls it by its `name`, by default the node's id.
         """
         if self.session is not None:
-            self._preview_ticket = self.session.preview(patch, node, seconds, tile, laws)
+            self._preview_ticket = self.session.preview(patch, node, seconds, tile, laws=laws, errors=errors)
             self._preview_node = name or node
 
     def _take_laws(self, laws: Laws) -> None:
         if laws.ticket == self._preview_ticket:
             self.lawful.emit(laws)
+
+    def _take_errors(self, curve: ErrorCurveDrawn) -> None:
+        if curve.ticket == self._preview_ticket:
+            self.errors_measured.emit(curve)
 
     def _take_preview(self, preview: Preview) -> None:
         if preview.ticket == self._preview_ticket:

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
+from underfoot.drawing import Drawing
 from underfoot.engine.kernel_loading import KernelParts
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.preview import previewed
-from underfoot.engine.reports import Compiled, Laws, Preview
+from underfoot.engine.reports import Compiled, ErrorCurveDrawn, Laws, Preview
 from underfoot.engine.requests import CompileRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
+from underfoot.patch.heard import as_heard
 from underfoot.patch.patch import Patch
 
 
@@ -34,6 +36,8 @@ def run(connection: Connection) -> None:
                 connection.send(_preview(request))
                 if request.laws and not connection.poll():
                     connection.send(_laws(request))
+                if request.errors:
+                    _measure_errors(request, connection)
     except (EOFError, OSError):
         return  # the supervisor is gone
 
@@ -67,9 +71,23 @@ def _preview(request: PreviewRequest) -> Preview:
     return Preview(request.ticket, request.rate, force_n, signals, events=events)
 
 
+def _measure_errors(request: PreviewRequest, connection: Connection) -> None:
+    """Send what is known of the node's run time over error after each point, until something else is asked for."""
+    from underfoot.engine.error_curve import error_curve
+
+    try:
+        node = as_heard(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
+        for curve in error_curve(REGISTRY[node.type], node.parameters):
+            connection.send(ErrorCurveDrawn(request.ticket, curve.drawing(), curve.told(), curve.left))
+            if connection.poll():
+                return
+    except UnderfootError as error:
+        connection.send(ErrorCurveDrawn(request.ticket, Drawing("", "", ""), "", error=str(error)))
+
+
 def _laws(request: PreviewRequest) -> Laws:
     try:
-        node = Patch.loads(request.patch, REGISTRY).node(request.node)
+        node = as_heard(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
         type = REGISTRY[node.type]
         return Laws(request.ticket, type.laws(type.values(node.parameters)) if type.laws else ())
     except UnderfootError as error:

@@ -110,7 +110,21 @@ class Laws:
     error: str = ""
 
 
-Report = Laws | Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
+@dataclass(frozen=True)
+class ErrorCurveDrawn:
+    """Run time over error of a node, as far as it is measured; follows the `Preview` of the same ticket, in steps.
+
+    `told` says where the node stands, and `left` how many points are still to come. `error` says why there is none.
+    """
+
+    ticket: int
+    drawing: Drawing
+    told: str
+    left: int = 0
+    error: str = ""
+
+
+Report = ErrorCurveDrawn | Laws | Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,10 @@ class CompileRequest:
 
 @dataclass(frozen=True)
 class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`, and with `Laws` where these are wanted."""
+    """Render what a node does in one step; answered with `Preview`, and with `Laws` where these are wanted.
+
+    With `errors` its run time over error is measured after that, point by point, until another request comes.
+    """
 
     ticket: int
     patch: bytes
@@ -52,3 +55,4 @@ class PreviewRequest:
     rate: float
     folder: str = ""
     laws: bool = False
+    errors: bool = False

@@ -212,17 +212,26 @@ class Session:
         """Whether a panic holds."""
         return self.memory.status.panic
 
-    def preview(self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", laws: bool = False) -> int:
+    def preview(
+        self,
+        patch: Patch,
+        node: str,
+        seconds: float = 0.0,
+        tile: str = "",
+        *,
+        laws: bool = False,
+        errors: bool = False,
+    ) -> int:
         """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for.
 
         It lasts so many seconds; 0: until the patch has come to its own end.
 
-        With `laws`, the node's `Laws` follow that, if it has any.
+        With `laws`, the node's `Laws` follow that, if it has any; with `errors`, its run time over error.
         """
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         self._preview_request = PreviewRequest(
-            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws
+            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws, errors
         )
         if self._compiler is not None:
             self._compiler.send(self._preview_request)

@@ -12,7 +12,7 @@ from underfoot.layouts import Layout
 from underfoot.models.signals.glide import glided
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
-from underfoot.patch.node import Input, Output, node, prepared
+from underfoot.patch.node import AskedError, Input, Output, node, prepared
 
 _TABLES = ArrayCache("slip-quantiles")
 """Making one costs half a second in a process that has not loaded the solver's kernels yet."""
@@ -27,6 +27,9 @@ class StickSlip:
     """
 
     accuracy = "asked: the error below, of the laws (largest CDF difference)"
+    asked = AskedError(
+        "largest CDF difference", "making its table; playing costs the same", "underfoot.models.stick_slip.table_error"
+    )
     force = Input("N", doc="presses the block onto the belt: loudness goes with it")
     velocity = Number(
         0.1, 0.0, 10.0, unit="m/s", scale="amplitude", wire="audio", doc="v_b of the belt: distances go with it"
