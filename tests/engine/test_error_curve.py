@@ -5,10 +5,13 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
 from underfoot.__main__ import cli
+from underfoot.engine.commands import Set
 from underfoot.engine.error_curve import error_curve
+from underfoot.engine.patch_edits import moved_numbers
 from underfoot.errors import BadValue
 from underfoot.models.modal import blow
 from underfoot.nodes import REGISTRY
@@ -93,3 +96,19 @@ def test_a_factor_of_one_is_not_in_the_file_and_others_come_back():
     assert Patch.loads(faster.dumps()) == faster
     with pytest.raises(BadValue, match="error_scale is 1000.0; allowed: 0.01 to 100"):
         Patch(error_scale=1000.0).check()
+
+
+def test_where_no_error_costs_more_than_another_it_is_said():
+    *_, curve = error_curve(IMPACT, {})
+    assert len({point.found for point in curve.points}) == 1, "a soft blow takes one sub-step a frame"
+    assert curve.told().endswith("all errors that may be asked take the same")
+    low, high = curve.drawing().x_range
+    assert low < curve.here.found < high
+
+
+def test_another_factor_moves_a_number_and_makes_a_new_program_for_a_table():
+    knock = Patch().add("impact", error=1e-4)
+    assert moved_numbers(knock, replace(knock, error_scale=10.0), REGISTRY) == [Set("impact", "error", pytest.approx(1e-3))]
+    squeak = Patch().add("stick-slip")
+    assert moved_numbers(squeak, replace(squeak, error_scale=10.0), REGISTRY) is None
+    assert moved_numbers(squeak, replace(squeak, error_scale=2.0), REGISTRY) == [], "the same table keeps it"

@@ -76,8 +76,8 @@ class NumberEditor(ParameterEditor):
         self.inverts.setAccessibleName(f"{self.parameter.label}, inverted")
         self.inverts.setToolTip("Inverted: what comes in is turned round")
         self.inverts.clicked.connect(self._invert)
-        self.grid.addWidget(self.slider, 1, 0, 1, 2)
-        self.grid.addWidget(self.inverts, 1, 2, Qt.AlignmentFlag.AlignRight)
+        self.grid.addWidget(self.field, 0, 2, 1, 2)
+        self.grid.addWidget(self.inverts, 1, 3)
 
     def _invert(self, on: bool) -> None:
         self.began.emit()

@@ -36,15 +36,30 @@ class ErrorView(QWidget):
         column.setSpacing(4)
         for widget in (self.opener, self.plot, self.told):
             column.addWidget(widget)
-        self._wait()
+        self._of: object = None
+        self._is_asked = self._is_known = False
+        self.plot.show_drawing(Drawing("", "error found", "run time, ms", x_log=True, y_log=True))
 
     @property
-    def is_open(self) -> bool:
-        """Whether the curve is to be seen, and measured where it is not known."""
-        return self.opener.isChecked()
+    def wants_curve(self) -> bool:
+        """Whether something is to be measured: the curve is to be seen, and is not known."""
+        return self.opener.isChecked() and not self._is_known
+
+    def set_measured(self, of: object) -> None:
+        """What the curve is of: where that has changed, the one that is shown is not it any more."""
+        if of != self._of:
+            self._of = of
+            self._wait()
+
+    def begin(self) -> None:
+        """What comes from now on is of what was set last."""
+        self._is_asked = True
 
     def show_curve(self, curve: ErrorCurveDrawn) -> None:
         """Show what is known by now."""
+        if not self._is_asked:
+            return
+        self._is_known = curve.left == 0
         self.plot.show_drawing(curve.drawing)
         to_come = f"; measuring, {curve.left} to come" if curve.left else ""
         self.told.setText(pretty_text(curve.error or curve.told + to_come))
@@ -52,9 +67,10 @@ class ErrorView(QWidget):
     def _open(self, on: bool) -> None:
         self.plot.setVisible(on)
         self.told.setVisible(on)
-        self._wait()
+        if not self._is_known:
+            self._wait()
         self.toggled.emit()
 
     def _wait(self) -> None:
-        self.plot.show_drawing(Drawing("", "error found", "run time, ms", x_log=True, y_log=True))
-        self.told.setText("measured once the preview is there")
+        self._is_asked = self._is_known = False
+        self.told.setText("measured when the engine's previews are done")

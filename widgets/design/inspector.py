@@ -68,8 +68,8 @@ class Inspector(QScrollArea):
     disconnect_wanted = Signal(str)
     """The input ("node.port") whose wire is to be taken away."""
 
-    errors_wanted = Signal()
-    """The person wants the node's run time over error measured, or not any more: a preview brings or stops it."""
+    errors_toggled = Signal()
+    """The person wants the node's run time over error measured, or not any more."""
 
     drive_wanted = Signal(str, str, QPoint)
     """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen."""
@@ -150,11 +150,6 @@ class Inspector(QScrollArea):
         if self.law is not None and laws.drawings:
             self.law.show_drawing(laws.drawings[-1])
 
-    @property
-    def wants_errors(self) -> bool:
-        """Whether the node's run time over error is to be seen."""
-        return self.errors is not None and self.errors.is_open
-
     def show_errors(self, curve: ErrorCurveDrawn) -> None:
         """Show what is known by now of the node's run time over error."""
         if self.errors is not None:
@@ -234,7 +229,7 @@ class Inspector(QScrollArea):
             column.addWidget(self.law)
         if type.asked is not None:
             self.errors = ErrorView()
-            self.errors.toggled.connect(self.errors_wanted)
+            self.errors.toggled.connect(self.errors_toggled)
             column.addWidget(self.errors)
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
@@ -349,6 +344,8 @@ class Inspector(QScrollArea):
             node = self._patch.node(self._ids[0])
             if self.picture is not None:
                 self.picture.set_values(self._registry[node.type].values(node.parameters))
+            if self.errors is not None:
+                self.errors.set_measured((node.parameters, self._patch.error_scale))
             for name, editor in self.editors.items():
                 value = node.parameters.get(name, editor.parameter.default)
                 if editor.parameter.check(value) != editor.value():

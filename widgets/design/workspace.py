@@ -48,9 +48,12 @@ class DesignWorkspace(Workspace):
     patch_edited = Signal(object)
     """The patch after every edit, undo and redo; not after `set_patch`."""
 
-    preview_wanted = Signal(str, str, bool, bool)
+    preview_wanted = Signal(str, str, bool)
     """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
-    laws should be drawn for `show_laws`, and its run time over error be measured for the inspector."""
+    laws should be drawn for `show_laws`."""
+
+    errors_wanted = Signal(str)
+    """The run time over error of this node of `patch()` should be measured, and handed to the inspector."""
 
     other_wanted = Signal(str, str)
     """The same of a node of the patch in the other slot; `show_preview` is to call it `OTHER` and the node."""
@@ -118,10 +121,11 @@ class DesignWorkspace(Workspace):
         controller.lawful.connect(self.show_laws)
         controller.errors_measured.connect(self.inspector.show_errors)
         self.preview_wanted.connect(
-            lambda node, tile, laws, errors: controller.request_preview(
-                self.patch(), node, tile, self.listen_bar.seconds, laws=laws, errors=errors
+            lambda node, tile, laws: controller.request_preview(
+                self.patch(), node, tile, self.listen_bar.seconds, laws=laws
             )
         )
+        self.errors_wanted.connect(lambda node: controller.measure_errors(self.patch(), node))
         self.slots = SlotListening(self.canvas, self.hearing, self.preview, self.listen_bar, context)
         self.other_wanted.connect(self.slots.request_other)
         self.slots.preview_wanted.connect(self._want)
@@ -306,7 +310,7 @@ class DesignWorkspace(Workspace):
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
         self.preview.laws_wanted.connect(self._tile_changed)
-        self.inspector.errors_wanted.connect(self._ask)
+        self.inspector.errors_toggled.connect(self._ask)  # which stops what is being measured, or leads to it
         self.listen_bar.length_chosen.connect(self._tile_changed)
         self.listen_bar.overlay_wanted.connect(self.preview.overlay)
 
@@ -408,10 +412,7 @@ class DesignWorkspace(Workspace):
             self.other_wanted.emit(id.removeprefix(OTHER), self.preview_tile())
             return
         wants_laws = self.preview.wants_laws or self.inspector.wants_laws
-        is_meant = id == self._previewed
-        self.preview_wanted.emit(
-            id, self.preview_tile(), is_meant and wants_laws, is_meant and self.inspector.wants_errors
-        )
+        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and wants_laws)
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):
@@ -427,7 +428,10 @@ class DesignWorkspace(Workspace):
             self._idle.start()
 
     def _renew_one(self) -> None:
-        """Ask for what a comparison needs, then for the small plot of one node that is in view and has changed."""
+        """Ask for what a comparison needs, then for the small plot of one node that is in view and has changed.
+
+        Last, when nothing else is wanted, for the selected node's run time over error.
+        """
         if self._waiting or self._soon.isActive():
             return
         needed = self.slots.needed_preview(self._previewed) if self.slots is not None else ""
@@ -439,6 +443,9 @@ class DesignWorkspace(Workspace):
         if id:
             self._stale.remove(id)
             self._want(id)
+        elif self.inspector.errors is not None and self.inspector.errors.wants_curve:
+            self.inspector.errors.begin()
+            self.errors_wanted.emit(self._previewed)
 
     def _show_curve(self, node: str, preview: Preview) -> None:
         item = self.canvas.patch_scene.nodes.get(node)

@@ -31,7 +31,7 @@ class Bridge(QObject):
     lawful = Signal(object)
     """`Laws` of the node that was previewed."""
     errors_measured = Signal(object)
-    """`ErrorCurveDrawn` of the node that was previewed, as far as it is known."""
+    """`ErrorCurveDrawn`, as far as the curve is known."""
     health = Signal(object)
     """`Health`, ten times a second."""
     forces = Signal(object)

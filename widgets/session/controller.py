@@ -47,7 +47,7 @@ class SessionController(QObject):
     lawful = Signal(object)
     """`Laws` of the node that was previewed last."""
     errors_measured = Signal(object)
-    """`ErrorCurveDrawn` of that node, again after each point."""
+    """`ErrorCurveDrawn` of the node whose errors were asked for last, again after each point."""
     previewed = Signal(object, str)
     """The `Preview` that was asked for last, and its node."""
     _closed = Signal()
@@ -78,7 +78,7 @@ class SessionController(QObject):
         self._patch_folder: Path | None = None
         self.played_as: Callable[[Patch], Patch] = as_it_is
         """What this session plays for the window's patch: that with what other programs asked for."""
-        self._preview_ticket, self._preview_node = 0, ""
+        self._preview_ticket, self._preview_node, self._errors_ticket = 0, "", 0
         self._worker: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
@@ -338,31 +338,28 @@ class SessionController(QObject):
             self.session.send(command)
 
     def request_preview(
-        self,
-        patch: Patch,
-        node: str,
-        tile: str,
-        seconds: float = 0.0,
-        *,
-        laws: bool = False,
-        errors: bool = False,
-        name: str = "",
+        self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, laws: bool = False, name: str = ""
     ) -> None:
         """Ask what a node of a patch does in one step on a tile: `previewed` brings the newest that was asked for.
 
-        `seconds` as in `Session.preview`. With `laws`, `lawful` brings the node's laws after it, and with `errors`,
-        `errors_measured` its run time over error. `previewed` calls it by its `name`, by default the node's id.
+        `seconds` as in `Session.preview`. With `laws`, `lawful` brings the node's laws after it. `previewed` calls it
+        by its `name`, by default the node's id.
         """
         if self.session is not None:
-            self._preview_ticket = self.session.preview(patch, node, seconds, tile, laws=laws, errors=errors)
+            self._preview_ticket = self.session.preview(patch, node, seconds, tile, laws)
             self._preview_node = name or node
+
+    def measure_errors(self, patch: Patch, node: str) -> None:
+        """Have the run time over error of a node measured until anything else is asked for: `errors_measured` says."""
+        if self.session is not None:
+            self._errors_ticket = self.session.measure_errors(patch, node)
 
     def _take_laws(self, laws: Laws) -> None:
         if laws.ticket == self._preview_ticket:
             self.lawful.emit(laws)
 
     def _take_errors(self, curve: ErrorCurveDrawn) -> None:
-        if curve.ticket == self._preview_ticket:
+        if curve.ticket == self._errors_ticket:
             self.errors_measured.emit(curve)
 
     def _take_preview(self, preview: Preview) -> None:

@@ -12,10 +12,11 @@ import numpy as np
 
 from underfoot.drawing import Drawing
 from underfoot.engine.kernel_loading import KernelParts
+from underfoot.engine.levels import headroom_db
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.preview import previewed
+from underfoot.engine.preview import DRIVE, previewed
 from underfoot.engine.reports import Compiled, ErrorCurveDrawn, Laws, Preview
-from underfoot.engine.requests import CompileRequest, PreviewRequest
+from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch.heard import as_heard
@@ -36,8 +37,8 @@ def run(connection: Connection) -> None:
                 connection.send(_preview(request))
                 if request.laws and not connection.poll():
                     connection.send(_laws(request))
-                if request.errors:
-                    _measure_errors(request, connection)
+            elif isinstance(request, ErrorCurveRequest):
+                _measure_errors(request, connection)
     except (EOFError, OSError):
         return  # the supervisor is gone
 
@@ -65,13 +66,16 @@ def _preview(request: PreviewRequest) -> Preview:
             request.rate,
             request.folder,
             measures=type.is_sink and not type.to_sound,
+            equalisers=request.equalisers,
         )
     except UnderfootError as error:
         return Preview(request.ticket, request.rate, np.zeros(0, np.float32), {}, str(error))
-    return Preview(request.ticket, request.rate, force_n, signals, events=events)
+    drive_peak = float(np.abs(signals.pop(DRIVE, np.zeros(0))).max(initial=0.0))
+    headroom = headroom_db(drive_peak) if drive_peak > 0.0 else None
+    return Preview(request.ticket, request.rate, force_n, signals, events=events, headroom_db=headroom)
 
 
-def _measure_errors(request: PreviewRequest, connection: Connection) -> None:
+def _measure_errors(request: ErrorCurveRequest, connection: Connection) -> None:
     """Send what is known of the node's run time over error after each point, until something else is asked for."""
     from underfoot.engine.error_curve import error_curve
 

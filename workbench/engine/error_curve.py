@@ -53,21 +53,32 @@ class ErrorCurve:
         return asdict(self)
 
     def told(self) -> str:
-        """Where the node stands, in a line.
+        """Where the node stands, in a line, and whether a smaller error would cost more at all.
 
         >>> ErrorCurve("of the law", "a blow", ErrorPoint(1e-3, 2e-4, 0.05)).told()
         'asked 0.001, found 0.0002 (of the law) in 0.05 ms (a blow)'
         """
         here = self.here
-        return f"asked {here.asked:.2g}, found {here.found:.2g} ({self.of}) in {here.ms:.3g} ms ({self.cost})"
+        line = f"asked {here.asked:.2g}, found {here.found:.2g} ({self.of}) in {here.ms:.3g} ms ({self.cost})"
+        is_flat = self.points and not self.left and len(self._least_ms()) == 1
+        return f"{line}; all errors that may be asked take the same" if is_flat else line
 
     def drawing(self) -> Drawing:
         """The curve, and the point where the node stands."""
-        points = sorted(self.points, key=lambda point: point.found)
-        line = Series("", *(np.array([getattr(p, name) for p in points], np.float64) for name in ("found", "ms")))
-        here = Series("here", np.array([self.here.found]), np.array([self.here.ms]), "dots", "force")
-        series = (replace(line, style="dots"), line, here) if points else (here,)
-        return Drawing("", "error found", "run time, ms", series, x_log=True, y_log=True)
+        least_ms = self._least_ms()
+        found, ms = np.array(sorted(least_ms)), np.array([least_ms[error] for error in sorted(least_ms)])
+        at, took = np.array([self.here.found]), np.array([least_ms[self.here.found]])
+        series = (Series("", found, ms, "dots"), Series("", found, ms), Series("here", at, took, "dots", "force"))
+        x = (0.5 * found[0], 2.0 * found[-1]) if found[0] > 0.0 else None
+        y = (0.7 * float(ms.min()), 1.4 * float(ms.max()))
+        return Drawing("", "error found", "run time, ms", series, x_log=True, y_log=True, x_range=x, y_range=y)
+
+    def _least_ms(self) -> dict[float, float]:
+        """The least time of each error that was found: where the same came out, the same was done."""
+        least: dict[float, float] = {}
+        for point in (*self.points, self.here):
+            least[point.found] = min(point.ms, least.get(point.found, np.inf))
+        return least
 
 
 def error_curve(type: NodeType, given: Mapping[str, Any]) -> Iterator[ErrorCurve]:

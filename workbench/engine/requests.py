@@ -42,10 +42,7 @@ class CompileRequest:
 
 @dataclass(frozen=True)
 class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`, and with `Laws` where these are wanted.
-
-    With `errors` its run time over error is measured after that, point by point, until another request comes.
-    """
+    """Render what a node does in one step; answered with `Preview`, and with `Laws` where these are wanted."""
 
     ticket: int
     patch: bytes
@@ -55,4 +52,14 @@ class PreviewRequest:
     rate: float
     folder: str = ""
     laws: bool = False
-    errors: bool = False
+    equalisers: tuple[TileEqualiser, ...] = ()
+
+
+@dataclass(frozen=True)
+class ErrorCurveRequest:
+    """Measure the run time over error of a node; answered with `ErrorCurveDrawn` again and again, until another request
+    comes."""
+
+    ticket: int
+    patch: bytes
+    node: str

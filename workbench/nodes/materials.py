@@ -95,6 +95,11 @@ class FibreGrid:
 
     state, coefficients = grid.STATE, grid.COEFFICIENTS
 
+    def laws(values):
+        from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
+
+        return bundle_laws({**values, "strength": values["strength"] / (values["columns"] * values["rows"])})
+
     def sizes(values, rate):
         return {"cells": values["columns"] * values["rows"]}
 

@@ -137,14 +137,14 @@ def test_set_patch_does_not_say_that_it_was_edited(workspace, qtbot):
 def test_previews_are_asked_for_and_shown(workspace, qtbot):
     with qtbot.waitSignal(workspace.preview_wanted) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
-    assert wanted.args == ["hum", "t1", False, False]
+    assert wanted.args == ["hum", "t1", False]
     time_s = np.arange(4800) / 48000
     signal = 3.0 * np.sin(2 * np.pi * 250 * time_s)
     workspace.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
     assert "peak 3 m/s²" in workspace.preview.note.text()
     with qtbot.waitSignal(workspace.preview_wanted) as wanted:
         workspace.inspector.edited.emit("hum", "frequency", 60.0, "")
-    assert wanted.args == ["hum", "t1", False, False]
+    assert wanted.args == ["hum", "t1", False]
 
 
 def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
@@ -153,7 +153,7 @@ def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
     workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     with qtbot.waitSignal(workspace.preview_wanted) as wanted:
         QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
-    assert wanted.args == ["hum", "t2", False, False]
+    assert wanted.args == ["hum", "t2", False]
     assert workspace.preview.pad.tile.id == "t2"
     workspace.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     small = {wanted.args[0]}
@@ -172,7 +172,7 @@ def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
         workspace.canvas.patch_scene.select(["hum"])
     with qtbot.waitSignal(workspace.preview_wanted) as wanted:
         workspace.set_floor(default_floor(1, 1).tiles)
-    assert wanted.args == ["hum", "t1", False, False]
+    assert wanted.args == ["hum", "t1", False]
 
 
 def test_laws_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot):

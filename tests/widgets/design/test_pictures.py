@@ -193,7 +193,7 @@ def test_a_contact_is_made_softer_by_its_tip(selected):
 
 def test_the_intervals_of_a_random_process_stand_beside_their_law(selected, qtbot):
     desk = selected("poisson")
-    with qtbot.waitSignal(desk.preview_wanted, check_params_cb=lambda node, tile, laws, errors: laws):
+    with qtbot.waitSignal(desk.preview_wanted, check_params_cb=lambda node, tile, laws: laws):
         desk._set("poisson", "interval", 0.05, "")
     desk.show_laws(Laws(0, REGISTRY["poisson"].laws({"interval": 0.05})))
     assert not desk.inspector.law.grab().isNull()

@@ -35,6 +35,7 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
     top = float(np.max(np.where(load < bundle.critical_stress, found[0].strain, 0.0)))
     strain = np.linspace(0.0, 1.5 * max(top, 1e-9), 120)
     one = found[0].strain <= strain[-1]
+    known = bundle.model != "inverse"
     sizes = np.concatenate([one.energy[one.failures > 0] for one in found])
     gaps = np.concatenate([np.diff(one.event_s) for one in found])
     return (
@@ -44,7 +45,7 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
             "load, N",
             (
                 Series("this bundle", found[0].strain[one][::40], newton * load[one][::40]),
-                Series("slowly loaded", strain, newton * _borne(bundle, strain), "dashed", "force"),
+                *([Series("slowly loaded", strain, newton * _borne(bundle, strain), "dashed", "force")] if known else []),
             ),
         ),
         _spectrum("Energy of an event", "energy, of the bundle's units", sizes),
@@ -53,7 +54,7 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
 
 
 def _borne(bundle: FibreBundle, strain: np.ndarray) -> np.ndarray:
-    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x; the inverse model is not covered."""
+    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x. Not of the inverse model, whose chains do not break."""
     if bundle.thresholds == "weibull":
         left = np.exp(-((strain / bundle.scale) ** bundle.shape))
     else:
