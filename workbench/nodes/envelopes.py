@@ -100,7 +100,7 @@ class ContactEnvelope:
 class ForceEnvelope:
     """Proportional to the force: 1 at the full force (thesis: 750 N)."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     force = Input("N")
     full_force = Number(
         envelopes.FULL_FORCE_N, 10.0, 10_000.0, unit="N", scale="log", wire="span", doc="force that gives 1"

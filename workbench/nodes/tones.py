@@ -40,7 +40,7 @@ class Tone:
 class Roughness:
     """A signal times 1 + depth sin(2 pi f t): beats that feel rough (thesis: 25 Hz)."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     signal = Input()
     depth = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is smooth; at 1 it falls silent once a beat")
     frequency = Number(25.0, 0.1, 200.0, unit="Hz", scale="log", wire="audio", doc="of the beats")
