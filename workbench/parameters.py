@@ -58,8 +58,8 @@ class Number(Parameter):
 
     `wire` is "" (no), "span" (read once a span) or "audio" (one value a frame). `scale` is how a control spaces it:
     "linear", "log", or in decibels from silence on: "gain", a factor that is shown in decibels, too, and stops at 0 dB;
-    "amplitude", shown in its unit. Files and wires have the number itself. A gain that may be negative is set by its size,
-    and inverted by a button.
+    "amplitude", shown in its unit. Files and wires have the number itself. A gain that may be negative is set by its
+    size, and inverted by a button.
 
     >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
     Traceback (most recent call last):

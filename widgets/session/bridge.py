@@ -2,7 +2,17 @@
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from underfoot.engine.reports import Compiling, Costs, ErrorCurveDrawn, Fault, Laws, Notice, Preview, ProcessDied, Started
+from underfoot.engine.reports import (
+    Compiling,
+    Costs,
+    ErrorCurveDrawn,
+    Fault,
+    Laws,
+    Notice,
+    Preview,
+    ProcessDied,
+    Started,
+)
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker

@@ -43,8 +43,8 @@ class CostOptions:
 def cost(options: CostOptions) -> None:
     """What each stage of a block and each node of PATCH takes, on how many tiles it is awake, and when it sleeps.
 
-    With --curve, what a node takes at several asked errors, and which errors come of them: measured in this process, kept
-    until node or code changes.
+    With --curve, what a node takes at several asked errors, and which errors come of them: measured in this process,
+    and kept until node or code changes.
     """
     from underfoot.bench.block_stages import block_stages
     from underfoot.floor.layout import Floor, default_floor

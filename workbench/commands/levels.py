@@ -56,8 +56,10 @@ def _table(found: "dict[str, PatchLevels]") -> list[str]:
     lines.append(
         "asked, done: peak and RMS of the loudest 0.2 s; in band: done, 50 to 750 Hz; felt: over what a sole in a"
     )
-    lines.append("hard shoe feels; headroom: of the drive, below the limiter; noticed: by how many people in such shoes;")
-    lines.append("like: what a plate of 90 N/mm feels like with it, where table 6.3 covers that, which is up to 0.86 m/s²")
+    lines.append("hard shoe feels; headroom: of the drive, below the limiter; noticed: by how many people in such")
+    lines.append(
+        "shoes; like: what a plate of 90 N/mm feels like with it, where table 6.3 covers that, up to 0.86 m/s²"
+    )
     return lines
 
 

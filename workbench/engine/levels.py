@@ -57,8 +57,8 @@ class Level:
 class PatchLevels:
     """What one adult step makes of a patch: commanded, measured by the accelerometer, and under the foot.
 
-    `headroom_db` is how far the drive stays below the limiter's peak; below 0.1 it was limited. `feels_like_n_mm` is the
-    stiffness that a plate of 90 N/mm feels like with it, None where the thesis does not say (table 6.3).
+    `headroom_db` is how far the drive stays below the limiter's peak; below 0.1 it was limited. `feels_like_n_mm` is
+    the stiffness that a plate of 90 N/mm feels like with it, None where the thesis does not say (table 6.3).
     """
 
     title: str

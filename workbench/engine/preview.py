@@ -44,8 +44,8 @@ def previewed(
     `LONGEST_S`.
 
     By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
-    `measures`, there are `COMMANDED`, `MEASURED` and `DRIVE` among the signals: what is asked of a simulated tile of the
-    usual kind, and what it does, m/s^2; and what drives it, through `equalisers`, of full scale.
+    `measures`, there are `COMMANDED`, `MEASURED` and `DRIVE` among the signals: what is asked of a simulated tile of
+    the usual kind, and what it does, m/s^2; and what drives it, through `equalisers`, of full scale.
     """
     ends_by_itself = seconds == 0.0
     force_n, source = one_step(tile, seconds or longest_s(patch), rate_hz)
@@ -78,7 +78,10 @@ def previewed(
         if ends_by_itself and at + n >= WHOLE_STEP_S * rate_hz and not any(loop.program.awake().values()):
             frames = at + n
             break
-    force_n, done = force_n[:frames], {MEASURED: measured[:frames], COMMANDED: commanded[:frames], DRIVE: drive[:frames]}
+    force_n, done = (
+        force_n[:frames],
+        {MEASURED: measured[:frames], COMMANDED: commanded[:frames], DRIVE: drive[:frames]},
+    )
     return (
         force_n,
         {_port(name): frames_of[:frames] for name, frames_of in signals.items()} | (done if measures else {}),

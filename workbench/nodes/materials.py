@@ -32,7 +32,9 @@ class FibreBundle:
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force at which the whole would break, slowly loaded"
     )
     renewal = Number(0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load to fresh ground")
-    loudness = Number(1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of an event of energy k_F lambda^2 / 2")
+    loudness = Number(
+        1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of an event of energy k_F lambda^2 / 2"
+    )
     softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength: 0.5 is a velocity")
     events = Output(kind="event", doc="failures, one a frame at most")
     strain = Output(doc="x of the bundle")
@@ -62,7 +64,9 @@ class FibreBundle:
 class FibreGrid:
     """Bundles in a grid under the foot, whose load follows the contact: where it rolls to, fresh ground breaks."""
 
-    accuracy = "exact in law for each cell, which is a bundle (Kolmogorov-Smirnov at 1 %); cells share load once a frame"
+    accuracy = (
+        "exact in law for each cell, which is a bundle (Kolmogorov-Smirnov at 1 %); cells share load once a frame"
+    )
     force = Input("N", doc="the load")
     x = Input("m", doc="where it is on the tile, from Contact")
     y = Input("m", doc="where it is on the tile, from Contact")

@@ -44,7 +44,9 @@ class StickSlip:
         "0.001", options=("0.03", "0.01", "0.003", "0.001", "0.0003"), doc="asked of the laws: largest CDF difference"
     )
     reference = Number(700.0, 1.0, 1e5, unit="N", scale="log", doc="force at which all comes out as strong as it is")
-    loudness = Number(1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of a mean slip at the reference force and 0.1 m/s")
+    loudness = Number(
+        1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of a mean slip at the reference force and 0.1 m/s"
+    )
     level = Number(0.1, 0.0, 100.0, scale="gain", wire="audio", doc="share of the block's acceleration that is put out")
     acceleration = Output("m/s^2", doc="of the block: one cycle of a sine a slip")
     events = Output(kind="event", doc="slips as they begin, stronger the farther they go")

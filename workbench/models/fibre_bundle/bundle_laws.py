@@ -35,7 +35,8 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
     top = float(np.max(np.where(load < bundle.critical_stress, found[0].strain, 0.0)))
     strain = np.linspace(0.0, 1.5 * max(top, 1e-9), 120)
     one = found[0].strain <= strain[-1]
-    known = bundle.model != "inverse"
+    this = Series("this bundle", found[0].strain[one][::40], newton * load[one][::40])
+    slow = Series("slowly loaded", strain, newton * _borne(bundle, strain), "dashed", "force")
     sizes = np.concatenate([one.energy[one.failures > 0] for one in found])
     gaps = np.concatenate([np.diff(one.event_s) for one in found])
     return (
@@ -43,10 +44,7 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
             "Load over strain",
             "strain",
             "load, N",
-            (
-                Series("this bundle", found[0].strain[one][::40], newton * load[one][::40]),
-                *([Series("slowly loaded", strain, newton * _borne(bundle, strain), "dashed", "force")] if known else []),
-            ),
+            (this,) if bundle.model == "inverse" else (this, slow),
         ),
         _spectrum("Energy of an event", "energy, of the bundle's units", sizes),
         _spectrum("Time between events", "interval, ms", 1e3 * gaps),
@@ -54,7 +52,7 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
 
 
 def _borne(bundle: FibreBundle, strain: np.ndarray) -> np.ndarray:
-    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x. Not of the inverse model, whose chains do not break."""
+    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x. Chains of the inverse model do not break."""
     if bundle.thresholds == "weibull":
         left = np.exp(-((strain / bundle.scale) ** bundle.shape))
     else:
