@@ -102,7 +102,8 @@ class FibreGrid:
     def laws(values):
         from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
 
-        return bundle_laws({**values, "strength": values["strength"] / (values["columns"] * values["rows"])})
+        cells = values["columns"] * values["rows"]
+        return bundle_laws({**values, "strength": values["strength"] / cells}, f", one of {cells} cells")
 
     def sizes(values, rate):
         return {"cells": values["columns"] * values["rows"]}

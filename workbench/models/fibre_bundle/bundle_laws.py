@@ -22,10 +22,11 @@ def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
     )
 
 
-def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
+def bundle_laws(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, ...]:
     """What a node's bundle does under a load that rises in 0.8 s: newtons over strain, event sizes, and intervals.
 
-    The mean and one of eight bundles; slowly loaded, an endless one would follow N (1 - P(x)) k_F x.
+    The mean and one of eight bundles; slowly loaded, an endless one would follow N (1 - P(x)) k_F x. `of` says in the
+    title of what it is.
     """
     bundle = bundle_of(values)
     newton = values["strength"] / bundle.critical_stress
@@ -41,7 +42,7 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
     gaps = np.concatenate([np.diff(one.event_s) for one in found])
     return (
         Drawing(
-            "Load over strain",
+            f"Load over strain{of}",
             "strain",
             "load, N",
             (this,) if bundle.model == "inverse" else (this, slow),
