@@ -57,8 +57,9 @@ class Number(Parameter):
     One that `fades` cannot be moved without a step: changing it makes the program anew, faded in.
 
     `wire` is "" (no), "span" (read once a span) or "audio" (one value a frame). `scale` is how a control spaces it:
-    "linear", "log", or "gain": a factor that a hand sets in decibels, from silence at its low end, and that stops at 0
-    dB. Files and wires have the factor.
+    "linear", "log", or in decibels from silence on: "gain", a factor that is shown in decibels, too, and stops at 0 dB;
+    "amplitude", shown in its unit. Files and wires have the number itself. A gain that may be negative is set by its
+    size, and inverted by a button.
 
     >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
     Traceback (most recent call last):
@@ -86,28 +87,35 @@ class Number(Parameter):
             raise self.refuse(value)
         return float(value)
 
+    @property
+    def is_in_db(self) -> bool:
+        """Whether a control spaces it in decibels, from silence on."""
+        return self.scale in ("gain", "amplitude")
+
     def position(self, value: float) -> float:
-        """Where `value` stands on the control, 0 to 1."""
+        """Where `value` stands on the control, 0 to 1; of a gain its size."""
         if self.scale == "log":
             return math.log(value / self.low) / math.log(self.high / self.low)
-        if self.scale == "gain":
-            return max(_db(value) - LEAST_DB, 0.0) / (_db(self.high) - LEAST_DB)
+        if self.is_in_db:
+            return max(_db(abs(value)) - LEAST_DB, 0.0) / (_db(self.high) - LEAST_DB)
         return (value - self.low) / (self.high - self.low)
 
     def value(self, position: float) -> float:
-        """The value at a control's `position`, 0 to 1; the inverse of `position`."""
+        """The value at a control's `position`, 0 to 1; the inverse of `position`, but for a gain's sign."""
         if self.scale == "log":
             return min(max(self.low * (self.high / self.low) ** position, self.low), self.high)
-        if self.scale == "gain":
+        if self.is_in_db:
             db = LEAST_DB + position * (_db(self.high) - LEAST_DB)
-            if position <= 0.0 or abs(db) < STOP_DB:
-                return 0.0 if position <= 0.0 else 1.0
+            if position <= 0.0:
+                return 0.0
+            if self.scale == "gain" and abs(db) < STOP_DB:
+                return 1.0
             return float(min(10.0 ** (db / 20.0), self.high))
         return self.low + (self.high - self.low) * position
 
 
 LEAST_DB, STOP_DB = -60.0, 1.0
-"""A gain's control begins at silence and this level; it stops at 0 dB for so many on both sides."""
+"""A control in decibels begins at silence and this level; a gain's stops at 0 dB for so many on both sides."""
 
 
 def _db(factor: float) -> float:

@@ -96,22 +96,29 @@ def parse_quantity(text: str, unit: str = "") -> float:
     return value * factors[tail] if factors[tail] >= 1.0 else value / round(1.0 / factors[tail])
 
 
-def gain(factor: float, digits: int = 3) -> str:
-    """A factor in decibels.
+INVERTED = "ø"
+"""Behind the decibels of a factor that is negative: what comes out is turned round."""
 
-    >>> gain(1.0), gain(0.5), gain(0.0)
-    ('0 dB', '−6.02 dB', '−∞ dB')
+
+def gain(factor: float, digits: int = 3) -> str:
+    """A factor in decibels, with a sign behind it where it inverts.
+
+    >>> gain(1.0), gain(0.5), gain(0.0), gain(-2.0)
+    ('0 dB', '−6.02 dB', '−∞ dB', '6.02 dB ø')
     """
-    return f"{number(20.0 * math.log10(factor) + 0.0, digits) if factor > 0.0 else '−∞'} dB"
+    size = number(20.0 * math.log10(abs(factor)) + 0.0, digits) if factor else "−∞"
+    return f"{size} dB{f' {INVERTED}' if factor < 0.0 else ''}"
 
 
 def parse_gain(text: str) -> float:
     """The factor that a person typed: decibels, with or without the unit, or a factor with a times sign or an x.
 
-    >>> round(parse_gain("-6 dB"), 3), parse_gain("0"), parse_gain("x2.5"), parse_gain("−∞")
-    (0.501, 1.0, 2.5, 0.0)
+    >>> round(parse_gain("-6 dB"), 3), parse_gain("0"), parse_gain("x2.5"), parse_gain("−∞"), parse_gain("0 dB ø")
+    (0.501, 1.0, 2.5, 0.0, -1.0)
     """
     compact = re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-").lower()
+    if compact.endswith(INVERTED):
+        return -parse_gain(compact.removesuffix(INVERTED))
     if compact.removesuffix("db") in ("-∞", "-inf", "off"):
         return 0.0
     factor = re.fullmatch(r"[x×](.+)|(.+)[x×]", compact)

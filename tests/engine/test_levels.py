@@ -10,8 +10,9 @@ from click.testing import CliRunner
 from underfoot.__main__ import cli
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import equalisers_of
-from underfoot.engine.levels import levels_of
+from underfoot.engine.levels import headroom_db, levels_of
 from underfoot.engine.loop import LoopOptions
+from underfoot.engine.preview import DRIVE, previewed
 from underfoot.engine.render import render
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tile_response import response_of
@@ -46,6 +47,15 @@ def test_levels_of_a_stimulus_are_its_own_and_those_of_its_tile(profile):
     assert plain.measured.peak_m_s2 / plain.commanded.peak_m_s2 > 1.1
     assert driven.measured.peak_m_s2 / driven.commanded.peak_m_s2 == pytest.approx(1.0, abs=0.1)
     assert plain.headroom_db > 0.0
+
+
+def test_a_preview_has_the_headroom_of_the_table_through_the_tile_s_own_equaliser(profile):
+    patch = Patch.load(library.patches()["stimulus-td"], REGISTRY)
+    for of_tile in (None, profile):
+        equalisers = equalisers_of({"t1": of_tile}) if of_tile else ()
+        signals = previewed(patch, (), "t1", 1.2, 48_000.0, measures=True, equalisers=equalisers)[1]
+        found = headroom_db(float(np.abs(signals[DRIVE]).max()))
+        assert found == pytest.approx(levels_of(patch, profile=of_tile).headroom_db, abs=0.01)
 
 
 def test_silence_has_no_level():

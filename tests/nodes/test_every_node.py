@@ -197,7 +197,7 @@ def test_declared_in_full(type):
     assert node.label
     assert node.family
     asks = "error" in node.parameters
-    assert node.accuracy.startswith("asked" if asks else ("exact", "within"))
+    assert node.accuracy.startswith("asked" if asks else "exact")
     for name, parameter in node.parameters.items():
         assert parameter.check(parameter.default) == parameter.default
         assert name != "id"

@@ -199,7 +199,8 @@ def help_text(parameter: Parameter) -> str:
         unit = parameter.unit
         allowed = f"{quantity(parameter.low, unit)} to {quantity(parameter.high, unit)}"
         if isinstance(parameter, Number) and parameter.scale == "gain":
-            allowed = f"{gain(parameter.low)} to {gain(parameter.high)}; a factor is typed as x2"
+            inverted = ", also inverted" if parameter.low < 0.0 else ""
+            allowed = f"{gain(max(parameter.low, 0.0))} to {gain(parameter.high)}{inverted}; a factor is typed as x2"
     elif isinstance(parameter, Numbers):
         allowed = f"{parameter.least} to {parameter.most} numbers, {number(parameter.low)} to {number(parameter.high)}"
         allowed += f" {pretty_unit(parameter.unit)}" if parameter.unit else ""

@@ -4,11 +4,11 @@ import math
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QToolButton, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number
-from underfoot.quantities import gain, parse_gain, parse_quantity, quantity
+from underfoot.quantities import INVERTED, gain, parse_gain, parse_quantity, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
 from underfoot.widgets.controls.slider import Slider
@@ -51,7 +51,11 @@ class NumberEditor(ParameterEditor):
         self.grid.addWidget(self.driver, 0, 1, 1, 2)
         self._put(self.slider)
         self.slider.setVisible(not self._is_too_wide(parameter))
-        if parameter.low < 0.0 < parameter.high:
+        self.inverts = QToolButton(self)
+        self.inverts.setVisible(self._is_gain and parameter.low < 0.0)
+        if self._is_gain and parameter.low < 0.0:
+            self._offer_inversion()
+        elif parameter.low < 0.0 < parameter.high:
             self.slider.set_zero(self._place(0.0))
         self.may_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
         if self.may_be_driven:
@@ -64,12 +68,29 @@ class NumberEditor(ParameterEditor):
         self.field.given.connect(self._typed)
         self.set_value(parameter.default)
 
+    def _offer_inversion(self) -> None:
+        """A button beside the slider for the sign: the slider sets a size, and no drag passes through silence."""
+        self.inverts.setText(INVERTED)
+        self.inverts.setCheckable(True)
+        self.inverts.setProperty("role", "chip")
+        self.inverts.setAccessibleName(f"{self.parameter.label}, inverted")
+        self.inverts.setToolTip("Inverted: what comes in is turned round")
+        self.inverts.clicked.connect(self._invert)
+        self.grid.addWidget(self.field, 0, 2, 1, 2)
+        self.grid.addWidget(self.inverts, 1, 3)
+
+    def _invert(self, on: bool) -> None:
+        self.began.emit()
+        self._give(math.copysign(self._value, -1.0 if on else 1.0))
+        self._rewrite()
+
     def set_driven(self, by: str, colour: str = "", reach: tuple[float, float] | None = None) -> None:
         """Show that a wire gives the value, and from where to where it goes if that is known.
 
         An empty `by` takes that back.
         """
         self.slider.setEnabled(not by)
+        self.inverts.setEnabled(not by)
         self.slider.set_accent(colour or theme.VIBRATION)
         self.field.setVisible(not by)
         self.driver.setVisible(bool(by))
@@ -81,7 +102,8 @@ class NumberEditor(ParameterEditor):
             low, high = (min(max(end, parameter.low), parameter.high) for end in reach)
             ends = self._way(*((low, high) if parameter.wire == "span" else reach))
             words = f"{by}: {ends}"
-            self.slider.set_band((self._place(low), self._place(high)))
+            places = sorted((self._place(low), self._place(high)))
+            self.slider.set_band((0.0 if self._is_gain and low < 0.0 < high else places[0], places[1]))
         else:
             self.slider.set_band(None)
         self.driver.set_full_text(words, "  ×")
@@ -113,12 +135,18 @@ class NumberEditor(ParameterEditor):
             self.field.complain("")
             self.field.setToolTip(help_text(self.parameter))
         self.slider.set_place(self._place(self._value))
+        self.inverts.setChecked(math.copysign(1.0, self._value) < 0.0)
 
     def _left(self) -> None:
         self._show()
 
     def _slid(self, place: float) -> None:
-        self._give(self._rounded(place))
+        value = self._rounded(place)
+        self._give(-value if self.inverts.isChecked() else value)
+        self._rewrite()
+
+    def _rewrite(self) -> None:
+        """Show in the field what another control has set, also while the field has the focus."""
         with QSignalBlocker(self.field):
             self.field.setText(self._in_words(4))
 

@@ -8,12 +8,12 @@ from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from underfoot.engine.reports import Laws
+from underfoot.engine.reports import ErrorCurveDrawn, Laws
 from underfoot.models.signals.rhythm import Rhythm
 from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
 from underfoot.patch.groups import Group
 from underfoot.patch.node import NodeType, Registry
-from underfoot.patch.patch import Patch
+from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.bars_editor import BarsEditor
@@ -24,6 +24,7 @@ from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
 from underfoot.widgets.design.editing import drivers
+from underfoot.widgets.design.error_view import ErrorView
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
@@ -37,8 +38,15 @@ LAW_PX = 200
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
 SEED = Count(0, 0, 2**31 - 1, doc="the same seed gives the same random draws", label="Seed")
-
-
+ERROR_SCALE = Number(
+    1.0,
+    LEAST_SCALE,
+    MOST_SCALE,
+    scale="log",
+    doc="times the errors that nodes are asked for: more costs less, and is rougher",
+    label="Error factor",
+)
+PATCH_FIELDS = {"title": TITLE, "comment": COMMENT, "seed": SEED, "error_scale": ERROR_SCALE}
 MINIMUM_PX = 272
 
 
@@ -60,6 +68,9 @@ class Inspector(QScrollArea):
     disconnect_wanted = Signal(str)
     """The input ("node.port") whose wire is to be taken away."""
 
+    errors_toggled = Signal()
+    """The person wants the node's run time over error measured, or not any more."""
+
     drive_wanted = Signal(str, str, QPoint)
     """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen."""
 
@@ -79,6 +90,7 @@ class Inspector(QScrollArea):
         self.editors: dict[str, ParameterEditor] = {}
         self.picture: NodePicture | None = None
         self.law: Plot | None = None
+        self.errors: ErrorView | None = None
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -138,10 +150,15 @@ class Inspector(QScrollArea):
         if self.law is not None and laws.drawings:
             self.law.show_drawing(laws.drawings[-1])
 
+    def show_errors(self, curve: ErrorCurveDrawn) -> None:
+        """Show what is known by now of the node's run time over error."""
+        if self.errors is not None:
+            self.errors.show_curve(curve)
+
     # --- building ---
 
     def _build(self) -> None:
-        self.editors, self.picture, self.law = {}, None, None
+        self.editors, self.picture, self.law, self.errors = {}, None, None, None
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
@@ -183,8 +200,7 @@ class Inspector(QScrollArea):
         if self._patch.node(id).label:
             column.addWidget(theme.label(type.label, "muted"))
         column.addWidget(_wrapped(pretty_text(type.doc), "small"))
-        if type.accuracy:
-            column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
+        column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
         column.addSpacing(8)
         if type.type in PICTURES:
             self.picture = PICTURES[type.type](type)
@@ -211,6 +227,10 @@ class Inspector(QScrollArea):
             self.law = Plot()
             self.law.setFixedHeight(LAW_PX)
             column.addWidget(self.law)
+        if type.asked is not None:
+            self.errors = ErrorView()
+            self.errors.toggled.connect(self.errors_toggled)
+            column.addWidget(self.errors)
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
@@ -276,9 +296,9 @@ class Inspector(QScrollArea):
         column.addWidget(theme.label("Patch", "title"))
         column.addWidget(_wrapped("Select a node to see its parameters.", "small"))
         column.addSpacing(8)
-        for name, parameter in (("title", TITLE), ("comment", COMMENT), ("seed", SEED)):
+        for name, parameter in PATCH_FIELDS.items():
             editor = editor_for(parameter)
-            editor.resets = False
+            editor.resets = name == "error_scale"
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
                 lambda value, name=name: self.patch_edited.emit(name, value, f"patch.{name} {self._gesture}")
@@ -324,6 +344,8 @@ class Inspector(QScrollArea):
             node = self._patch.node(self._ids[0])
             if self.picture is not None:
                 self.picture.set_values(self._registry[node.type].values(node.parameters))
+            if self.errors is not None:
+                self.errors.set_measured((node.parameters, self._patch.error_scale))
             for name, editor in self.editors.items():
                 value = node.parameters.get(name, editor.parameter.default)
                 if editor.parameter.check(value) != editor.value():
@@ -406,7 +428,7 @@ def _span(parameter: Parameter, values: Sequence[object]) -> str:
 
 
 def edited_patch(patch: Patch, field: str, value: object) -> Patch:
-    """The patch with its title, comment or seed changed."""
+    """The patch with its title, comment, seed or factor on errors changed."""
     return msgspec.structs.replace(patch, **{field: value})
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.drawing import Range
 from underfoot.engine.reports import MEASURED, Preview
-from underfoot.models.sole import felt
+from underfoot.models.sole import felt, stiffness_in_words, windowed_peak
 from underfoot.patch.node import Port
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
@@ -23,7 +23,8 @@ SHORTEST_MS = 2.0
 
 @dataclass(frozen=True)
 class Stretch:
-    """Frames of one output [n]; the force on the tile [m], and what the tile does of it [n] where that is known."""
+    """Frames of one output [n]; the force on the tile [m]; what the tile does of it [n] where that is known, and how
+    far the whole preview's drive stays below the limiter, dB."""
 
     values: Array
     force_n: Array
@@ -32,6 +33,7 @@ class Stretch:
     is_force: bool = False
     measured: Array | None = None
     begin_ms: float = 0.0
+    headroom_db: float | None = None
 
     @staticmethod
     def of(preview: Preview, node: str, port: Port) -> "Stretch":
@@ -40,7 +42,8 @@ class Stretch:
         done = preview.signals.get(MEASURED)
         measured = None if done is None else np.nan_to_num(done.astype(np.float64))
         is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
-        return Stretch(values, summed(preview.force_n), preview.rate_hz, port.unit, is_force, measured)
+        force_n, headroom_db = summed(preview.force_n), preview.headroom_db
+        return Stretch(values, force_n, preview.rate_hz, port.unit, is_force, measured, headroom_db=headroom_db)
 
     @property
     def end_ms(self) -> float:
@@ -130,6 +133,8 @@ def told(now: Stretch, other: Stretch | None, other_slot: str) -> str:
         text += f" ({difference_in_words(now, other, other_slot)})"
     if now.measured is not None:
         text += f"; {felt_in_words(now.measured, now.rate_hz)}"
+    if now.headroom_db is not None:
+        text += f"; headroom {now.headroom_db:.0f} dB" if now.headroom_db >= 0.1 else "; limited at full level"
     return text
 
 
@@ -150,7 +155,7 @@ def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
     """The peak of what the tile does, and what a sole in a hard shoe feels of it.
 
     >>> felt_in_words(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
-    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %'
+    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %; 90 N/mm feel like 67'
     """
     found = felt(measured_m_s2, rate_hz)
     db = found.level_db["shoe"]
@@ -159,7 +164,8 @@ def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
         return f"tile {peak}"
     side = "over" if db >= 0.0 else "under"
     chance = f"noticed by {100.0 * found.noticed:.0f} %"
-    return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}"
+    stiffness = stiffness_in_words(windowed_peak(measured_m_s2, rate_hz))
+    return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}; {stiffness}"
 
 
 def pick(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:

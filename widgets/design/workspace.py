@@ -52,6 +52,9 @@ class DesignWorkspace(Workspace):
     """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
     laws should be drawn for `show_laws`."""
 
+    errors_wanted = Signal(str)
+    """The run time over error of this node of `patch()` should be measured, and handed to the inspector."""
+
     other_wanted = Signal(str, str)
     """The same of a node of the patch in the other slot; `show_preview` is to call it `OTHER` and the node."""
 
@@ -116,11 +119,13 @@ class DesignWorkspace(Workspace):
         controller.bridge.faulted.connect(self.show_fault)
         controller.previewed.connect(self.show_preview)
         controller.lawful.connect(self.show_laws)
+        controller.errors_measured.connect(self.inspector.show_errors)
         self.preview_wanted.connect(
             lambda node, tile, laws: controller.request_preview(
                 self.patch(), node, tile, self.listen_bar.seconds, laws=laws
             )
         )
+        self.errors_wanted.connect(lambda node: controller.measure_errors(self.patch(), node))
         self.slots = SlotListening(self.canvas, self.hearing, self.preview, self.listen_bar, context)
         self.other_wanted.connect(self.slots.request_other)
         self.slots.preview_wanted.connect(self._want)
@@ -307,6 +312,7 @@ class DesignWorkspace(Workspace):
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
         self.preview.laws_wanted.connect(self._tile_changed)
+        self.inspector.errors_toggled.connect(self._ask)  # which stops what is being measured, or leads to it
         self.listen_bar.length_chosen.connect(self._tile_changed)
         self.listen_bar.overlay_wanted.connect(self.preview.overlay)
 
@@ -424,7 +430,10 @@ class DesignWorkspace(Workspace):
             self._idle.start()
 
     def _renew_one(self) -> None:
-        """Ask for what a comparison needs, then for the small plot of one node that is in view and has changed."""
+        """Ask for what a comparison needs, then for the small plot of one node that is in view and has changed.
+
+        Last, when nothing else is wanted, for the selected node's run time over error.
+        """
         if self._waiting or self._soon.isActive():
             return
         needed = self.slots.needed_preview(self._previewed) if self.slots is not None else ""
@@ -436,6 +445,9 @@ class DesignWorkspace(Workspace):
         if id:
             self._stale.remove(id)
             self._want(id)
+        elif self.inspector.errors is not None and self.inspector.errors.wants_curve:
+            self.inspector.errors.begin()
+            self.errors_wanted.emit(self._previewed)
 
     def _show_curve(self, node: str, preview: Preview) -> None:
         item = self.canvas.patch_scene.nodes.get(node)

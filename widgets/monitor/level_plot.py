@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, ReferenceLine, Series
 from underfoot.drawing.layout import Margins
 from underfoot.floor.tile_response import TileResponse
-from underfoot.models.sole import BAND_HZ, felt, felt_stiffness_n_mm, threshold_m_s2, windowed_peak
+from underfoot.models.sole import BAND_HZ, felt, stiffness_in_words, threshold_m_s2, windowed_peak
 from underfoot.quantities import quantity
 from underfoot.widgets.plots.plot import Plot
 
@@ -81,9 +81,7 @@ def in_words(
     if math.isfinite(level_db):
         side = "over" if level_db >= 0.0 else "under"
         words += f"; {abs(level_db):.0f} dB {side} threshold, noticed by {100.0 * found.noticed:.0f} %"
-    stiffness = felt_stiffness_n_mm(done)
-    shift = "perceived stiffness: not covered" if stiffness is None else f"90 N/mm feel like {stiffness:.0f}"
-    return f"{words}; {shift}".replace("-", "−")
+    return f"{words}; {stiffness_in_words(done)}".replace("-", "−")
 
 
 def _db(amplitude_m_s2: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from underfoot.engine.reports import (
     CommandApplied,
     Compiling,
     Costs,
+    ErrorCurveDrawn,
     Fault,
     Laws,
     Notice,
@@ -41,6 +42,8 @@ class Bridge(QObject):
     """`Preview`, as it was asked for."""
     lawful = Signal(object)
     """`Laws` of the node that was previewed."""
+    errors_measured = Signal(object)
+    """`ErrorCurveDrawn`, as far as the curve is known."""
     health = Signal(object)
     """`Health`, ten times a second."""
     forces = Signal(object)
@@ -149,6 +152,8 @@ class Bridge(QObject):
                 self.previewed.emit(report)
             case Laws():
                 self.lawful.emit(report)
+            case ErrorCurveDrawn():
+                self.errors_measured.emit(report)
             case Notice(text):
                 self._say_once(text)
             case ProcessDied(process, reason):

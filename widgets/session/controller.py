@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Strike, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, Laws, Preview, Started
+from underfoot.engine.reports import SOUND_CARD, ErrorCurveDrawn, Laws, Preview, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
@@ -46,6 +46,8 @@ class SessionController(QObject):
     """Whether somebody who asked for the session's release needs the target to stay as it is."""
     lawful = Signal(object)
     """`Laws` of the node that was previewed last."""
+    errors_measured = Signal(object)
+    """`ErrorCurveDrawn` of the node whose errors were asked for last, again after each point."""
     previewed = Signal(object, str)
     """The `Preview` that was asked for last, and its node."""
     _closed = Signal()
@@ -76,7 +78,7 @@ class SessionController(QObject):
         self._patch_folder: Path | None = None
         self.played_as: Callable[[Patch], Patch] = as_it_is
         """What this session plays for the window's patch: that with what other programs asked for."""
-        self._preview_ticket, self._preview_node = 0, ""
+        self._preview_ticket, self._preview_node, self._errors_ticket = 0, "", 0
         self._worker: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
@@ -87,6 +89,7 @@ class SessionController(QObject):
         self.bridge.started.connect(self._end_silent_start)
         self.bridge.previewed.connect(self._take_preview)
         self.bridge.lawful.connect(self._take_laws)
+        self.bridge.errors_measured.connect(self._take_errors)
 
     # --- life ---
 
@@ -346,9 +349,18 @@ class SessionController(QObject):
             self._preview_ticket = self.session.preview(patch, node, seconds, tile, laws)
             self._preview_node = name or node
 
+    def measure_errors(self, patch: Patch, node: str) -> None:
+        """Have the run time over error of a node measured until anything else is asked for: `errors_measured` says."""
+        if self.session is not None:
+            self._errors_ticket = self.session.measure_errors(patch, node)
+
     def _take_laws(self, laws: Laws) -> None:
         if laws.ticket == self._preview_ticket:
             self.lawful.emit(laws)
+
+    def _take_errors(self, curve: ErrorCurveDrawn) -> None:
+        if curve.ticket == self._errors_ticket:
+            self.errors_measured.emit(curve)
 
     def _take_preview(self, preview: Preview) -> None:
         if preview.ticket == self._preview_ticket:

@@ -13,6 +13,7 @@ from underfoot.commands.options import grouped
 
 if TYPE_CHECKING:
     from underfoot.bench.block_stages import BlockStages
+    from underfoot.patch.patch import Patch
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class CostOptions:
     profiles: Path | None
     simulated: bool
     outside_files: bool
+    curve: str | None
     as_json: bool
 
 
@@ -37,10 +39,15 @@ class CostOptions:
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: equalisers, curves of sensors.")
 @click.option("--simulated", is_flag=True, help="With the plates of a simulated floor, as a session on one has them.")
 @click.option("--outside-files", is_flag=True, help="Let the patch read sound files outside its own folder.")
+@click.option("--curve", metavar="NODE", help="Run time over error of this node; nothing else is measured.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @grouped(CostOptions)
 def cost(options: CostOptions) -> None:
-    """What each stage of a block and each node of PATCH takes, on how many tiles it is awake, and when it sleeps."""
+    """What each stage of a block and each node of PATCH takes, on how many tiles it is awake, and when it sleeps.
+
+    With --curve, what a node takes at several asked errors, and which errors come of them: measured in this process,
+    and kept until node or code changes.
+    """
     from underfoot.bench.block_stages import block_stages
     from underfoot.floor.layout import Floor, default_floor
     from underfoot.floor.profile import profiles_of
@@ -51,6 +58,9 @@ def cost(options: CostOptions) -> None:
     patch = Patch.load(options.patch, REGISTRY)
     if not options.outside_files:
         require_inside(patch, REGISTRY, options.patch)
+    if options.curve is not None:
+        _tell_curve(patch, options.curve, options.as_json)
+        return
     floor = Floor.load(options.floor) if options.floor else default_floor()
     with compiling_told():
         found = block_stages(
@@ -64,6 +74,26 @@ def cost(options: CostOptions) -> None:
             simulated=options.simulated,
         )
     print(json.dumps(found.data()) if options.as_json else "\n".join(_lines(found)))
+
+
+def _tell_curve(patch: "Patch", node: str, as_json: bool) -> None:
+    """Measure a node as its patch has it built, and print each point as soon as it is known."""
+    from underfoot.engine.error_curve import error_curve
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.heard import as_heard
+
+    placed = as_heard(patch, REGISTRY).node(node)
+    with compiling_told():
+        for curve in error_curve(REGISTRY[placed.type], placed.parameters):
+            if as_json:
+                continue
+            if curve.points:
+                point = curve.points[-1]
+                print(f"  {point.asked:10.1e} {point.found:10.1e} {point.ms:11.4f}", flush=True)
+            else:
+                print(f"{node} stands here: {curve.told()}", f"{'asked':>12} {'found':>10} {'ms':>11}", sep="\n")
+    if as_json:
+        print(json.dumps(curve.data()))
 
 
 def _lines(found: "BlockStages") -> list[str]:

@@ -10,13 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
+from underfoot.drawing import Drawing
 from underfoot.engine.kernel_loading import KernelParts
+from underfoot.engine.levels import headroom_db
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.preview import previewed
-from underfoot.engine.reports import Compiled, Laws, Preview
-from underfoot.engine.requests import CompileRequest, PreviewRequest
+from underfoot.engine.preview import DRIVE, previewed
+from underfoot.engine.reports import Compiled, ErrorCurveDrawn, Laws, Preview
+from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
+from underfoot.patch.heard import as_heard
 from underfoot.patch.patch import Patch
 
 
@@ -34,6 +37,8 @@ def run(connection: Connection) -> None:
                 connection.send(_preview(request))
                 if request.laws and not connection.poll():
                     connection.send(_laws(request))
+            elif isinstance(request, ErrorCurveRequest):
+                _measure_errors(request, connection)
     except (EOFError, OSError):
         return  # the supervisor is gone
 
@@ -61,15 +66,32 @@ def _preview(request: PreviewRequest) -> Preview:
             request.rate,
             request.folder,
             measures=type.is_sink and not type.to_sound,
+            equalisers=request.equalisers,
         )
     except UnderfootError as error:
         return Preview(request.ticket, request.rate, np.zeros(0, np.float32), {}, str(error))
-    return Preview(request.ticket, request.rate, force_n, signals, events=events)
+    drive_peak = float(np.abs(signals.pop(DRIVE, np.zeros(0))).max(initial=0.0))
+    headroom = headroom_db(drive_peak) if drive_peak > 0.0 else None
+    return Preview(request.ticket, request.rate, force_n, signals, events=events, headroom_db=headroom)
+
+
+def _measure_errors(request: ErrorCurveRequest, connection: Connection) -> None:
+    """Send what is known of the node's run time over error after each point, until something else is asked for."""
+    from underfoot.engine.error_curve import error_curve
+
+    try:
+        node = as_heard(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
+        for curve in error_curve(REGISTRY[node.type], node.parameters):
+            connection.send(ErrorCurveDrawn(request.ticket, curve.drawing(), curve.told(), curve.left))
+            if connection.poll():
+                return
+    except UnderfootError as error:
+        connection.send(ErrorCurveDrawn(request.ticket, Drawing("", "", ""), "", error=str(error)))
 
 
 def _laws(request: PreviewRequest) -> Laws:
     try:
-        node = Patch.loads(request.patch, REGISTRY).node(request.node)
+        node = as_heard(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
         type = REGISTRY[node.type]
         return Laws(request.ticket, type.laws(type.values(node.parameters)) if type.laws else ())
     except UnderfootError as error:

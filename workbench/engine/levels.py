@@ -27,13 +27,14 @@ class Level:
     """A signal's level, m/s^2: the stable peak of table 6.1, the RMS of its loudest 0.2 s, and what there is in band.
 
     `share_in_band` is of its energy within 50 to 750 Hz; `level_db` is over what a sole in a hard shoe feels, None for
-    silence.
+    silence; `noticed` the chance that a person in such shoes notices it.
     """
 
     peak_m_s2: float
     rms_m_s2: float
     share_in_band: float
     level_db: float | None
+    noticed: float
 
     @staticmethod
     def of(samples: NDArray[np.float32], rate_hz: float) -> "Level":
@@ -42,15 +43,22 @@ class Level:
         size = round(0.2 * rate_hz)
         squares = np.cumsum(np.append(0.0, signal**2))
         rms = float(np.sqrt(max(float((squares[size:] - squares[:-size]).max()), 0.0) / size))
-        found = sole.felt(signal, rate_hz).summary()["level_shoe_db"]
-        return Level(sole.windowed_peak(signal, rate_hz), rms, sole.share_in_band(signal, rate_hz), found)
+        found = sole.felt(signal, rate_hz).summary()
+        return Level(
+            sole.windowed_peak(signal, rate_hz),
+            rms,
+            sole.share_in_band(signal, rate_hz),
+            found["level_shoe_db"],
+            found["noticed"] or 0.0,
+        )
 
 
 @dataclass(frozen=True)
 class PatchLevels:
     """What one adult step makes of a patch: commanded, measured by the accelerometer, and under the foot.
 
-    `headroom_db` is how far the drive stays below the limiter's peak; below 0.1 it was limited.
+    `headroom_db` is how far the drive stays below the limiter's peak; below 0.1 it was limited. `feels_like_n_mm` is
+    the stiffness that a plate of 90 N/mm feels like with it, None where the thesis does not say (table 6.3).
     """
 
     title: str
@@ -58,6 +66,7 @@ class PatchLevels:
     measured: Level
     under_foot: Level
     headroom_db: float
+    feels_like_n_mm: float | None = None
 
     def data(self) -> dict[str, object]:
         """All figures, as a command prints them."""
@@ -94,5 +103,14 @@ def levels_of(
     commanded, measured, under_foot = (
         Level.of(tiles[name][:, 0], rate_hz) for name in ("commanded", "accelerometer", "foot")
     )
-    headroom_db = 20.0 * math.log10(Limits().peak / max(peak, 1e-9))
-    return PatchLevels(patch.title, commanded, measured, under_foot, headroom_db)
+    stiffness = sole.felt_stiffness_n_mm(measured.peak_m_s2)
+    return PatchLevels(patch.title, commanded, measured, under_foot, headroom_db(peak), stiffness)
+
+
+def headroom_db(drive_peak: float) -> float:
+    """How far a drive of this peak, of full scale, stays below the limiter; below 0.1 it is limited.
+
+    >>> round(headroom_db(0.5), 1)
+    5.6
+    """
+    return 20.0 * math.log10(Limits().peak / max(drive_peak, 1e-9))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.replay import Replay
-from underfoot.engine.commands import Play, Strike
+from underfoot.engine.commands import Play, Strike, TileEqualiser
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.floor.forces import ForceSeries
@@ -23,6 +23,7 @@ LONGEST_S = 10.0
 _RINGING_S = 1.0
 """How long a patch may ring on after the last of its notes."""
 _FORCE_HZ = 1000.0
+DRIVE = "drive"
 _BLOCK = 480  # the strike falls between two blocks
 
 
@@ -35,6 +36,7 @@ def previewed(
     folder: str = "",
     *,
     measures: bool = False,
+    equalisers: tuple[TileEqualiser, ...] = (),
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
     """The step's force in newtons (frames,), and what comes from each scope ("node.port"), for so many seconds.
 
@@ -42,8 +44,8 @@ def previewed(
     `LONGEST_S`.
 
     By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
-    `measures`, there are `COMMANDED` and `MEASURED` among the signals: what is asked of a simulated tile of the usual
-    kind, and what it does, m/s^2.
+    `measures`, there are `COMMANDED`, `MEASURED` and `DRIVE` among the signals: what is asked of a simulated tile of
+    the usual kind, and what it does, m/s^2; and what drives it, through `equalisers`, of full scale.
     """
     ends_by_itself = seconds == 0.0
     force_n, source = one_step(tile, seconds or longest_s(patch), rate_hz)
@@ -52,6 +54,7 @@ def previewed(
         block=_BLOCK,
         scopes=scopes,
         folder=Path(folder) if folder else None,
+        equalisers=equalisers,
         plates=("accelerometer",) if measures else (),
     )
     loop = Loop(patch, REGISTRY, source, options)
@@ -59,7 +62,7 @@ def previewed(
     loop.send(Strike("", tile), round(STEP_S * rate_hz))
     frames = len(force_n)
     signals = {name: np.zeros(frames, np.float32) for name in loop.program.scope_names}
-    measured, commanded = (np.zeros(frames if measures else 0, np.float32) for _ in range(2))
+    measured, commanded, drive = (np.zeros(frames if measures else 0, np.float32) for _ in range(3))
     events: dict[str, list[NDArray[np.float64]]] = {name: [] for name in scopes if name not in signals}
     for at in range(0, frames, _BLOCK):
         n = min(_BLOCK, frames - at)
@@ -69,12 +72,16 @@ def previewed(
         if measures:
             measured[at : at + n] = loop.plates["accelerometer"].out[:n, 0]
             commanded[at : at + n] = loop.commanded[:n, 0]
+            drive[at : at + n] = loop.out[:n, 0]
         for name, found in events.items():
             found.append(loop.program.events(name))
         if ends_by_itself and at + n >= WHOLE_STEP_S * rate_hz and not any(loop.program.awake().values()):
             frames = at + n
             break
-    force_n, done = force_n[:frames], {MEASURED: measured[:frames], COMMANDED: commanded[:frames]}
+    force_n, done = (
+        force_n[:frames],
+        {MEASURED: measured[:frames], COMMANDED: commanded[:frames], DRIVE: drive[:frames]},
+    )
     return (
         force_n,
         {_port(name): frames_of[:frames] for name, frames_of in signals.items()} | (done if measures else {}),

@@ -99,6 +99,8 @@ class Preview:
     signals: dict[str, NDArray[np.float32]]
     error: str = ""
     events: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    headroom_db: float | None = None
+    """How far what drives the tile stays below the limiter at full level, where the node plays and is not silent."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,21 @@ class Laws:
     error: str = ""
 
 
-Report = Laws | Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
+@dataclass(frozen=True)
+class ErrorCurveDrawn:
+    """Run time over error of a node, as far as it is measured.
+
+    `told` says where the node stands, and `left` how many points are still to come. `error` says why there is none.
+    """
+
+    ticket: int
+    drawing: Drawing
+    told: str
+    left: int = 0
+    error: str = ""
+
+
+Report = ErrorCurveDrawn | Laws | Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
 
 
 @dataclass(frozen=True)

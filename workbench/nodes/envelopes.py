@@ -27,7 +27,7 @@ class AttackDecay:
     duration = Number(
         0.2, 0.001, 20.0, unit="s", scale="log", wire="span", doc="length of a note that does not know its own"
     )
-    amplitude = Number(1.0, 0.0, 10.0, wire="span", doc="height at strength 1")
+    amplitude = Number(1.0, 0.0, 10.0, scale="gain", wire="span", doc="height at strength 1")
     out = Output()
     state, coefficients = envelopes.NOTE_STATE, envelopes.NOTE_COEFFICIENTS
 
@@ -55,7 +55,7 @@ class Breakpoints:
         most=4000,
         doc="its points; they are played in the order of their times",
     )
-    amplitude = Number(1.0, 0.0, 100.0, wire="audio", doc="factor on the levels")
+    amplitude = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the levels")
     begin = Choice("at events", options=("at once", "at events"), doc="what starts it")
     start = Input(kind="event", doc="plays it from its beginning, at the event's strength")
     out = Output(doc="the level")
@@ -100,7 +100,7 @@ class ContactEnvelope:
 class ForceEnvelope:
     """Proportional to the force: 1 at the full force (thesis: 750 N)."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     force = Input("N")
     full_force = Number(
         envelopes.FULL_FORCE_N, 10.0, 10_000.0, unit="N", scale="log", wire="span", doc="force that gives 1"

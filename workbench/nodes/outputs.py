@@ -8,7 +8,7 @@ from underfoot.patch.node import Input, Output, node
 class TileOutput:
     """What the tile plays: acceleration in m/s^2. Several outputs on one tile add."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     acceleration = Input("m/s^2", doc="what the shaker is to do")
     level = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="factor on the way out")
     tiles = Tiles(doc="the tiles that play it")
@@ -25,7 +25,7 @@ class TileOutput:
 class SoundOutput:
     """What is heard, not felt: loudspeakers or headphones on a channel for all tiles, which add. No shaker gets it."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     sound = Input(doc="what is to be heard")
     level = Number(
         0.05, 0.0, 10.0, scale="gain", wire="audio", doc="factor to full scale: at 0.05 an input of 20 is full scale"

@@ -9,7 +9,7 @@ from underfoot.patch.node import Input, Output, node
 class Gain:
     """A signal times a factor, which a wire may drive."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     signal = Input(doc="what is made louder or softer")
     gain = Number(1.0, 0.0, 1000.0, scale="gain", wire="audio", doc="factor; 2 is 6 dB louder")
     out = Output()
@@ -24,7 +24,7 @@ class Gain:
 class Multiply:
     """One signal times another: an envelope on a tone, say. Without a wire, b counts as 0."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     a = Input()
     b = Input()
     out = Output()
@@ -39,15 +39,15 @@ class Multiply:
 class Mix:
     """The sum of up to four signals, each with its level."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     a = Input()
     b = Input()
     c = Input()
     d = Input()
-    level_a = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on a")
-    level_b = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on b")
-    level_c = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on c")
-    level_d = Number(1.0, -10.0, 10.0, wire="audio", doc="factor on d")
+    level_a = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on a")
+    level_b = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on b")
+    level_c = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on c")
+    level_d = Number(1.0, -10.0, 10.0, scale="gain", wire="audio", doc="factor on d")
     out = Output()
     is_sum = True
 
@@ -60,7 +60,7 @@ class Mix:
 class Scale:
     """A signal in another unit or range: in the input's range, low becomes out low and high becomes out high."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     signal = Input(doc="in any unit")
     low = Number(0.0, -1e6, 1e6, doc="input that gives out low")
     high = Number(1.0, -1e6, 1e6, doc="input that gives out high")

@@ -12,7 +12,7 @@ from underfoot.layouts import Layout
 from underfoot.models.signals.glide import glided
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
-from underfoot.patch.node import Input, Output, node, prepared
+from underfoot.patch.node import AskedError, Input, Output, node, prepared
 
 _TABLES = ArrayCache("slip-quantiles")
 """Making one costs half a second in a process that has not loaded the solver's kernels yet."""
@@ -27,8 +27,13 @@ class StickSlip:
     """
 
     accuracy = "asked: the error below, of the laws (largest CDF difference)"
+    asked = AskedError(
+        "largest CDF difference", "making its table; playing costs the same", "underfoot.models.stick_slip.table_error"
+    )
     force = Input("N", doc="presses the block onto the belt: loudness goes with it")
-    velocity = Number(0.1, 0.0, 10.0, unit="m/s", wire="audio", doc="v_b of the belt: distances go with it")
+    velocity = Number(
+        0.1, 0.0, 10.0, unit="m/s", scale="amplitude", wire="audio", doc="v_b of the belt: distances go with it"
+    )
     frequency = Number(
         120.0, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="w0 / 2 pi of block and spring: the pitch"
     )
@@ -39,7 +44,9 @@ class StickSlip:
         "0.001", options=("0.03", "0.01", "0.003", "0.001", "0.0003"), doc="asked of the laws: largest CDF difference"
     )
     reference = Number(700.0, 1.0, 1e5, unit="N", scale="log", doc="force at which all comes out as strong as it is")
-    loudness = Number(1.0, 0.0, 1000.0, wire="span", doc="strength of a mean slip at the reference force and 0.1 m/s")
+    loudness = Number(
+        1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of a mean slip at the reference force and 0.1 m/s"
+    )
     level = Number(0.1, 0.0, 100.0, scale="gain", wire="audio", doc="share of the block's acceleration that is put out")
     acceleration = Output("m/s^2", doc="of the block: one cycle of a sine a slip")
     events = Output(kind="event", doc="slips as they begin, stronger the farther they go")

@@ -16,8 +16,8 @@ AT_ONCE = 0
 class Strike:
     """An event by hand: click the tile in the preview, or press its button."""
 
-    accuracy = "exact: between frames"
-    strength = Number(1.0, 0.0, 10.0, doc="strength of a strike at full force")
+    accuracy = "exact: between frames, to 1e-12"
+    strength = Number(1.0, 0.0, 10.0, scale="gain", doc="strength of a strike at full force")
     by_hand = Input(kind="event", is_brought=True)
     out = Output(kind="event")
 
@@ -30,7 +30,7 @@ class Strike:
 class Join:
     """The events of two wires on one; events in the same frame add."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     a = Input(kind="event")
     b = Input(kind="event")
     out = Output(kind="event")
@@ -51,9 +51,9 @@ class Join:
 class Poisson:
     """Events at random moments, independent of one another. At strength exactly 0 the node sleeps."""
 
-    accuracy = "exact in law: exponential intervals"
+    accuracy = "exact in law: exponential intervals, by Kolmogorov-Smirnov at 0.1 %"
     interval = Number(0.02, 1e-3, 10.0, unit="s", scale="log", wire="span", doc="mean time from event to event")
-    strength = Number(1.0, 0.0, 10.0, wire="audio", doc="strength of an event")
+    strength = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="strength of an event")
     out = Output(kind="event")
     muted_by = ("strength",)
     tail = math.inf

@@ -19,7 +19,7 @@ class Tone:
     harmonics = Numbers(
         (0.3, 0.4, 0.6, 0.9, 1.0, 0.8, 0.5, 0.3, 0.2, 0.1), -10.0, 10.0, most=64, doc="amplitude of each, 1st first"
     )
-    amplitude = Number(5.0, 0.0, 100.0, wire="audio", doc="peak, in m/s^2")
+    amplitude = Number(5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="peak, in m/s^2")
     out = Output("m/s^2")
     state = waveshaping.STATE
     muted_by = ("amplitude",)
@@ -40,7 +40,7 @@ class Tone:
 class Roughness:
     """A signal times 1 + depth sin(2 pi f t): beats that feel rough (thesis: 25 Hz)."""
 
-    accuracy = "exact: rounding"
+    accuracy = "exact: to 1e-12"
     signal = Input()
     depth = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is smooth; at 1 it falls silent once a beat")
     frequency = Number(25.0, 0.1, 200.0, unit="Hz", scale="log", wire="audio", doc="of the beats")

@@ -5,14 +5,17 @@
   and fits. Where none fits it puts out nothing. An output cannot be bypassed, for nothing is behind it.
 - Where any node is *soloed*, of what is added only that is heard which comes through a soloed node: at a Mix, a Join,
   and among the outputs. What shapes it, such as an envelope, goes on.
+
+Errors that nodes are asked for come out times the patch's factor: as what is built and not as what is drawn.
 """
 
 from collections import defaultdict
 from functools import cache
+from typing import Any
 
 import msgspec
 
-from underfoot.parameters import Number
+from underfoot.parameters import Choice, Number, Parameter
 from underfoot.patch.node import NodeType, Port, Registry
 from underfoot.patch.patch import Patch, Wire
 
@@ -30,11 +33,40 @@ def as_heard(patch: Patch, registry: Registry) -> Patch:
     >>> as_heard(patch.mark(["low-pass"], "bypassed", True), REGISTRY).wires
     (('tone.out', 'low-pass.signal'), ('tone.out', 'tile-output.acceleration'))
     """
+    patch = _with_scaled_errors(patch, registry)
     if not any(node.marks for node in patch.nodes):
         return patch
     types = {node.id: registry[node.type] for node in patch.nodes}
     wires = _soloed(patch, types, _bypassed(patch, types, _unmuted(patch, types)))
     return _silenced(patch, types, wires)
+
+
+def scaled_error(parameter: Parameter, value: Any, scale: float) -> Any:
+    """The error that a node is asked for when its patch multiplies all of them; of a choice the largest that keeps it.
+
+    >>> scaled_error(Number(1e-3, 1e-7, 0.1), 1e-3, 1000.0), scaled_error(Choice("1", options=("1", "0.3")), "1", 0.5)
+    (0.1, '0.3')
+    """
+    wanted = float(value) * scale
+    if isinstance(parameter, Number):
+        return min(max(wanted, parameter.low), parameter.high)
+    assert isinstance(parameter, Choice)
+    rising = sorted(parameter.options, key=float)
+    return [rising[0], *(one for one in rising if float(one) <= wanted * (1.0 + 1e-9))][-1]
+
+
+def _with_scaled_errors(patch: Patch, registry: Registry) -> Patch:
+    """The patch with each asked error times its factor, and a factor of 1."""
+    if patch.error_scale == 1.0:
+        return patch
+    nodes = []
+    for node in patch.nodes:
+        error = registry[node.type].parameters.get("error")
+        if error is not None:
+            value = scaled_error(error, node.parameters.get("error", error.default), patch.error_scale)
+            node = msgspec.structs.replace(node, parameters={**node.parameters, "error": value})
+        nodes.append(node)
+    return msgspec.structs.replace(patch, nodes=tuple(nodes), error_scale=1.0)
 
 
 def can_be_bypassed(type: NodeType) -> bool:

@@ -84,6 +84,20 @@ def prepared_columns(make: Callable[..., Any]) -> Prepared:
 
 
 @dataclass(frozen=True)
+class AskedError:
+    """How a node that keeps the error which its parameter `error` asks for is measured.
+
+    `of` and `cost` say what the error is of, and what is timed. The module `measured_by`, which is imported only then,
+    has `work(values)`, which makes ready what costs and gives what does it once, and `error_found(values)`, the error
+    that comes of it beside a tight solution.
+    """
+
+    of: str
+    cost: str
+    measured_by: str
+
+
+@dataclass(frozen=True)
 class NodeType:
     """What the class of a node declares, in the form that patch, program, window and reference read."""
 
@@ -109,6 +123,8 @@ class NodeType:
     """How exact it is, with the bound that is tested; or that it keeps an error that a parameter asks for."""
     laws: Callable[[Values], tuple[Drawing, ...]] | None = None
     """What draws the laws of an instance's values: distributions, curves. None where there are none to be drawn."""
+    asked: AskedError | None = None
+    """How its run time and error are measured, where its parameter `error` asks for one."""
 
     @cached_property
     def signal_parameters(self) -> tuple[Number, ...]:
@@ -173,8 +189,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
     what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
     output exactly zero; `is_sink`, when its output is played: by the tile, or with `to_sound` for ears; `is_sum`, when
-    its inputs are added; `accuracy`, how exact it is; and `laws(values)`, what draws distributions. `BadValue` for a
-    function that names what is not there.
+    its inputs are added; `accuracy`, how exact it is; `asked`, how that is measured where a parameter `error` asks
+    for it; and `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
     """
 
     def declare(cls: Any) -> NodeType:
@@ -214,6 +230,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             is_sum=body.get("is_sum", False),
             accuracy=body.get("accuracy", ""),
             laws=body.get("laws"),
+            asked=body.get("asked"),
         )
 
     return declare

@@ -28,6 +28,8 @@ VERSION = 1
 __all__ = ["FORMAT", "FURTHEST", "VERSION", "Patch", "PlacedNode", "Wire"]
 
 
+LEAST_SCALE, MOST_SCALE = 0.01, 100.0
+"""Of the factor on all asked errors."""
 _LEFT_OUT = ("notes", "groups", "author", "tags")
 """Fields that are not in the file where they are empty."""
 MARKS = ("muted", "bypassed", "soloed")
@@ -86,6 +88,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     groups: tuple[Group, ...] = ()
     author: str = ""
     tags: tuple[str, ...] = ()
+    error_scale: float = 1.0
+    """A factor on the errors that its nodes are asked for (`underfoot.patch.heard`)."""
 
     def __repr__(self) -> str:
         nodes, wires = len(self.nodes), len(self.wires)
@@ -241,6 +245,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             registry = installed_nodes()
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
+        scale = self.error_scale
+        require(LEAST_SCALE <= scale <= MOST_SCALE, "error_scale", scale, f"{LEAST_SCALE:g} to {MOST_SCALE:g}")
         seen: set[str] = set()
         for i, node in enumerate(self.nodes):
             place = f"nodes[{i}]"
@@ -293,12 +299,15 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def dumps(self) -> bytes:
         """The patch as JSON: one line a parameter, in a fixed order, so that files can be compared.
 
-        Names, notes, groups, author and tags are left out where there are none: such a file older programs read.
+        Names, notes, groups, author and tags are left out where there are none, and so is a factor of 1 on errors:
+        such a file older programs read.
         """
         fields = msgspec.to_builtins(self)
         for node in fields["nodes"]:
             if not node["label"]:
                 del node["label"]
+        if fields["error_scale"] == 1.0:
+            del fields["error_scale"]
         lean = {name: value for name, value in fields.items() if value or name not in _LEFT_OUT}
         return msgspec.json.format(msgspec.json.encode(lean), indent=1) + b"\n"
 

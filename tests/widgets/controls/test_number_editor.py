@@ -1,5 +1,7 @@
 """A factor that a hand sets in decibels."""
 
+import math
+
 import pytest
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
@@ -51,6 +53,37 @@ def test_a_small_drag_is_a_small_change_and_zero_decibels_is_a_stop(qtbot, edito
     qtbot.mouseClick(slider, Qt.MouseButton.LeftButton, pos=QPoint(0, 5))
     assert given[-1] == 0.0
     assert editor.field.text() == "−∞ dB"
+
+
+@pytest.mark.parametrize("node", ["mix", "gain", "noise", "tone", "fibre-bundle", "stick-slip", "wav-player"])
+def test_no_level_of_a_node_makes_more_than_a_few_decibels_in_seven_pixels(node):
+    """On a slider as wide as the inspector has it, from wherever it stands."""
+    room_px = 230.0
+    levels = [p for p in REGISTRY[node].parameters.values() if isinstance(p, Number) and p.is_in_db]
+    assert levels
+    for level in levels:
+        for place in (0.1, 0.5, level.position(level.default), 0.9):
+            before, after = level.value(place), level.value(place + 7.0 / room_px)
+            assert 0.0 < 20.0 * math.log10(after / before) < 5.0, level.name
+
+
+def test_a_mix_s_level_is_a_size_in_decibels_and_a_button_for_its_sign(qtbot):
+    editor = NumberEditor(REGISTRY["mix"].parameters["level_a"])
+    qtbot.addWidget(editor)
+    editor.resize(280, 48)
+    show(qtbot, editor)
+    given = []
+    editor.value_changed.connect(given.append)
+    qtbot.mouseClick(editor.inverts, Qt.MouseButton.LeftButton)
+    assert (given[-1], editor.field.text()) == (-1.0, "0 dB ø")
+    qtbot.mouseClick(editor.slider, Qt.MouseButton.LeftButton, pos=QPoint(editor.slider.width() // 2, 5))
+    assert -1.0 < given[-1] < 0.0, "a drag changes the size and keeps the sign"
+    typed(qtbot, editor, "x2")
+    assert given[-1] == 2.0
+    assert not editor.inverts.isChecked()
+    typed(qtbot, editor, "-6.0206 dB ø")
+    assert given[-1] == pytest.approx(-0.5, rel=1e-4)
+    assert editor.inverts.isChecked()
 
 
 def test_a_gain_s_place_and_value_are_inverse_but_for_the_stop():

@@ -22,10 +22,11 @@ def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
     )
 
 
-def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
+def bundle_laws(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, ...]:
     """What a node's bundle does under a load that rises in 0.8 s: newtons over strain, event sizes, and intervals.
 
-    The mean and one of eight bundles; slowly loaded, an endless one would follow N (1 - P(x)) k_F x.
+    The mean and one of eight bundles; slowly loaded, an endless one would follow N (1 - P(x)) k_F x. `of` says in the
+    title of what it is.
     """
     bundle = bundle_of(values)
     newton = values["strength"] / bundle.critical_stress
@@ -35,17 +36,16 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
     top = float(np.max(np.where(load < bundle.critical_stress, found[0].strain, 0.0)))
     strain = np.linspace(0.0, 1.5 * max(top, 1e-9), 120)
     one = found[0].strain <= strain[-1]
+    this = Series("this bundle", found[0].strain[one][::40], newton * load[one][::40])
+    slow = Series("slowly loaded", strain, newton * _borne(bundle, strain), "dashed", "force")
     sizes = np.concatenate([one.energy[one.failures > 0] for one in found])
     gaps = np.concatenate([np.diff(one.event_s) for one in found])
     return (
         Drawing(
-            "Load over strain",
+            f"Load over strain{of}",
             "strain",
             "load, N",
-            (
-                Series("this bundle", found[0].strain[one][::40], newton * load[one][::40]),
-                Series("slowly loaded", strain, newton * _borne(bundle, strain), "dashed", "force"),
-            ),
+            (this,) if bundle.model == "inverse" else (this, slow),
         ),
         _spectrum("Energy of an event", "energy, of the bundle's units", sizes),
         _spectrum("Time between events", "interval, ms", 1e3 * gaps),
@@ -53,7 +53,7 @@ def bundle_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
 
 
 def _borne(bundle: FibreBundle, strain: np.ndarray) -> np.ndarray:
-    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x; the inverse model is not covered."""
+    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x. Chains of the inverse model do not break."""
     if bundle.thresholds == "weibull":
         left = np.exp(-((strain / bundle.scale) ** bundle.shape))
     else:

@@ -1,0 +1,101 @@
+"""Nodes that only compute, beside NumPy, to the bound that each states as its accuracy."""
+
+import re
+
+import numpy as np
+import pytest
+import soundfile
+from bare_row import BareRow
+
+from underfoot.nodes import REGISTRY
+
+N = 960
+TIME_S = np.arange(N) / 48_000.0
+A, B, C, D = np.random.default_rng(5).normal(size=(4, N)) * 100.0
+STEPS = np.array([0.2, 0.9, 0.4])
+
+FORMULAS = {
+    "gain": ({"gain": 2.5}, {"signal": A}, "out", 2.5 * A),
+    "multiply": ({}, {"a": A, "b": B}, "out", A * B),
+    "mix": (
+        {"level_a": 0.5, "level_b": -2.0, "level_c": 1e-3, "level_d": 10.0},
+        {"a": A, "b": B, "c": C, "d": D},
+        "out",
+        0.5 * A - 2.0 * B + 1e-3 * C + 10.0 * D,
+    ),
+    "scale": (
+        {"low": -50.0, "high": 150.0, "out_low": 3.0, "out_high": -7.0},
+        {"signal": A},
+        "out",
+        3.0 - 10.0 * np.clip((A + 50.0) / 200.0, 0.0, 1.0),
+    ),
+    "map": (
+        {"low": -50.0, "high": 150.0, "out_low": 3.0, "out_high": -7.0, "exponent": 2.0},
+        {"signal": A},
+        "out",
+        3.0 - 10.0 * np.clip((A + 50.0) / 200.0, 0.0, 1.0) ** 2,
+    ),
+    "value": ({"position": 0.3, "low": -4.0, "high": 8.0}, {}, "out", np.full(N, -0.4)),
+    "step-sequence": (
+        {"values": STEPS.tolist(), "frequency": 50.0, "glide": 0.0, "low": 1.0, "high": 3.0},
+        {},
+        "out",
+        np.repeat(1.0 + 2.0 * STEPS[[0]], N),
+    ),
+    "roughness": (
+        {"depth": 0.7, "frequency": 25.0},
+        {"signal": A},
+        "out",
+        A * (1.0 + 0.7 * np.sin(2.0 * np.pi * 25.0 * TIME_S)),
+    ),
+    "force-envelope": ({"full_force": 700.0}, {"force": np.abs(A)}, "out", np.abs(A) / 700.0),
+    "tile-force": ({}, {"force_n": np.abs(A)}, "force", np.abs(A)),
+    "contact": ({}, {"x_m": A, "y_m": B}, "y", B),
+    "tile-output": ({"level": 0.3}, {"acceleration": A}, "played", 0.3 * A),
+    "sound-output": ({"level": 0.3}, {"sound": A}, "heard", 0.3 * A),
+    "sample-and-hold": ({"glide": 0.0}, {"signal": A}, "out", np.zeros(N)),
+}
+
+
+@pytest.mark.parametrize("type", FORMULAS)
+def test_a_node_computes_its_formula_to_the_bound_that_it_states(type):
+    parameters, signals, output, expected = FORMULAS[type]
+    row = BareRow(REGISTRY[type], **parameters)
+    row.run(0, N, signals)
+    bound = float(re.search(r"to (1e-\d+)", REGISTRY[type].accuracy)[1])
+    assert np.abs(row.outputs[output] - expected).max() <= bound * max(np.abs(expected).max(), 1.0)
+
+
+def test_events_are_handed_on_as_they_came():
+    row = BareRow(REGISTRY["join"])
+    row.run(0, N, events={"a": [(3.25, 0.5, 0.0), (700.5, 2.0, 0.0)], "b": [(40.125, 1.5, 0.0)]})
+    assert np.array(row.events["out"])[:, :2].tolist() == [[3.25, 0.5], [40.125, 1.5], [700.5, 2.0]]
+    row = BareRow(REGISTRY["strike"], strength=0.5)
+    row.run(0, N, events={"by_hand": [(3.25, 0.5, 0.0)]})
+    assert np.array(row.events["out"])[:, :2].tolist() == [[3.25, 0.25]]
+
+
+def test_a_footfall_is_where_the_line_between_two_frames_crosses():
+    force_n = np.clip((np.arange(N) - 100.3) * 0.7, 0.0, 700.0)
+    row = BareRow(REGISTRY["footfall"], threshold=30.0, wait=0.005)
+    row.run(0, N, {"force": force_n})
+    crossing = 100.3 + 30.0 / 0.7
+    assert row.events["onset"][0][0] == pytest.approx(crossing + 240.0, abs=1e-6)
+
+
+def test_a_file_at_the_floor_s_rate_is_played_as_it_is(tmp_path):
+    sound = np.random.default_rng(2).uniform(-1.0, 1.0, N)
+    soundfile.write(tmp_path / "noise.wav", sound, 48_000, subtype="DOUBLE")
+    row = BareRow(REGISTRY["wav-player"], file=str(tmp_path / "noise.wav"), amplitude=2.0)
+    row.run(0, N)
+    assert np.abs(row.outputs["out"] - 2.0 * sound).max() <= 1e-12
+
+
+def test_every_node_states_a_bound_or_is_asked_for_an_error():
+    for type, node in REGISTRY.items():
+        if node.asked is None:
+            assert re.match(r"exact", node.accuracy), type
+            assert re.search(r"\b1e-\d+|\d+(\.\d+)? %", node.accuracy), f"{type} says no bound: {node.accuracy}"
+        else:
+            assert node.accuracy.startswith("asked"), type
+            assert "error" in node.parameters, type

@@ -1,0 +1,146 @@
+"""Run time over error of one node: what the accuracy that is asked of it costs, and where it stands.
+
+Points are kept on disk under a digest of the code that was measured and of the node's values: an edit of either
+measures anew.
+"""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from llvmlite import binding
+
+from underfoot.array_cache import ArrayCache
+from underfoot.drawing import Drawing, Series
+from underfoot.errors import BadValue
+from underfoot.kernel_cache import digest
+from underfoot.parameters import Choice, Number
+from underfoot.patch.node import AskedError, NodeType
+
+_POINTS = ArrayCache("error-curves", in_memory=256, on_disk=2000)
+_BATCH_S, _BATCHES = 2e-3, 5
+
+
+@dataclass(frozen=True)
+class ErrorPoint:
+    """An error that is asked for, the one that comes of it, and the time that takes, ms."""
+
+    asked: float
+    found: float
+    ms: float
+
+
+@dataclass(frozen=True)
+class ErrorCurve:
+    """What is measured of a node so far: `points` from the smallest error on, `here` where it stands, `left` to come.
+
+    `of` says what the error is of, and `cost` what the time is of.
+    """
+
+    of: str
+    cost: str
+    here: ErrorPoint
+    points: tuple[ErrorPoint, ...] = ()
+    left: int = 0
+
+    def data(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+    def told(self) -> str:
+        """Where the node stands, in a line, and whether a smaller error would cost more at all.
+
+        >>> ErrorCurve("of the law", "a blow", ErrorPoint(1e-3, 2e-4, 0.05)).told()
+        'asked 0.001, found 0.0002 (of the law) in 0.05 ms (a blow)'
+        """
+        here = self.here
+        line = f"asked {here.asked:.2g}, found {here.found:.2g} ({self.of}) in {here.ms:.3g} ms ({self.cost})"
+        is_flat = self.points and not self.left and len(self._least_ms()) == 1
+        return f"{line}; all errors that may be asked take the same" if is_flat else line
+
+    def drawing(self) -> Drawing:
+        """The curve, and the point where the node stands."""
+        least_ms = self._least_ms()
+        found, ms = np.array(sorted(least_ms)), np.array([least_ms[error] for error in sorted(least_ms)])
+        at, took = np.array([self.here.found]), np.array([least_ms[self.here.found]])
+        series = (Series("", found, ms, "dots"), Series("", found, ms), Series("here", at, took, "dots", "force"))
+        x = (0.5 * found[0], 2.0 * found[-1]) if found[0] > 0.0 else None
+        y = (0.7 * float(ms.min()), 1.4 * float(ms.max()))
+        return Drawing("", "error found", "run time, ms", series, x_log=True, y_log=True, x_range=x, y_range=y)
+
+    def _least_ms(self) -> dict[float, float]:
+        """The least time of each error that was found: where the same came out, the same was done."""
+        least: dict[float, float] = {}
+        for point in (*self.points, self.here):
+            least[point.found] = min(point.ms, least.get(point.found, np.inf))
+        return least
+
+
+def error_curve(type: NodeType, given: Mapping[str, Any]) -> Iterator[ErrorCurve]:
+    """Measure a node with these parameters: first where it stands, then other errors, one at a time.
+
+    Each step gives all that is known by then; whoever has heard enough stops asking. `BadValue` for a node that is
+    asked for no error.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> *_, curve = error_curve(REGISTRY["impact"], {"error": 1e-4})
+    >>> curve.here.asked, len(curve.points), curve.points[0].found < 1e-6 < curve.points[-1].found
+    (0.0001, 7, True)
+    """
+    asked = type.asked
+    if asked is None:
+        raise BadValue(f"the node is a {type.type}; allowed: one that is asked for an error. It is {type.accuracy}")
+    values = type.values(given)
+    others = _errors(type)
+    curve = ErrorCurve(asked.of, asked.cost, _point(type, asked, values), left=len(others))
+    yield curve
+    for error in others:
+        point = _point(type, asked, {**values, "error": error})
+        curve = replace(curve, points=(*curve.points, point), left=curve.left - 1)
+        yield curve
+
+
+def _errors(type: NodeType) -> list[Any]:
+    """Errors that may be asked of a node, from the largest on: the cheapest first."""
+    parameter = type.parameters["error"]
+    if isinstance(parameter, Choice):
+        return sorted(parameter.options, key=float, reverse=True)
+    assert isinstance(parameter, Number)
+    decades = round(np.log10(parameter.high / parameter.low))
+    return [float(error) for error in np.geomspace(parameter.high, parameter.low, decades + 1)]
+
+
+def _point(type: NodeType, asked: AskedError, values: Mapping[str, Any]) -> ErrorPoint:
+    by = import_module(asked.measured_by)
+    functions = [by.work, by.error_found, *type.binding.functions.values()]
+    found, ms = _POINTS.get(
+        _name(functions, values), lambda: np.array([by.error_found(values), 1e3 * _least_s(by.work(values))])
+    )
+    return ErrorPoint(float(values["error"]), float(found), float(ms))
+
+
+def _least_s(work: Callable[[], Any]) -> float:
+    """The least processor time of a run, of some batches: other work on the machine makes it seem longer."""
+    work()
+    began = time.thread_time()
+    work()
+    times = max(int(_BATCH_S / max(time.thread_time() - began, 1e-6)), 1)
+    spent = []
+    for _ in range(_BATCHES if times > 1 else 1):
+        began = time.thread_time()
+        for _ in range(times):
+            work()
+        spent.append((time.thread_time() - began) / times)
+    return min(spent)
+
+
+def _name(functions: Sequence[Any], values: Mapping[str, Any]) -> str:
+    """A digest of what is measured: the code of functions, and of what they call; the values; the processor."""
+    code = [digest(one) for one in functions]
+    text = json.dumps([code, dict(values), binding.get_host_cpu_name()], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]

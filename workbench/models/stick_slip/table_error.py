@@ -1,0 +1,71 @@
+"""What the table of a stick-slip node costs to make, and how far its draws are from the laws."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.kernels import kernel
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
+from underfoot.models.stick_slip.quantile_table import LONGEST, look_up, slip_table
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
+from underfoot.models.stick_slip.tabulated import Distribution
+
+_TIGHT = 3e-5
+_DRAWS = 400_000
+_FIRST, _SECOND = 0.7548776662466927, 0.5698402909980532
+"""Steps of the plastic number's recurrence, which fills a square evenly."""
+
+
+def work(values: Mapping[str, Any]) -> Callable[[], NDArray[np.float64]]:
+    """What makes the table of a node of these values, each time anew."""
+    numbers = _numbers(values)
+    return lambda: slip_table(*numbers, error=float(values["error"]))
+
+
+def error_found(values: Mapping[str, Any]) -> float:
+    """The largest CDF difference of durations, distances and periods that the table gives from the laws.
+
+    >>> 0.0 < error_found({"damping": 40, "noise": 50, "start": 200, "error": "0.01"}) <= 0.01
+    True
+    """
+    drawn = np.empty((_DRAWS, 2))
+    _draw_evenly(work(values)(), drawn)
+    durations, distances = drawn.T
+    slip = _solved(*_numbers(values))
+    sticks = distances >= 0.0
+    return max(
+        _difference(durations, slip.duration),
+        _difference(distances, slip.distance),
+        _difference((durations + distances)[sticks], slip.period),
+    )
+
+
+def _numbers(values: Mapping[str, Any]) -> tuple[float, float, float]:
+    damping, noise, start = (0.01 * values[name] for name in ("damping", "noise", "start"))
+    return damping, noise, start
+
+
+@cache
+def _solved(zeta: float, noise: float, x0: float) -> SlipDistribution:
+    return SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), LONGEST, _TIGHT)
+
+
+def _difference(drawn: NDArray[np.float64], law: Distribution) -> float:
+    """The largest difference of the draws' distribution function from a law's, of all slips."""
+    if drawn.size == 0 or law.points.size == 0:
+        return 0.0
+    rising = np.sort(drawn)
+    cdf = (np.arange(rising.size) + 0.5) / _DRAWS
+    return float(np.abs(np.interp(rising, law.points, law.cdf) - cdf).max())
+
+
+@kernel
+def _draw_evenly(table: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    first = second = 0.5
+    for i in range(out.shape[0]):
+        first = (first + _FIRST) % 1.0
+        second = (second + _SECOND) % 1.0
+        out[i, 0], out[i, 1] = look_up(table, first, second)
