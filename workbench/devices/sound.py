@@ -143,8 +143,8 @@ class Stream:
     """A stream that calls `fill() -> address` for each block of interleaved float32, and plays what is there.
 
     With `heard`, float32 [frame, input], it also takes in: what came with a block is there when `fill` is called, which
-    happens in PortAudio's thread. `underruns` counts blocks that came too late, and those of which in- or output was lost. `finished`
-    is set when the stream has ended by itself.
+    happens in PortAudio's thread. `underruns` counts blocks that came too late, or not whole. `finished` is set when the
+    stream has ended by itself.
     """
 
     def __init__(
