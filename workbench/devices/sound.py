@@ -143,7 +143,7 @@ class Stream:
     """A stream that calls `fill() -> address` for each block of interleaved float32, and plays what is there.
 
     With `heard`, float32 [frame, input], it also takes in: what came with a block is there when `fill` is called, which
-    happens in PortAudio's thread. `underruns` counts blocks that came too late, or not whole. `finished` is set when the
+    happens in PortAudio's thread. `underruns` counts blocks that came too late or not whole. `finished` is set when the
     stream has ended by itself.
     """
 
