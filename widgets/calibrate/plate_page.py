@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QGridLayout,
@@ -86,6 +86,8 @@ class PlatePage(QWidget):
         self.drawings = DrawingColumn()
         self._lay_out(form, (self.title, about), (self.report, self.back))
         self.back.clicked.connect(self.left)
+        key = QShortcut(QKeySequence("Alt+Left"), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        key.activated.connect(self.left)
         self.report.clicked.connect(lambda: self.report_wanted.emit(self.found))
         self.setFocusProxy(self.editors["least_modulus"])
 
@@ -120,12 +122,6 @@ class PlatePage(QWidget):
         assert self.found is not None
         write([self.found], folder)
         return f"The report is in {folder / 'index.html'}"
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Left and event.modifiers() & Qt.KeyboardModifier.AltModifier:
-            self.left.emit()
-        else:
-            super().keyPressEvent(event)
 
     def _asked(self) -> PlateSearch:
         of = {name: editor.value() for name, editor in self.editors.items()}

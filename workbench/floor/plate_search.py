@@ -172,9 +172,7 @@ def table(found: Found) -> str:
         f"{100.0 * found.fits.mean():.0f} % of the grid fit" if found.best else why_none(found),
     ]
     if found.best:
-        lines.append(
-            f"{'E, GPa':>8} {'h, mm':>7} {'mass, kg':>9} {'sag, mm':>8} {'f1, Hz':>7} {'dip of tile, Hz':>16}"
-        )
+        lines.append(f"{'E, GPa':>8} {'h, mm':>7} {'mass, kg':>9} {'sag, mm':>8} {'f1, Hz':>7} {'dip of tile, Hz':>16}")
     for one in found.best:
         lines.append(
             f"{one.modulus_pa / _GIGA:8.3g} {_MILLI * one.thickness_m:7.3g} {one.mass_kg:9.3g} "
