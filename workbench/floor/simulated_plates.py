@@ -4,8 +4,8 @@ A tile is its shaker, the shaker's compression, and the body of plate, frame, mo
 (`models.tile`); `SimulatedTile.respond` is the same chain under a load that does not change. Here the load is the one
 that the force signals say. Nobody on it is one linear system; a foot is another for each place of a grid between the
 sensors. Where a foot stands, three of them play: those at the corners of the triangle of the grid that it stands in,
-each by its share. Another triangle, or another load, is faded to in 10 ms; systems that both have ring on, others begin
-at rest.
+each by its share, which moves with the foot. What a triangle has in common with the next one rings on, the rest of it
+begins at rest; another load, or a triangle further off, is faded to in 10 ms.
 """
 
 import hashlib
@@ -34,6 +34,8 @@ STEPS = 8
 """The grid of places of a foot has so many steps from the tile's middle to its sensors, both ways along each axis."""
 CORNERS = 3
 """Systems that play at once: those of the corners of a triangle."""
+NEIGHBOURS = 0.95
+"""Of two triangles that share this much of what is heard, one follows the other without a fade."""
 Heard = Literal["accelerometer", "foot"]
 """Where acceleration is taken: at the accelerometer, or under the foot, where it is 0 while nobody is there."""
 
@@ -309,13 +311,22 @@ def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], h
         for corner in range(CORNERS):
             row.shares[slot, corner] = load.shares[corner]
     elif here >= row.fade_frame + FADE:
-        row.slot, row.fade_frame = 1 - slot, here
+        other: int = 1 - slot
+        row.slot = other
         _take_load(row, load)
+        kept = 0.0
         for corner in range(CORNERS):
-            states[1 - slot, corner] = 0.0
+            states[other, corner] = 0.0
+            share = 0.0
             for before in range(CORNERS):
                 if row.systems[slot, before] == load.systems[corner] >= 0:
-                    states[1 - slot, corner] = states[slot, before]
+                    states[other, corner] = states[slot, before]
+                    share = row.shares[slot, before]
+            row.shares_before[other, corner] = share
+            kept += share
+        if kept < NEIGHBOURS:
+            row.fade_frame = here
+            row.shares_before[other] = row.shares[other]
 
 
 @kernel

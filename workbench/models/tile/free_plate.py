@@ -50,7 +50,8 @@ def free_modes(
 
     area = side_m**2 / 4.0
     mass = kg_m2 * area * np.kron(of(flat, flat), of(flat, flat))
-    middle = np.kron(*([legendre.legval(0.0, one.T)] * 2))
+    along = np.array([float(legendre.legval(0.0, row)) for row in one])
+    middle = np.outer(along, along).ravel()
     mass += middle_kg * np.outer(middle, middle)
     bending = np.kron(of(bend, bend), of(flat, flat)) + np.kron(of(flat, flat), of(bend, bend))
     crossed = np.kron(of(bend, flat), of(flat, bend))
