@@ -108,6 +108,17 @@ def test_a_foot_changes_what_the_plate_does_without_a_click():
     assert abs(np.std(free) / np.std(stood_on) - 1.0) > 0.1  # there is something to see
 
 
+def test_a_foot_that_rolls_changes_what_the_plate_does_without_a_click():
+    """Heel to toe over the tile while a sine goes on: as smooth as the sine with a foot that stands."""
+    n = 24_000
+    tone = 0.05 * np.sin(2 * np.pi * 150.0 * np.arange(n) / RATE)
+    drive, force_n = np.stack([tone, tone], axis=1), np.full((n, 2), 500.0)
+    along = np.interp(np.arange(n), [4800, 20_000], [-0.1, 0.1])
+    found = Played(block=n).play(drive, force_n, (along, 0.3 * along))[:, 0]
+    stands = [np.abs(np.diff(found[part])).max() for part in (slice(2400, 4800), slice(21_600, n))]
+    assert np.abs(np.diff(found[4800:21_600])).max() < 1.5 * max(stands)
+
+
 def test_under_the_foot_nothing_is_felt_unless_somebody_stands_there():
     drive, force_n = noise(3000), np.zeros((3000, 2))
     force_n[1000:, 1] = 500.0

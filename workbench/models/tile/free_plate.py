@@ -6,6 +6,7 @@ mode has its nodal lines along both middle axes, and does not move the shaker; t
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -45,20 +46,25 @@ def free_modes(
         np.stack([legendre.legval(at, legendre.legder(row, times)) for row in one]) for times in (0, 1, 2)
     )
 
-    def of(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    def of(a: Any, b: Any) -> Any:
         return (a * weights) @ b.T
 
     area = side_m**2 / 4.0
-    mass = kg_m2 * area * np.kron(of(flat, flat), of(flat, flat))
+    mass = kg_m2 * area * _products(of(flat, flat), of(flat, flat))
     along = np.array([float(legendre.legval(0.0, row)) for row in one])
     middle = np.outer(along, along).ravel()
     mass += middle_kg * np.outer(middle, middle)
-    bending = np.kron(of(bend, bend), of(flat, flat)) + np.kron(of(flat, flat), of(bend, bend))
-    crossed = np.kron(of(bend, flat), of(flat, bend))
-    twist = np.kron(of(slope, slope), of(slope, slope))
+    bending = _products(of(bend, bend), of(flat, flat)) + _products(of(flat, flat), of(bend, bend))
+    crossed = _products(of(bend, flat), of(flat, bend))
+    twist = _products(of(slope, slope), of(slope, slope))
     stiffness = bending + poisson * (crossed + crossed.T) + 2.0 * (1.0 - poisson) * twist
     stiffness *= rigidity_nm * area * (2.0 / side_m) ** 4
     inverse = np.linalg.inv(np.linalg.cholesky(mass))
     squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
     bends = slice(3, None)  # a free plate also moves as a whole: up, and in two tilts
     return FreeModes(np.sqrt(squares[bends]) / (2.0 * math.pi), (inverse.T @ vectors)[:, bends], side_m)
+
+
+def _products(along: Any, across: Any) -> Any:
+    """Integrals of products of polynomials, from those along each axis."""
+    return np.kron(along, across)
