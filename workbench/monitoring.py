@@ -4,12 +4,13 @@ import math
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import split_target, target_forms
 from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Report, Started
 from underfoot.engine.session import Session
@@ -19,6 +20,7 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.step_finder import CHUNK, Found, StepFinder
+from underfoot.floor.tile_response import ResponseTotals
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.force_files import FORMS, read_force_file
@@ -26,6 +28,27 @@ from underfoot.records.recording import is_recording
 
 _WAIT_S = 0.02
 _SILENT_S = 0.5
+
+
+@dataclass(frozen=True)
+class Equipment:
+    """What a session has besides its source: profiles, samples a second of hardware, sound card, accelerometers."""
+
+    profiles: Path | None = None
+    sensor_hz: float | None = None
+    sound: str | None = None
+    accelerometers: str = ""
+
+    def of(self, target: Target) -> Target:
+        """The target with it; `BadValue` for accelerometers that cannot be."""
+        sound = "" if self.sound == "default" else self.sound
+        heard = accelerometers_of(self.accelerometers, target.floor)
+        if sound is None and any(one.channel != LINK for one in heard):
+            raise BadValue(
+                "--accelerometers are on inputs of a sound card; allowed: with --sound DEVICE, or over the link"
+            )
+        found = replace(target, profiles=str(self.profiles or ""), sound=sound, accelerometers=heard)
+        return replace(found, sensor_hz=self.sensor_hz or target.sensor_hz)
 
 
 class FileStream:
@@ -76,6 +99,7 @@ class SessionStream:
         self._finder = StepFinder(target.floor, self._session.force_rate_hz)
         self._record = record
         self._stopped = False
+        self._response = ResponseTotals(len(target.floor.tiles)) if target.accelerometers else None
 
     def __iter__(self) -> Iterator[Found]:
         session = self._session
@@ -86,6 +110,8 @@ class SessionStream:
         news: list[str] = []
         while now < self._seconds and not self._stopped:
             news += self._news()
+            if self._response is not None:
+                self._response.feed(*session.response.read()[1:])
             frames, forces = session.force.read()
             if len(frames):
                 now = float(frames[-1]) / self._rate
@@ -96,6 +122,8 @@ class SessionStream:
                 kept = frames / self._rate < self._seconds
                 yield replace(self._finder.feed(frames[kept] / self._rate, forces[kept]), news=tuple(news))
                 news.clear()
+        if self._response is not None:
+            news += self._response.lines(self.floor)
         yield replace(self._finder.finish(), news=tuple(news))
 
     def stop(self) -> None:
@@ -139,23 +167,23 @@ def open_stream(
     pace: bool = False,
     record: Path | None = None,
     patch: Path | None = None,
-    profiles: Path | None = None,
-    sensor_hz: float | None = None,
+    equipment: Equipment | None = None,
 ) -> FileStream | SessionStream:
     """The stream of a simulator ("simulator", with ":" and what it is), hardware, a force CSV, or a recording."""
-    hardware = split_target(source)
-    if sensor_hz is not None and hardware is None:
+    hardware, equipment = split_target(source), equipment or Equipment()
+    if equipment.sensor_hz is not None and hardware is None:
         raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
     simulation = simulation_of(source)
     if simulation is not None or hardware is not None:
         layout = Floor.load(floor) if floor else default_floor()
-        target = Target(layout, profiles=str(profiles or ""), simulation=simulation or "")
-        if hardware is not None:
-            target = replace(target, kind=hardware[0], source=hardware[1], sensor_hz=sensor_hz or target.sensor_hz)
+        kind, address = hardware or ("simulator", "")
+        target = equipment.of(Target(layout, kind, address, simulation=simulation or ""))
         require_source(target)
         return SessionStream(target, seconds, record, patch)
-    if profiles is not None:
+    if equipment.profiles is not None:
         raise BadValue(f"--profiles is for tiles that send readings; {source} is in newtons")
+    if equipment.sound is not None or equipment.accelerometers:
+        raise BadValue(f"--sound and --accelerometers are for a simulator and for hardware; {source} is a file")
     path = Path(source)
     if is_recording(path):
         if pace or record is not None or patch is not None:

@@ -16,6 +16,12 @@ def test_each_step_that_is_sent_changes_what_is_played_behind_it(link):
     assert found.shown_s >= found.hold_s + latency.BLOCK / latency.RATE - 1e-9
 
 
+def test_each_step_of_a_load_shakes_the_simulated_plate():
+    found = latency.to_acceleration(2.5)
+    assert 4 <= len(found) <= 7  # one every 0.4 s
+    assert (found > 0.0).all()
+
+
 def test_a_bare_datagram_takes_its_time_too():
     found = latency.bare(0.2)
     assert found.shape == (200,)

@@ -1,5 +1,6 @@
 """Plates that play, held against SciPy's continuous systems and against the simulated tile that is calibrated."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import msgspec
@@ -107,6 +108,17 @@ def test_a_foot_changes_what_the_plate_does_without_a_click():
     assert abs(np.std(free) / np.std(stood_on) - 1.0) > 0.1  # there is something to see
 
 
+def test_a_foot_that_rolls_changes_what_the_plate_does_without_a_click():
+    """Heel to toe over the tile while a sine goes on: as smooth as the sine with a foot that stands."""
+    n = 24_000
+    tone = 0.05 * np.sin(2 * np.pi * 150.0 * np.arange(n) / RATE)
+    drive, force_n = np.stack([tone, tone], axis=1), np.full((n, 2), 500.0)
+    along = np.interp(np.arange(n), [4800, 20_000], [-0.1, 0.1])
+    found = Played(block=n).play(drive, force_n, (along, 0.3 * along))[:, 0]
+    stands = [np.abs(np.diff(found[part])).max() for part in (slice(2400, 4800), slice(21_600, n))]
+    assert np.abs(np.diff(found[4800:21_600])).max() < 1.5 * max(stands)
+
+
 def test_under_the_foot_nothing_is_felt_unless_somebody_stands_there():
     drive, force_n = noise(3000), np.zeros((3000, 2))
     force_n[1000:, 1] = 500.0
@@ -137,9 +149,29 @@ def test_tiles_on_one_channel_share_its_drive_and_one_without_a_channel_is_still
     assert not Played(channels=[0, -1]).play(drive, force_n)[:, 1].any()
 
 
-def test_nine_places_for_a_foot_and_only_two_places_to_listen():
+def test_a_foot_anywhere_is_within_a_decibel_of_the_exact_plate():
+    """Of impulses on a tile that a foot stands on, beside the transfer function with the foot at that very place."""
+    tile = FLOOR.tiles[0]
+    drawn = QUIET.drawn(1, tile.id)
+    frequencies = np.arange(20.0, 1000.0, 5.0)
+    n, worst_db = 14_400, 0.0
+    drive, force_n = np.zeros((n, 2)), np.full((n, 2), 600.0)
+    drive[10] = 1e-3
+    shaker = drawn.shaker.transfer(frequencies)
+    for x, y in ((0.0083, 0.0083), (-0.081, 0.033), (0.12, -0.107), (-0.055, -0.058)):
+        found = Played(block=n).play(drive, force_n, (x, y))[:, 0].astype(np.float64)
+        # what goes in is a triangle of two samples, and has its spectrum
+        turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(n) - 10) / RATE)
+        heard = turn @ found / (1e-3 * np.sinc(frequencies / RATE) ** 2)
+        body = replace(drawn.assembly(tile, "standing"), foot_m=(x, y))
+        truth = shaker * body.transfer(frequencies, drawn.accelerometer_m(tile))
+        worst_db = max(worst_db, np.abs(20.0 * np.log10(np.abs(heard / truth))).max())
+    assert worst_db < 1.0
+
+
+def test_a_grid_of_places_for_a_foot_and_only_two_places_to_listen():
     places = np.array(foot_places_m(FLOOR.tiles[0]))
-    assert places.shape == (9, 2)
+    assert places.shape == (289, 2)
     assert np.abs(places).max() < 0.5 * FLOOR.tiles[0].size_m[0]
     with pytest.raises(BadValue, match="heard is 'ear'; allowed: accelerometer, foot"):
         SimulatedPlates(Floor(FLOOR.tiles), None, [0, 1], RATE, 64, heard="ear")

@@ -143,3 +143,25 @@ def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
     assert desk.workspace.projection is None
     desk.wait(desk.workspace.isActiveWindow)
     assert desk.wizard.isVisible()
+
+
+# --- plates ---
+
+
+def test_plates_are_sought_as_one_types_and_the_report_is_written(desk, tmp_path):
+    workspace = desk.workspace
+    desk.click(workspace.choice.plates)
+    page = workspace.plates
+    assert page.isVisible()
+    assert page.table.rowCount() == len(page.found.best) > 0
+    field = page.editors["most_mass"].findChild(QLineEdit)
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "20 g")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert page.table.rowCount() == 0
+    assert page.verdict.text() == "No plate fits: none meets the asked mass"
+    page.write_report(tmp_path)
+    assert (tmp_path / "plates-1.svg").is_file()
+    QTest.keyClick(page.back, Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier)
+    assert workspace.overview.isVisible()

@@ -31,6 +31,8 @@ class ChoicePanel(QWidget):
     earlier_chosen = Signal(int)
     """The place among the profile's earlier parts of the one to compare with; -1 for none."""
     restore_wanted = Signal(int)
+    plates_wanted = Signal()
+    """Plates are to be sought for the chosen tile."""
 
     def __init__(self, kinds: Sequence[tuple[str, str]]) -> None:
         super().__init__()
@@ -38,7 +40,7 @@ class ChoicePanel(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedWidth(WIDTH_PX)
         self.map = FloorMap()
-        self.map.setFixedHeight(22 * theme.GRID)
+        self.map.setFixedHeight(21 * theme.GRID)
         self.map.setToolTip("Click a tile, or choose one with the arrow keys")
         self._tile = theme.label("", "muted")
         self.flags = theme.label("", "force")
@@ -72,6 +74,10 @@ class ChoicePanel(QWidget):
         layout.addWidget(self.history, 1)
         layout.addWidget(self.restore)
         layout.addStretch()
+        self.plates = QPushButton("Which plates fit…")
+        self.plates.setToolTip("Search modulus and thickness of a plate for this tile, before it is built")
+        self.plates.clicked.connect(self.plates_wanted)
+        layout.addWidget(self.plates)
         self.map.chosen.connect(self.tile_chosen)
         self.history.currentRowChanged.connect(self._compare)
         self.restore.clicked.connect(lambda: self.restore_wanted.emit(self._places[self.history.currentRow()]))

@@ -1,6 +1,6 @@
 """The Calibrate workspace: the choice of tile and calibration, and the wizard that runs it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import date
 from functools import partial
 from pathlib import Path
@@ -17,6 +17,7 @@ from underfoot.widgets.calibrate.catalogue import Kind, by_hand, why_not
 from underfoot.widgets.calibrate.choice import ChoicePanel
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, Snapshot
 from underfoot.widgets.calibrate.overview import Overview
+from underfoot.widgets.calibrate.plate_page import PlatePage, parameters_of
 from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
@@ -60,9 +61,9 @@ class CalibrateWorkspace(Workspace):
         """The view of the tile on the floor, while it is open."""
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds])
-        self.overview, self.wizard = Overview(), Wizard()
+        self.overview, self.wizard, self.plates = Overview(), Wizard(), PlatePage()
         self._stack = QStackedWidget()
-        for view in (self.overview, self.wizard):
+        for view in (self.overview, self.wizard, self.plates):
             self._stack.addWidget(view)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -161,7 +162,20 @@ class CalibrateWorkspace(Workspace):
 
     def _choose_kind(self, key: str) -> None:
         self._kind = self._kinds[key]
+        self._stack.setCurrentWidget(self.overview)
         self._show()
+
+    def seek_plates(self) -> None:
+        """Show the page on which plates are sought for the chosen tile."""
+        if self._target is not None and not self.is_measuring:
+            self.plates.show_tile(self.tile, parameters_of(self._target.simulation))
+            self._stack.setCurrentWidget(self.plates)
+            self.plates.setFocus()
+
+    def _choose_tile(self) -> None:
+        self._show()
+        if self._stack.currentWidget() is self.plates:
+            self.seek_plates()
 
     # --- a measurement ---
 
@@ -236,12 +250,18 @@ class CalibrateWorkspace(Workspace):
         self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
 
     def _ask_report(self, result: Result) -> None:
+        self._ask_folder(lambda folder: self.write_report(result, folder))
+
+    def _ask_plate_report(self) -> None:
+        self._ask_folder(lambda folder: self.profiles.do(lambda: self.plates.write_report(folder)))
+
+    def _ask_folder(self, then: Callable[[Path], None]) -> None:
         dialog = file_dialog(self, "A folder for the report", self._settings.folder)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that is not there yet can be named
         dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
         dialog.selectFile(f"{result.kind}-{self.tile.id}-{date.today().isoformat()}")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.fileSelected.connect(lambda folder: self.write_report(result, Path(folder)))
+        dialog.fileSelected.connect(lambda folder: then(Path(folder)))
         dialog.open()
 
     def write_report(self, result: Result, folder: Path) -> None:
@@ -283,7 +303,10 @@ class CalibrateWorkspace(Workspace):
         self.window().activateWindow()
 
     def _connect(self) -> None:
-        self.choice.tile_chosen.connect(self._show)
+        self.choice.tile_chosen.connect(self._choose_tile)
+        self.choice.plates_wanted.connect(self.seek_plates)
+        self.plates.left.connect(self.leave)
+        self.plates.report_wanted.connect(self._ask_plate_report)
         self.choice.kind_chosen.connect(self._choose_kind)
         self.choice.earlier_chosen.connect(self._compare)
         self.choice.restore_wanted.connect(lambda place: self.profiles.restore(self.tile.id, place))

@@ -129,9 +129,8 @@ class Bridge(QObject):
             first, samples = session.vibration.read()
             if len(samples):
                 self.vibrated.emit(first, samples)
-            first, done = session.measured.read()
-            _, asked = session.commanded.read()
-            if len(done) and len(asked) == len(done):
+            first, asked, done = session.response.read()
+            if len(done):
                 self.measured.emit(first, asked, done)
 
     def _emit(self, report: object) -> None:

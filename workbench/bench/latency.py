@@ -9,11 +9,13 @@ card without a buffer of its own would play it. What a card's buffer takes comes
 import multiprocessing
 import queue
 import socket
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -26,13 +28,15 @@ from underfoot.devices.transport import Sender
 from underfoot.devices.transports.serial import PtySender
 from underfoot.devices.transports.udp import UdpSender
 from underfoot.engine.commands import Level
-from underfoot.engine.rings import Reader
+from underfoot.engine.rings import Reader, Ring
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
+from underfoot.floor.forces import floor_beside
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.records.tables import force_table
 
 RATE, BLOCK = 48_000, 64
 MEDIAN_MS, NEARLY_ALL_MS = 2.5, 4.0
@@ -40,6 +44,7 @@ MEDIAN_MS, NEARLY_ALL_MS = 2.5, 4.0
 
 _STEP = 47  # samples from one step of the load to the next: they meet a block of 4/3 ms at each of its places
 _LOW_N, _HIGH_N = 50.0, 75.0  # of each sensor
+_RINGS = 400  # samples between two steps of which the plate's answer is heard: it has rung out by then
 _GAIN = 0.01  # m/s^2 a newton
 _BEND = 0.2 * 4 * (_HIGH_N - _LOW_N) * _GAIN / 20.0 / 48.0  # of full scale a frame; a fifth of a step's own
 _START_S = 180.0
@@ -71,16 +76,23 @@ def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None
     for link, jitter_s in links[: 2 if quick else None]:
         what = f"{link}, block {BLOCK}" + (f", {1e3 * jitter_s:.1f} ms of jitter" if jitter_s else "")
         tell(f"latency: {what}")
-        bare_ms = 1e3 * bare(3.0 if quick else 10.0)
+        yield from _distribution(f"{what}: a bare datagram before", bare(3.0 if quick else 10.0))
         found = measured(link, jitter_s, seconds=10.0 if quick else 60.0)
-        half, nearly_all = np.percentile(1e3 * found.seconds, (50, 99))
-        asked = (np.inf, np.inf) if jitter_s else (MEDIAN_MS, NEARLY_ALL_MS)
-        yield Reach("latency", f"{what}: a bare datagram before, 99 %", float(np.percentile(bare_ms, 99)), "ms")
-        yield Reach("latency", f"{what}: median", half, "ms", high=asked[0])
-        yield Reach("latency", f"{what}: 99 %", nearly_all, "ms", high=asked[1])
+        yield from _distribution(what, found.seconds, *(() if jitter_s else (MEDIAN_MS, NEARLY_ALL_MS)))
         yield Reach("latency", f"{what}: shown", 1e3 * found.shown_s, "ms")
         yield Reach("latency", f"{what}: hold in it", 1e3 * found.hold_s, "ms")
         yield Reach("latency", f"{what}: later than the hold", 100.0 * found.late, "%")
+    tell("latency: from force to acceleration on the simulator")
+    took = to_acceleration(5.0 if quick else 60.0)
+    yield from _distribution(f"simulator, block {BLOCK}: force to acceleration", took)
+
+
+def _distribution(what: str, seconds: NDArray[np.float64], most_ms: float = np.inf, nearly_ms: float = np.inf
+) -> Iterator[Reach]:  # fmt: skip
+    half, nearly_all, worst = np.percentile(1e3 * seconds, (50, 99, 100))
+    yield Reach("latency", f"{what}: median", half, "ms", high=most_ms)
+    yield Reach("latency", f"{what}: 99 %", nearly_all, "ms", high=nearly_ms)
+    yield Reach("latency", f"{what}: worst", worst, "ms")
 
 
 def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds: float = 20.0) -> Latency:
@@ -116,6 +128,29 @@ def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds:
     return Latency(found, health.latency_s, health.hold_s, late)
 
 
+def to_acceleration(seconds: float = 20.0) -> NDArray[np.float64]:
+    """Seconds from when each step of a load is due to when the simulated tile's acceleration, changed by it, is told.
+
+    The acceleration counts from a tenth of what the step makes of it: shaker and plate need their time, too.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path, floor = Path(folder) / "steps.csv", default_floor(1, 1)
+        forces = np.where(np.arange(2 * _RINGS) < _RINGS, _LOW_N, _HIGH_N)
+        columns = {f"t1.{corner}": forces for corner in (1, 2, 3, 4)}
+        force_table(path, {"time_s": np.arange(2 * _RINGS) / SENSOR_HZ} | columns)
+        floor.save(floor_beside(path))
+        session = Session(Target(floor, "replay", str(path), rate=RATE, block=BLOCK), _patch(), REGISTRY)
+        try:
+            heard = _Heard(session, session.memory.measured)
+            heard.start()
+            heard.listen(2.0)
+            heard.forget()
+            heard.listen(seconds)
+        finally:
+            session.close()
+    return heard.reactions(round(_RINGS * RATE / SENSOR_HZ))
+
+
 def bare(seconds: float = 10.0) -> NDArray[np.float64]:
     """Seconds from when a process should send each of 1000 datagrams a second to when this one has it."""
     context = multiprocessing.get_context("spawn")
@@ -145,8 +180,9 @@ def _patch() -> Patch:
 class _Heard:
     """What a session plays, and when each block was seen first."""
 
-    def __init__(self, session: Session) -> None:
-        self._session = session
+    def __init__(self, session: Session, ring: Ring | None = None) -> None:
+        self._session, self._ring = session, ring or session.memory.vibration
+        self._told = Reader(self._ring)
         self._samples = Reader(session.memory.force)
         self.forget()
 
@@ -155,7 +191,7 @@ class _Heard:
         self._session.send(Level(0.0))
         self._session.start()
         began = time.monotonic()
-        while not self._session.memory.vibration.written:
+        while not self._ring.written:
             reports = self._session.poll()
             if time.monotonic() - began > _START_S:
                 raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
@@ -164,13 +200,13 @@ class _Heard:
     def forget(self) -> None:
         """Begin anew from here."""
         self._samples.read()
-        self._first, _ = self._session.vibration.read()
+        self._first, _ = self._told.read()
         self._seen: list[tuple[float, int]] = []
         self._parts: list[NDArray[np.float32]] = []
 
     def listen(self, seconds: float) -> None:
         """Keep what is played, and note when it is handed out."""
-        ring, now = self._session.memory.vibration, time.monotonic()
+        ring, now = self._ring, time.monotonic()
         end, polled, last = now + seconds, now, 0
         while now < end:
             written, now = ring.written, time.monotonic()
@@ -180,7 +216,7 @@ class _Heard:
             if now - polled > _POLL_S:
                 polled = now
                 self._session.poll()
-                first, frames = self._session.vibration.read()
+                first, frames = self._told.read()
                 if not self._parts:
                     self._first = first
                 self._parts.append(frames)
@@ -200,6 +236,20 @@ class _Heard:
         sent_s = sent_s[(sent_s > when[0]) & (sent_s < changed_s[-1] - _MOST_S)]
         following = np.searchsorted(changed_s, sent_s)
         return changed_s[following] - sent_s
+
+    def reactions(self, every: int) -> NDArray[np.float64]:
+        """For each step, at multiples of `every` frames, seconds until what it changes was handed out."""
+        when, ends = np.array([when for when, _ in self._seen]), np.array([end for _, end in self._seen])
+        told = np.concatenate(self._parts)[:, 0]
+        found = []
+        for due in range(-(-self._first // every) * every, self._first + len(told) - every, every):
+            after = np.abs(told[due - self._first :][: every // 2])
+            frame = due + int(np.argmax(after > 0.1 * after.max()))
+            # The clock that runs blocks lets time go that it has missed: where frame 0 stands is asked each time.
+            near = np.abs(ends - due) < every // 2
+            began_s = (when[near] - ends[near] / RATE).min()
+            found.append(when[np.searchsorted(ends, frame, "right")] - (began_s + due / RATE))
+        return np.array(found)
 
 
 def _bends(played: NDArray[np.float32]) -> NDArray[np.int64]:

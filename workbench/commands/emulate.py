@@ -42,6 +42,8 @@ class EmulateOptions:
     force: Path | None
     rate: float | None
     sensors: Path | None
+    acceleration: Path | None
+    full_scale: float
     csv_lines: bool
     lost: float
     doubled: float
@@ -75,6 +77,8 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option("--force", type=FILE, help="Force CSV, once, or over and over for --seconds; by default a walker walks.")
 @click.option("--rate", type=float, help="Samples a second of every tile; 1000 or the file's by default.")
 @click.option("--sensors", type=FILE, help='Simulated sensors instead of ideal ones: a parameter file, or "default".')
+@click.option("--acceleration", type=FILE, help="WAV of m/s^2, a channel a tile: what accelerometers send beside.")
+@click.option("--full-scale", type=float, default=98.1, show_default=True, help="Of the accelerometers, m/s^2.")
 @click.option("--csv-lines", is_flag=True, help="Lines of text instead of binary frames.")
 @click.option("--lost", type=float, default=0.0, help=f"Frames that are not sent: {_SHARE}.")
 @click.option("--doubled", type=float, default=0.0, help=f"Frames that are sent twice: {_SHARE}.")
@@ -109,7 +113,7 @@ def emulate(options: EmulateOptions) -> None:
     ((sender, value),) = options.senders.items()
     emulator = Emulator(
         sender.of(value), source, injector, seconds=options.seconds or length_s, readings=readings,
-        clock=TileClock(drift_ppm=options.drift), only=only,
+        clock=TileClock(drift_ppm=options.drift), only=only, acceleration=_acceleration(options, source),
     )  # fmt: skip
     ids = source.floor.ids
     _run(emulator, f"tiles 0 to {last} are {ids[0]} to {ids[-1]}" if only is None else f"tile {only} is {ids[only]}")
@@ -178,6 +182,30 @@ def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
     if options.rate is not None and options.rate != source.rate_hz:
         source = Resampled(source, options.rate, RATE_HZ)
     return source, length_s
+
+
+def _acceleration(options: EmulateOptions, source: "ForceSource") -> "NDArray[np.int64] | None":
+    """What accelerometers read of the file of acceleration, four times for each sample of force."""
+    import numpy as np
+    from scipy.io import wavfile
+    from scipy.signal import resample_poly
+
+    from underfoot.devices.framing.wire_format import REST
+    from underfoot.devices.link_acceleration import EACH
+
+    if options.acceleration is None:
+        return None
+    if not 0.0 < options.full_scale <= 1e5:
+        raise BadValue(f"--full-scale is {options.full_scale:g}; allowed: above 0, up to 1e5 m/s^2")
+    try:
+        rate_hz, m_s2 = wavfile.read(options.acceleration)
+    except (OSError, ValueError) as error:
+        raise BadFile(f"{options.acceleration} cannot be read: {error}") from None
+    tiles = len(source.floor.tiles)
+    if m_s2.dtype.kind != "f" or m_s2.reshape(len(m_s2), -1).shape[1] != tiles:
+        raise BadFile(f"{options.acceleration} is no WAV of floats with {tiles} channels, one a tile")
+    slowly = resample_poly(m_s2.reshape(-1, tiles), round(EACH * source.rate_hz), round(rate_hz), axis=0)
+    return np.clip(np.rint(slowly * (REST / options.full_scale)) + REST, 0, 2 * REST - 1).astype(np.int64)
 
 
 def _readings(

@@ -13,6 +13,7 @@ import click
 from underfoot.commands.compiling import compiling_told
 from underfoot.commands.files import FILE, require_room
 from underfoot.commands.options import grouped
+from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 
@@ -33,6 +34,8 @@ class MonitorOptions:
     record: Path | None
     profiles: Path | None
     sensor_rate: float | None
+    sound: str | None
+    accelerometers: str
     seconds: float | None
     pace: bool
     as_json: bool
@@ -54,6 +57,8 @@ class MonitorOptions:
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
 @click.option("--sensor-rate", type=float, help="Samples per second of tiles of hardware; 1000 by default.")
+@click.option("--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; none without.')
+@click.option("--accelerometers", default="", metavar="LIST", help=f"{FORM}; with spaces between. Tells what they say.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @click.option("--pace", is_flag=True, help="Play a file back in real time instead of as fast as it goes.")
 @click.option("--json", "as_json", is_flag=True, help="Print each footstep as a line of JSON.")
@@ -75,8 +80,7 @@ def monitor(options: MonitorOptions) -> None:
         options.pace,
         options.record,
         options.patch,
-        options.profiles,
-        options.sensor_rate,
+        monitoring.Equipment(options.profiles, options.sensor_rate, options.sound, options.accelerometers),
     )
     with compiling_told():
         _follow(stream, options)

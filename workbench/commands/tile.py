@@ -1,27 +1,119 @@
-"""`underfoot tile`: what a tile will do, from its material and size."""
+"""`underfoot tile`: what a tile will do, from its material and size, and which plates it could have."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from underfoot.commands.files import FILE
+from underfoot.commands.options import grouped
+from underfoot.errors import BadValue
+
+if TYPE_CHECKING:
+    from underfoot.floor.layout import Floor
+    from underfoot.floor.tile_parameters import TileParameters
+
+
+@dataclass(frozen=True)
+class TileDesignOptions:
+    """What the command line says of a tile's design; None is what was not given."""
+
+    floor: Path
+    report: Path | None
+    simulation: Path | None
+    search: bool
+    modulus: str | None
+    thickness: str | None
+    stiffness: str | None
+    density: float | None
+    most_mass: float | None
+    most_sag: float | None
+    least_mode: float | None
+    load: float | None
+    as_json: bool
 
 
 @click.command()
 @click.argument("floor", type=FILE)
 @click.option("--report", type=FILE, help="Folder for a page with pictures, and all figures as JSON.")
 @click.option("--simulation", type=FILE, help="Parameters of the tile; by default the thesis's materials.")
+@click.option("--search", is_flag=True, help="Search plates over modulus and thickness instead (section 4.4.2).")
+@click.option("--modulus", metavar="LOW:HIGH", help="Young's modulus, GPa; 1:220 by default.")
+@click.option("--thickness", metavar="LOW:HIGH", help="Thickness, mm; 5:50 by default.")
+@click.option("--stiffness", help="textbook, thesis (sandwiches with the tile's facings) or solid.")
+@click.option("--density", type=float, help="Of the whole plate, kg/m^3; the tile's own by default.")
+@click.option("--most-mass", type=float, help="The plate's, kg; 0.6 by default.")
+@click.option("--most-sag", type=float, help="Deflection of the middle under the load, mm; 0.2 by default.")
+@click.option("--least-mode", type=float, help="First mode, edges held, Hz; 1000 by default.")
+@click.option("--load", type=float, help="N; 1000 by default.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
-def tile(floor: Path, report: Path | None, simulation: Path | None, as_json: bool) -> None:
-    """Resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values."""
+@grouped(TileDesignOptions)
+def tile(options: TileDesignOptions) -> None:
+    """Resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values.
+
+    With --search: which plates a tile could have, as a table and, in the report, a picture.
+    """
     from underfoot.floor.layout import Floor
-    from underfoot.floor.tile_design import designs
     from underfoot.floor.tile_parameters import TileParameters
+
+    floor = Floor.load(options.floor)
+    parameters = TileParameters.load(options.simulation) if options.simulation else TileParameters()
+    if options.search:
+        _search(options, floor, parameters)
+        return
+    given = [name for name in _OF_SEARCH if getattr(options, name) is not None]
+    if given:
+        raise BadValue(f"--{given[0].replace('_', '-')} is given without --search; allowed: with it")
+    _report(options, floor, parameters)
+
+
+_OF_SEARCH = {
+    "modulus": "modulus_pa",
+    "thickness": "thickness_m",
+    "stiffness": "stiffness",
+    "density": "density_kg_m3",
+    "most_mass": "most_kg",
+    "most_sag": "most_deflection_m",
+    "least_mode": "least_hz",
+    "load": "load_n",
+}
+"""What a search is told by which option."""
+_UNITS = {"modulus": 1e9, "thickness": 1e-3, "most_sag": 1e-3}
+
+
+def _report(options: TileDesignOptions, floor: "Floor", parameters: "TileParameters") -> None:
+    from underfoot.floor.tile_design import designs
     from underfoot.floor.tile_report import data, text, write
 
-    parameters = TileParameters.load(simulation) if simulation else TileParameters()
-    found = designs(Floor.load(floor), parameters)
-    if report is not None:
-        write(found, report)
-    print(json.dumps(data(found)) if as_json else text(found))
+    found = designs(floor, parameters)
+    if options.report is not None:
+        write(found, options.report)
+    print(json.dumps(data(found)) if options.as_json else text(found))
+
+
+def _search(options: TileDesignOptions, floor: "Floor", parameters: "TileParameters") -> None:
+    import msgspec
+
+    from underfoot.floor.plate_search import PlateSearch, search, table, write
+
+    asked = PlateSearch.like(parameters.plate)
+    for option, field in _OF_SEARCH.items():
+        value = getattr(options, option)
+        if value is not None:
+            unit = _UNITS.get(option, 1.0)
+            number = _span(option, value, unit) if option in ("modulus", "thickness") else value
+            asked = msgspec.structs.replace(asked, **{field: number * unit if isinstance(number, float) else number})
+    found = [search(one, parameters, asked) for one in {tile.size_m: tile for tile in floor.tiles}.values()]
+    if options.report is not None:
+        write(found, options.report)
+    print(json.dumps([one.data() for one in found]) if options.as_json else "\n\n".join(map(table, found)))
+
+
+def _span(option: str, text: str, unit: float) -> tuple[float, float]:
+    low, _, high = text.partition(":")
+    try:
+        return float(low) * unit, float(high) * unit
+    except ValueError:
+        raise BadValue(f"--{option} is {text!r}; allowed: LOW:HIGH, as 5:50") from None

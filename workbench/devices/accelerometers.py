@@ -1,4 +1,4 @@
-"""Accelerometers on the inputs of the sound card that plays: one clock for what is asked and what is done."""
+"""Accelerometers on the inputs of the sound card that plays, or behind the tiles' own converters, over the link."""
 
 import math
 from dataclasses import dataclass
@@ -6,21 +6,23 @@ from dataclasses import dataclass
 from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor
 
-FORM = "TILE:CHANNEL:M_S2, as t1:0:98.1"
-"""How one is written: its tile, its input from 0, and how many m/s^2 the input's full scale is."""
+FORM = "TILE:CHANNEL:M_S2 or TILE:link:M_S2, as t1:0:98.1"
+"""How one is written: its tile, its input from 0 or that it comes with the forces, and the m/s^2 of full scale."""
+LINK = -1
+"""The channel of one whose samples come over the link."""
 MOST_INPUTS = 32
 
 
 @dataclass(frozen=True)
 class Accelerometer:
-    """The accelerometer of a tile, on input `channel` from 0, whose full scale is `m_s2_per_unit`."""
+    """The accelerometer of a tile, on input `channel` from 0 or over the `LINK`; `m_s2_per_unit` at full scale."""
 
     tile: str
     channel: int
     m_s2_per_unit: float
 
     def __post_init__(self) -> None:
-        require(0 <= self.channel < MOST_INPUTS, "channel", self.channel, f"0 to {MOST_INPUTS - 1}")
+        require(LINK <= self.channel < MOST_INPUTS, "channel", self.channel, f"0 to {MOST_INPUTS - 1}, or link")
         within = math.isfinite(self.m_s2_per_unit) and 1e-3 <= self.m_s2_per_unit <= 1e6
         require(within, "m_s2_per_unit", self.m_s2_per_unit, "0.001 to 1e6 m/s^2 at full scale")
 
@@ -31,16 +33,18 @@ def accelerometers_of(text: str, floor: Floor) -> tuple[Accelerometer, ...]:
     >>> from underfoot.floor.layout import default_floor
     >>> accelerometers_of("t1:0:98.1 t2:1:50", default_floor())[1]
     Accelerometer(tile='t2', channel=1, m_s2_per_unit=50.0)
-    >>> accelerometers_of("t1:first:98", default_floor())
+    >>> accelerometers_of("t1:link:98.1", default_floor())[0].channel == LINK
+    True
+    >>> accelerometers_of("t1:x:9", default_floor())
     Traceback (most recent call last):
-    underfoot.errors.BadValue: accelerometer is 't1:first:98'; allowed: TILE:CHANNEL:M_S2, as t1:0:98.1
+    underfoot.errors.BadValue: accelerometer is 't1:x:9'; allowed: TILE:CHANNEL:M_S2 or TILE:link:M_S2, as t1:0:98.1
     """
     found: list[Accelerometer] = []
     for word in text.split():
         tile, _, rest = word.partition(":")
         channel, _, sensitivity = rest.partition(":")
         try:
-            one = Accelerometer(tile, int(channel), float(sensitivity))
+            one = Accelerometer(tile, LINK if channel == "link" else int(channel), float(sensitivity))
         except ValueError as error:
             if isinstance(error, BadValue):
                 raise
@@ -48,4 +52,6 @@ def accelerometers_of(text: str, floor: Floor) -> tuple[Accelerometer, ...]:
         require(tile in floor.ids, "tile of an accelerometer", tile, ", ".join(floor.ids))
         require(tile not in {known.tile for known in found}, "accelerometer", word, "one for each tile")
         found.append(one)
+    some = {one.channel == LINK for one in found}
+    require(len(some) < 2, "accelerometers", text, "all on inputs of the card, or all over the link")
     return tuple(found)

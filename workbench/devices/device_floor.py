@@ -10,12 +10,14 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.conversion import Conversion
 from underfoot.devices.device_clock import IN_TIME, DeviceClocks
 from underfoot.devices.force_source import SENSOR_HZ, sample_buffers
 from underfoot.devices.framing.parser import FrameCounts
-from underfoot.devices.framing.wire_format import SAMPLE
+from underfoot.devices.framing.wire_format import FORCES, SAMPLE
 from underfoot.devices.health.sensor_health import SensorHealth
+from underfoot.devices.link_acceleration import LinkAcceleration
 from underfoot.devices.row_assembly import QUEUE, assembly, enqueue, hand_over
 from underfoot.devices.transport import Transport
 from underfoot.devices.transport_reader import TransportReader
@@ -49,7 +51,8 @@ class DeviceFloor:
         self.stamps, self.arrivals, self.forces = buffers = sample_buffers(floor)
         self.clocks = DeviceClocks(len(floor.tiles), rate)
         session = DeviceClocks(1, rate)
-        rows = assembly(floor, rate, rate_hz, self.clocks, session)
+        self._assembly = rows = assembly(floor, rate, rate_hz, self.clocks, session)
+        self._acceleration: LinkAcceleration | None = None
         self._queue, self._progress = rows.queue, rows.progress[0]
         self._rows_parts, self._buffers_parts = tuple(rows), tuple(buffers)
         self._rate = float(rate)
@@ -66,6 +69,11 @@ class DeviceFloor:
         self.receive(np.zeros(0, SAMPLE), self._since_s)
         self.pull(frame)  # which has no sample yet, but loads the kernels before they are needed in time
         session.forget()
+
+    def hear(self, accelerometers: tuple[Accelerometer, ...]) -> LinkAcceleration:
+        """What accelerometers over the link measure from now on; before `start`."""
+        self._acceleration = LinkAcceleration(accelerometers, self.floor, self._assembly)
+        return self._acceleration
 
     def start(self) -> None:
         """Begin to read; returns at once, whether or not there is something to read."""
@@ -120,6 +128,11 @@ class DeviceFloor:
         if not known.all():
             self._unknown_tiles.update(samples["tile"][~known].tolist())
             samples = samples[known]
+        is_force = samples["kind"] == FORCES
+        if not is_force.all():
+            if self._acceleration is not None:
+                self._acceleration.receive(samples[~is_force])
+            samples = samples[is_force]
         tiles, readings = samples["tile"], samples["readings"]
         time_s = samples["microseconds"].astype(np.float64) * 1e-6
         force_n = self._conversion.newtons(tiles, readings, time_s, samples["epoch"])

@@ -141,7 +141,7 @@ def hand_over(
         while at.placed < head:
             entry = assembly.queue[at.placed % len(assembly.queue)]
             clock = assembly.clocks[assembly.tiles[entry.tile].clock]
-            sent = _session_frame(assembly, clock, entry)
+            sent = session_frame(assembly, clock, entry.time_us)
             frame = device_clock.slewed(clock, entry.time_us, sent + delay, rate)
             if not _place(assembly, entry, frame, clock.epoch, begin):
                 break
@@ -172,15 +172,15 @@ def _observe(assembly: Assembly, head: int, begin: int, end: int) -> None:
     for i in range(at.observed, head):
         entry = assembly.queue[i % len(assembly.queue)]
         clock = assembly.clocks[assembly.tiles[entry.tile].clock]
-        late = begin - _session_frame(assembly, clock, entry)
+        late = begin - session_frame(assembly, clock, entry.time_us)
         device_clock.note_lateness(clock, entry.arrived_s * rate, late, most, assembly.period, rate)
     at.observed = head
 
 
 @kernel
-def _session_frame(assembly: Assembly, clock: np.record, entry: np.record) -> float:
-    """The session's frame in which a sample was taken, before any delay."""
-    arrived = device_clock.arrival_frame(clock, entry.time_us, assembly.rate)
+def session_frame(assembly: Assembly, clock: np.record, time_us: float) -> float:
+    """The session's frame at a device's time, before any delay."""
+    arrived = device_clock.arrival_frame(clock, time_us, assembly.rate)
     return device_clock.sent_frame(assembly.session[0], arrived, assembly.rate)
 
 

@@ -143,8 +143,8 @@ class Stream:
     """A stream that calls `fill() -> address` for each block of interleaved float32, and plays what is there.
 
     With `heard`, float32 [frame, input], it also takes in: what came with a block is there when `fill` is called, which
-    happens in PortAudio's thread. `underruns` counts blocks that came too late, and inputs that were lost. `finished`
-    is set when the stream has ended by itself.
+    happens in PortAudio's thread. `underruns` counts blocks that came too late or not whole. `finished` is set when the
+    stream has ended by itself.
     """
 
     def __init__(
@@ -213,7 +213,7 @@ class Stream:
         self._stream.close(ignore_errors=True)
 
     def _callback(self, out: Any, frames: int, time: Any, status: Any) -> None:
-        if status.output_underflow:
+        if status:
             self.underruns += 1
         address = self._fill()
         if address == 0:
@@ -221,8 +221,6 @@ class Stream:
         self._move(out, self._cast("char *", address), self._bytes)
 
     def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
-        if status.input_overflow:
-            self.underruns += 1
         self._move(self._cast("char *", self._heard), heard, self._heard_bytes)
         self._callback(out, frames, time, status)
 

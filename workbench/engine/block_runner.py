@@ -23,7 +23,7 @@ class BlockRunner:
 
     What is put into `inbox`, commands that are `prepared`, is taken at the next block. `load` is the mean share of the
     time of a block that is used. After a panic, `silenced` says that nothing is let out any more. What `accelerometers`
-    heard is written while `hears`: while a stream brings it.
+    heard is written while `hears`: while a stream brings it; over the link, always.
     """
 
     def __init__(self, loop: Loop, memory: SessionMemory) -> None:
@@ -67,7 +67,7 @@ class BlockRunner:
             memory.commanded.write(loop.commanded, n)
         if loop.plates:
             memory.measured.write(loop.plates["accelerometer"].out, n)
-        elif self.accelerometers is not None and self.hears:
+        elif self.accelerometers is not None and (self.hears or not self.accelerometers.needs_stream):
             self.accelerometers.write(memory.measured, loop.frame - n, n)
         if loop.program.scope_names:
             memory.scope.write(loop.scope_frames, n)

@@ -64,8 +64,9 @@ class Pacer:
         self._status.put(Field.ROUND_TRIP_S, measured_s)
         self._status.put(Field.STREAM_LATENCY_S, 0.5 * measured_s or self._stream.latency_s)
         if accelerometers:
-            reported = round(self._stream.round_trip_s * target.rate)
-            accelerometers.delay_frames = target.round_trip_frames or reported
+            reported = round(accelerometers.delay_s(self._stream) * target.rate)
+            trip = target.round_trip_frames if accelerometers.needs_stream else target.round_trip_frames // 2
+            accelerometers.delay_frames = trip or reported
         silent = [t.id for t, channel in zip(target.floor.tiles, loop.channels, strict=True) if channel < 0]
         notices = [f"tiles without a channel: {', '.join(silent)}"] if silent else []
         notices += self._further.open()

@@ -13,7 +13,7 @@ from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.outputs import CardChannels, card_channels
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.accelerometer_reader import AccelerometerReader
+from underfoot.engine.accelerometer_reader import reader_of
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.command_listener import CommandListener
 from underfoot.engine.commands import Level, Play
@@ -89,8 +89,7 @@ class Engine:
         if setup.playing:
             self.loop.send(Play(True))
         self.runner = BlockRunner(self.loop, self.memory)
-        if target.accelerometers:
-            self.runner.accelerometers = AccelerometerReader(target.accelerometers, target.floor, target.block)
+        self.runner.accelerometers = reader_of(target.accelerometers, self.loop.source, target.rate, target.block)
         width = self.loop.out.shape[1]
         used = [replace(card, count=min(card.count, width - card.first)) for card in cards if card.first < width]
         self.pacer = Pacer(self.runner, target, used, self._tell)

@@ -30,7 +30,7 @@ from underfoot.engine.reports import (
     Started,
 )
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, PreviewRequest, Setup
-from underfoot.engine.session_memory import ForceReader, SessionMemory, VibrationReader
+from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
 from underfoot.floor.profile import profiles_of, round_trip_frames
@@ -73,7 +73,7 @@ class Session:
         self.force_rate_hz = force_rate_hz(target)
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
         self.vibration, self.scope = VibrationReader(self.memory.vibration), VibrationReader(self.memory.scope)
-        self.commanded, self.measured = VibrationReader(self.memory.commanded), VibrationReader(self.memory.measured)
+        self.response = ResponseReader(self.memory.commanded, self.memory.measured)
         self.force = ForceReader(self.memory.force)
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None

@@ -102,6 +102,30 @@ class VibrationReader:
         return self._reader.read()
 
 
+class ResponseReader:
+    """What was commanded and what the tiles did, of the same session frames, however late the second is told."""
+
+    def __init__(self, commanded: Ring, measured: Ring) -> None:
+        self._readers = Reader(commanded), Reader(measured)
+        self._waiting = [(0, np.zeros((0, ring.where.width), np.float32)) for ring in (commanded, measured)]
+
+    def read(self) -> tuple[int, NDArray[np.float32], NDArray[np.float32]]:
+        """The first new session frame, and both from it on, float32 [frame, tile]."""
+        for which, reader in enumerate(self._readers):
+            first, rows = reader.read()
+            begin, waiting = self._waiting[which]
+            if len(rows):
+                follows = begin + len(waiting) == first
+                self._waiting[which] = (begin, np.concatenate([waiting, rows])) if follows else (first, rows)
+        (one, asked), (other, done) = self._waiting
+        first = max(one, other)
+        end = max(min(one + len(asked), other + len(done)), first)
+        rest = [(max(end, begin), rows[max(end - begin, 0) :]) for begin, rows in self._waiting]
+        most = self._readers[0].ring.where.capacity
+        self._waiting = [(begin + max(len(rows) - most, 0), rows[-most:]) for begin, rows in rest]
+        return first, asked[first - one : end - one], done[first - other : end - other]
+
+
 class ForceReader:
     """Force samples: `read` gives session frames, float64 [n], and corner forces, float64 [n, tile, 4], not tared."""
 

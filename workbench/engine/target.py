@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from underfoot.devices.accelerometers import Accelerometer
+from underfoot.devices.accelerometers import LINK, Accelerometer
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.force_source import SENSOR_HZ, ForceSource
 from underfoot.devices.replay import Replay
@@ -25,8 +25,8 @@ class Target:
     name. `latency_s` is what to ask of the sound device, 0 for its own low latency. `profiles` is a folder with the
     tiles' calibration files, "" for none. `simulation` is a file of a simulated floor's parameters, or who walks on it
     ("people=2,path=crossing"), "" for ideal sensors; `sensor_hz` is how often tiles of hardware send. `accelerometers`
-    are on inputs of the sound device; what is played comes back there `round_trip_frames` later, 0 for what the device
-    says of itself.
+    are on inputs of the sound device, where what is played comes back `round_trip_frames` later (0 for what the device
+    says of itself), or come over the link of tiles of hardware.
     """
 
     floor: Floor
@@ -66,11 +66,14 @@ def force_rate_hz(target: Target) -> float:
 
 
 def is_simulated(target: Target) -> bool:
-    """Whether its tiles are simulated: what they do is computed. Accelerometers, where there are any, come first.
+    """Whether its tiles are simulated: what they do is computed. Accelerometers on the card's inputs come first.
 
-    Tiles that are emulated behind a transport are, where `simulation` says what they are made of.
+    Tiles that are emulated behind a transport are, where `simulation` says what they are made of and the transport
+    brings no acceleration.
     """
-    return (target.kind in ("simulator", "replay") or bool(target.simulation)) and not target.accelerometers
+    if target.kind in ("simulator", "replay"):
+        return all(one.channel == LINK for one in target.accelerometers)
+    return bool(target.simulation) and not target.accelerometers
 
 
 def require_source(target: Target) -> None:

@@ -2,12 +2,14 @@
 
 A tile is its shaker, the shaker's compression, and the body of plate, frame, mounts and whoever stands on it
 (`models.tile`); `SimulatedTile.respond` is the same chain under a load that does not change. Here the load is the one
-that the force signals say. Nobody on it is one linear system; a foot is another for each of nine places: the tile's
-middle, and three quarters of the way to its sensors in both directions. The one nearest to the foot plays, and is
-faded to from the one before in 10 ms, beginning at rest.
+that the force signals say. Nobody on it is one linear system; a foot is another for each place of a grid between the
+sensors. Where a foot stands, three of them play: those at the corners of the triangle of the grid that it stands in,
+each by its share, which moves with the foot. What a triangle has in common with the next one rings on, the rest of it
+begins at rest; another load, or a triangle further off, is faded to in 10 ms.
 """
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -24,32 +26,40 @@ from underfoot.memory import LINE, aligned_zeros
 from underfoot.models.filtering import poles
 from underfoot.models.filtering.poles import Poles
 from underfoot.models.tile import shaker
+from underfoot.models.tile.assembly import Assembly
 
 QUIET_M_S2 = 1e-9
 """What a plate can still do when it is taken to be at rest."""
-STEPS = (-1, 0, 1)
-"""Places of a foot along each axis, in parts of `REACH`."""
-REACH = 0.75
-"""How far from the tile's middle the outer places are, as a share of the way to the sensors."""
+STEPS = 8
+"""The grid of places of a foot has so many steps from the tile's middle to its sensors, both ways along each axis."""
+CORNERS = 3
+"""Systems that play at once: those of the corners of a triangle."""
+NEIGHBOURS = 0.95
+"""Of two triangles that share this much of what is heard, one follows the other without a fade."""
 Heard = Literal["accelerometer", "foot"]
 """Where acceleration is taken: at the accelerometer, or under the foot, where it is 0 while nobody is there."""
 
 ROW = np.dtype(
     [
         ("channel", np.int64),
-        ("between_x_m", np.float64),
-        ("between_y_m", np.float64),
+        ("steps_x_m", np.float64),
+        ("steps_y_m", np.float64),
         ("slot", np.int64),
-        ("system", np.int64, (2,)),
+        ("systems", np.int64, (2, CORNERS)),
+        ("shares", np.float64, (2, CORNERS)),
+        ("shares_before", np.float64, (2, CORNERS)),
         ("fade_frame", np.int64),
         ("zero_frames", np.int64),
         ("awake", np.bool_),
     ],
     align=True,
 )
-"""A tile: its output channel; half the way between two places of a foot; which of its two systems plays, for which load
-each is (0: none, else 1 + the place's number), and since when the one is faded to; how many frames of zero have come
-in, and whether anything moves."""
+"""A tile: its output channel; steps of the grid a metre; which of its two slots plays, which systems each has (0:
+nobody's, else 1 + the place's number; -1: none), their shares at the end of this span and at its beginning, and since
+when the slot is faded to; how many frames of zero have come in, and whether anything moves."""
+
+LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORNERS,))], align=True)
+"""What is on a tile: the systems that are to play, and their shares."""
 
 _LONG_AGO = -(1 << 60)
 _CACHE = ArrayCache("plates", in_memory=4)
@@ -75,14 +85,16 @@ class SimulatedPlates:
         shakers = [one.shaker.poles() for one in drawn]
         self._shakers = _coefficients(shakers, rate_hz)
         self._shaker_states = _zeros(tiles, 1, poles.STATE.size({"poles": int(self._shakers[:, 0].max())}))[:, 0]
-        self._body_states = _zeros(tiles, 2, poles.STATE.size({"poles": int(self._bodies[..., 0].max())}))
+        body = poles.STATE.size({"poles": int(self._bodies[..., 0].max())})
+        self._body_states = _zeros(tiles, 2 * CORNERS, body).reshape(tiles, 2, CORNERS, -1)
         self._compressions = np.concatenate([one.shaker.compression() for one in drawn])
         self._rows = np.zeros(tiles, ROW)
         self._rows["channel"], self._rows["fade_frame"] = channels, _LONG_AGO
         for row, tile in zip(self._rows, floor.tiles, strict=True):
-            row["between_x_m"], row["between_y_m"] = (0.5 * REACH * edge for edge in _edges_m(tile))
-        self._buffers = np.zeros((3, SPAN))
+            row["steps_x_m"], row["steps_y_m"] = (STEPS / edge for edge in _edges_m(tile))
+        self._buffers = np.zeros((4, SPAN))
         self._sounds = np.zeros(max(channels, default=0) + 1, np.bool_)
+        self._load = np.zeros(1, LOAD)
         self._moving = self._zeros_written = 0
         drive, silent_since = np.zeros((0, self._sounds.size), np.float32), self._rows["zero_frames"]
         self.apply(
@@ -103,7 +115,7 @@ class SimulatedPlates:
             self._moving = _apply(
                 drive, silent_since, signals, self.out, self._rows, self._sounds,
                 (self._shakers, self._bodies, self._shaker_states, self._body_states), self._compressions,
-                self._buffers, (frame, at, n),
+                (self._buffers, self._load), (frame, at, n),
             )  # fmt: skip
             self._zeros_written = 0
         elif self._zeros_written < 2 * len(self.out):  # else all of it is zero
@@ -116,15 +128,16 @@ class SimulatedPlates:
 
 
 def foot_places_m(tile: Tile) -> list[Point]:
-    """Where a foot is taken to stand on a tile, in its frame: nine places, y fastest.
+    """The grid of places of a foot on a tile, in its frame, y fastest.
 
     >>> from underfoot.floor.layout import default_floor
     >>> places = foot_places_m(default_floor(1, 1).tiles[0])
-    >>> len(places), places[4], round(places[8][0], 4)
-    (9, (0.0, 0.0), 0.1001)
+    >>> len(places), places[144], round(places[-1][0], 4)
+    (289, (0.0, 0.0), 0.1335)
     """
     x, y = _edges_m(tile)
-    return [(REACH * x * i, REACH * y * j) for i in STEPS for j in STEPS]
+    steps = [step / STEPS for step in range(-STEPS, STEPS + 1)]
+    return [(x * i, y * j) for i in steps for j in steps]
 
 
 def _edges_m(tile: Tile) -> Point:
@@ -134,7 +147,7 @@ def _edges_m(tile: Tile) -> Point:
 
 def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, heard: Heard) -> NDArray[np.float64]:
     """The coefficients of every tile's systems, [tile, load, value]; known ones are read from the cache."""
-    said = b"".join((floor.dumps(), *(one.dumps() for one in drawn), repr((rate_hz, heard)).encode()))
+    said = b"".join((floor.dumps(), *(one.dumps() for one in drawn), repr((rate_hz, heard, STEPS)).encode()))
 
     def made() -> NDArray[np.float64]:
         systems = [_systems(tile, one, heard) for tile, one in zip(floor.tiles, drawn, strict=True)]
@@ -145,17 +158,43 @@ def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, heard: He
 
 
 def _systems(tile: Tile, parameters: TileParameters, heard: Heard) -> list[Poles]:
-    """From a shaker's force to acceleration: with nobody on the tile, then with a foot at each of its places."""
+    """From a shaker's force to acceleration: with nobody on the tile, then with a foot at each of its places.
+
+    On a tile that is its own mirror image, feet at places that mirror each other are one foot, heard from elsewhere.
+    """
     place = parameters.accelerometer_m(tile)
     free = parameters.assembly(tile).poles(place)
     if heard == "foot":
         free = Poles(free.poles, 0.0 * free.residues)
     standing = parameters.assembly(tile, "standing")
-    found = [free]
-    for foot_m in foot_places_m(tile):
-        loaded = replace(standing, foot_m=foot_m)
-        found.append(loaded.poles(place if heard == "accelerometer" else foot_m))
+    alike: dict[Point, list[tuple[int, Point]]] = {}
+    for number, foot_m in enumerate(foot_places_m(tile)):
+        mirrored = _mirror(standing, foot_m)
+        listens_m = place if heard == "accelerometer" else foot_m
+        alike.setdefault(mirrored(foot_m), []).append((number, mirrored(listens_m)))
+    found = [free] * (1 + sum(map(len, alike.values())))
+    for foot_m, heard_at in alike.items():
+        every = replace(standing, foot_m=foot_m).poles_at([at for _, at in heard_at])
+        for (number, _), one in zip(heard_at, every, strict=True):
+            found[1 + number] = one
     return found
+
+
+def _mirror(tile: Assembly, foot_m: Point) -> Callable[[Point], Point]:
+    """The reflection of a tile onto itself that brings a foot where both of its coordinates are positive, x the larger.
+
+    As much of it as mounts and shakers allow.
+    """
+
+    def keeps(reflected: Callable[[Point], Point]) -> bool:
+        return all(set(map(reflected, places)) == set(places) for places in (tile.mounts_m, tile.shakers_m))
+
+    flip_x = -1.0 if foot_m[0] < 0.0 and keeps(lambda at: (0.0 - at[0], at[1])) else 1.0
+    flip_y = -1.0 if foot_m[1] < 0.0 and keeps(lambda at: (at[0], 0.0 - at[1])) else 1.0
+    x, y = flip_x * foot_m[0], flip_y * foot_m[1]
+    if x < y and tile.size_m[0] == tile.size_m[1] and keeps(lambda at: (at[1], at[0])):
+        return lambda at: (flip_y * at[1], flip_x * at[0])
+    return lambda at: (flip_x * at[0], flip_y * at[1])
 
 
 def _coefficients(systems: list[Poles], rate_hz: float) -> NDArray[np.float64]:
@@ -178,7 +217,8 @@ def _aligned(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 _Memories = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""The coefficients of shakers [tile, value] and bodies [tile, load, value], then the states of both; a body has two."""
+"""The coefficients of shakers [tile, value] and bodies [tile, load, value], then the states of both; a body has one for
+each system of each slot."""
 
 
 @kernel
@@ -191,11 +231,12 @@ def _apply(
     sounds: NDArray[np.bool_],
     memories: _Memories,
     compressions: NDArray[np.void],
-    buffers: NDArray[np.float64],
+    scratch: tuple[NDArray[np.float64], NDArray[np.void]],
     stretch: tuple[int, int, int],
 ) -> int:
     """See `SimulatedPlates.apply`; returns how many tiles move."""
     frame, at, n = stretch
+    buffers, load = scratch[0], scratch[1][0]
     sounds[:] = False
     for k in range(len(rows)):
         if rows[k].channel >= 0 and not 0 <= silent_since[k] <= frame:
@@ -213,9 +254,12 @@ def _apply(
             for i in range(begin, end):
                 force[i - begin] = drive[at + i, row.channel]
                 if not row.awake and force[i - begin] != 0.0:
-                    row.awake, row.system[row.slot] = True, _load(row, signals, k, i)
+                    row.awake = True
+                    _find_load(load, row, signals[:, k, i])
+                    _take_load(row, load)
             if row.awake and here % SPAN == 0:
-                _follow_load(row, _load(row, signals, k, begin), memories[3][k], here)
+                _find_load(load, row, signals[:, k, begin])
+                _follow_load(row, load, memories[3][k], here)
             if row.awake:
                 _run(row, k, memories, compressions[k : k + 1], buffers, here, end - begin)
             for i in range(begin, end):
@@ -228,23 +272,61 @@ def _apply(
 
 
 @kernel
-def _load(row: np.record, signals: NDArray[np.float64], k: int, i: int) -> int:
-    """Which load is on a tile: 0 for none, else 1 + the number of the place that is nearest to the foot."""
-    force_n, x_m, y_m = signals[0, k, i], signals[1, k, i], signals[2, k, i]
-    if force_n == 0.0:
-        return 0
-    x = int(x_m > row.between_x_m) - int(x_m < -row.between_x_m)
-    y = int(y_m > row.between_y_m) - int(y_m < -row.between_y_m)
-    return 1 + 3 * (x + 1) + (y + 1)
+def _find_load(load: np.record, row: np.record, signal: NDArray[np.float64]) -> None:
+    """What is on a tile by its `signal`, force, x and y: nobody, or a foot between three places of the grid."""
+    load.systems[:] = -1
+    load.shares[:] = 0.0
+    if signal[0] == 0.0:
+        load.systems[0], load.shares[0] = 0, 1.0
+        return
+    x = min(max(signal[1] * row.steps_x_m + STEPS, 0.0), 2.0 * STEPS)
+    y = min(max(signal[2] * row.steps_y_m + STEPS, 0.0), 2.0 * STEPS)
+    i, j = min(int(x), 2 * STEPS - 1), min(int(y), 2 * STEPS - 1)
+    u, v = x - i, y - j
+    along = 2 * STEPS + 1 if u > v else 1  # a cell is cut along its diagonal
+    load.systems[0] = 1 + i * (2 * STEPS + 1) + j
+    load.systems[1] = load.systems[0] + along
+    load.systems[2] = load.systems[0] + 2 * STEPS + 2
+    load.shares[0], load.shares[1], load.shares[2] = 1.0 - max(u, v), abs(u - v), min(u, v)
 
 
 @kernel
-def _follow_load(row: np.record, load: int, states: NDArray[np.float64], here: int) -> None:
-    """Begin to fade to the system of a new load, unless the last fade goes on."""
-    if load != row.system[row.slot] and here >= row.fade_frame + FADE:
-        slot: int = 1 - row.slot
-        row.slot, row.system[slot], row.fade_frame = slot, load, here
-        states[slot] = 0.0
+def _take_load(row: np.record, load: np.record) -> None:
+    """Let a load be the one of the slot that plays, at once."""
+    for corner in range(CORNERS):
+        row.systems[row.slot, corner] = load.systems[corner]
+        row.shares[row.slot, corner] = row.shares_before[row.slot, corner] = load.shares[corner]
+
+
+@kernel
+def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], here: int) -> None:
+    """Move the shares of the systems that play; begin to fade to others, unless the last fade goes on."""
+    slot = row.slot
+    same = True
+    for corner in range(CORNERS):
+        same &= row.systems[slot, corner] == load.systems[corner]
+        for either in range(2):
+            row.shares_before[either, corner] = row.shares[either, corner]
+    if same:
+        for corner in range(CORNERS):
+            row.shares[slot, corner] = load.shares[corner]
+    elif here >= row.fade_frame + FADE:
+        other: int = 1 - slot
+        row.slot = other
+        _take_load(row, load)
+        kept = 0.0
+        for corner in range(CORNERS):
+            states[other, corner] = 0.0
+            share = 0.0
+            for before in range(CORNERS):
+                if row.systems[slot, before] == load.systems[corner] >= 0:
+                    states[other, corner] = states[slot, before]
+                    share = row.shares[slot, before]
+            row.shares_before[other, corner] = share
+            kept += share
+        if kept < NEIGHBOURS:
+            row.fade_frame = here
+            row.shares_before[other] = row.shares[other]
 
 
 @kernel
@@ -266,20 +348,57 @@ def _run(
     poles.run(motor, motor_system, force, force)
     shaker.compress(compression, force, force, n)
     slot = row.slot
-    body, system = _system(body_states[k, slot], bodies[k, row.system[slot]])
-    poles.run(body, system, force, now)
+    _run_systems(row, slot, bodies[k], body_states[k, slot], (force, now, buffers[3, :n]), here)
     fades = here < row.fade_frame + FADE
     if fades:
-        body_before, system_before = _system(body_states[k, 1 - slot], bodies[k, int(row.system[1 - slot])])
-        poles.run(body_before, system_before, force, before)
+        other: int = 1 - slot
+        _run_systems(row, other, bodies[k], body_states[k, other], (force, before, buffers[3, :n]), here)
     for i in range(n):
         share = min((here + i - row.fade_frame) / FADE, 1.0)
         force[i] = before[i] + (now[i] - before[i]) * (share * share * (3.0 - 2.0 * share)) if fades else now[i]
     if row.zero_frames >= SPAN and (here + n) % SPAN == 0:
         poles.flush(motor)
-        poles.flush(body)
-        if not fades and poles.tail(motor, motor_system) * system.peak_gain + poles.tail(body, system) < QUIET_M_S2:
+        rings = _ring(row, bodies[k], body_states[k, slot], poles.tail(motor, motor_system))
+        if not fades and rings < QUIET_M_S2:
             shaker_states[k], body_states[k], row.awake = 0.0, 0.0, False
+
+
+@kernel
+def _run_systems(
+    row: np.record,
+    slot: int,
+    bodies: NDArray[np.float64],
+    states: NDArray[np.float64],
+    buffers: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    here: int,
+) -> None:
+    """Run the systems of a slot over the force in the first buffer, and add them by their shares into the second."""
+    force, out, one = buffers
+    out[:] = 0.0
+    for corner in range(CORNERS):
+        number: int = row.systems[slot, corner]
+        if number < 0:
+            continue
+        state, system = _system(states[corner], bodies[number])
+        poles.run(state, system, force, one)
+        share = row.shares_before[slot, corner]
+        rise = (row.shares[slot, corner] - share) / SPAN
+        for i in range(len(out)):
+            out[i] += (share + rise * ((here + i) % SPAN)) * one[i]
+
+
+@kernel
+def _ring(row: np.record, bodies: NDArray[np.float64], states: NDArray[np.float64], motor: float) -> float:
+    """A bound of what a tile still does, m/s^2, of its systems and of the force that its shaker still gives."""
+    rings = gain = 0.0
+    for corner in range(CORNERS):
+        number: int = row.systems[row.slot, corner]
+        if number >= 0:
+            state, system = _system(states[corner], bodies[number])
+            poles.flush(state)
+            rings += poles.tail(state, system)
+            gain = max(gain, system.peak_gain)
+    return rings + motor * gain
 
 
 @inlined

@@ -1,12 +1,14 @@
 """Whether a tile does what it is told: acceleration that was measured against what was commanded."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
+from underfoot.floor.layout import Floor
 from underfoot.models import sole
 
 LEAST_M_S2 = 0.05
@@ -104,6 +106,36 @@ class ResponseWatch:
         """The commanded and the measured RMS of a tile, m/s^2."""
         commanded, measured = np.sqrt(self._squares[:, row])
         return float(commanded), float(measured)
+
+
+class ResponseTotals:
+    """What was commanded and measured of all tiles since the beginning.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> totals = ResponseTotals(1)
+    >>> totals.feed(np.full((10, 1), 2.0), np.full((10, 1), 1.0))
+    >>> list(totals.lines(default_floor(1, 1)))
+    ['tile t1: asked 2 m/s^2 RMS, done 1 (-6.0 dB), peak 1 for 2']
+    """
+
+    def __init__(self, tiles: int) -> None:
+        self._squares, self._peaks, self._frames = np.zeros((2, tiles)), np.zeros((2, tiles)), 0
+
+    def feed(self, commanded_m_s2: NDArray[np.floating], measured_m_s2: NDArray[np.floating]) -> None:
+        """Take frames of both, (n, tiles)."""
+        self._frames += len(commanded_m_s2)
+        for of, one in enumerate((commanded_m_s2, measured_m_s2)):
+            self._squares[of] += np.einsum("ij,ij->j", one, one, dtype=np.float64)
+            np.maximum(self._peaks[of], np.abs(one).max(axis=0, initial=0.0), out=self._peaks[of])
+
+    def lines(self, floor: Floor) -> Iterator[str]:
+        """A line for each tile that was asked something."""
+        for tile, squares, (peak, reached) in zip(floor.tiles, self._squares.T, self._peaks.T, strict=True):
+            asked, done = (math.sqrt(one / max(self._frames, 1)) for one in squares)
+            if peak >= LEAST_M_S2:
+                off_db = 20.0 * math.log10(max(done, 1e-9) / asked)
+                levels = f"asked {asked:.3g} m/s^2 RMS, done {done:.3g} ({off_db:+.1f} dB)"
+                yield f"tile {tile.id}: {levels}, peak {reached:.3g} for {peak:.3g}"
 
 
 def _spectra(signal: NDArray[np.float64], size: int) -> NDArray[np.complex128]:

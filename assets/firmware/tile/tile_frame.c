@@ -1,6 +1,6 @@
 #include "tile_frame.h"
 
-enum { VERSION = 1, CHECKED = 17, RAW = CHECKED + 4 };
+enum { FORCES = 1, ACCELERATION = 2, CHECKED = 17, RAW = CHECKED + 4 };
 
 /* CRC-32 of Ethernet and zlib, four bits at a time: sixteen numbers fit where 256 would not. */
 static uint32_t checksum(const uint8_t *bytes, size_t count) {
@@ -25,10 +25,10 @@ static uint8_t *put(uint8_t *to, uint32_t value, uint8_t size) {
     return to;
 }
 
-size_t tile_frame_encode(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t sequence, uint32_t microseconds,
-                         const uint16_t readings[4]) {
+static size_t encode(uint8_t *out, uint8_t kind, uint16_t tile, uint16_t sequence, uint32_t microseconds,
+                     const uint16_t readings[4]) {
     uint8_t *raw = out + 1;
-    uint8_t *to = put(raw, VERSION, 1);
+    uint8_t *to = put(raw, kind, 1);
     to = put(to, tile, 2);
     to = put(to, sequence, 2);
     to = put(to, microseconds, 4);
@@ -47,4 +47,14 @@ size_t tile_frame_encode(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t s
     out[code] = (uint8_t)(RAW + 1 - code);
     out[RAW + 1] = 0;
     return TILE_FRAME_SIZE;
+}
+
+size_t tile_frame_encode(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t sequence, uint32_t microseconds,
+                         const uint16_t readings[4]) {
+    return encode(out, FORCES, tile, sequence, microseconds, readings);
+}
+
+size_t tile_frame_encode_acceleration(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t sequence,
+                                      uint32_t microseconds, const uint16_t readings[4]) {
+    return encode(out, ACCELERATION, tile, sequence, microseconds, readings);
 }

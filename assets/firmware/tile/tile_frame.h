@@ -16,6 +16,11 @@ enum { TILE_FRAME_SIZE = 23 };
 size_t tile_frame_encode(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t sequence, uint32_t microseconds,
                          const uint16_t readings[4]);
 
+/* The same for four samples of an accelerometer: 32768 at rest, the last one at `microseconds`, the others evenly
+   spaced since the frame before. `sequence` counts these frames alone. */
+size_t tile_frame_encode_acceleration(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t sequence,
+                                      uint32_t microseconds, const uint16_t readings[4]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -28,11 +28,15 @@ def encode(tmp_path_factory):
     u16 = ctypes.c_uint16
     function.argtypes = [ctypes.c_char_p, u16, u16, ctypes.c_uint32, u16 * 4]
 
-    def run(row):
+    shaken = ctypes.CDLL(str(library)).tile_frame_encode_acceleration
+    shaken.restype, shaken.argtypes = function.restype, function.argtypes
+
+    def run(row, of=function):
         out = ctypes.create_string_buffer(wire_format.FRAME_BYTES)
-        size = function(out, *row[:3], (u16 * 4)(*row[3:]))
+        size = of(out, *row[:3], (u16 * 4)(*row[3:]))
         return out.raw[:size]
 
+    run.acceleration = lambda row: run(row, shaken)
     return run
 
 
@@ -52,7 +56,18 @@ def test_the_parser_decodes_what_the_firmware_sends(encode):
     assert parser.counts.lost == parser.counts.corrupted == 0
 
 
+def test_frames_of_acceleration_stand_beside_those_of_forces(encode):
+    """Each kind has a sequence of its own: nothing is lost where both count from 0."""
+    rows = [[2, i, 1000 * i, 32768 + i, 32768 - i, 65535, 0] for i in range(100)]
+    parser = Parser()
+    got = parser.feed(b"".join(encode(row) + encode.acceleration(row) for row in rows)).copy()
+    for kind in (wire_format.FORCES, wire_format.ACCELERATION):
+        np.testing.assert_array_equal(wire_format.rows_of(got[got["kind"] == kind]), rows)
+    assert parser.counts.lost == parser.counts.corrupted == parser.counts.doubled == 0
+
+
 def test_the_sketch_sends_by_that_function():
     sketch = (SKETCH / "tile.ino").read_text()
     assert '#include "tile_frame.h"' in sketch
     assert "tile_frame_encode(frame, TILE, sequence, now, readings)" in sketch
+    assert "tile_frame_encode_acceleration(frame, TILE, shaken_sequence, now, shaken)" in sketch

@@ -135,7 +135,7 @@ def test_another_version_another_length_and_a_wrong_checksum_are_refused():
     def sealed(text):
         return stuffed(text + zlib.crc32(text).to_bytes(4, "little")) + b"\0"
 
-    bad = [sealed(b"\2" + body[1:]), sealed(body + b"\0"), sealed(body[:-1]), stuffed(body + b"abcd") + b"\0"]
+    bad = [sealed(b"\3" + body[1:]), sealed(body + b"\0"), sealed(body[:-1]), stuffed(body + b"abcd") + b"\0"]
     for each in (*bad, b"\0\0\0", b"\x16" + good.replace(b"\0", b"\1") + b"\0"):
         assert len(parsed(each, form="binary")[1]) == 0
     assert len(parsed(sealed(body), form="binary")[1]) == 1

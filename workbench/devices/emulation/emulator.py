@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from underfoot.devices.conversion import nominal_readings
 from underfoot.devices.emulation.faults import FaultInjector
 from underfoot.devices.force_source import ForceSource
-from underfoot.devices.framing.wire_format import FRAME_BYTES, SAMPLE
+from underfoot.devices.framing.wire_format import ACCELERATION, FORCES, FRAME_BYTES, SAMPLE
+from underfoot.devices.link_acceleration import EACH
 from underfoot.devices.transport import Sender
 from underfoot.errors import require
 
@@ -38,7 +39,8 @@ class Emulator:
 
     `readings` turns newtons (n, tiles, 4) into counts. The tiles' numbers are their rows, from 0 on; `only` sends one
     of them. Each sample goes out at its own time, and what is late by then goes with it. After `seconds` it ends by
-    itself; `over` is then true. `unheard` counts samples that did not go out whole.
+    itself; `over` is then true. `unheard` counts samples that did not go out whole. `acceleration` are readings (n,
+    tiles) of accelerometers, four for each sample of force, from the first on and over and over.
     """
 
     def __init__(
@@ -51,7 +53,10 @@ class Emulator:
         readings: Callable[[NDArray[np.float64]], NDArray[np.int64]] = nominal_readings,
         clock: TileClock | None = None,
         only: int | None = None,
+        acceleration: NDArray[np.int64] | None = None,
     ) -> None:
+        require(acceleration is None or not (injector and injector.csv), "acceleration", "given", "binary frames alone")
+        self._acceleration = acceleration
         require(seconds is None or seconds > 0.0, "seconds", seconds, "above 0")
         self.sender, self.injector, self.unheard = sender, injector or FaultInjector(), 0
         self._source, self._readings = source, readings
@@ -90,7 +95,8 @@ class Emulator:
     def samples(self, stamps: NDArray[np.float64], force_n: NDArray[np.float64]) -> NDArray[np.void]:
         """What the tiles send of forces (n, tiles, 4) at these session frames (n,): records of `wire_format.SAMPLE`.
 
-        There are n times the tiles, all tiles of a moment together.
+        There are n times the tiles, all tiles of a moment together; where there is acceleration, a frame of it behind
+        each.
         """
         count, tiles = len(stamps), len(self._tiles)
         samples = np.zeros((count, tiles), SAMPLE)
@@ -98,7 +104,14 @@ class Emulator:
         samples["sequence"] = ((self._sequence + np.arange(count)) & 0xFFFF)[:, None]
         time_us = np.rint((stamps - self._start_frame) * self._a_frame_us).astype(np.int64)
         samples["microseconds"] = ((self._start_us + time_us) & 0xFFFF_FFFF)[:, None]
-        samples["readings"] = self._readings(force_n)[:, self._tiles]
+        samples["readings"], samples["kind"] = self._readings(force_n)[:, self._tiles], FORCES
+        if self._acceleration is not None:
+            shaken, samples = samples.copy(), np.repeat(samples, 2, axis=1)
+            last = EACH * (self._sequence + np.arange(count))
+            places = (last[:, None] + np.arange(1 - EACH, 1)) % len(self._acceleration)
+            shaken["readings"] = self._acceleration[places][:, :, self._tiles].swapaxes(1, 2)
+            shaken["kind"] = ACCELERATION
+            samples[:, 1::2] = shaken
         self._sequence += count
         return samples.reshape(-1)
 

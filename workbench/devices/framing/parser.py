@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.framing.wire_format import MAX_VALUES, SAMPLE, STUFFED_BYTES, unpack
+from underfoot.devices.framing.wire_format import FORCES, MAX_VALUES, SAMPLE, STUFFED_BYTES, unpack
 from underfoot.errors import require
 from underfoot.kernels import kernel
 
@@ -96,6 +96,7 @@ sequence number of a frame that did not fit, or -1. The tile belongs to `sender`
 the last other one that sent frames of it."""
 _ONE_SENDER = np.array([[np.iinfo(np.int64).max, 0]], np.int64)
 _TILES = 0x10000
+"""Tiles that can be told apart. The table has them once for each kind of frame, forces first."""
 
 
 class _State(NamedTuple):
@@ -129,7 +130,7 @@ class Parser:
             sample=np.zeros(1, SAMPLE),
             stuffed=np.zeros(STUFFED_BYTES, np.uint8),
             total=np.zeros(1, _TOTAL),
-            tiles=np.zeros(_TILES, _TILE),  # taken by the system only where a tile is heard of
+            tiles=np.zeros(2 * _TILES, _TILE),  # taken by the system only where a tile is heard of
         )
         self._parts = tuple(self._state)
         self._scanner = self._state.scanner[0]
@@ -217,7 +218,7 @@ def _scan(
             is_valid = _read_text(byte, scanner, sample, total)
         if is_valid:
             scanner.since_valid = 0
-            tile = state.tiles[sample.tile]
+            tile = state.tiles[sample.tile + (sample.kind - FORCES) * _TILES]
             if _is_own(tile, senders[of, 1], now_s, total) and _accept(sample, tile, total):
                 out[written] = sample
                 written += 1
@@ -281,6 +282,7 @@ def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
     scanner.is_bad = False
     if is_valid:
         scanner.form = _CSV
+        sample.kind = FORCES
         sample.tile = scanner.values[0]
         sample.sequence = scanner.values[_SEQUENCE] & 0xFFFF
         sample.microseconds = scanner.values[_MICROSECONDS]

@@ -1,7 +1,9 @@
 """The wire format of a tile (docs/contracts.md#wire-format): a sample on a serial port, in a datagram or over TCP.
 
-A frame holds 21 bytes, little-endian: version (u8, 1), tile (u16), sequence (u16, counted per tile), device time in
-microseconds (u32), four readings (u16), and the CRC-32 of zlib and Ethernet over the 17 bytes before it. Consistent
+A frame holds 21 bytes, little-endian: kind (u8), tile (u16), sequence (u16, counted per tile and kind), device time in
+microseconds (u32), four readings (u16), and the CRC-32 of zlib and Ethernet over the 17 bytes before it. Kind 1 has
+what four force sensors read. Kind 2 has four samples of an accelerometer, 32768 at rest: the last was taken at the
+frame's time, the others evenly spaced since the frame before. Consistent
 overhead byte stuffing (Cheshire and Baker 1999) makes 22 bytes of it, none of them zero, and a zero ends it. The
 alternative for a first afternoon is a line of text, `tile,sequence,microseconds,r1,r2,r3,r4`, which has no checksum.
 
@@ -16,7 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.errors import require
 from underfoot.kernels import kernel
 
-VERSION = 1
+FORCES, ACCELERATION = 1, 2
+"""The kinds of frames."""
+REST = 1 << 15
+"""What an accelerometer at rest reads; full scale lies so far from it, both ways."""
 SAMPLE = np.dtype(
     [
         ("tile", np.int64),
@@ -24,10 +29,11 @@ SAMPLE = np.dtype(
         ("microseconds", np.int64),
         ("readings", np.int64, (4,)),
         ("epoch", np.int64),
+        ("kind", np.int64),
     ],
     align=True,
 )
-"""One sample of one tile. `epoch` counts the restarts of the tile's sequence; it is not sent, the parser sets it."""
+"""One frame of one tile. `epoch` counts the restarts of the tile's sequence; it is not sent, the parser sets it."""
 COLUMNS = ("tile", "sequence", "microseconds", "r1", "r2", "r3", "r4")
 """The columns of a line of text."""
 MAX_VALUES = np.array([0xFFFF, 0xFFFF, 0xFFFF_FFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF], np.int64)
@@ -72,6 +78,7 @@ def samples_of(rows: ArrayLike) -> NDArray[np.void]:
     samples = np.zeros(len(checked), SAMPLE)
     samples["tile"], samples["sequence"], samples["microseconds"] = checked[:, :3].T
     samples["readings"] = checked[:, 3:]
+    samples["kind"] = FORCES
     return samples
 
 
@@ -103,7 +110,7 @@ def pack(samples: NDArray[np.void], out: NDArray[np.uint8]) -> None:
         sample = samples[i]
         begin = i * FRAME_BYTES
         raw = out[begin + 1 : begin + STUFFED_BYTES]
-        raw[0] = VERSION
+        raw[0] = sample.kind
         _put(raw, 1, sample.tile, 2)
         _put(raw, 3, sample.sequence, 2)
         _put(raw, 5, sample.microseconds, 4)
@@ -134,8 +141,9 @@ def unpack(stuffed: NDArray[np.uint8], sample: np.record) -> bool:
             return False
         code += step
     raw = stuffed[1:]
-    if code != STUFFED_BYTES or raw[0] != VERSION or _get(raw, CHECKED_BYTES, 4) != _checksum(raw):
+    if code != STUFFED_BYTES or not FORCES <= raw[0] <= ACCELERATION or _get(raw, CHECKED_BYTES, 4) != _checksum(raw):
         return False
+    sample.kind = raw[0]
     sample.tile = _get(raw, 1, 2)
     sample.sequence = _get(raw, 3, 2)
     sample.microseconds = _get(raw, 5, 4)

@@ -6,6 +6,7 @@ rate: no pole is warped or moved, as the bilinear transform would.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -155,11 +156,23 @@ def of_states(
 
     A pole is left out whose part of the output stays below `least` of the largest's.
     """
+    return of_outputs(a, b, [(c, direct)], least)[0]
+
+
+def of_outputs(
+    a: NDArray[np.float64], b: NDArray[np.float64], outputs: Iterable[tuple[NDArray[np.float64], float]],
+    least: float = 1e-12,
+) -> list[Poles]:  # fmt: skip
+    """The systems of several `outputs` (c, direct) of the same states, as `of_states` has them of one."""
     poles, vectors = np.linalg.eig(a)
-    residues = (c @ vectors) * np.linalg.solve(vectors, b.astype(complex))
-    size = np.abs(residues) / np.abs(poles.real)
-    kept = (poles.imag >= 0.0) & (size > least * size.max(initial=0.0))
-    return Poles(poles[kept], residues[kept], direct)
+    driven = np.linalg.solve(vectors, b.astype(complex))
+    found = []
+    for c, direct in outputs:
+        residues = (c @ vectors) * driven
+        size = np.abs(residues) / np.abs(poles.real)
+        kept = (poles.imag >= 0.0) & (size > least * size.max(initial=0.0))
+        found.append(Poles(poles[kept], residues[kept], direct))
+    return found
 
 
 def _ramp_weights(step: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

@@ -12,7 +12,7 @@ BEFORE, BEHIND = 2, 3
 
 
 @inlined
-def _weights(x: float, w: Any) -> None:
+def lagrange_weights(x: float, w: Any) -> None:
     """Weights of the samples at -2 ... 3 for the place x, 0 to 1."""
     a, b, c, d, e, f = x + 2.0, x + 1.0, x, x - 1.0, x - 2.0, x - 3.0
     w[0] = b * c * d * e * f / -120.0
@@ -42,7 +42,7 @@ def resampled(
     for i in range(out.shape[0]):
         place = position + i * ratio
         whole = int(np.floor(place))
-        _weights(place - whole, weights)
+        lagrange_weights(place - whole, weights)
         if at_gain < target:
             at_gain = min(at_gain + step, target)
         elif at_gain > target:

@@ -9,7 +9,7 @@ relative to it (`plate.modes`), then foot and body if there are any.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import msgspec
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.models.filtering.poles import Poles, of_states
+from underfoot.models.filtering.poles import Poles, of_outputs
 from underfoot.models.tile import plate as plates
 from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import Suspension
@@ -153,15 +153,20 @@ class Assembly:
 
     def poles(self, at_m: ArrayLike, shaker: int = 0) -> Poles:
         """The same as `transfer`, as poles that `poles.run` plays in real time."""
+        return self.poles_at([at_m], shaker)[0]
+
+    def poles_at(self, places_m: Iterable[ArrayLike], shaker: int = 0) -> list[Poles]:
+        """The same at each of several places, for the time of one."""
         own, vectors = self.undamped()
         _, damping, _ = self.matrices()
         lost = vectors.T @ damping @ vectors
         n = len(own)
-        driven, heard = vectors.T @ self.shape(self.shakers_m[shaker]), vectors.T @ self.shape(at_m)
+        driven = vectors.T @ self.shape(self.shakers_m[shaker])
         # States are displacements times their own angular frequency, and velocities: one size, well conditioned.
         a = np.block([[np.zeros((n, n)), np.diag(own)], [-np.diag(own), -lost]])
         b = np.concatenate([np.zeros(n), driven])
-        return of_states(a, b, heard @ a[n:], float(heard @ driven))
+        heard = [vectors.T @ self.shape(at_m) for at_m in places_m]
+        return of_outputs(a, b, [(one @ a[n:], float(one @ driven)) for one in heard])
 
     def _frame_kg(self) -> NDArray[np.float64]:
         """The frame's mass in heave and in both tilts, spread evenly along the edges."""

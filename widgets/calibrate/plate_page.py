@@ -1,0 +1,192 @@
+"""A page on which a plate is sought for the chosen tile: what is asked of it, which plates fit, and where they lie."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QGridLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QSizePolicy,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.errors import BadValue
+from underfoot.floor.layout import Tile
+from underfoot.floor.plate_search import STIFFNESSES, Found, PlateSearch, drawing, search, why_none, write
+from underfoot.floor.tile_parameters import TileParameters
+from underfoot.parameters import Choice, Number, Parameter
+from underfoot.quantities import number
+from underfoot.widgets import theme
+from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.plots.drawing_column import DrawingColumn
+
+_COLUMNS = ("E, GPa", "h, mm", "mass, kg", "sag, mm", "f1, Hz", "dip, Hz")
+_ABOUT = (
+    "A grid over Young's modulus and thickness (section 4.4.2): which plates are light, hardly bend under the load at "
+    "their middle, and have their first mode, edges held, above the band. The dip of the tile, with its shaker at the "
+    "middle, is where its own band ends; it lies lower."
+)
+
+
+class _Asked:
+    """What is asked, in the units of the page."""
+
+    least_modulus = Number(1.0, 0.01, 1000.0, unit="GPa", scale="log", label="Modulus from", doc="Least modulus.")
+    most_modulus = Number(220.0, 0.01, 1000.0, unit="GPa", scale="log", label="to", doc="Largest modulus.")
+    least_thickness = Number(5.0, 1.0, 200.0, unit="mm", scale="log", label="Thickness from", doc="The thinnest.")
+    most_thickness = Number(50.0, 1.0, 200.0, unit="mm", scale="log", label="to", doc="The thickest.")
+    stiffness = Choice("textbook", STIFFNESSES, label="Stiffness", doc="Sandwich (textbook's, thesis's), or solid.")
+    density = Number(210.0, 1.0, 20_000.0, unit="kg/m^3", scale="log", label="Density", doc="Mean of the whole plate.")
+    most_mass = Number(0.6, 0.01, 100.0, unit="kg", scale="log", label="Mass at most", doc="Mass of the plate.")
+    most_sag = Number(0.2, 0.001, 50.0, unit="mm", scale="log", label="Sag at most", doc="Deflection of the middle.")
+    load = Number(1000.0, 1.0, 10_000.0, unit="N", scale="log", label="Load", doc="Force on the middle.")
+    least_mode = Number(1000.0, 10.0, 20_000.0, unit="Hz", scale="log", label="First mode from", doc="Edges held.")
+
+
+_PARAMETERS: tuple[Parameter, ...] = tuple(one for one in vars(_Asked).values() if isinstance(one, Parameter))
+
+
+class PlatePage(QWidget):
+    """Searches as one turns the numbers; a search takes some milliseconds."""
+
+    left = Signal()
+    """Back to the calibrations."""
+    report_wanted = Signal(object)
+    """The `Found` of which a report is to be written."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._tile: Tile | None = None
+        self._parameters = TileParameters()
+        self.found: Found | None = None
+        self.editors = {one.name: editor_for(one) for one in _PARAMETERS}
+        self.title = theme.label("Which plates fit", "title")
+        about = theme.label(_ABOUT, "muted")
+        form = QGridLayout()
+        form.setHorizontalSpacing(3 * theme.GRID)
+        for place, editor in enumerate(self.editors.values()):
+            form.addWidget(editor, place // 2, place % 2)
+            editor.value_changed.connect(self.search)
+        self.verdict = theme.label("")
+        for words in (about, self.verdict):
+            words.setWordWrap(True)
+            words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self.table = _table()
+        self.back, self.report = QPushButton("Back"), QPushButton("Save a report…")
+        self.back.setToolTip("To the calibrations (Alt+Left)")
+        self.report.setToolTip("A page with table and picture, in a folder")
+        self.drawings = DrawingColumn()
+        self._lay_out(form, (self.title, about), (self.report, self.back))
+        self.back.clicked.connect(self.left)
+        key = QShortcut(QKeySequence("Alt+Left"), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        key.activated.connect(self.left)
+        self.report.clicked.connect(lambda: self.report_wanted.emit(self.found))
+        self.setFocusProxy(self.editors["least_modulus"])
+
+    def show_tile(self, tile: Tile, parameters: TileParameters) -> None:
+        """Search plates for this tile, with the frame, mounts and shaker of these parameters."""
+        plate = parameters.plate
+        if parameters != self._parameters or self._tile is None:
+            self.editors["stiffness"].set_value(plate.stiffness)
+            self.editors["density"].set_value(plate.density_kg_m3)
+        self._tile, self._parameters = tile, parameters
+        x, y = (100.0 * side for side in tile.size_m)
+        self.title.setText(f"Which plates fit  ·  {number(x)} × {number(y)} cm")
+        self.search()
+
+    def search(self) -> None:
+        """Search what is asked now; where it cannot be, say why."""
+        if self._tile is None:
+            return
+        try:
+            self.found = search(self._tile, self._parameters, self._asked())
+        except BadValue as error:
+            self.found = None
+            self._show_verdict(str(error), good=False)
+        else:
+            share = f"{100.0 * self.found.fits.mean():.0f} % of the grid fit; the lightest first."
+            self._show_verdict(share if self.found.best else why_none(self.found), good=bool(self.found.best))
+        self.report.setEnabled(self.found is not None)
+        self._show_found()
+
+    def write_report(self, folder: Path) -> str:
+        """Write the report of what is shown, and say where it is."""
+        assert self.found is not None
+        write([self.found], folder)
+        return f"The report is in {folder / 'index.html'}"
+
+    def _asked(self) -> PlateSearch:
+        of = {name: editor.value() for name, editor in self.editors.items()}
+        return PlateSearch(
+            modulus_pa=(1e9 * of["least_modulus"], 1e9 * of["most_modulus"]),
+            thickness_m=(1e-3 * of["least_thickness"], 1e-3 * of["most_thickness"]),
+            stiffness=of["stiffness"],
+            density_kg_m3=of["density"],
+            facing_m=self._parameters.plate.facing_m,
+            most_kg=of["most_mass"],
+            most_deflection_m=1e-3 * of["most_sag"],
+            load_n=of["load"],
+            least_hz=of["least_mode"],
+        )
+
+    def _show_verdict(self, words: str, good: bool) -> None:
+        self.verdict.setText(words[:1].upper() + words[1:])
+        theme.set_role(self.verdict, "good" if good else "alarm")
+
+    def _show_found(self) -> None:
+        best = self.found.best if self.found is not None else ()
+        self.table.setRowCount(len(best))
+        for row, one in enumerate(best):
+            values = (1e-9 * one.modulus_pa, 1e3 * one.thickness_m, one.mass_kg, 1e3 * one.deflection_m)
+            for column, value in enumerate((*values, one.first_hz, one.antiresonance_hz)):
+                item = QTableWidgetItem(number(value))
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                self.table.setItem(row, column, item)
+        self.drawings.show_drawings(() if self.found is None else (drawing(self.found),), "Nothing was searched.")
+
+    def _lay_out(self, form: QGridLayout, words: Sequence[QWidget], buttons: Sequence[QWidget]) -> None:
+        side = QWidget()
+        column = QVBoxLayout(side)
+        column.setContentsMargins(3 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID)
+        column.setSpacing(theme.GRID)
+        for word in words:
+            column.addWidget(word)
+        column.addLayout(form)
+        column.addWidget(self.verdict)
+        column.addWidget(self.table, 1)
+        row = QHBoxLayout()
+        row.addStretch(1)
+        for button in buttons:
+            row.addWidget(button)
+        column.addLayout(row)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(side, 1)
+        layout.addWidget(self.drawings, 1)
+
+
+def parameters_of(simulation: str) -> TileParameters:
+    """What the tiles of a target are made of, as far as that is known: a simulator's file, else the thesis's."""
+    from underfoot.floor.tile_parameters import simulation as read
+
+    return read(simulation)[0] or TileParameters()
+
+
+def _table() -> QTableWidget:
+    table = QTableWidget(0, len(_COLUMNS))
+    table.setAccessibleName("Plates that fit")
+    table.setHorizontalHeaderLabels(list(_COLUMNS))
+    table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+    table.verticalHeader().hide()
+    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+    return table
