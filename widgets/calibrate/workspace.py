@@ -250,16 +250,17 @@ class CalibrateWorkspace(Workspace):
         self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
 
     def _ask_report(self, result: Result) -> None:
-        self._ask_folder(lambda folder: self.write_report(result, folder))
+        self._ask_folder(result.kind, lambda folder: self.write_report(result, folder))
 
     def _ask_plate_report(self) -> None:
-        self._ask_folder(lambda folder: self.profiles.do(lambda: self.plates.write_report(folder)))
+        self._ask_folder("plates", lambda folder: self.profiles.do(lambda: self.plates.write_report(folder)))
 
-    def _ask_folder(self, then: Callable[[Path], None]) -> None:
+    def _ask_folder(self, subject: str, then: Callable[[Path], None]) -> None:
+        """Ask for a folder, which gets a name of its own, and go on with it."""
         dialog = file_dialog(self, "A folder for the report", self._settings.folder)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that is not there yet can be named
         dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
-        dialog.selectFile(f"{result.kind}-{self.tile.id}-{date.today().isoformat()}")
+        dialog.selectFile(f"{subject}-{self.tile.id}-{date.today().isoformat()}")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.fileSelected.connect(lambda folder: then(Path(folder)))
         dialog.open()
