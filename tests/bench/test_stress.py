@@ -6,6 +6,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
+import soundfile
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
@@ -61,6 +62,15 @@ def test_a_sample_of_an_impossible_time_does_not_hold_up_a_replay(tmp_path):
     assert "times that no session can have" in refusal(KINDS["recording"], path)
     with Recording(path) as recording, pytest.raises(BadFile):
         recording.forces()
+
+
+def test_a_sound_whose_header_makes_hours_of_it_is_refused_before_it_is_resampled(tmp_path):
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.zeros(4800), 22_050)
+    data = bytearray(path.read_bytes())
+    data[24:28] = (3).to_bytes(4, "little")  # samples a second
+    path.write_bytes(data)
+    assert "its header says 3 Hz; allowed: 100 Hz and more" in refusal(KINDS["sound file"], path)
 
 
 def test_strangers_datagrams_are_left_out_and_floods_take_no_memory():
