@@ -1,8 +1,9 @@
 """The quick half of what `underfoot bench --stress` does to the program on purpose."""
 
 import os
+import shutil
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from underfoot.bench.stress import damage, damaged, datagrams, full_disk, sinks
 from underfoot.bench.stress.tried import Scale, Tried
 from underfoot.bench.stress.whole_files import KINDS, Kind, refusal
 from underfoot.errors import BadFile, BadValue, UnderfootError
-from underfoot.records.recording import Recording
+from underfoot.records.recording import Recording, Writer
 
 
 def told(tried):
@@ -89,6 +90,26 @@ def test_a_full_disk_leaves_old_files_whole(tmp_path):
         for trial in (full_disk._patch, full_disk._sound, full_disk._study):
             found, good = trial(tmp_path)
             assert good, found
+
+
+@pytest.mark.skipif(os.name != "posix", reason="files have no limit to their size elsewhere")
+def test_what_a_killed_writer_left_can_be_read_where_the_disk_is_full(tmp_path):
+    writer = Writer(
+        tmp_path / "a.uf", {"patch": "{}", "floor": '{"tiles": [{}]}', "rate": "48000", "force_rate": "1000"}
+    )
+    writer.put("vibration", 0, np.ones((2400, 1), np.float32))
+    writer.commit()
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    with full_disk.small_disk(disk):
+        for name in ("a.uf", "a.uf-wal"):
+            shutil.copy(tmp_path / name, disk)
+        with suppress(OSError), (disk / "fill").open("wb", buffering=0) as file:
+            while True:
+                file.write(bytes(4096))
+        with Recording(disk / "a.uf") as recording:
+            assert len(recording.vibration()[1]) == 2400
+    writer.close()
 
 
 def test_one_row_is_asked_for_and_failures_are_an_error(monkeypatch):
