@@ -1,11 +1,13 @@
 """The quick half of what `underfoot bench --stress` does to the program on purpose."""
 
 import os
+import shutil
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 
 import numpy as np
 import pytest
+import soundfile
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
@@ -14,7 +16,7 @@ from underfoot.bench.stress import damage, damaged, datagrams, full_disk, sinks
 from underfoot.bench.stress.tried import Scale, Tried
 from underfoot.bench.stress.whole_files import KINDS, Kind, refusal
 from underfoot.errors import BadFile, BadValue, UnderfootError
-from underfoot.records.recording import Recording
+from underfoot.records.recording import Recording, Writer
 
 
 def told(tried):
@@ -63,6 +65,15 @@ def test_a_sample_of_an_impossible_time_does_not_hold_up_a_replay(tmp_path):
         recording.forces()
 
 
+def test_a_sound_whose_header_makes_hours_of_it_is_refused_before_it_is_resampled(tmp_path):
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.zeros(4800), 22_050)
+    data = bytearray(path.read_bytes())
+    data[24:28] = (3).to_bytes(4, "little")  # samples a second
+    path.write_bytes(data)
+    assert "its header says 3 Hz; allowed: 100 Hz and more" in refusal(KINDS["sound file"], path)
+
+
 def test_strangers_datagrams_are_left_out_and_floods_take_no_memory():
     tried = list(datagrams.run(Scale(times=2000), lambda line: None))
     assert not told(tried)
@@ -79,6 +90,26 @@ def test_a_full_disk_leaves_old_files_whole(tmp_path):
         for trial in (full_disk._patch, full_disk._sound, full_disk._study):
             found, good = trial(tmp_path)
             assert good, found
+
+
+@pytest.mark.skipif(os.name != "posix", reason="files have no limit to their size elsewhere")
+def test_what_a_killed_writer_left_can_be_read_where_the_disk_is_full(tmp_path):
+    writer = Writer(
+        tmp_path / "a.uf", {"patch": "{}", "floor": '{"tiles": [{}]}', "rate": "48000", "force_rate": "1000"}
+    )
+    writer.put("vibration", 0, np.ones((2400, 1), np.float32))
+    writer.commit()
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    with full_disk.small_disk(disk):
+        for name in ("a.uf", "a.uf-wal"):
+            shutil.copy(tmp_path / name, disk)
+        with suppress(OSError), (disk / "fill").open("wb", buffering=0) as file:
+            while True:
+                file.write(bytes(4096))
+        with Recording(disk / "a.uf") as recording:
+            assert len(recording.vibration()[1]) == 2400
+    writer.close()
 
 
 def test_one_row_is_asked_for_and_failures_are_an_error(monkeypatch):

@@ -11,6 +11,7 @@ import pytest
 
 from underfoot.devices.conversion import Conversion, nominal_force
 from underfoot.devices.device_floor import DeviceFloor
+from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.wire_format import csv_lines, encode, samples_of
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Curve
@@ -192,6 +193,27 @@ def test_latency_is_measured_from_when_a_sample_could_arrive_to_the_frame_that_i
     wait_s = max((-48 * i) % block for i in range(64)) / RATE
     assert source.latency_s == pytest.approx(wait_s, rel=0.02, abs=2e-5)
     assert np.mean(late[10_000:]) < 0.02
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [{202: -20_000}, {203: -3_000_000}, {200: -150_000, 301: 150_000, 352: -150_000}, {202: -9_000, 204: -90_000_000}],
+)
+def test_a_tile_whose_clock_steps_goes_on_within_two_samples(monkeypatch, steps):
+    """Also in the middle of what a block takes, and again in the very next samples."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    source, parser = DeviceFloor(Given(), default_floor(1, 2), RATE), Parser()
+    time_us, stamps = 0, []
+    for i in range(600):
+        time_us += 1000 + steps.get(i, 0)
+        now[0] = 1000.0 + 1e-3 * i
+        sent = encode([[tile, i, time_us & 0xFFFF_FFFF, *[1000] * 4] for tile in (0, 1)])
+        source.receive(parser.feed(sent), now[0])
+        if i % 4 == 3:
+            stamps += source.stamps[: source.pull(48 * i)].tolist()
+    assert 600 - len(stamps) <= 2 * len(steps)
+    assert np.diff(stamps).min() > 0.0
 
 
 def test_a_rate_that_no_tile_has_is_refused():

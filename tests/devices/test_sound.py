@@ -172,6 +172,13 @@ def test_a_device_that_is_not_there_is_named_in_one_line():
     assert "\n" not in str(error.value)
 
 
+def test_a_sounddevice_without_what_moves_memory_is_named_in_one_line(monkeypatch):
+    sounddevice = pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
+    monkeypatch.delattr(sounddevice, "_ffi")
+    with pytest.raises(DeviceError, match=r"sounddevice [\d.]+ cannot be played with .*; install sounddevice 0\.5"):
+        Stream("", 2, 48_000, 128, lambda: 0)
+
+
 _CUT = """
 import threading
 import numpy as np

@@ -1,8 +1,12 @@
 """The engine's process from within: what its callback does, one block after the other."""
 
+import multiprocessing
+import os
 import subprocess
 import sys
+import threading
 import tracemalloc
+from types import SimpleNamespace
 
 import numpy as np
 from engine_blocks import blocks, engine_of
@@ -116,3 +120,22 @@ def test_no_command_loads_or_compiles_a_kernel_in_the_callback():
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["{}"] * 3
+
+
+def test_when_the_supervisor_dies_the_engine_leaves_also_while_it_builds_a_program(monkeypatch, until):
+    lifeline, theirs = os.pipe()
+    monkeypatch.setattr(multiprocessing, "parent_process", lambda: SimpleNamespace(sentinel=lifeline))
+    built, building = threading.Event(), threading.Event()
+    with engine_of(hum()) as (engine, ours, _):
+        blocks(engine, 100)
+        monkeypatch.setattr(engine.listener, "take", lambda command: (building.set(), built.wait()))
+        engine.listener.start()
+        ours.send(Swap(stepped_bank().dumps()))
+        until(building.is_set, "it begins")
+        os.close(theirs)
+        until(engine.pacer.leave.is_set, "it leaves")
+        built.set()
+        ours.close()
+        names = {"commands", "supervisor"}
+        until(lambda: not names & {thread.name for thread in threading.enumerate()}, "its threads end")
+    os.close(lifeline)

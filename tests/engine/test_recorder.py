@@ -68,6 +68,12 @@ def record(rings, tmp_path):
         process.join()
 
 
+def kept_by(recorder):
+    """How many frames it has made safe, when it was told what there is to be told."""
+    recorder.receive()
+    return frames_in(recorder.path)
+
+
 def frames_in(path):
     """How many frames are safe in a file that is being written."""
     if not path.exists():
@@ -87,7 +93,7 @@ def test_all_that_is_played_from_now_on_is_in_the_file(rings, record, until):
     rings.write(9_600)
     recorder = record()
     rings.write(4_800)
-    until(lambda: frames_in(recorder.path) == 14_400, "the first frames are safe")
+    until(lambda: kept_by(recorder) == 14_400, "the first frames are safe")
     rings.write(4_800)
     recorder.send(RecordCommand(12_000, *to_text(Level(-3.0))))
     recorder.end(19_200)
@@ -108,7 +114,7 @@ def test_it_ends_where_all_commands_are_known(rings, record, until):
     recorder = record()
     for _ in range(3):
         rings.write(4_800)
-        until(lambda: frames_in(recorder.path) == rings.vibration.written)
+        until(lambda: kept_by(recorder) == rings.vibration.written)
     recorder.end(9_000)
     assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
@@ -118,7 +124,7 @@ def test_it_ends_where_all_commands_are_known(rings, record, until):
 def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, until):
     recorder = record()
     rings.write(9_600)
-    until(lambda: frames_in(recorder.path) == 9_600)
+    until(lambda: kept_by(recorder) == 9_600)
     rings.write(4_800)
     os.kill(recorder.pid, signal.SIGKILL)
     until(lambda: recorder.death() == "signal 9", "it died")

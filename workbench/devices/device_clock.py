@@ -202,12 +202,16 @@ def slewed(clock: np.record, microseconds: float, frame: float, rate: float) -> 
 
 @kernel
 def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> None:
-    """Forget all that is known; the line goes through this arrival. Windows are kept by their count alone."""
+    """Forget all that is known; the line goes through this arrival. Windows are kept by their count alone.
+
+    How late samples come is the link's doing, which goes on as it was when a device's clock has stepped.
+    """
+    clock.delay = clock.delay if clock.epoch >= 0 else 0.0
     clock.epoch, clock.origin_us = epoch, microseconds
     clock.earliest = clock.offset = clock.applied = clock.began = frame
     clock.opened_us = clock.earliest_us = 0.0
     clock.count = 0
-    clock.pivot_us = clock.slope = clock.rms_error = clock.delay = 0.0
+    clock.pivot_us = clock.slope = clock.rms_error = 0.0
     clock.applied_us = clock.noted = -np.inf
 
 

@@ -35,8 +35,11 @@ QUEUED = np.dtype(
 )
 """A sample that waits: the floor's tile, its epoch and own time, when it arrived, and its forces."""
 
-TILE = np.dtype([("clock", np.int64), ("newest_us", np.float64), ("epoch", np.int64)], align=True)
-"""What is known of a tile: the tile whose clock it goes by, and its newest time in its present epoch (-1: none)."""
+TILE = np.dtype(
+    [("clock", np.int64), ("newest_us", np.float64), ("epoch", np.int64), ("seen_epoch", np.int64)], align=True
+)
+"""What is known of a tile: the tile whose clock it goes by, and its newest time in its present epoch (-1: none).
+`seen_epoch` is that of the newest sample that was looked at, which its clock may not have been shown yet."""
 
 PROGRESS = np.dtype(
     [
@@ -96,7 +99,7 @@ def assembly(floor: Floor, rate: float, rate_hz: float, clocks: DeviceClocks, se
         rows=np.zeros((_ROWS, tiles, 4)),
         received=np.zeros((_ROWS, tiles), np.bool_),
     )
-    made.tiles["epoch"] = -1
+    made.tiles["epoch"] = made.tiles["seen_epoch"] = -1
     for name in ("leader", "newest_row", "reference_clock"):
         made.progress[name] = -1
     made.progress["last_stamp"] = -np.inf
@@ -134,19 +137,15 @@ def hand_over(
     assembly, out = Assembly(*assembly_parts), SampleBuffers(*buffers)
     rate, at = assembly.rate, assembly.progress[0]
     device_clock.observe(assembly.session[0], 0, begin / rate * 1e6, now, rate)
-    _observe(assembly, head, begin, end)
-    delay = _delay(assembly.clocks, now, rate)
-    count = 0
+    count, delay = 0, _delay(assembly.clocks, now, rate)
     while True:
-        while at.placed < head:
-            entry = assembly.queue[at.placed % len(assembly.queue)]
-            clock = assembly.clocks[assembly.tiles[entry.tile].clock]
-            sent = session_frame(assembly, clock, entry.time_us)
-            frame = device_clock.slewed(clock, entry.time_us, sent + delay, rate)
-            if not _place(assembly, entry, frame, clock.epoch, begin):
-                break
-            at.placed += 1
-            at.latency += (max(frame, begin) - sent - at.latency) * assembly.period / (rate * len(assembly.tiles))
+        has_space = True
+        while has_space and at.placed < head:
+            if at.placed >= at.observed:
+                _observe(assembly, _end_of_epoch(assembly, head), begin, end)
+                delay = _delay(assembly.clocks, now, rate)
+            has_space = _set(assembly, assembly.queue[at.placed % len(assembly.queue)], delay, begin)
+            at.placed += has_space
         before = count
         count = _emit(assembly, out, count, begin, end)
         if at.placed >= head or count == len(out.stamps):
@@ -157,24 +156,52 @@ def hand_over(
 
 
 @kernel
-def _observe(assembly: Assembly, head: int, begin: int, end: int) -> None:
-    """Show all that was queued since the last block to the clocks.
+def _end_of_epoch(assembly: Assembly, head: int) -> int:
+    """The number of the next sample, not the first that waits, with which a tile begins anew; `head` for none.
+
+    What a tile sent before its clock stepped has to be set by what is known of it as it was then.
+    """
+    observed = assembly.progress[0].observed
+    for i in range(observed, head):
+        entry = assembly.queue[i % len(assembly.queue)]
+        tile = assembly.tiles[entry.tile]
+        if i > observed and 0 <= tile.seen_epoch != entry.epoch:
+            return i
+        tile.seen_epoch = entry.epoch
+    return head
+
+
+@kernel
+def _observe(assembly: Assembly, until: int, begin: int, end: int) -> None:
+    """Show what was queued since the last time, up to number `until`, to the clocks.
 
     All of it, before any of it is set: the last of a burst that was held up knows best.
     """
     rate, at = assembly.rate, assembly.progress[0]
     most = device_clock.MAX_DELAY_S * rate + end - begin
-    for i in range(at.observed, head):
+    for i in range(at.observed, until):
         entry = assembly.queue[i % len(assembly.queue)]
         k = _clock_of(assembly.tiles, at, entry)
         epoch = entry.epoch if k == entry.tile else assembly.clocks[k].epoch
         device_clock.observe(assembly.clocks[k], epoch, entry.time_us, entry.arrived_s * rate, rate)
-    for i in range(at.observed, head):
+    for i in range(at.observed, until):
         entry = assembly.queue[i % len(assembly.queue)]
         clock = assembly.clocks[assembly.tiles[entry.tile].clock]
         late = begin - session_frame(assembly, clock, entry.time_us)
         device_clock.note_lateness(clock, entry.arrived_s * rate, late, most, assembly.period, rate)
-    at.observed = head
+    at.observed = until
+
+
+@kernel
+def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool:
+    """Set a sample to the session's clock and put it into its row; False where there is no space for it yet."""
+    at, clock = assembly.progress[0], assembly.clocks[assembly.tiles[entry.tile].clock]
+    sent = session_frame(assembly, clock, entry.time_us)
+    frame = device_clock.slewed(clock, entry.time_us, sent + delay, assembly.rate)
+    if not _place(assembly, entry, frame, clock.epoch, begin):
+        return False
+    at.latency += (max(frame, begin) - sent - at.latency) * assembly.period / (assembly.rate * len(assembly.tiles))
+    return True
 
 
 @kernel

@@ -35,6 +35,15 @@ def portaudio() -> Any:
     return sounddevice
 
 
+def _raw_memory(sounddevice: Any) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """What copies memory, and what makes a pointer of an address: sounddevice has them under a name of its own only."""
+    try:
+        return sounddevice._ffi.memmove, sounddevice._ffi.cast
+    except AttributeError as error:
+        version = getattr(sounddevice, "__version__", "of no version")
+        raise DeviceError(f"sounddevice {version} cannot be played with ({error}); install sounddevice 0.5") from None
+
+
 def devices() -> list[Card]:
     """The output devices that there are; none where PortAudio is missing or finds no card."""
     try:
@@ -171,8 +180,7 @@ class Stream:
         }
         self._fill = fill
         self._bytes = 4 * channels * block
-        self._move = sounddevice._ffi.memmove
-        self._cast = sounddevice._ffi.cast
+        self._move, self._cast = _raw_memory(sounddevice)
         self.finished = False
         try:
             if heard is None:

@@ -1,10 +1,11 @@
 """The engine's thread that listens to the supervisor: commands are made ready here, and reported when they are done."""
 
+import multiprocessing
 import threading
 import time
 from collections import deque
 from dataclasses import replace
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.engine.block_runner import BlockRunner
@@ -21,7 +22,11 @@ _LISTEN_S, _COSTS_S = 0.02, 0.5  # how long it waits for a command, and how ofte
 
 
 class CommandListener:
-    """Takes commands from `connection` until `Quit` or its end, then ramps down and sets `leave`."""
+    """Takes commands from `connection` until `Quit` or its end, then ramps down and sets `leave`.
+
+    A thread of its own looks whether the supervisor's process lives: the one that takes commands may be building a
+    program for seconds when it dies.
+    """
 
     def __init__(self, connection: Connection, runner: BlockRunner, leave: threading.Event) -> None:
         self.notices: deque[str] = deque()
@@ -31,8 +36,9 @@ class CommandListener:
         self._costs: dict[str, float] = {}
 
     def start(self) -> None:
-        """Listen, in a thread."""
+        """Listen, in threads."""
         threading.Thread(target=self._listen, name="commands", daemon=True).start()
+        threading.Thread(target=self._leave_with_supervisor, name="supervisor", daemon=True).start()
 
     def take(self, command: Command) -> None:
         """Make a command ready and put it into the next block; a patch that cannot be played is told instead."""
@@ -72,9 +78,19 @@ class CommandListener:
         except (EOFError, OSError):
             pass  # the supervisor is gone: leave as after Quit
         finally:
-            self._runner.inbox.append(Play(False))
-            time.sleep(RAMP_DOWN_S + 4 * self._runner.block_s + self._status.get(Field.STREAM_LATENCY_S))
-            self._leave.set()
+            self._ramp_down()
+
+    def _leave_with_supervisor(self) -> None:
+        parent = multiprocessing.parent_process()
+        if parent is not None:
+            wait([parent.sentinel])
+            self._ramp_down()
+
+    def _ramp_down(self) -> None:
+        """Let sound fade, and leave."""
+        self._runner.inbox.append(Play(False))
+        time.sleep(RAMP_DOWN_S + 4 * self._runner.block_s + self._status.get(Field.STREAM_LATENCY_S))
+        self._leave.set()
 
     def _affordable(self, swap: ProgramSwap) -> Action:
         """The swap with both programs at once, or one after the other where that would cost too much."""

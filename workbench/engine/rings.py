@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from underfoot.engine.shared_blocks import new_block
 from underfoot.kernels import intrinsic, kernel
 
-HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64)], align=True)
-"""How many rows were ever written; and the rows, from `gap` to before `gap_end`, that never were."""
+HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64), ("kept", np.int64)], align=True)
+"""How many rows were ever written; the rows, from `gap` to before `gap_end`, that never were; and the row up to which
+a recorder, the only one to write this, has all on disk."""
 
 _HEADER_BYTES = 64  # a cache line of its own
 
@@ -71,6 +72,12 @@ def copy_rows(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDA
         for j in range(rows.shape[1]):
             out[i, j] = rows[(first + i) % rows.shape[0], j]
     return _written(header)
+
+
+def _copy_seen(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
+    """What `copy_rows` does, for rows that were written a while ago."""
+    np.take(rows, np.arange(first, first + len(out)), axis=0, out=out, mode="wrap")
+    return int(header["written"][0])
 
 
 def load_reading() -> None:
@@ -131,6 +138,15 @@ class Ring:
         """Rows ever written. To see them takes `copy_rows`."""
         return int(self.header["written"][0])
 
+    @property
+    def kept(self) -> int:
+        """The row up to which a recorder has all on disk."""
+        return int(self.header["kept"][0])
+
+    def keep(self, count: int) -> None:
+        """Say so; for a recorder, and for whoever begins a recording."""
+        self.header["kept"] = count
+
     def close(self) -> None:
         """Let go of the memory; the one who created it removes it."""
         del self.header, self.rows
@@ -144,7 +160,8 @@ class Reader:
 
     def __init__(self, ring: Ring, start: int | None = None) -> None:
         self.ring = ring
-        self.next = ring.written if start is None else start
+        self._seen = ring.written
+        self.next = self._seen if start is None else start
 
     def read(self, most: int | None = None) -> tuple[int, NDArray[Any]]:
         """The number of the first row, and the rows that are new since the last read, at most `most` of them.
@@ -152,11 +169,25 @@ class Reader:
         Rows that were overwritten before they could be read, or never written, are missing: the first row's number
         tells. What lies before such a gap and what lies behind it come in two reads.
         """
+        return self._read(self.ring.written, copy_rows, most)
+
+    def look(self) -> None:
+        """Note what is there, for `read_seen`."""
+        self._seen = self.ring.written
+
+    def read_seen(self) -> tuple[int, NDArray[Any]]:
+        """What `read` gives, of what was there at the last `look`. Between the two this process must have waited.
+
+        By then every processor sees those rows, without a kernel: nobody need load Numba, which takes a second, and
+        many on a busy machine.
+        """
+        return self._read(max(self._seen, self.next), _copy_seen)
+
+    def _read(self, end: int, copy: Callable[..., int], most: int | None = None) -> tuple[int, NDArray[Any]]:
         ring = self.ring
         capacity = ring.where.capacity
-        end = ring.written
         gap, gap_end = int(ring.header["gap"][0]), int(ring.header["gap_end"][0])
-        first = max(self.next, end - capacity + capacity // 8)
+        first = max(self.next, ring.written - capacity + capacity // 8)
         if gap <= first < gap_end:
             first = gap_end
         elif first < gap < end:
@@ -167,7 +198,7 @@ class Reader:
         if not len(out):  # nothing new: a window that waits for the engine need not load Numba
             self.next = end
             return first, out
-        now = copy_rows(ring.header, ring.rows, first, out)
+        now = copy(ring.header, ring.rows, first, out)
         # The writer may be at work on the rows behind the oldest, so these do not count either.
         spoilt = min(max(now - capacity + capacity // 16 - first, 0), len(out))
         self.next = end

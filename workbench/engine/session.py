@@ -44,7 +44,7 @@ MOST_DEATHS, WITHIN_S = 4, 20.0
 """Processes that die more often than this are not started again."""
 COMPILER_AFTER_S = 3.0
 """How long after the engine's start the compiler is started, unless it is needed sooner: first another engine loads."""
-RECORDER_END_S = 10.0
+RECORDER_END_S = 30.0
 """How long the recorder may take to close its file."""
 
 _SHARED = -1  # the ticket of what the compiler shares with an engine that starts: nobody waits for its answer
@@ -78,6 +78,7 @@ class Session:
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None
         self._recorder: Recorder | None = None
+        self._waits_for_recorder = False  # so that what is played first is recorded
         self._ending_recorders: list[Recorder] = []
         self._restarts = RestartLimit(MOST_DEATHS, WITHIN_S)
         self._setup: Setup | None = None  # what the engine was last told to play
@@ -100,8 +101,10 @@ class Session:
         """Start the engine; returns at once. It plays as soon as it has loaded its kernels.
 
         Where it has to compile them, the compiler begins at the other end; otherwise that one starts afterwards.
+        A session that is recorded plays once its file is there.
         """
         self._engine.start()
+        self._waits_for_recorder = self._recorder is not None
         self._start_engine()
 
     def close(self) -> None:
@@ -356,7 +359,9 @@ class Session:
     # --- the engine ---
 
     def _start_engine(self) -> None:
-        """Give the engine, which waits, all that it needs to run."""
+        """Give the engine, which waits, all that it needs to run; not before a recording that was asked for."""
+        if self._waits_for_recorder:
+            return
         patch, scopes = (self.patch, self.scopes) if self._is_compiled else self._compiled
         if self._setup is None:
             self._tell_recorder("patch", patch.dumps().decode())
@@ -433,16 +438,16 @@ class Session:
 
     def _restart_recorder(self) -> None:
         recorder = self._recorder
-        if recorder is None:
-            return
-        self._reports.extend(Notice(text) for text in recorder.receive())
-        reason = recorder.death()
-        if reason is None:
-            return
-        if reason and self._may_restart("recorder", reason):
-            recorder.restart()
-        else:
-            self._recorder = None
+        if recorder is not None:
+            self._reports.extend(Notice(text) for text in recorder.receive())
+            reason = recorder.death()
+            if reason and self._may_restart("recorder", reason):
+                recorder.restart()
+            elif reason is not None:
+                self._recorder = None
+        if self._waits_for_recorder and (self._recorder is None or self._recorder.has_begun):
+            self._waits_for_recorder = False
+            self._start_engine()
 
     def _may_restart(self, name: str, reason: str) -> bool:
         """Report that a process died, and say whether to start it again."""

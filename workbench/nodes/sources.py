@@ -15,6 +15,8 @@ from underfoot.patch.node import Input, Output, node, prepared
 
 LOOP = 0
 """The place of "loop" among the modes of a player."""
+_LEAST_RATE_HZ = 100
+"""A sound of a lower rate has nothing that is felt; a damaged header makes hours of a few samples."""
 
 
 @node("noise", "Sources", "Noise")
@@ -126,6 +128,9 @@ def _samples(path: str, rate: float) -> Floats:
     sound = sound[:, 0]
     if not np.isfinite(sound).all():
         raise BadFile(f"{Path(path)} cannot be played: it has samples that are not finite")
+    if own_rate < _LEAST_RATE_HZ:
+        says = f"its header says {own_rate} Hz; allowed: {_LEAST_RATE_HZ} Hz and more"
+        raise BadFile(f"{Path(path)} cannot be played: {says}")
     if own_rate != rate and sound.size:
         count = max(1, round(sound.size * rate / own_rate))
         sound = np.fft.irfft(np.fft.rfft(sound), count) * (count / sound.size)

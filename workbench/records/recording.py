@@ -1,7 +1,7 @@
 """A session on disk: one SQLite file, whole at any moment.
 
 Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The
-file is in WAL mode and committed every 100 ms: killed at any moment, it opens and has lost at most the last block.
+file is in WAL mode and committed every 50 ms: killed at any moment, it opens and has lost at most the last block.
 Where frames are missing between blocks there is a gap, and `gaps` lists it. Beside the blocks lie their envelopes
 (`records.envelopes`), and marks that a person set.
 """
@@ -91,6 +91,11 @@ class Writer:
         """Something about the session, in the place of what was said before."""
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
+    def commands(self) -> int:
+        """How many commands it has."""
+        count: int = self._base.execute("select count(*) from command").fetchone()[0]
+        return count
+
     def end(self, table: str) -> int | None:
         """The number behind the last row of a table; None where there is none."""
         last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
@@ -108,8 +113,10 @@ class Writer:
         self._base.execute("delete from envelope where first >= ? and source != 'force'", (end,))
 
     def mark(self, frame: int, text: str) -> None:
-        """A mark at a session frame."""
-        self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
+        """A mark at a session frame; one that is there already stays one."""
+        known = self._base.execute("select 1 from mark where frame = ? and text = ?", (frame, text)).fetchone()
+        if known is None:
+            self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
 
     def commit(self) -> None:
         """Make safe what was put in so far."""
@@ -130,6 +137,27 @@ def _create(path: Path, about: dict[str, str]) -> None:
         base.execute(f"pragma user_version = {VERSION}")
         base.executescript(_TABLES + envelopes.TABLE + _MARKS)
         base.executemany("insert into about values (?, ?)", about.items())
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    """A recording, which can be read and, for its marks, written to.
+
+    Reading what a writer left in its log takes a file beside it; where the disk has no room for one, memory does, and
+    nobody else can read it meanwhile.
+    """
+    where = f"{path.resolve().as_uri()}?mode=rw"
+    base = sqlite3.connect(where, uri=True)
+    try:
+        base.execute("pragma application_id").fetchone()
+        base.execute("select count(*) from sqlite_master").fetchone()
+    except sqlite3.OperationalError:
+        base.close()
+        base = sqlite3.connect(where, uri=True)
+        base.execute("pragma locking_mode = exclusive")
+    except sqlite3.Error:
+        base.close()
+        raise
+    return base
 
 
 @dataclass(frozen=True)
@@ -162,7 +190,7 @@ class Recording:
             raise BadFile(f"{path} cannot be read: there is no such file")
         with ExitStack() as unless_read:
             try:
-                self._base = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=rw", uri=True)
+                self._base = _opened(self.path)
                 unless_read.callback(self._base.close)
                 (application,) = self._base.execute("pragma application_id").fetchone()
                 (self.version,) = self._base.execute("pragma user_version").fetchone()

@@ -20,6 +20,8 @@ TIMES = 100_000
 _FORGED = 60_000
 """The reading of a forged frame, which no tile here sends."""
 _BATCH = 100
+_LOST_AT_JUMP = 2
+"""Samples that may go when a tile's clock steps; and one in fifty, where it stands still or what came last waits."""
 
 
 def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
@@ -135,10 +137,12 @@ def _clocks(seed: int) -> Tried:
     draw = np.random.default_rng(seed)
     source = DeviceFloor(UdpTransport("127.0.0.1", 9), FLOOR, float(RATE_HZ))
     parser, stamps, wild = Parser(), [], 6000
-    began_s, time_us = time.monotonic(), 0
+    began_s, time_us, jumps = time.monotonic(), 0, 0
     for number in range(wild):
         time_us += 1000
-        match int(draw.integers(0, 200)):
+        kind = int(draw.integers(0, 200))
+        jumps += kind < 2
+        match kind:
             case 0:
                 time_us -= int(draw.integers(0, 10_000_000))
             case 1:
@@ -154,6 +158,8 @@ def _clocks(seed: int) -> Tried:
     back = int((np.diff(stamps) < 0.0).sum())
     finite = bool(np.isfinite(stamps).all())
     counts = parser.counts
-    found = f"{len(stamps)} samples handed over, {back} before the one before; {counts.restarts} taken for restarts, "
-    found += f"{counts.stale} left out"
-    return Tried("a tile's clock that runs back, jumps, stands", wild, found, back == 0 and finite and len(stamps) > 0)
+    missing = wild - len(stamps)
+    found = f"{missing} of {wild} samples are not handed over at {jumps} jumps, {back} before the one before; "
+    found += f"{counts.restarts} taken for restarts, {counts.stale} left out"
+    passed = back == 0 and finite and missing <= _LOST_AT_JUMP * jumps + wild // 50
+    return Tried("a tile's clock that runs back, jumps, stands", wild, found, passed)

@@ -301,6 +301,7 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
     passed_us = ((sample.microseconds - tile.time_us + _HALF_TURN) & 0xFFFF_FFFF) - _HALF_TURN
     expected_us = ahead * tile.period_us
     jumped = tile.period_us > 0 and abs(passed_us - expected_us) > max(_JUMP_US, abs(expected_us) // 2)
+    jumped |= ahead > 0 and passed_us <= -max(tile.period_us, 1)  # a later sample of an earlier time
     if jumped or ahead <= -WINDOW:
         # A tile that restarted goes on from there; a frame that was held up somewhere stays alone.
         follows = 0 < ((sample.sequence - tile.suspect) & 0xFFFF) < WINDOW
