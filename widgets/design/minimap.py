@@ -18,9 +18,13 @@ class MiniMap(QWidget):
         self._scene = scene
         self._view = QRectF()
         self._extent = QRectF()
-        self.setFixedSize(176, 112)
         self.setToolTip("Overview of the patch; drag to move the view")
         self.hide()
+
+    def settle(self, width: int, height: int) -> None:
+        """Lie in the lower right corner of a canvas of this size, and leave most of it free."""
+        wide = round(min(max(0.22 * min(width, 1.5 * height), 88), 176))
+        self.setGeometry(width - wide - 8, height - round(0.64 * wide) - 8, wide, round(0.64 * wide))
 
     def follow(self, view: QRectF) -> None:
         """The part of the scene that is seen now. The map is shown where that is not all of it."""

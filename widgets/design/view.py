@@ -183,7 +183,7 @@ class PatchView(QGraphicsView):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.map.move(self.width() - self.map.width() - 8, self.height() - self.map.height() - 8)
+        self.map.settle(self.width(), self.height())
         self.hint.setGeometry(self.rect())
         if self._keeps_all:
             self.begin_view()
