@@ -131,11 +131,11 @@ def test_a_and_b_have_their_own_patch_file_and_undo(window, bench, qtbot, tmp_pa
     QTest.mouseClick(bench.listen_bar.match, LEFT)
     # The preview draws A over B, and says by how much B is more.
     bench.canvas.patch_scene.select(["noise"])
-    qtbot.waitUntil(lambda: "dB re A" in bench.preview.note.text(), timeout=LONG_MS)
-    assert "+12.0 dB re A" in bench.preview.note.text()
+    qtbot.waitUntil(lambda: "dB re A" in bench.preview.note.full_text, timeout=LONG_MS)
+    assert "+12.0 dB re A" in bench.preview.note.full_text
     assert [line.colour for line in bench.preview.waveform.drawing.series].count("events") == 1
     QTest.mouseClick(bench.listen_bar.overlay, LEFT)
-    assert "re A" not in bench.preview.note.text()
+    assert "re A" not in bench.preview.note.full_text
     QTest.mouseClick(bench.listen_bar.overlay, LEFT)
     # Copied to A, and taken back there.
     QTest.mouseClick(bench.listen_bar.copy, LEFT)
@@ -182,7 +182,7 @@ def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp
 
 def test_zoom_and_cursor_of_the_preview(window, bench, qtbot):
     bench.canvas.patch_scene.select(["noise"])
-    qtbot.waitUntil(lambda: "peak" in bench.preview.note.text(), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: "peak" in bench.preview.note.full_text, timeout=LONG_MS)
     plot = bench.preview.waveform
     area = plot.frame.area
     middle = (area.top + area.bottom) / 2
@@ -195,18 +195,18 @@ def test_zoom_and_cursor_of_the_preview(window, bench, qtbot):
     low, high = plot.ranges[:2]
     assert 0.0 < low < high < whole[1]
     assert bench.preview.spectrogram.ranges[:2] == pytest.approx((low, high))
-    assert "ms: peak" in bench.preview.note.text()
+    assert "ms: peak" in bench.preview.note.full_text
     plot.setFocus()
     QTest.keyClick(plot, Qt.Key.Key_Plus)
     assert np.diff(plot.ranges[:2]) == pytest.approx((high - low) / 1.25, rel=1e-3)
     send(plot, QEvent.Type.MouseMove, places[1], Qt.MouseButton.NoButton)
-    assert "m/s²" in bench.preview.note.text()
-    assert "dB" in bench.preview.note.text()
+    assert "m/s²" in bench.preview.note.full_text
+    assert "dB" in bench.preview.note.full_text
     spectrogram = bench.preview.spectrogram
     area = spectrogram.frame.area
     send(spectrogram, QEvent.Type.MouseMove, _at(area.left + 50, area.top + 40), Qt.MouseButton.NoButton)
-    assert " ms, " in bench.preview.note.text()
-    assert "Hz: " in bench.preview.note.text()
+    assert " ms, " in bench.preview.note.full_text
+    assert "Hz: " in bench.preview.note.full_text
     QTest.keyClick(plot, Qt.Key.Key_0)
     assert plot.ranges[:2] == pytest.approx(whole)
 

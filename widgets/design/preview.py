@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
-    QSizePolicy,
     QStackedWidget,
     QToolButton,
     QVBoxLayout,
@@ -24,7 +23,6 @@ from underfoot.floor.layout import Tile
 from underfoot.models.sole import band_levels
 from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import pretty_unit, quantity
-from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
 from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
@@ -66,8 +64,7 @@ class PreviewPanel(QWidget):
         self._is_late = False
         self.node = ""
         self.title = ElidedLabel("title")
-        self.note = theme.label("", "small")
-        self.note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.note = ElidedLabel("small")
         self.output = QComboBox(self)
         self.output.setAccessibleName("Output")
         self.output.hide()
@@ -174,7 +171,7 @@ class PreviewPanel(QWidget):
         """Show nothing: no node is meant."""
         self.node, self._ports, self._preview = "", {}, None
         self.title.set_full_text("Preview")
-        self.note.setText("select a node")
+        self.note.set_full_text("select a node")
         self.output.hide()
         self._late.stop()
         self._other = self._view_ms = None
@@ -189,7 +186,7 @@ class PreviewPanel(QWidget):
         self._ports = {port.name: port for port in type.outputs}
         self._preview = self._other = self._view_ms = None
         self.title.set_full_text(type.label)
-        self.note.setText("")
+        self.note.set_full_text("")
         self.laws.setVisible(type.laws is not None)
         self._choose_page()
         self.output.clear()
@@ -231,7 +228,7 @@ class PreviewPanel(QWidget):
             if drawing is not None:
                 plot.show_drawing(drawing)
         if laws.error:
-            self.note.setText(laws.error)
+            self.note.set_full_text(laws.error)
 
     def _choose_page(self) -> None:
         """What the node does in a step, or its laws."""
@@ -282,9 +279,9 @@ class PreviewPanel(QWidget):
             self.waveform.show_drawing(preview_drawings.no_waveform("being made…" if self._is_late else ""))
             self._show_no_levels()
             if preview is not None and preview.error:
-                self.note.setText(preview.error)
+                self.note.set_full_text(preview.error)
             elif self.node and port is None:
-                self.note.setText("it has no output to be seen")
+                self.note.set_full_text("it has no output to be seen")
             return
         self._whole = Stretch.of(preview, self.node, port)
         if self._view_ms is not None and self._view_ms[1] > self._whole.end_ms:
@@ -308,7 +305,7 @@ class PreviewPanel(QWidget):
         self._show_no_levels("events have no spectrum")
         came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
         count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
-        self.note.setText(count if came else "the preview holds no events")
+        self.note.set_full_text(count if came else "the preview holds no events")
 
     def _draw_signal(self, port: Port, now: Stretch, other: Stretch | None) -> None:
         self.waveform.show_drawing(preview_drawings.waveform(now, other))
@@ -352,7 +349,7 @@ class PreviewPanel(QWidget):
         """What is awaited takes its time: what was shown is of a patch that is no more."""
         self._is_late, self._preview = True, None
         self._draw()
-        self.note.setText("being made…")
+        self.note.set_full_text("being made…")
 
     # --- zoom and cursor ---
 
@@ -384,7 +381,7 @@ class PreviewPanel(QWidget):
             return
         told = "" if math.isnan(time_ms) else self._now.told_at(time_ms)
         if told:
-            self.note.setText(told)
+            self.note.set_full_text(told)
         else:
             self._tell(self._now, self._other_now())
 
@@ -397,7 +394,7 @@ class PreviewPanel(QWidget):
             return
         column = int((time_ms - now.begin_ms) / (now.end_ms - now.begin_ms) * levels.shape[1])
         at = levels[self._row(frequency_hz, len(levels)), min(max(column, 0), levels.shape[1] - 1)]
-        self.note.setText(f"{time_ms:.1f} ms, {quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}")
+        self.note.set_full_text(f"{time_ms:.1f} ms, {quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}")
 
     def _point_at_spectrum(self, level_db: float, frequency_hz: float) -> None:
         """Tell the level of the frequency under the mouse in the spectrum."""
@@ -407,7 +404,7 @@ class PreviewPanel(QWidget):
         at = self._line[self._row(frequency_hz, self._line.size)]
         words = f"{quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}"
         amplitude = quantity(10.0 ** (float(at) / 20.0), self._now.unit)
-        self.note.setText(f"{words} ({amplitude})")
+        self.note.set_full_text(f"{words} ({amplitude})")
 
     def _row(self, frequency_hz: float, rows: int) -> int:
         return int(np.abs(np.log(self._scale.rows_hz(rows) / frequency_hz)).argmin())
@@ -420,8 +417,7 @@ class PreviewPanel(QWidget):
         text = told(now, other, self._other_slot)
         if self._view_ms is not None:
             text = f"{self._view_ms[0]:.0f} to {self._view_ms[1]:.0f} ms: {text}"
-        self.note.setText(text)
-        self.note.setToolTip(text)
+        self.note.set_full_text(text)
 
 
 def top_of(levels_db: NDArray[np.float32]) -> float:

@@ -141,7 +141,7 @@ def test_previews_are_asked_for_and_shown(workspace, qtbot):
     time_s = np.arange(4800) / 48000
     signal = 3.0 * np.sin(2 * np.pi * 250 * time_s)
     workspace.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
-    assert "peak 3 m/s²" in workspace.preview.note.text()
+    assert "peak 3 m/s²" in workspace.preview.note.full_text
     with qtbot.waitSignal(workspace.preview_wanted) as wanted:
         workspace.inspector.edited.emit("hum", "frequency", 60.0, "")
     assert wanted.args == ["hum", "t1", False]
@@ -201,7 +201,7 @@ def test_the_preview_of_an_event_output_shows_its_events(workspace, qtbot):
         pass
     events = np.array([[480.0, 1.0, 0.0], [960.0, 0.5, 0.0]])
     workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {}, events={"onset": events}), "step")
-    assert "2 events" in workspace.preview.note.text()
+    assert "2 events" in workspace.preview.note.full_text
 
 
 def test_a_preview_that_failed_says_why(workspace, qtbot):
@@ -209,7 +209,7 @@ def test_a_preview_that_failed_says_why(workspace, qtbot):
     with qtbot.waitSignal(workspace.preview_wanted):
         pass
     workspace.show_preview(Preview(1, 48000.0, np.zeros(0), {}, "no such file"), "hum")
-    assert workspace.preview.note.text() == "no such file"
+    assert workspace.preview.note.full_text == "no such file"
 
 
 def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):

@@ -45,21 +45,21 @@ def test_silence_is_drawn_on_an_axis_that_means_something():
 def test_what_is_awaited_for_long_leaves_no_picture_of_the_patch_before(shown, qtbot):
     assert len(shown.waveform.drawing.series[0].x) == 4800
     shown.expect("hum", REGISTRY["hum"])
-    qtbot.waitUntil(lambda: shown.note.text() == "being made…")
+    qtbot.waitUntil(lambda: shown.note.full_text == "being made…")
     assert shown.waveform.drawing.note == "being made…"
     assert all(not line.x.size for line in shown.waveform.drawing.series)
     shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": sine(1.0)}))
-    assert "peak 1 m/s²" in shown.note.text()
+    assert "peak 1 m/s²" in shown.note.full_text
     assert shown.waveform.drawing.note == ""
 
 
 def test_another_slots_signal_lies_over_this_one_until_it_is_forgotten(shown):
     other = Preview(2, 48_000.0, np.zeros(9600), {"out": sine(1.5, 9600)})
     shown.show_other(other, "hum", Port("out", "signal", "m/s^2"), "B")
-    assert "+6.0 dB re B" in shown.note.text()
+    assert "+6.0 dB re B" in shown.note.full_text
     assert shown.waveform.ranges[1] == pytest.approx(200.0)
     shown.forget_other()
-    assert "re B" not in shown.note.text()
+    assert "re B" not in shown.note.full_text
     assert shown.waveform.ranges[1] == pytest.approx(100.0)
 
 
