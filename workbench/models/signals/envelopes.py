@@ -85,13 +85,15 @@ def run_note(events: Memory, rate: float, frame: int, coefficients: Memory, stat
     count, following = len(events), 0
     for i in range(out.size):
         now = frame + i
-        while following < count and math.floor(events.time[following]) <= now:
-            duration = events.duration[following] * rate
-            _begin_note(state, coefficients, events.time[following], events.strength[following], duration)
+        while following < count and events.time[following] <= now:
+            _begin_note(state, coefficients, events, following, rate)
             following += 1
         if state.duration > 0.0 and now - state.onset >= state.duration:
             state.onset = state.start_value = state.peak = state.duration = state.attack = state.decay = 0.0
         out[i] = _note_value(state, now) if state.duration > 0.0 else 0.0
+        while following < count and events.time[following] < now + 1.0:  # it begins behind this frame
+            _begin_note(state, coefficients, events, following, rate)
+            following += 1
 
 
 @kernel
@@ -183,7 +185,8 @@ def tail_strain_rate(state: Memory, coefficients: Memory) -> float:
 
 
 @kernel
-def _begin_note(state: Memory, coefficients: Memory, onset: float, strength: float, duration: float) -> None:
+def _begin_note(state: Memory, coefficients: Memory, events: Memory, k: int, rate: float) -> None:
+    onset, strength, duration = events.time[k], events.strength[k], events.duration[k] * rate
     present = _note_value(state, onset) if state.duration > 0.0 else 0.0
     attack, decay = coefficients.attack, coefficients.decay
     length = max(duration if duration > 0.0 else coefficients.duration, 2.0)
