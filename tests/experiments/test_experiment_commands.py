@@ -85,7 +85,7 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     protocol = tmp_path / "a.json"
     protocol.write_text(protocol_text(stages=stages, stimuli={"TD": TD, "X": {}}, present_s=0.1))
     command = ["experiment", str(protocol), "--participant", "P7", "--session", str(tmp_path / "p7.session")]
-    typed = iter((("agree", "yes"), ("press Enter", ""), ("How was it", "much"), ("allowed: 0 to 100", "40"),
+    typed = iter((("agree", "yes"), ("press Enter", ""), ("How was it", "much"), ("allowed: 0 (least) to 100", "40"),
                   ("press Enter", ""), ("How was it", "60")))  # fmt: skip
     heard = []
     with subprocess.Popen(

@@ -72,7 +72,6 @@ def stage(until, recorded):
     port = free_port()
     plan = NetworkPlan.of(listen=f"{LOOPBACK}:{port}")
     with live(hum(), until, record=recorded, start=False, walker=False) as playing, closing(OscEnd()) as client:
-        until(recorded.exists, "the recorder is there before the first frame")
         playing.session.start()
         target = playing.session.target
         with closing(NetworkServer(plan, target.floor, target.rate, playing.session.force_rate_hz)) as server:

@@ -6,10 +6,11 @@ import pytest
 from made_studies import TD, protocol_text
 from on_screen import place_on
 from PySide6.QtCore import QCoreApplication, Qt
-from windows import hiss, play_on_simulator
+from windows import dialog_of, hiss, play_on_simulator
 
 from underfoot.experiments.store import SessionFile
 from underfoot.studies.runner import Phase
+from underfoot.widgets.dialogs.file_trouble import FileTrouble
 
 pytest.importorskip("statsmodels")
 LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 60_000
@@ -217,6 +218,9 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
     bench.workspace.open_protocol(path)
     assert len(bench.workspace.studies) == before
     assert said == [f"{path}: $.stages is []; allowed: at least one"]
+    shown = dialog_of(bench.window, FileTrouble)
+    assert "at least one" in shown.says.text()
+    shown.close()
 
 
 def test_an_id_that_looks_like_a_name_is_refused(bench):

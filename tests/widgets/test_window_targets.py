@@ -12,6 +12,7 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports.serial import PtySender
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tile_parameters import TileParameters
+from underfoot.widgets.dialogs.file_trouble import FileTrouble
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import remembered_target
@@ -84,7 +85,8 @@ def test_a_simulated_tile_from_a_file_is_looked_at_first(qtbot, tmp_path):
         dialog.selectFile(name)
         dialog.accept()
         if name == "bad.json":
-            assert "sensors.creep" in window.status.message
+            assert "sensors, creep is 2" in window.status.message
+            dialog_of(window, FileTrouble).close()
             assert window.controller.target.simulation == ""
     assert window.controller.target.simulation == str(tmp_path / "mine.json")
 

@@ -259,6 +259,7 @@ class CalibrateWorkspace(Workspace):
         """Ask for a folder, which gets a name of its own, and go on with it."""
         dialog = file_dialog(self, "A folder for the report", self._settings.folder)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that is not there yet can be named
+        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # what is in the folder stays
         dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
         dialog.selectFile(f"{subject}-{self.tile.id}-{date.today().isoformat()}")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

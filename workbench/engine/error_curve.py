@@ -88,8 +88,8 @@ def error_curve(type: NodeType, given: Mapping[str, Any]) -> Iterator[ErrorCurve
     asked for no error.
 
     >>> from underfoot.nodes import REGISTRY
-    >>> *_, curve = error_curve(REGISTRY["impact"], {"error": 1e-4})
-    >>> curve.here.asked, len(curve.points), curve.points[0].found < 1e-6 < curve.points[-1].found
+    >>> *_, curve = error_curve(REGISTRY["impact"], {"error": 1e-4, "stiffness": 1e9})
+    >>> curve.here.asked, len(curve.points), curve.points[-1].found < 1e-6 < curve.points[0].found
     (0.0001, 7, True)
     """
     asked = type.asked
