@@ -94,14 +94,16 @@ def repeated(count: int) -> Any:
 
 
 def summed(kind: Lanes) -> Any:
-    """The sum of four: of the first and the third, and the second and the fourth."""
-    assert kind.count == 4
+    """The sum of four or eight: the second half is added to the first, until one number is left."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         (of,) = arguments
-        halves = [builder.shuffle_vector(of, of, _places(at)) for at in ([0, 1], [2, 3])]
-        pair = builder.fadd(*halves)
-        return builder.fadd(builder.extract_element(pair, _INDEX(0)), builder.extract_element(pair, _INDEX(1)))
+        count = kind.count
+        while count > 1:
+            count //= 2
+            first, second = ([*range(begin, begin + count)] for begin in (0, count))
+            of = builder.fadd(*(builder.shuffle_vector(of, of, _places(half)) for half in (first, second)))
+        return builder.extract_element(of, _INDEX(0))
 
     return types.float64(kind), code
 

@@ -61,7 +61,7 @@ def all_eight(context: Any, number: Any) -> Any:
 
 @intrinsic
 def total(context: Any, numbers: Any) -> Any:
-    """The sum of four: of the first and the third, and the second and the fourth."""
+    """The sum of four or eight: the second half is added to the first, until one number is left."""
     from underfoot.lane_lowering import summed
 
     return summed(numbers)

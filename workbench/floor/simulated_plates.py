@@ -22,6 +22,7 @@ from underfoot.errors import require
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import inlined, kernel
+from underfoot.layouts import Memory
 from underfoot.memory import LINE, aligned_zeros
 from underfoot.models.filtering import poles
 from underfoot.models.filtering.poles import Poles
@@ -83,7 +84,7 @@ class SimulatedPlates:
         self.out = np.zeros((block, tiles), np.float32)
         self._bodies = _bodies(floor, drawn, rate_hz, heard)
         shakers = [one.shaker.poles() for one in drawn]
-        self._shakers = _coefficients(shakers, rate_hz)
+        self._shakers = _coefficients([one.at_rate(rate_hz)[1] for one in shakers])
         self._shaker_states = _zeros(tiles, 1, poles.STATE.size({"poles": int(self._shakers[:, 0].max())}))[:, 0]
         body = poles.STATE.size({"poles": int(self._bodies[..., 0].max())})
         self._body_states = _zeros(tiles, 2 * CORNERS, body).reshape(tiles, 2, CORNERS, -1)
@@ -147,11 +148,13 @@ def _edges_m(tile: Tile) -> Point:
 
 def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, heard: Heard) -> NDArray[np.float64]:
     """The coefficients of every tile's systems, [tile, load, value]; known ones are read from the cache."""
-    said = b"".join((floor.dumps(), *(one.dumps() for one in drawn), repr((rate_hz, heard, STEPS)).encode()))
+    said = b"".join(
+        (floor.dumps(), *(one.dumps() for one in drawn), repr((rate_hz, heard, STEPS, poles.COEFFICIENTS)).encode())
+    )
 
     def made() -> NDArray[np.float64]:
         systems = [_systems(tile, one, heard) for tile, one in zip(floor.tiles, drawn, strict=True)]
-        flat = _coefficients([one for of_tile in systems for one in of_tile], rate_hz)
+        flat = _coefficients([one.at_rate(rate_hz)[1] for of_tile in systems for one in of_tile])
         return flat.reshape(len(systems), -1, flat.shape[1])
 
     return _aligned(_CACHE.get(hashlib.blake2b(said, digest_size=16).hexdigest(), made))
@@ -197,10 +200,9 @@ def _mirror(tile: Assembly, foot_m: Point) -> Callable[[Point], Point]:
     return lambda at: (flip_x * at[0], flip_y * at[1])
 
 
-def _coefficients(systems: list[Poles], rate_hz: float) -> NDArray[np.float64]:
+def _coefficients(memories: list[Memory]) -> NDArray[np.float64]:
     """[system, value]: how many poles a system's memory has, and from the second line on its coefficients."""
-    memories = [one.at_rate(rate_hz)[1] for one in systems]
-    found = _zeros(len(systems), 1, LINE + max(len(memory.values) for memory in memories))[:, 0]
+    found = _zeros(len(memories), 1, LINE + max(len(memory.values) for memory in memories))[:, 0]
     for row, memory in zip(found, memories, strict=True):
         row[0], row[LINE : LINE + len(memory.values)] = memory.poles, memory.values
     return found
@@ -251,24 +253,35 @@ def _apply(
             here = frame + begin
             end = min(n, begin + SPAN - here % SPAN)
             force = buffers[0, : end - begin]
-            for i in range(begin, end):
-                force[i - begin] = drive[at + i, row.channel]
-                if not row.awake and force[i - begin] != 0.0:
-                    row.awake = True
-                    _find_load(load, row, signals[:, k, i])
-                    _take_load(row, load)
+            sent = drive[at + begin : at + end, row.channel]
+            for i in range(len(force)):
+                force[i] = sent[i]
+            if not row.awake:
+                _wake(row, load, force, signals[:, k, begin:end])
             if row.awake and here % SPAN == 0:
                 _find_load(load, row, signals[:, k, begin])
                 _follow_load(row, load, memories[3][k], here)
             if row.awake:
                 _run(row, k, memories, compressions[k : k + 1], buffers, here, end - begin)
-            for i in range(begin, end):
-                out[at + i, k] = force[i - begin]
+            heard = out[at + begin : at + end, k]
+            for i in range(len(force)):
+                heard[i] = force[i]
             begin = end
         for i in range(at + begin, at + n):
             out[i, k] = 0.0
         moving += row.awake
     return moving
+
+
+@kernel
+def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: NDArray[np.float64]) -> None:
+    """Let a tile begin to play, under what is on it in the first frame in which it is sent anything."""
+    for i in range(len(force)):
+        if force[i] != 0.0:
+            row.awake = True
+            _find_load(load, row, signals[:, i])
+            _take_load(row, load)
+            return
 
 
 @kernel
@@ -341,21 +354,25 @@ def _run(
 ) -> None:
     """Let `n` frames of drive in the first buffer become acceleration there; at a span's end, look whether it rests."""
     shakers, bodies, shaker_states, body_states = memories
-    force, now, before = buffers[0, :n], buffers[1, :n], buffers[2, :n]
+    force, now, before, one = buffers[0, :n], buffers[1, :n], buffers[2, :n], buffers[3, :n]
+    zero_frames = row.zero_frames
     for i in range(n):
-        row.zero_frames = row.zero_frames + 1 if force[i] == 0.0 else 0
+        zero_frames = zero_frames + 1 if force[i] == 0.0 else 0
+    row.zero_frames = zero_frames
     motor, motor_system = _system(shaker_states[k], shakers[k])
     poles.run(motor, motor_system, force, force)
     shaker.compress(compression, force, force, n)
     slot = row.slot
-    _run_systems(row, slot, bodies[k], body_states[k, slot], (force, now, buffers[3, :n]), here)
-    fades = here < row.fade_frame + FADE
+    _run_systems(row, slot, bodies[k], body_states[k, slot], (force, now, one), here)
+    faded = here - row.fade_frame
+    fades = faded < FADE
     if fades:
         other: int = 1 - slot
-        _run_systems(row, other, bodies[k], body_states[k, other], (force, before, buffers[3, :n]), here)
-    for i in range(n):
-        share = min((here + i - row.fade_frame) / FADE, 1.0)
-        force[i] = before[i] + (now[i] - before[i]) * (share * share * (3.0 - 2.0 * share)) if fades else now[i]
+        _run_systems(row, other, bodies[k], body_states[k, other], (force, before, one), here)
+        for i in range(n):
+            share = min((faded + i) / FADE, 1.0)
+            now[i] = before[i] + (now[i] - before[i]) * (share * share * (3.0 - 2.0 * share))
+    force[:] = now
     if row.zero_frames >= SPAN and (here + n) % SPAN == 0:
         poles.flush(motor)
         rings = _ring(row, bodies[k], body_states[k, slot], poles.tail(motor, motor_system))
@@ -374,6 +391,7 @@ def _run_systems(
 ) -> None:
     """Run the systems of a slot over the force in the first buffer, and add them by their shares into the second."""
     force, out, one = buffers
+    past = here % SPAN
     out[:] = 0.0
     for corner in range(CORNERS):
         number: int = row.systems[slot, corner]
@@ -384,7 +402,7 @@ def _run_systems(
         share = row.shares_before[slot, corner]
         rise = (row.shares[slot, corner] - share) / SPAN
         for i in range(len(out)):
-            out[i] += (share + rise * ((here + i) % SPAN)) * one[i]
+            out[i] += (share + rise * (past + i)) * one[i]
 
 
 @kernel

@@ -8,32 +8,32 @@ rate: no pole is warped or moved, as the bilinear transform would.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import Floats, modal_kernel
-from underfoot.lanes import all_four, four, put, total
+from underfoot.kernels import Floats, modal_inlined, modal_kernel
+from underfoot.lanes import all_eight, eight, put, total
 from underfoot.layouts import Layout, Memory
-from underfoot.memory import LANES
 
-STATE = Layout("poles_state", "before", re="poles", im="poles")
-"""The last sample that came in, and each pole's state."""
+STATE = Layout("poles_state", re="poles", im="poles")
+"""Each pole's state, the sum of all samples that came in, each turned by the pole's factor once for every period since:
+its real part, and its imaginary part over that of the factor."""
 COEFFICIENTS = Layout(
     "poles_coefficients",
     *("direct", "peak_gain"),
     step_re="poles",
-    step_im="poles",
-    now_re="poles",
-    now_im="poles",
-    before_re="poles",
-    before_im="poles",
+    step_im_square="poles",
     gain_re="poles",
     gain_im="poles",
 )
-"""The direct part, and a bound of what comes out for inputs within -1 to 1; each pole's factor from one sample to the
-next, what the sample and the one before it add to its state, and what its state adds to the output."""
+"""What a sample adds to the output at once, and a bound of what comes out for inputs within -1 to 1; each pole's factor
+from one sample to the next, and what its state before a sample adds to the output."""
+_LANES, _FEW = 8, 24
+"""Poles that run at once; poles whose states stay in the processor's registers from sample to sample, as those of one
+`_LANES` do: others wait for memory."""
 _NEGLIGIBLE = 1e-100
 _SERIES = 0.3
 """Below this |p h|, exp(p h) is too near 1 for differences; a series of 12 terms is exact to 1e-16 up to here."""
@@ -71,22 +71,18 @@ class Poles:
         step = self.poles / rate_hz
         now, before = _ramp_weights(step)
         count = len(self.poles)
-        places = -(-count // LANES) * LANES  # what is beyond the poles stays 0
+        places = (
+            _FEW if _LANES < count <= _FEW else max(-(-count // _LANES), 1) * _LANES
+        )  # what is beyond the poles stays 0
         coefficients = COEFFICIENTS.zeros(poles=places)
-        coefficients.direct = self.direct
-        rows = {
-            "step": np.exp(step),
-            "now": now / rate_hz,
-            "before": before / rate_hz,
-            "gain": self.residues * np.where(self.poles.imag > 0.0, 2.0, 1.0),
-        }
-        gained = np.abs(rows["gain"]) * (np.abs(rows["now"]) + np.abs(rows["before"])) / (1.0 - np.abs(rows["step"]))
-        coefficients.peak_gain = abs(self.direct) + float(gained.sum())
-        for name, row in rows.items():
-            getattr(coefficients, f"{name}_re")[:count], getattr(coefficients, f"{name}_im")[:count] = (
-                row.real,
-                row.imag,
-            )
+        # A sample reaches a pole's output by `now` at once and by `before` one sample later.
+        share = self.residues * np.where(self.poles.imag > 0.0, 2.0, 1.0) / rate_hz
+        factor = np.exp(step)
+        gain = share * (now * factor + before)
+        coefficients.direct = self.direct + float((share * now).real.sum())
+        coefficients.peak_gain = abs(coefficients.direct) + float((np.abs(gain) / (1.0 - np.abs(factor))).sum())
+        coefficients.step_re[:count], coefficients.step_im_square[:count] = factor.real, factor.imag**2
+        coefficients.gain_re[:count], coefficients.gain_im[:count] = gain.real, -gain.imag * factor.imag
         return STATE.zeros(poles=places), coefficients
 
 
@@ -97,28 +93,58 @@ def run(state: Memory, coefficients: Memory, given: Floats, out: Floats) -> None
     `state` and `coefficients` are of `Poles.at_rate`. How samples are cut into calls does not matter, to the bit.
     Allocates nothing.
     """
-    c = coefficients
-    step_re, step_im, now_re, now_im = c.step_re, c.step_im, c.now_re, c.now_im
-    before_re, before_im, gain_re, gain_im = c.before_re, c.before_im, c.gain_re, c.gain_im
-    direct, re, im, before = c.direct, state.re, state.im, state.before
+    c, direct = coefficients, coefficients.direct
+    if len(state.re) == _LANES:
+        x, y, u, square, gain_re, gain_im = _eight_of(state, c, 0)
+        for i in range(len(given)):
+            now = all_eight(given[i])
+            out[i] = direct * given[i] + total(gain_re * x + gain_im * y)
+            x, y = now + u * x - square * y, x + u * y
+        put(state.re, 0, x)
+        put(state.im, 0, y)
+    elif len(state.re) == _FEW:
+        _run_few(state, c, given, out)
+    else:
+        for i in range(len(given)):
+            now, heard = all_eight(given[i]), all_eight(0.0)
+            for k in range(0, len(state.re), _LANES):
+                x, y, u, square, gain_re, gain_im = _eight_of(state, c, k)
+                heard = heard + (gain_re * x + gain_im * y)
+                put(state.re, k, now + u * x - square * y)
+                put(state.im, k, x + u * y)
+            out[i] = direct * given[i] + total(heard)
+
+
+@modal_inlined
+def _run_few(state: Memory, coefficients: Memory, given: Floats, out: Floats) -> None:
+    """Run as many poles as the processor's registers hold."""
+    direct = coefficients.direct
+    x0, y0, u0, square0, gain_re0, gain_im0 = _eight_of(state, coefficients, 0)
+    x1, y1, u1, square1, gain_re1, gain_im1 = _eight_of(state, coefficients, _LANES)
+    x2, y2, u2, square2, gain_re2, gain_im2 = _eight_of(state, coefficients, 2 * _LANES)
     for i in range(len(given)):
-        now = given[i]
-        ahead, behind, heard = all_four(now), all_four(before), all_four(0.0)
-        for k in range(0, len(re), LANES):
-            x0, y0 = four(re, k), four(im, k)
-            x = four(step_re, k) * x0 - four(step_im, k) * y0 + (four(before_re, k) * behind + four(now_re, k) * ahead)
-            y = four(step_re, k) * y0 + four(step_im, k) * x0 + (four(before_im, k) * behind + four(now_im, k) * ahead)
-            put(re, k, x)
-            put(im, k, y)
-            heard = heard + (four(gain_re, k) * x - four(gain_im, k) * y)
-        before = now
-        out[i] = direct * now + total(heard)
-    state.before = before
+        now = all_eight(given[i])
+        heard = (gain_re0 * x0 + gain_im0 * y0) + (gain_re1 * x1 + gain_im1 * y1) + (gain_re2 * x2 + gain_im2 * y2)
+        out[i] = direct * given[i] + total(heard)
+        x0, y0 = now + u0 * x0 - square0 * y0, x0 + u0 * y0
+        x1, y1 = now + u1 * x1 - square1 * y1, x1 + u1 * y1
+        x2, y2 = now + u2 * x2 - square2 * y2, x2 + u2 * y2
+    for k, x, y in ((0, x0, y0), (_LANES, x1, y1), (2 * _LANES, x2, y2)):
+        put(state.re, k, x)
+        put(state.im, k, y)
+
+
+@modal_inlined
+def _eight_of(state: Memory, coefficients: Memory, k: int) -> Any:
+    """Eight poles from the k-th on: both parts of their states, then their coefficients."""
+    c = coefficients
+    own = eight(state.re, k), eight(state.im, k)
+    return (*own, eight(c.step_re, k), eight(c.step_im_square, k), eight(c.gain_re, k), eight(c.gain_im, k))
 
 
 @modal_kernel
 def tail(state: Memory, coefficients: Memory) -> float:
-    """A bound of what the system still puts out when nothing but zeros comes in, and the last sample was one."""
+    """A bound of what the system still puts out when nothing but zeros comes in."""
     bound = 0.0
     for k in range(len(state.re)):
         gain = abs(coefficients.gain_re[k]) + abs(coefficients.gain_im[k])
