@@ -251,15 +251,15 @@ def _apply(
             here = frame + begin
             end = min(n, begin + SPAN - here % SPAN)
             force = buffers[0, : end - begin]
-            for i in range(begin, end):
-                force[i - begin] = drive[at + i, row.channel]
-                if not row.awake and force[i - begin] != 0.0:
-                    row.awake = True
-                    _find_load(load, row, signals[:, k, i])
-                    _take_load(row, load)
             if row.awake and here % SPAN == 0:
                 _find_load(load, row, signals[:, k, begin])
                 _follow_load(row, load, memories[3][k], here)
+            for i in range(begin, end):
+                force[i - begin] = drive[at + i, row.channel]
+                if not row.awake and force[i - begin] != 0.0:  # it has the load of this very frame until the next span
+                    row.awake = True
+                    _find_load(load, row, signals[:, k, i])
+                    _take_load(row, load)
             if row.awake:
                 _run(row, k, memories, compressions[k : k + 1], buffers, here, end - begin)
             for i in range(begin, end):
