@@ -17,8 +17,8 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
+from underfoot.patch.heard import without_missing
 from underfoot.patch.node import Registry
-from underfoot.patch.own_nodes import without_missing
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.bridge import Bridge
 from underfoot.widgets.session.profile_folder import profile_folder

@@ -81,17 +81,17 @@ class OwnNodes(QObject):
             except BadFile as error:
                 reasons[file.type] = str(error)
         missing = {}
-        for type in unknown_types(patch):
+        for type in unknown_types(patch.types.values()):
             before = self._registry[type].missing if type in self._registry else ""
             if type in reasons or before:
                 missing[type] = reasons.get(type, before)
-        add_stand_ins(patch, missing)
+        add_stand_ins(patch.types, patch.wires, missing)
         if is_new or missing:
             self.changed.emit()
 
     def missing(self, patch: Patch) -> str:
         """Which nodes of a patch are only stood for, and why, in a line; "" where none is."""
-        types = dict.fromkeys(node.type for node in patch.nodes)
+        types = dict.fromkeys(patch.types.values())
         told = [f"{type} is missing: {why}" for type in types if (why := self._registry[type].missing)]
         return "; ".join(told)
 
@@ -101,7 +101,7 @@ class OwnNodes(QObject):
             there = {file.type for file in node_files(folder)}
         except UnderfootError:
             there = set()
-        away = [f"nodes/{type}.py" for type in unknown_types(patch) if type not in there]
+        away = [f"nodes/{type}.py" for type in unknown_types(patch.types.values()) if type not in there]
         return f"; {', '.join(away)} does not lie beside it: copy it there" if away else ""
 
     def _question(self, path: Path, files: list[NodeFile]) -> QMessageBox:

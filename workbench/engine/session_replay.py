@@ -82,7 +82,8 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
     """The loop of the recorded session, as it was before its first frame."""
     about = recording.about
     if about.get("folder"):
-        run_needed(Patch.unchecked(about["patch"], str(recording.path)), Path(about["folder"], recording.path.name))
+        used = Patch.unchecked(about["patch"], str(recording.path)).types.values()
+        run_needed(used, Path(about["folder"], recording.path.name))
     source = RecordedForce(
         recording.forces(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
     )

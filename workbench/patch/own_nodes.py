@@ -10,15 +10,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from underfoot.errors import BadFile
 from underfoot.files import read_file
 from underfoot.patch.node import NodeType, Port, Registry, installed_nodes, node
 from underfoot.patch.node_files import FOLDER, RUNNING, NodeFile
-
-if TYPE_CHECKING:
-    from underfoot.patch.patch import Patch
 
 LARGEST = 1_000_000
 """Bytes that such a file may have."""
@@ -52,10 +48,14 @@ def node_files(folder: Path | None) -> list[NodeFile]:
     return [NodeFile(str(path.absolute()), _read(path)) for path in free]
 
 
-def unknown_types(patch: "Patch") -> list[str]:
-    """The types of nodes of `patch` that nothing installed brings: neither Underfoot nor a plug-in."""
+def unknown_types(types: Iterable[str]) -> list[str]:
+    """Those of these types that nothing installed brings: neither Underfoot nor a plug-in.
+
+    >>> unknown_types(["tone", "squeak"])
+    ['squeak']
+    """
     registry = installed_nodes()
-    return list(dict.fromkeys(placed.type for placed in patch.nodes if _is_own(placed.type, registry)))
+    return list(dict.fromkeys(type for type in types if _is_own(type, registry)))
 
 
 def run_file(file: NodeFile) -> bool:
@@ -92,12 +92,12 @@ def run_received(files: Iterable[NodeFile]) -> None:
             run_file(file)
 
 
-def run_needed(patch: "Patch", path: Path) -> None:
+def run_needed(used: Iterable[str], path: Path) -> None:
     """Run the files that the patch in the file `path` needs, if whoever started this process has agreed to that.
 
-    `BadFile` where nobody has, and where two patches have different files of one name.
+    `used` are the types of its nodes. `BadFile` where nobody has, and where two patches have different files of one name.
     """
-    types = unknown_types(patch)
+    types = unknown_types(used)
     wanted = [file for file in node_files(path.parent) if file.type in types] if types else []
     fresh = [file for file in wanted if (known := RUNNING.get(file.type)) is None or known.source != file.source]
     if fresh and not _consent["all"]:
@@ -116,25 +116,25 @@ def run_needed(patch: "Patch", path: Path) -> None:
 # --- nodes that are not run ---
 
 
-def add_stand_ins(patch: "Patch", reasons: Mapping[str, str]) -> None:
+def add_stand_ins(types: Mapping[str, str], wires: Iterable[tuple[str, str]], reasons: Mapping[str, str]) -> None:
     """Have a node that only keeps what the file says for each of these types: the window shows and saves it.
 
-    `reasons` say, by type, why the node itself is not there. Ports are those that wires end at.
+    `types` are those of a patch's nodes by their ids. `reasons` say, by type, why the node itself is not there. Ports
+    are those that wires end at.
     """
     registry = installed_nodes()
-    types = {placed.id: placed.type for placed in patch.nodes}
     for name, reason in reasons.items():
         before = registry.get(name)
         is_known = before is not None and bool(before.missing)
         inputs = {port.name: port for port in before.inputs} if before is not None and is_known else {}
         outputs = {port.name: port for port in before.outputs} if before is not None and is_known else {}
-        for source, target in patch.wires:
+        for source, target in wires:
             (giver, _, given), (taker, _, taken) = source.partition("."), target.partition(".")
             if types.get(giver) == name:
-                there = registry[types[taker]].input_ports if types.get(taker) in registry else {}
+                there = registry[types[taker]].input_ports if types.get(taker, "") in registry else {}
                 outputs[given] = Port(given, there[taken].kind if taken in there else "signal")
             if types.get(taker) == name:
-                there = registry[types[giver]].output_ports if types.get(giver) in registry else {}
+                there = registry[types[giver]].output_ports if types.get(giver, "") in registry else {}
                 inputs[taken] = Port(taken, there[given].kind if given in there else "signal")
         doc = f"This node is missing: {reason}."
         made = node(name, MISSING, f"{name} (missing)")(type("StandIn", (), {"__doc__": doc}))
@@ -148,18 +148,6 @@ def add_stand_ins(patch: "Patch", reasons: Mapping[str, str]) -> None:
             )
         )
         RUNNING.pop(name, None)
-
-
-def without_missing(patch: "Patch", registry: Registry) -> "Patch":
-    """The patch without nodes that only stand for one: what can be played of it.
-
-    >>> from underfoot.patch.patch import Patch
-    >>> patch = Patch().add("tone")
-    >>> without_missing(patch, installed_nodes()) is patch
-    True
-    """
-    gone = [placed.id for placed in patch.nodes if registry[placed.type].missing]
-    return patch.remove(gone) if gone else patch
 
 
 def _is_own(type: str, registry: Registry) -> bool:

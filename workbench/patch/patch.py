@@ -98,6 +98,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         counted = f"{nodes} node{'s' * (nodes != 1)}, {wires} wire{'s' * (wires != 1)}"
         return f"<Patch {self.title!r}: {counted}>"
 
+    @property
+    def types(self) -> dict[str, str]:
+        """The type of each node, by its id."""
+        return {node.id: node.type for node in self.nodes}
+
     def node(self, id: str) -> PlacedNode:
         """The node with this id; `BadValue` where there is none."""
         for node in self.nodes:
@@ -332,7 +337,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """The patch in a file. Nodes in files beside it are run where that was agreed to; else `BadFile` names them."""
         text = read_file(path)
         if has_nodes(Path(path).parent):
-            run_needed(Patch.unchecked(text, str(path)), Path(path))
+            run_needed(Patch.unchecked(text, str(path)).types.values(), Path(path))
         return Patch.loads(text, registry, str(path))
 
     def save(self, path: str | Path) -> None:

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QMessageBox
 from windows import design, dialog_of, quiet_window
 
 from underfoot.nodes import REGISTRY
-from underfoot.patch.own_nodes import without_missing
+from underfoot.patch.heard import without_missing
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.settings import Settings
 
