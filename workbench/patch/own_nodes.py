@@ -95,7 +95,7 @@ def run_received(files: Iterable[NodeFile]) -> None:
 def run_needed(used: Iterable[str], path: Path) -> None:
     """Run the files that the patch in the file `path` needs, if whoever started this process has agreed to that.
 
-    `used` are the types of its nodes. `BadFile` where nobody has, and where two patches have different files of one name.
+    `used` are the types of its nodes. `BadFile` where nobody has, or for two different files of one name.
     """
     types = unknown_types(used)
     wanted = [file for file in node_files(path.parent) if file.type in types] if types else []
