@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile")
+pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes")
 
 _BLOCKS = Path("/dev/shm")
 _OURS = f"underfoot_{os.getpid()}_"

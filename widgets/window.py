@@ -17,6 +17,7 @@ from underfoot.errors import UnderfootError
 from underfoot.file_places import file_place, readable
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
+from underfoot.patch.heard import without_missing
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.menu import MainMenu
@@ -256,7 +257,7 @@ class MainWindow(QMainWindow):
 
         def request(feet: int) -> CostRequest:
             target, folder = self.controller.target, str(self.open_patch.folder or "")
-            patch = self.open_patch.patch.dumps()
+            patch = without_missing(self.open_patch.patch, REGISTRY).dumps()
             return CostRequest(patch, target.floor, feet, target.block, target.profiles, folder, is_simulated(target))
 
         CostDialog(request, self).open()

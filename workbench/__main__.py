@@ -84,12 +84,17 @@ def _open_window(
     engine = engine_process()  # which loads while the window is made
     with ExitStack() as unless_opened:
         unless_opened.callback(engine.end, 0.0)
+        from underfoot.files import read_file
         from underfoot.nodes import REGISTRY
+        from underfoot.patch.node_files import has_nodes
         from underfoot.patch.patch import Patch
 
         opened = _target(target, floor)
         if patch is not None:
-            Patch.load(patch, REGISTRY)
+            if has_nodes(patch.parent):  # which the window asks about
+                Patch.unchecked(read_file(patch), str(patch))
+            else:
+                Patch.load(patch, REGISTRY)
         if recording is not None:
             from underfoot.records.recording import Recording
 

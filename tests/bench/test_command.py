@@ -20,8 +20,8 @@ def bench(monkeypatch, *options, failures=(), ns=2.0):
     asked = {}
     rows = [Reach("modes", "ten", ns, "ns", spread=0.02)]
 
-    def run(quick, seed, tell):
-        asked.update(quick=quick, seed=seed)
+    def run(quick, seed, tell, cluster):
+        asked.update(quick=quick, seed=seed, cluster=cluster)
         tell("working")
         return Bench(rows, [COST], (), Stability(failures=list(failures)))
 
@@ -37,7 +37,7 @@ def bench(monkeypatch, *options, failures=(), ns=2.0):
 def test_figures_as_json_and_a_report(monkeypatch, tmp_path):
     done, asked = bench(monkeypatch, "--quick", "--json", "--seed", "4", "--report", str(tmp_path / "report"))
     assert done.exit_code == 0
-    assert asked == {"quick": True, "seed": 4}
+    assert asked == {"quick": True, "seed": 4, "cluster": None}
     data = json.loads(done.stdout)
     assert (data["format"], data["version"]) == ("underfoot-bench", 1)
     assert data["blocks"][0]["times_real_time"] == 50.0
@@ -86,3 +86,11 @@ def test_a_report_that_is_no_folder_is_refused_before_the_work(monkeypatch, tmp_
     done, asked = bench(monkeypatch, "--report", str(tmp_path / "file"))
     assert asked == {}
     assert "is not a folder" in str(done.exception)
+
+
+def test_times_are_not_spread_over_a_cluster(monkeypatch):
+    done, asked = bench(monkeypatch, "--quick", "--cluster", "tcp://there:8786")
+    assert (done.exit_code, asked["cluster"]) == (0, "tcp://there:8786")
+    done, asked = bench(monkeypatch, "--short", "--cluster", "tcp://there:8786")
+    assert "times are measured on one computer" in str(done.exception)
+    assert asked == {}

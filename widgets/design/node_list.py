@@ -60,7 +60,8 @@ class NodeList(QListWidget):
     def narrow(self, text: str) -> None:
         """Show the nodes that fit what was typed; the best is current."""
         self.clear()
-        there = {t: type for t, type in self._registry.items() if self._allowed is None or t in self._allowed}
+        allowed, real = self._allowed, {t: type for t, type in self._registry.items() if not type.missing}
+        there = real if allowed is None else {t: type for t, type in real.items() if t in allowed}
         if self._first and not text.strip():
             item = QListWidgetItem(self._first, self)
             item.setData(_TYPE, NO_NODE)

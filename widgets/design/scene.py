@@ -76,8 +76,9 @@ class PatchScene(QGraphicsScene):
                 self.nodes[id].set_curve(self._curves.get(id))
             elif self.nodes[id].node is not node:
                 item = self.nodes[id]
-                if item.node.label != node.label:
-                    item.set_face(self._face(node))
+                face = self._face(node)
+                if item.face is not face:
+                    item.set_face(face)
                 is_marked_otherwise = item.node.marks != node.marks
                 item.node = node
                 item.setPos(*node.at)
@@ -88,6 +89,10 @@ class PatchScene(QGraphicsScene):
         wired = drivers(self.patch)
         for id, item in self.nodes.items():
             item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.opened)
+
+    def forget_faces(self) -> None:
+        """Node types are others now: nodes are drawn anew with the next patch."""
+        self._faces.clear()
 
     def _face(self, node: PlacedNode) -> Face:
         """What a node shows: one object for all of the same type and name."""

@@ -110,6 +110,7 @@ class DesignWorkspace(Workspace):
         self.set_folder(open_patch.folder)
         self.set_patch(open_patch.patch)
         open_patch.opened.connect(self.set_patch)
+        open_patch.nodes.changed.connect(self._renew_nodes)
         open_patch.folder_changed.connect(self.set_folder)
         open_patch.paths_changed.connect(lambda patch: self.document.edit(patch, "Save in another folder"))
         self.patch_edited.connect(open_patch.take)
@@ -139,6 +140,10 @@ class DesignWorkspace(Workspace):
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
         self.addActions([self.browsing.show_action, self.browsing.save_action])
         self._prepare_first_steps(context)
+
+    def _renew_nodes(self) -> None:
+        self.palette_panel.list.narrow(self.palette_panel.field.text())
+        self.canvas.patch_scene.forget_faces()
 
     def close_down(self) -> None:
         self.side.presets.close_down()

@@ -1,5 +1,6 @@
 """The copy of unsaved work that survives a crash."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
 _SLOTS = 16
+
+MakeReady = Callable[[Patch, Path | None], None]
+"""Has the nodes of a patch in a folder known before the patch is checked."""
 
 
 @dataclass(frozen=True)
@@ -56,20 +60,24 @@ class Autosave:
         if self._lock is not None:
             self._path.unlink(missing_ok=True)
 
-    def rescue(self, registry: Registry) -> Rescued | None:
-        """What a window left in this slot when it died; None where that is nothing, or cannot be used."""
+    def rescue(self, registry: Registry, make_ready: MakeReady = lambda patch, folder: None) -> Rescued | None:
+        """What a window left in this slot when it died; None where that is nothing, or cannot be used.
+
+        `make_ready` is given each patch and its folder before the patch is checked.
+        """
         if self._lock is None:
             return None
         try:
             work = msgspec.json.decode(read_file(self._path))
-            other = self._read(work["other"], registry) if "other" in work else None
-            return replace(self._read(work, registry), other=other)
+            other = self._read(work["other"], registry, make_ready) if "other" in work else None
+            return replace(self._read(work, registry, make_ready), other=other)
         except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
             return None
 
-    def _read(self, work: dict[str, Any], registry: Registry) -> Rescued:
-        patch = Patch.loads(msgspec.json.encode(work["patch"]), registry, str(self._path))
-        return Rescued(patch, Path(work["path"]) if work["path"] else None)
+    def _read(self, work: dict[str, Any], registry: Registry, make_ready: MakeReady) -> Rescued:
+        text, path = msgspec.json.encode(work["patch"]), Path(work["path"]) if work["path"] else None
+        make_ready(Patch.unchecked(text, str(self._path)), path.absolute().parent if path is not None else None)
+        return Rescued(Patch.loads(text, registry, str(self._path)), path)
 
     def put_aside(self) -> None:
         """Move the work that was left here to another slot, for a later start."""

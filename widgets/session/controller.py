@@ -17,6 +17,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
+from underfoot.patch.heard import without_missing
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.bridge import Bridge
@@ -105,7 +106,7 @@ class SessionController(QObject):
 
         `anew` plays it from its start; `settle_s` as in `Swap`.
         """
-        self._patch, self._patch_folder = patch, folder
+        self._patch, self._patch_folder = without_missing(patch, self._registry), folder
         self.play_patch(anew=anew, settle_s=settle_s)
 
     def play_patch(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
@@ -346,13 +347,15 @@ class SessionController(QObject):
         by its `name`, by default the node's id.
         """
         if self.session is not None:
-            self._preview_ticket = self.session.preview(patch, node, seconds, tile, laws)
+            self._preview_ticket = self.session.preview(
+                without_missing(patch, self._registry), node, seconds, tile, laws
+            )
             self._preview_node = name or node
 
     def measure_errors(self, patch: Patch, node: str) -> None:
         """Have the run time over error of a node measured until anything else is asked for: `errors_measured` says."""
         if self.session is not None:
-            self._errors_ticket = self.session.measure_errors(patch, node)
+            self._errors_ticket = self.session.measure_errors(without_missing(patch, self._registry), node)
 
     def _take_laws(self, laws: Laws) -> None:
         if laws.ticket == self._preview_ticket:

@@ -59,6 +59,8 @@ class Listening(QObject):
         self._timer.setInterval(1000)
         self._timer.timeout.connect(self._again)
         controller.bridge.reported.connect(self._hear_reports)
+        self._has_new_code = False
+        open_patch.nodes.changed.connect(self._note_new_code)
         open_patch.patch_changed.connect(self._apply)
         open_patch.folder_changed.connect(self._apply)
         open_patch.opened.connect(lambda _: self.hear_all())
@@ -174,6 +176,10 @@ class Listening(QObject):
 
     # --- inside ---
 
+    def _note_new_code(self) -> None:
+        """What is played next is built anew, however little the patch differs: its nodes may."""
+        self._has_new_code = True
+
     def _hear_reports(self, reports: list[object]) -> None:
         """Strike, once the patch in which one node is heard alone plays."""
         swapped = any(isinstance(one, CommandApplied) and isinstance(one.command, Swap) for one in reports)
@@ -192,6 +198,7 @@ class Listening(QObject):
 
     def _apply(self, _: object = None, *, anew: bool = False) -> str:
         """Tell the session what to play; how a node is heard alone, in words."""
+        anew, self._has_new_code = anew or self._has_new_code, False
         if self._preset is not None:
             self._heard = ("", None)
             self._controller.edit(self._preset, None, anew=anew, settle_s=SETTLE_S)

@@ -16,6 +16,7 @@ from underfoot.patch.outside_files import outside_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.autosave import Autosave, Rescued
+from underfoot.widgets.session.own_nodes import OwnNodes
 from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000
@@ -92,6 +93,8 @@ class OpenPatch(QObject):
         self.other: Waiting | None = None
         self.keeps_unsaved = False
         self.autosave = Autosave(folder)
+        self.nodes = OwnNodes(registry, settings, window)
+        self.nodes.said.connect(self.said)
         self._saved = self.patch
         self._adoptions: list[_Adoption] = []
         self._registry, self._settings, self._window = registry, settings, window
@@ -135,15 +138,19 @@ class OpenPatch(QObject):
 
     def adopt(self, path: Path) -> None:
         """Edit on with a copy of a preset, as a step that can be taken back; what was before is kept for that."""
+        self.nodes.ask(path, lambda: self._adopt(path))
+
+    def _adopt(self, path: Path) -> bool:
         try:
-            patch = with_files_kept(Patch.load(path, self._registry), self._registry, path.parent, None)
+            patch = with_files_kept(self.nodes.load(path), self._registry, path.parent, None)
         except UnderfootError as error:
             self.said.emit(str(error))
-            return
+            return False
         if patch != self.patch:
             self._adoptions.append(_Adoption(self.patch, self.path, self._saved, patch))
             self.adopted.emit(patch, f"Open {patch.title or path.stem}")
             self.said.emit(f"{patch.title or path.stem} is open; undo brings back what was there.")
+        return True
 
     def _follow(self, step: "_Adoption", is_after: bool) -> None:
         """A preset has no file of the person's: saving asks for one. What was before it has its own again."""
@@ -184,7 +191,7 @@ class OpenPatch(QObject):
 
     def begin(self, path: Path | None, otherwise: Patch) -> None:
         """At the start: what a crash left, else the file that was asked for, else this patch."""
-        rescued = self.autosave.rescue(self._registry)
+        rescued = self.autosave.rescue(self._registry, self.nodes.make_ready)
         if path is not None and self.read(path):
             if rescued is not None:
                 self.autosave.put_aside()
@@ -198,9 +205,15 @@ class OpenPatch(QObject):
             self._begin_with(otherwise, None, saved=otherwise)
 
     def read(self, path: Path) -> bool:
-        """Open the patch in a file; a file that cannot be is said, and nothing changes."""
+        """Open the patch in a file; a file that cannot be is said, and nothing changes.
+
+        Returns whether it is open now: it may be that a question has to be answered first.
+        """
+        return self.nodes.ask(path, lambda: self._read(path))
+
+    def _read(self, path: Path) -> bool:
         try:
-            patch = Patch.load(path, self._registry)
+            patch = self.nodes.load(path)
         except UnderfootError as error:
             self.said.emit(str(error))
             return False
@@ -214,6 +227,8 @@ class OpenPatch(QObject):
     def _open(self, path: Path, patch: Patch) -> None:
         self._begin_with(patch, path, saved=patch)
         self._settings.remember_file(path)
+        if missing := self.nodes.missing(patch):
+            self.said.emit(missing)
 
     def _begin_with(self, patch: Patch, path: Path | None, saved: Patch) -> None:
         self._adoptions.clear()
@@ -231,7 +246,7 @@ class OpenPatch(QObject):
 
     def _on_disk(self, path: Path | None) -> Patch:
         try:
-            return Patch.load(path, self._registry) if path else Patch()
+            return self.nodes.load(path) if path else Patch()
         except UnderfootError:
             return Patch()
 
@@ -283,7 +298,7 @@ class OpenPatch(QObject):
             self.paths_changed.emit(patch)
         self._settings.remember_file(path)
         self._timer.start()
-        self.said.emit(f"Saved as {path}")
+        self.said.emit(f"Saved as {path}{self.nodes.left_behind(patch, folder)}")
         self.title_changed.emit()
         return True
 

@@ -37,7 +37,8 @@ class Settings(msgspec.Struct):
     metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
     of `WAYS` that were chosen, and `network_on` those that are used, and of `plan.FLAGS`. `recordings` are files and
     folders of recordings beside the one that is recorded to. `outside_files` may be read by patches in other folders:
-    the person said so. `study_equipment` is what studies use beside the floor, by the fields of
+    the person said so. `run_code` has the SHA-256 of each file of a node that the person has agreed to run.
+    `study_equipment` is what studies use beside the floor, by the fields of
     `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent;
     `splitters` are where the parts of workspaces meet, by the splitters' names, and `workspace` is the one that was on
     the screen.
@@ -80,6 +81,7 @@ class Settings(msgspec.Struct):
     first_steps_done: bool = False
     recordings: list[str] = []
     outside_files: list[str] = []
+    run_code: list[str] = []
 
     @staticmethod
     def load(folder: Path) -> "Settings":

@@ -27,15 +27,20 @@ from underfoot.patch.patch import Patch
 Tell = Callable[[str], None]
 
 
-def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None) -> Bench:
+def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None, cluster: str | None = None) -> Bench:
     """Times, reach, the latency of a session, accuracy and stability. Quick takes about five minutes.
 
     In full: some minutes for the first three; then at most ten for each node, every corner and point, random patches,
-    and an hour of sound, which takes several hours.
+    and an hour of sound, which takes several hours. On a `cluster`, the rows of reach that have no time (`reach.run`).
     """
     load = os.getloadavg()[0]
     floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(library.patches()), 0.6 if quick else 6.0, tell)
-    reaches = [*times, *reach.run(quick, tell), *latency.reaches(quick, tell), *scene_latency.reaches(quick, tell)]
+    reaches = [
+        *times,
+        *reach.run(quick, tell, cluster),
+        *latency.reaches(quick, tell),
+        *scene_latency.reaches(quick, tell),
+    ]
     comparisons = accuracy.run(quick, tell)
     with tempfile.TemporaryDirectory() as folder:
         sound = Path(folder, "sound.wav")

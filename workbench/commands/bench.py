@@ -26,6 +26,7 @@ class BenchOptions:
     stress: str | None
     times: int | None
     seconds: float | None
+    cluster: str | None
 
 
 @click.command()
@@ -47,10 +48,17 @@ class BenchOptions:
 )
 @click.option("--times", type=click.IntRange(1), help="With --stress: how often each thing is tried.")
 @click.option("--seconds", type=click.FloatRange(0.1, 1e6), help="With --stress: how long what takes time goes on.")
+@click.option(
+    "--cluster",
+    metavar="TCP://HOST:PORT",
+    help="Scheduler of a Dask cluster for what is no time: errors and bounds of models. Times are measured here.",
+)
 @grouped(BenchOptions)
 def bench(options: BenchOptions) -> None:
     """What every model reaches, run time against error beside naive methods, a large floor's cost, and stability."""
     report, figures = options.report, options.figures
+    if options.cluster is not None and (options.short or figures is not None or options.stress is not None):
+        raise BadValue("--cluster is for the whole bench, in full or --quick; times are measured on one computer")
     if options.stress is not None:
         _stress(options)
         return
@@ -69,7 +77,7 @@ def bench(options: BenchOptions) -> None:
     from underfoot.bench.report import text, write
 
     before = None if options.compare is None else read(options.compare)
-    found = whole.run_times(_tell) if options.short else whole.run(options.quick, options.seed, _tell)
+    found = whole.run_times(_tell) if options.short else whole.run(options.quick, options.seed, _tell, options.cluster)
     if report is not None:
         write(found, report)
     since = None if before is None else changes(before, found.times())

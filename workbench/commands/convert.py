@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, require_room
+from underfoot.commands.files import FILE, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
@@ -39,6 +39,7 @@ class ConvertOptions:
 @click.option("--force", help='Force CSV, or "none"; by default one step over one tile.')
 @click.option("--floor", type=FILE, help="Floor JSON: a walker walks on it; it is taken along to a shared folder.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files, to be taken along.")
+@RUN_CODE
 @click.option("--formats", is_flag=True, help="List the formats: what is written, what is read, what is lost.")
 @grouped(ConvertOptions)
 def convert(options: ConvertOptions) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, RUN_CODE
 from underfoot.commands.options import grouped
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class CostOptions:
 @click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: equalisers, curves of sensors.")
 @click.option("--simulated", is_flag=True, help="With the plates of a simulated floor, as a session on one has them.")
 @click.option("--outside-files", is_flag=True, help="Let the patch read sound files outside its own folder.")
+@RUN_CODE
 @click.option("--curve", metavar="NODE", help="Run time over error of this node; nothing else is measured.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @grouped(CostOptions)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, RUN_CODE
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 @click.argument("patch", type=FILE)
 @click.argument("node", required=False)
 @click.option("-o", "--output", type=FILE, help="Folder for a picture of each law.")
+@RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print all points as JSON.")
 def distribution(patch: Path, node: str | None, output: Path | None, as_json: bool) -> None:
     """The distributions that NODE of PATCH draws from: how long slips last, how large events are, and so on.

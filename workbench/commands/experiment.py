@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.experiment_options import ExperimentOptions
-from underfoot.commands.files import FILE, require_room
+from underfoot.commands.files import FILE, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.commands.protocols import opened_protocol
 from underfoot.errors import BadValue
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 @click.option("--cluster", help="An existing Dask cluster for simulated people, as tcp://host:8786.")
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
 @click.option("--levels", is_flag=True, help="Measure every stimulus under a simulated footstep, and tell its peak.")
+@RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print tables as JSON.")
 @grouped(ExperimentOptions)
 def experiment(options: ExperimentOptions) -> None:

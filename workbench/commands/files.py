@@ -12,6 +12,23 @@ FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""
 
 
+def _agree(context: click.Context, parameter: click.Parameter, is_given: bool) -> None:
+    if is_given:
+        from underfoot.patch.own_nodes import all_agreed
+
+        context.with_resource(all_agreed())
+
+
+RUN_CODE = click.option(
+    "--run-code",
+    is_flag=True,
+    expose_value=False,
+    callback=_agree,
+    help="Run nodes in files beside a patch (nodes/TYPE.py): they are programs, with your rights.",
+)
+"""The option of every command that reads patches."""
+
+
 def require_room(*outputs: Path | None, inputs: Sequence[str | Path | None] = ()) -> None:
     """Raise `BadFile` before the work, and not after it, for outputs that cannot be written.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, RUN_CODE
 
 if TYPE_CHECKING:
     from underfoot.engine.levels import Level, PatchLevels
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 @click.argument("patches", metavar="[PATCH]...", type=FILE, nargs=-1)
 @click.option("--profile", type=FILE, help="Profile of the tile that plays; by default it is not calibrated.")
 @click.option("--simulation", type=FILE, help="What the simulated tile is made of: a parameter file.")
+@RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | None, as_json: bool) -> None:
     """What is asked of a tile, what it does and what a sole feels, in one adult step; by default of all presets."""

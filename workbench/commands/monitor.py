@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, require_room
+from underfoot.commands.files import FILE, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
@@ -54,6 +54,7 @@ class MonitorOptions:
 @click.option("--steps", type=FILE, help="CSV file to write: a line for each footstep.")
 @click.option("--contacts", type=FILE, help="CSV file to write: a line for each contact at each sample.")
 @click.option("--patch", type=FILE, help="Patch that the session plays meanwhile.")
+@RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
 @click.option("--sensor-rate", type=float, help="Samples per second of tiles of hardware; 1000 by default.")

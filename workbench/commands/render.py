@@ -14,7 +14,7 @@ import click
 
 from underfoot.clock import RATE_HZ
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, require_room
+from underfoot.commands.files import FILE, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
@@ -84,6 +84,7 @@ class RenderOptions:
 )
 @click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster that renders several.")
 @click.option("--outside-files", is_flag=True, help="Let patches read sound files outside their own folders.")
+@RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:

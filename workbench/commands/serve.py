@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, require_room
+from underfoot.commands.files import FILE, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.devices.transports import split_target, target_forms
 from underfoot.errors import BadValue
@@ -57,6 +57,7 @@ class ServeOptions:
 @click.argument("target")
 @click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
 @click.option("--patch", type=FILE, help="Patch that the floor plays of its own; none by default.")
+@RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
 @click.option("--sound", help='Sound device to play on: a name, or "default"; none by default.')

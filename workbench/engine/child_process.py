@@ -6,10 +6,13 @@ import sys
 import threading
 import time
 from collections.abc import Iterable
+from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing import connection
 from pathlib import Path
 from typing import Any
+
+from underfoot.patch.node_files import NodeFile, running
 
 ORPHAN_S = 15.0
 """How long a process may still close what it has open when the one that started it is gone."""
@@ -26,8 +29,9 @@ class ChildProcess:
         context = multiprocessing.get_context("spawn")  # a fork would take over threads' locks and the card's handles
         self.name = name
         self._connection, theirs = context.Pipe()
+        self._nodes = running()
         self._process = context.Process(
-            target=_run, args=(module, theirs, *given), name=f"underfoot {name}", daemon=daemon
+            target=_run, args=(module, theirs, self._nodes, *given), name=f"underfoot {name}", daemon=daemon
         )
         self._process.start()
         theirs.close()
@@ -48,8 +52,15 @@ class ChildProcess:
         return self._process.exitcode != 0
 
     def send(self, message: object) -> None:
-        """Send a message; one to a process that died is dropped, since the next one is told all that it must know."""
+        """Send a message; one to a process that died is dropped, since the next one is told all that it must know.
+
+        Nodes in files of one's own that this process runs by now go before it.
+        """
         try:
+            nodes = running()
+            if nodes != self._nodes:
+                self._nodes = nodes
+                self._connection.send(_Nodes(nodes))
             self._connection.send(message)
         except OSError:
             return
@@ -110,9 +121,40 @@ def _require_guard() -> None:
         )
 
 
-def _run(module: str, connection: Any, *given: Any) -> None:
+@dataclass(frozen=True)
+class _Nodes:
+    """Files of nodes that a person has agreed to run, of which a process is told before it needs them."""
+
+    files: tuple[NodeFile, ...]
+
+
+class _Listening:
+    """A child's end of the connection, which takes for itself what is said of nodes."""
+
+    def __init__(self, connection: Any) -> None:
+        self._connection = connection
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._connection, name)
+
+    def recv(self) -> Any:
+        """The next message for the process."""
+        message = self._connection.recv()
+        while isinstance(message, _Nodes):
+            _run_nodes(message.files)
+            message = self._connection.recv()
+        return message
+
+
+def _run_nodes(files: tuple[NodeFile, ...]) -> None:
+    if files:  # else nothing of nodes need be loaded here
+        import_module("underfoot.patch.own_nodes").run_received(files)
+
+
+def _run(module: str, connection: Any, nodes: tuple[NodeFile, ...], *given: Any) -> None:
     threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
-    import_module(module).run(connection, *given)
+    _run_nodes(nodes)
+    import_module(module).run(_Listening(connection), *given)
 
 
 def _end_with_parent() -> None:

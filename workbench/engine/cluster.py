@@ -8,6 +8,8 @@ from urllib.parse import urlsplit
 
 from underfoot.engine.worker_pool import MOST_TRIES
 from underfoot.errors import BadValue, DeviceError, UnderfootError
+from underfoot.patch.node_files import NodeFile, running
+from underfoot.patch.own_nodes import run_received
 
 CONNECT_S = 10.0
 _FEWEST, _A_THREAD = 4, 2
@@ -33,12 +35,13 @@ def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) ->
     with client:
         waiting, places = deque(enumerate(jobs)), dict[str, int]()
         answers = as_completed(loop=client.loop)
+        nodes = running()
 
         def give() -> None:
             most = max(_FEWEST, _A_THREAD * sum(client.nthreads().values()))
             while waiting and len(places) < most:
                 number, job = waiting.popleft()
-                future = client.submit(work, job, pure=False, retries=MOST_TRIES)
+                future = client.submit(_with_nodes, nodes, work, job, pure=False, retries=MOST_TRIES)
                 places[future.key] = number
                 answers.add(future)
 
@@ -54,6 +57,12 @@ def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) ->
             yield number, result
             del future, result
             give()
+
+
+def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Any], Any], job: Any) -> Any:
+    """On a worker: the work, with the nodes in files of one's own that whoever asks for it runs."""
+    run_received(nodes)
+    return work(job)
 
 
 def _words(error: Exception) -> str:

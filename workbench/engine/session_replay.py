@@ -18,6 +18,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import Heard
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.node import Registry, installed_nodes
+from underfoot.patch.own_nodes import run_needed
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
@@ -80,6 +81,9 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Hear
 def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[Heard, ...]) -> Loop:
     """The loop of the recorded session, as it was before its first frame."""
     about = recording.about
+    if about.get("folder"):
+        used = Patch.unchecked(about["patch"], str(recording.path)).types.values()
+        run_needed(used, Path(about["folder"], recording.path.name))
     source = RecordedForce(
         recording.forces(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
     )

@@ -256,11 +256,11 @@ def _apply(
             sent = drive[at + begin : at + end, row.channel]
             for i in range(len(force)):
                 force[i] = sent[i]
-            if not row.awake:
-                _wake(row, load, force, signals[:, k, begin:end])
             if row.awake and here % SPAN == 0:
                 _find_load(load, row, signals[:, k, begin])
                 _follow_load(row, load, memories[3][k], here)
+            elif not row.awake:
+                _wake(row, load, force, signals[:, k, begin:end])
             if row.awake:
                 _run(row, k, memories, compressions[k : k + 1], buffers, here, end - begin)
             heard = out[at + begin : at + end, k]
@@ -275,7 +275,8 @@ def _apply(
 
 @kernel
 def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: NDArray[np.float64]) -> None:
-    """Let a tile begin to play, under what is on it in the first frame in which it is sent anything."""
+    """Let a tile begin to play, under what is on it in the first frame in which it is sent anything; it has that load
+    until the next span."""
     for i in range(len(force)):
         if force[i] != 0.0:
             row.awake = True
@@ -364,7 +365,7 @@ def _run(
     shaker.compress(compression, force, force, n)
     slot = row.slot
     _run_systems(row, slot, bodies[k], body_states[k, slot], (force, now, one), here)
-    faded = here - row.fade_frame
+    faded: int = here - row.fade_frame
     fades = faded < FADE
     if fades:
         other: int = 1 - slot

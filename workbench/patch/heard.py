@@ -41,6 +41,18 @@ def as_heard(patch: Patch, registry: Registry) -> Patch:
     return _silenced(patch, types, wires)
 
 
+def without_missing(patch: Patch, registry: Registry) -> "Patch":
+    """The patch without nodes that only stand for one: what can be played of it.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("tone", REGISTRY)
+    >>> without_missing(patch, REGISTRY) is patch
+    True
+    """
+    gone = [placed.id for placed in patch.nodes if registry[placed.type].missing]
+    return patch.remove(gone) if gone else patch
+
+
 def scaled_error(parameter: Parameter, value: Any, scale: float) -> Any:
     """The error that a node is asked for when its patch multiplies all of them; of a choice the largest that keeps it.
 

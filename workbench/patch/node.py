@@ -125,6 +125,8 @@ class NodeType:
     """What draws the laws of an instance's values: distributions, curves. None where there are none to be drawn."""
     asked: AskedError | None = None
     """How its run time and error are measured, where its parameter `error` asks for one."""
+    missing: str = ""
+    """Why this only stands for a node whose own file was not run (`underfoot.patch.own_nodes`); "" for a real one."""
 
     @cached_property
     def signal_parameters(self) -> tuple[Number, ...]:

@@ -21,6 +21,8 @@ from underfoot.patch.groups import (
     without,
 )
 from underfoot.patch.node import NodeType, Registry, installed_nodes
+from underfoot.patch.node_files import has_nodes
+from underfoot.patch.own_nodes import run_needed
 
 FORMAT = "underfoot-patch"
 VERSION = 1
@@ -95,6 +97,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         nodes, wires = len(self.nodes), len(self.wires)
         counted = f"{nodes} node{'s' * (nodes != 1)}, {wires} wire{'s' * (wires != 1)}"
         return f"<Patch {self.title!r}: {counted}>"
+
+    @property
+    def types(self) -> dict[str, str]:
+        """The type of each node, by its id."""
+        return {node.id: node.type for node in self.nodes}
 
     def node(self, id: str) -> PlacedNode:
         """The node with this id; `BadValue` where there is none."""
@@ -319,9 +326,19 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             return msgspec.convert(raw, Patch).check(registry)
 
     @staticmethod
+    def unchecked(text: bytes | str, source: str) -> "Patch":
+        """The same, of which only the form is known: nodes and wires may be any."""
+        raw = parse(text, source, FORMAT, VERSION)
+        with refusals(source, raw):
+            return msgspec.convert(raw, Patch)
+
+    @staticmethod
     def load(path: str | Path, registry: Registry | None = None) -> "Patch":
-        """The patch in a file."""
-        return Patch.loads(read_file(path), registry, str(path))
+        """The patch in a file. Nodes in files beside it are run where that was agreed to; else `BadFile` names them."""
+        text = read_file(path)
+        if has_nodes(Path(path).parent):
+            run_needed(Patch.unchecked(text, str(path)).types.values(), Path(path))
+        return Patch.loads(text, registry, str(path))
 
     def save(self, path: str | Path) -> None:
         """Write the patch beside `path` and move it into place."""
@@ -329,6 +346,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def _check_parameters(type: NodeType, node: PlacedNode, place: str) -> None:
+    if type.missing:  # whatever is there is kept
+        return
     for name, value in node.parameters.items():
         where = f"{place}.parameters"
         known = ", ".join(type.parameters) or "none"

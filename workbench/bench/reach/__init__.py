@@ -8,8 +8,10 @@ from collections.abc import Callable, Iterable, Iterator
 
 from underfoot.bench.reach import friction, impacts, materials, modes, signals, starts
 from underfoot.bench.reach.row import SPEED, TO_COMPARE, Reach, Timing
+from underfoot.engine.cluster import on_cluster
+from underfoot.errors import UnderfootError
 
-__all__ = ["FAMILIES", "SPEED", "TIMINGS", "TO_COMPARE", "Reach", "Timing", "run", "timings"]
+__all__ = ["FAMILIES", "HERE", "SPEED", "TIMINGS", "TO_COMPARE", "Reach", "Timing", "run", "timings"]
 
 FAMILIES: dict[str, Callable[[bool], Iterable[Reach]]] = {
     "signals": signals.reaches,
@@ -19,6 +21,9 @@ FAMILIES: dict[str, Callable[[bool], Iterable[Reach]]] = {
     "friction": friction.reaches,
 }
 """What measures each family, quick or in full."""
+
+HERE = ("signals",)
+"""Families with a row that compares run times, so that they are never computed elsewhere."""
 
 TIMINGS: tuple[Callable[[], Iterable[Timing]], ...] = (
     impacts.timings,
@@ -36,10 +41,29 @@ def timings() -> Iterator[Timing]:
         yield from of_family()
 
 
-def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Reach]:
-    """Measure every reach that is no time."""
-    found = []
-    for name, family in FAMILIES.items():
-        tell(f"reach: {name}")
-        found += list(family(quick))
-    return found
+def run(
+    quick: bool = False, tell: Callable[[str], None] = lambda line: None, cluster: str | None = None
+) -> list[Reach]:
+    """Measure every reach that is no time, here or, but for `HERE`, on the Dask cluster at this address.
+
+    The rows and their order are the same wherever they were computed. Raises what `on_cluster` does.
+    """
+    found: dict[str, list[Reach]] = {}
+    away = [name for name in FAMILIES if cluster is not None and name not in HERE]
+    for name in FAMILIES:
+        if name not in away:
+            tell(f"reach: {name}")
+            found[name] = measured((name, quick))
+    if cluster is not None:
+        for number, rows in on_cluster(measured, [(name, quick) for name in away], cluster):
+            if isinstance(rows, UnderfootError):
+                raise rows
+            tell(f"reach: {away[number]}, on the cluster")
+            found[away[number]] = rows
+    return [row for name in FAMILIES for row in found[name]]
+
+
+def measured(job: tuple[str, bool]) -> list[Reach]:
+    """The rows of a family, by its name; quick or in full."""
+    name, quick = job
+    return list(FAMILIES[name](quick))

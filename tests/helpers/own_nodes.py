@@ -1,0 +1,61 @@
+"""Patches with a node in a file of one's own beside them."""
+
+import pytest
+
+HUM = """
+from pathlib import Path
+
+from underfoot.parameters import Number
+from underfoot.patch.node import Output, node
+
+with Path(__file__).with_suffix(".ran").open("a") as file:
+    file.write("x")
+
+
+@node("hum-of-mine", "Mine")
+class Hum:
+    "A square wave of 100 Hz at 48 kHz."
+
+    strength = Number(1.0, 0.0, 100.0, unit="m/s^2", doc="how much")
+    out = Output("m/s^2")
+
+    def run(strength, frame, out):
+        for i in range(out.size):
+            out[i] = SIGN * strength * ((frame + i) // 240 % 2 * 2 - 1)
+"""
+
+
+class Beside:
+    """A folder with a patch `hum.json` whose node lies in `nodes/hum-of-mine.py`; that file says when it was run."""
+
+    def __init__(self, folder):
+        from underfoot.patch.patch import Patch, PlacedNode
+
+        self.folder, self.patch, self.file = folder, folder / "hum.json", folder / "nodes" / "hum-of-mine.py"
+        self.file.parent.mkdir()
+        hum = PlacedNode("hum", "hum-of-mine", (0.0, 0.0), {"strength": 2.5})
+        out = PlacedNode("out", "tile-output", (240.0, 0.0), {})
+        document = Patch(title="Hum", nodes=(hum, out), wires=(("hum.out", "out.acceleration"),))
+        self.patch.write_bytes(document.dumps())
+        self.write()
+
+    def write(self, sign="1.0"):
+        """Write the node's file; with another `sign` it is another one, silent at 0."""
+        self.file.write_text(HUM.replace("SIGN", sign))
+
+    @property
+    def runs(self):
+        """How often the file was run, in any process."""
+        told = self.file.with_suffix(".ran")
+        return len(told.read_text()) if told.exists() else 0
+
+
+@pytest.fixture
+def beside(tmp_path):
+    """Such a folder; what is run of it is forgotten afterwards."""
+    from underfoot.nodes import REGISTRY
+    from underfoot.patch.node_files import RUNNING
+
+    yield Beside(tmp_path)
+    RUNNING.clear()
+    REGISTRY.pop("hum-of-mine", None)

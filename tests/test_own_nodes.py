@@ -1,0 +1,87 @@
+"""Nodes in files beside a patch: nothing in them is run without consent; with it they play, in every process."""
+
+import numpy as np
+import pytest
+import soundfile
+
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
+from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.own_nodes import node_files, run_file
+from underfoot.patch.patch import Patch, PlacedNode
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("render", "hum.json", "-o", "a.wav"), ("levels", "hum.json"), ("cost", "hum.json"), ("distribution", "hum.json"),
+     ("convert", "hum.json", "-o", "a.zip"), ("serve", "simulator", "--patch", "hum.json"),
+     ("monitor", "simulator", "--patch", "hum.json", "--seconds", "1")],
+)  # fmt: skip
+def test_no_command_runs_a_file_that_nobody_agreed_to(refused, beside, command):
+    assert f"{beside.file}, which runs with your rights" in refused(*command)
+    assert beside.runs == 0
+
+
+def test_run_code_plays_the_node_for_this_command_alone(underfoot, folder, beside):
+    said = underfoot("render", "hum.json", "-o", "a.wav", "--seconds", "0.3", "--force", "none", "--run-code")
+    assert (said.status, said.error) == (0, "")
+    assert np.abs(soundfile.read("a.wav")[0]).max() > 0.0
+    runs = beside.runs  # here, and where the kernels had to be compiled in another process
+    assert runs >= 1
+    beside.write(sign="-1.0")  # another file than the one that was agreed to
+    assert "--run-code" in underfoot("render", "hum.json", "-o", "b.wav").error
+    assert beside.runs == runs
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [("1 / 0", "cannot be run: ZeroDivisionError: division by zero"), ("def (", "cannot be run: SyntaxError"),
+     ("raise SystemExit(3)", "cannot be run: SystemExit: 3"), ("", "has no node 'hum-of-mine' but none"),
+     ("\n" * 1_000_001, "allowed: 1000000")],
+)  # fmt: skip
+def test_a_broken_file_is_one_line(refused, beside, text, says):
+    beside.file.write_text(text)
+    assert says in refused("render", "hum.json", "-o", "a.wav", "--run-code")
+
+
+def test_a_file_takes_the_place_of_no_node_and_lies_in_its_own_folder_alone(tmp_path):
+    (tmp_path / "nodes").mkdir()
+    (tmp_path / "nodes" / "gain.py").write_text("1 / 0")
+    (tmp_path / "evil.py").write_text("1 / 0")
+    assert node_files(tmp_path) == []
+    (tmp_path / "p.json").write_bytes(Patch(nodes=(PlacedNode("a", "../evil"),)).dumps())
+    with pytest.raises(BadFile, match=r"'\.\./evil'; allowed: a node"):
+        Patch.load(tmp_path / "p.json", REGISTRY)
+
+
+def test_a_node_with_another_file_is_not_mixed_with_the_first(underfoot, folder, beside):
+    other = folder / "other"
+    (other / "nodes").mkdir(parents=True)
+    (other / "hum2.json").write_bytes(beside.patch.read_bytes())
+    (other / "nodes" / beside.file.name).write_text(beside.file.read_text() + "# changed\n")
+    said = underfoot("render", "hum.json", "other/hum2.json", "-o", "made", "--seconds", "0.1", "--run-code")
+    assert said.status == 1
+    assert "are two different nodes of one name" in said.error
+    assert [path.name for path in sorted((folder / "made").glob("*.wav"))] == ["hum.wav"]
+
+
+def test_a_live_session_plays_it_and_its_next_version(beside, until):
+    run_file(node_files(beside.folder)[0])
+    session = Session(Target(default_floor(1, 1)), Patch.load(beside.patch, REGISTRY), REGISTRY, beside.folder)
+
+    def loudest():
+        session.poll()
+        rows = session.vibration.read()[1]
+        return np.abs(rows).max() if len(rows) else -1.0
+
+    try:
+        session.start()
+        until(lambda: loudest() > 0.0, "it plays", seconds=120.0)
+        beside.write(sign="0.0")
+        assert run_file(node_files(beside.folder)[0])
+        session.edit(session.patch, anew=True)
+        until(lambda: 0.0 <= loudest() < 1e-6, "the next version plays, which is silent", seconds=60.0)
+    finally:
+        session.close()

@@ -1,0 +1,121 @@
+"""Nodes in files beside a patch, in the window: asked about once a file, then run, or stood for."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from underfoot.errors import BadFile, UnderfootError
+from underfoot.files import read_file
+from underfoot.patch.node import Registry
+from underfoot.patch.node_files import NodeFile
+from underfoot.patch.own_nodes import add_stand_ins, node_files, run_file, unknown_types
+from underfoot.patch.patch import Patch
+from underfoot.widgets.session.settings import Settings
+
+_WORDS = (
+    "A node is a program: it runs with your rights, and can read, change and send whatever you can. Run it only if you "
+    "know who wrote it; Show Details shows what is in it.\n\nNot run, it is missing: it puts out nothing, and is saved "
+    "as it is. You are asked again when the file has changed."
+)
+
+
+class OwnNodes(QObject):
+    """Asks before a file is run, and keeps the answer: by the file's SHA-256 in the settings where it was yes."""
+
+    changed = Signal()
+    """There are other nodes than before."""
+    said = Signal(str)
+    """A line for the person."""
+
+    def __init__(self, registry: Registry, settings: Settings, window: QWidget) -> None:
+        super().__init__(window)
+        self._registry, self._settings, self._window = registry, settings, window
+        self._refused: set[str] = set()
+
+    def ask(self, path: Path, then: Callable[[], bool]) -> bool:
+        """Go on with `then`; after a question where files lie beside the patch `path` that nobody was asked about.
+
+        Returns what `then` does; False where a question is asked first.
+        """
+        known = {*self._settings.run_code, *self._refused}
+        try:
+            files = [file for file in node_files(path.absolute().parent) if file.sha256 not in known]
+        except BadFile as error:
+            self.said.emit(str(error))
+            return False
+        if not files:
+            return then()
+        box = self._question(path, files)
+
+        def answered() -> None:
+            hashes = [file.sha256 for file in files]
+            if box.buttonRole(box.clickedButton()) == QMessageBox.ButtonRole.AcceptRole:
+                self._settings.run_code += hashes
+            else:
+                self._refused.update(hashes)
+            then()
+
+        box.finished.connect(answered)
+        box.finished.connect(box.deleteLater)
+        box.open()
+        return False
+
+    def load(self, path: Path) -> Patch:
+        """The patch in a file, once the nodes beside it are there or stood for."""
+        text = read_file(path)
+        self.make_ready(Patch.unchecked(text, str(path)), path.absolute().parent)
+        return Patch.loads(text, self._registry, str(path))
+
+    def make_ready(self, patch: Patch, folder: Path | None) -> None:
+        """Run the files beside a patch that were agreed to, and have something stand for the nodes of the others."""
+        reasons: dict[str, str] = {}
+        is_new = False
+        for file in node_files(folder):
+            try:
+                if file.sha256 in self._settings.run_code:
+                    is_new |= run_file(file)
+                else:
+                    reasons[file.type] = f"{file.path} was not run, for nobody has agreed to it"
+            except BadFile as error:
+                reasons[file.type] = str(error)
+        missing = {}
+        for type in unknown_types(patch.types.values()):
+            before = self._registry[type].missing if type in self._registry else ""
+            if type in reasons or before:
+                missing[type] = reasons.get(type, before)
+        add_stand_ins(patch.types, patch.wires, missing)
+        if is_new or missing:
+            self.changed.emit()
+
+    def missing(self, patch: Patch) -> str:
+        """Which nodes of a patch are only stood for, and why, in a line; "" where none is."""
+        types = dict.fromkeys(patch.types.values())
+        told = [f"{type} is missing: {why}" for type in types if (why := self._registry[type].missing)]
+        return "; ".join(told)
+
+    def left_behind(self, patch: Patch, folder: Path) -> str:
+        """What has to be copied beside a patch that was saved in `folder`, in a line; "" where nothing has."""
+        try:
+            there = {file.type for file in node_files(folder)}
+        except UnderfootError:
+            there = set()
+        away = [f"nodes/{type}.py" for type in unknown_types(patch.types.values()) if type not in there]
+        return f"; {', '.join(away)} does not lie beside it: copy it there" if away else ""
+
+    def _question(self, path: Path, files: list[NodeFile]) -> QMessageBox:
+        box = QMessageBox(self._window)
+        box.setWindowTitle("A program beside the patch")
+        box.setTextFormat(Qt.TextFormat.PlainText)
+        some = "\n".join(f"{file.path}  ({len(file.source):,} bytes)" for file in files[:5])
+        more = f"\nand {len(files) - 5} more" if len(files) > 5 else ""
+        what = "lies a node in a file of its own" if len(files) == 1 else "lie nodes in files of their own"
+        box.setText(f"Beside “{path.name}” {what}:\n\n{some}{more}")
+        box.setInformativeText(_WORDS)
+        box.setDetailedText("\n\n".join(f"# {file.path}\n{file.source.decode(errors='replace')}" for file in files))
+        box.addButton("Run it" if len(files) == 1 else "Run them", QMessageBox.ButtonRole.AcceptRole)
+        refuse = box.addButton("Do not", QMessageBox.ButtonRole.RejectRole)
+        box.setDefaultButton(refuse)
+        box.setEscapeButton(refuse)
+        return box

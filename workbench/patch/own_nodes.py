@@ -1,0 +1,168 @@
+"""Nodes in files of one's own: `nodes/TYPE.py` beside a patch. None is run before a person has agreed to it.
+
+Which file has which node is told by its name alone, so that nothing has to be run to know. What is run are the bytes
+that were agreed to, in this process and in every process that it starts: the file is not read a second time.
+"""
+
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+
+from underfoot.errors import BadFile
+from underfoot.files import read_file
+from underfoot.patch.node import NodeType, Port, Registry, installed_nodes, node
+from underfoot.patch.node_files import FOLDER, RUNNING, NodeFile
+
+LARGEST = 1_000_000
+"""Bytes that such a file may have."""
+MISSING = "Missing"
+"""The family of nodes that stand for those that were not run."""
+
+_consent = {"all": False}
+"""Whether whoever started this process has agreed to all files beside the patches that it reads."""
+
+
+@contextmanager
+def all_agreed() -> Iterator[None]:
+    """Agree to every file that patches need, inside: for a command line that says so."""
+    _consent["all"] = True
+    try:
+        yield
+    finally:
+        _consent["all"] = False
+
+
+def node_files(folder: Path | None) -> list[NodeFile]:
+    """The files of nodes beside patches in `folder`, by name, of types that nothing else brings. None of them is run.
+
+    >>> node_files(Path("there is none"))
+    []
+    """
+    if folder is None:
+        return []
+    registry = installed_nodes()
+    free = [path for path in sorted((folder / FOLDER).glob("*.py")) if _is_own(path.stem, registry)]
+    return [NodeFile(str(path.absolute()), _read(path)) for path in free]
+
+
+def unknown_types(types: Iterable[str]) -> list[str]:
+    """Those of these types that nothing installed brings: neither Underfoot nor a plug-in.
+
+    >>> unknown_types(["tone", "squeak"])
+    ['squeak']
+    """
+    registry = installed_nodes()
+    return list(dict.fromkeys(type for type in types if _is_own(type, registry)))
+
+
+def run_file(file: NodeFile) -> bool:
+    """Run a file that a person has agreed to, and have its node known by all that know nodes; whether it is new here.
+
+    `BadFile` where it fails, or does not declare the node of its name.
+    """
+    if RUNNING.get(file.type) == file:
+        return False
+    name = f"underfoot_own_nodes.{file.type}_{file.sha256[:16]}"
+    module = ModuleType(name)
+    module.__file__ = file.path
+    sys.modules[name] = module
+    try:
+        exec(compile(file.source, file.path, "exec"), vars(module))
+    except (Exception, SystemExit) as error:  # a stranger's code: it can raise anything
+        del sys.modules[name]
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+        raise BadFile(f"{file.path} cannot be run: {reason}") from None
+    found = [value for value in vars(module).values() if isinstance(value, NodeType)]
+    made = next((one for one in found if one.type == file.type), None)
+    if made is None:
+        has = ", ".join(one.type for one in found) or "none"
+        raise BadFile(f"{file.path} has no node {file.type!r} but {has}; the file is called as its node is")
+    _put(made)
+    RUNNING[file.type] = file
+    return True
+
+
+def run_received(files: Iterable[NodeFile]) -> None:
+    """Run in a child what its parent runs. What fails here leaves its node unknown, and whoever needs it says so."""
+    for file in files:
+        with suppress(BadFile):
+            run_file(file)
+
+
+def run_needed(used: Iterable[str], path: Path) -> None:
+    """Run the files that the patch in the file `path` needs, if whoever started this process has agreed to that.
+
+    `used` are the types of its nodes. `BadFile` where nobody has, or for two different files of one name.
+    """
+    types = unknown_types(used)
+    wanted = [file for file in node_files(path.parent) if file.type in types] if types else []
+    fresh = [file for file in wanted if (known := RUNNING.get(file.type)) is None or known.source != file.source]
+    if fresh and not _consent["all"]:
+        files = ", ".join(file.path for file in fresh[:3])
+        raise BadFile(
+            f"{path} needs {files}, which runs with your rights; look at it, then allow it: --run-code on the command "
+            "line, a question where the window opens the patch"
+        )
+    for file in fresh:
+        if file.type in RUNNING:
+            other = RUNNING[file.type].path
+            raise BadFile(f"{file.path} and {other} are two different nodes of one name; use their patches one by one")
+        run_file(file)
+
+
+# --- nodes that are not run ---
+
+
+def add_stand_ins(types: Mapping[str, str], wires: Iterable[tuple[str, str]], reasons: Mapping[str, str]) -> None:
+    """Have a node that only keeps what the file says for each of these types: the window shows and saves it.
+
+    `types` are those of a patch's nodes by their ids. `reasons` say, by type, why the node itself is not there. Ports
+    are those that wires end at.
+    """
+    registry = installed_nodes()
+    for name, reason in reasons.items():
+        before = registry.get(name)
+        is_known = before is not None and bool(before.missing)
+        inputs = {port.name: port for port in before.inputs} if before is not None and is_known else {}
+        outputs = {port.name: port for port in before.outputs} if before is not None and is_known else {}
+        for source, target in wires:
+            (giver, _, given), (taker, _, taken) = source.partition("."), target.partition(".")
+            if types.get(giver) == name:
+                there = registry[types[taker]].input_ports if types.get(taker, "") in registry else {}
+                outputs[given] = Port(given, there[taken].kind if taken in there else "signal")
+            if types.get(taker) == name:
+                there = registry[types[giver]].output_ports if types.get(giver, "") in registry else {}
+                inputs[taken] = Port(taken, there[given].kind if given in there else "signal")
+        doc = f"This node is missing: {reason}."
+        made = node(name, MISSING, f"{name} (missing)")(type("StandIn", (), {"__doc__": doc}))
+        _put(
+            replace(
+                made,
+                inputs=tuple(inputs.values()),
+                outputs=tuple(outputs.values()),
+                missing=reason,
+                accuracy="it puts out nothing.",
+            )
+        )
+        RUNNING.pop(name, None)
+
+
+def _is_own(type: str, registry: Registry) -> bool:
+    return type not in registry or type in RUNNING or bool(registry[type].missing)
+
+
+def _put(made: NodeType) -> None:
+    registry = installed_nodes()
+    assert isinstance(registry, dict)  # it is read only for all others
+    registry[made.type] = made
+
+
+def _read(path: Path) -> bytes:
+    if not path.is_file():
+        raise BadFile(f"{path} is no ordinary file, and is not read")
+    if path.stat().st_size > LARGEST:
+        raise BadFile(f"{path} has {path.stat().st_size} bytes; allowed: {LARGEST} for a file of a node")
+    return read_file(path)
