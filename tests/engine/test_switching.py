@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from loops import FLOOR, loop_of, played
-from made_patches import hum, patch_of
+from made_patches import hum, patch_of, stepped_bank
 
 from underfoot.clock import FADE
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.commands import Play, PressTile, Strike, Swap, from_text, to_text
-from underfoot.engine.loop import LoopOptions
+from underfoot.engine.commands import CancelStart, Play, PressTile, Set, Start, Strike, Swap, from_text, to_text
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import longest_s, previewed
 from underfoot.engine.render import render
 from underfoot.engine.reports import COMMANDED, MEASURED
@@ -227,3 +227,55 @@ def test_what_settles_or_begins_anew_gives_the_same_bytes_at_any_block_size(bloc
         return played(loop, 40_000, blocks).tobytes()
 
     assert run(blocks) == run([1024])
+
+
+# --- with the step of a preview ---
+
+
+def start(patch, frame=0, tile="t1"):
+    return Start(patch.dumps(), tile=tile, from_frame=frame)
+
+
+@pytest.mark.parametrize("name", ["footfalls on wood", "gravel"])
+def test_a_start_plays_what_the_preview_shows_of_a_patch_that_force_drives(name):
+    patch, at = preset("gravel") if name == "gravel" else stepped_bank(), 48_000
+    loop = Loop(patch, REGISTRY, SimulatedFloor(FLOOR, walking=False), LoopOptions(block=480, measures=True))
+    loop.send(Play(True))
+    loop.play_all(at)
+    loop.send(start(patch), at)
+    _, played_too = loop.play_all(round(0.9 * RATE))
+    _, signals, _ = previewed(patch, (), "t1", 0.9, RATE, measures=True)
+    ours, shown = played_too["commanded"][:, 0], signals[COMMANDED]
+    assert np.abs(shown).max() > 0.1
+    assert not played_too["commanded"][:, 1:].any()
+    if name == "gravel":  # chance is drawn by the frame
+        assert np.std(ours) == pytest.approx(np.std(shown), rel=0.2)
+    else:
+        np.testing.assert_allclose(ours, shown, atol=1e-4 * np.abs(shown).max())
+
+
+@pytest.mark.parametrize("blocks", [[1024], [7, 500]])
+def test_starts_wait_for_their_frame_beside_other_commands_and_replay_to_the_same_bytes(blocks):
+    patch, due = stepped_bank(), 32 * 500
+    loop = loop_of(patch, block=max(blocks), walking=False)
+    played(loop, 3200)
+    loop.send(start(patch, due).prepared(loop))
+    loop.send(Set("tile-output", "level", 0.3))
+    out = played(loop, 2 * due, blocks)
+    done = [(one.frame, one.command) for one in loop.applied]
+    assert [frame for frame, command in done if isinstance(command, Start)] == [due]
+    assert [type(command) for _, command in done] == [Play, Set, Start, Set]  # the built program has the number, too
+    again = Loop(patch, REGISTRY, SimulatedFloor(FLOOR, walking=False), LoopOptions(block=640))
+    for frame, command in done:
+        again.send(from_text(*to_text(command)), frame)
+    np.testing.assert_array_equal(played(again, 3200 + 2 * due, [640])[3200:], out)
+
+
+def test_another_patch_or_its_end_cancels_a_start_that_waits():
+    patch = stepped_bank()
+    loop = loop_of(patch, walking=False)
+    for cancel in (swap(rhythmic()), CancelStart(), start(patch)):
+        loop.send(start(patch, loop.frame + 4800))
+        loop.send(cancel)
+        played(loop, 9600)
+    assert [one.command.from_frame for one in loop.applied if isinstance(one.command, Start)] == [0]

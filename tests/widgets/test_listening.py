@@ -1,5 +1,7 @@
 """A scripted hand plays from the start, loops, hears one node alone, and compares A with B: on the simulated floor."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from design_samples import NONE, send
@@ -24,7 +26,7 @@ def bench(window, qtbot):
     workspace.swaps = []
     window.bridge.reported.connect(
         lambda reports: workspace.swaps.extend(
-            one.command for one in reports if isinstance(one, CommandApplied) and isinstance(one.command, Swap)
+            one for one in reports if isinstance(one, CommandApplied) and isinstance(one.command, Swap)
         )
     )
     workspace.canvas.setFocus()
@@ -40,12 +42,15 @@ def key(workspace, which, modifiers=NONE):
 
 def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot):
     key(bench, Qt.Key.Key_P)
-    qtbot.waitUntil(lambda: any(swap.anew for swap in bench.swaps), timeout=LONG_MS)
-    window.listening.set_loop_length(0.2)
+    qtbot.waitUntil(lambda: any(swap.command.anew for swap in bench.swaps), timeout=LONG_MS)
+    window.listening.set_loop_length(0.4)
     key(bench, Qt.Key.Key_L)
     assert bench.listen_bar.loop.isChecked()
     before = len(bench.swaps)
-    qtbot.waitUntil(lambda: len(bench.swaps) > before + 2, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: len(bench.swaps) > before + 3, timeout=LONG_MS)
+    asked = [(swap.command.from_frame, swap.frame) for swap in bench.swaps[before + 1 :]]
+    assert {(later[0] - earlier[0]) % (0.4 * 48_000) for earlier, later in pairwise(asked)} == {0.0}
+    assert sum(frame == due for due, frame in asked) >= 1  # a machine under load may build one too late
     key(bench, Qt.Key.Key_L)
     assert not window.listening.is_looping
 

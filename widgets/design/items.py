@@ -40,6 +40,7 @@ class NodeItem(QGraphicsItem):
         self.face = face
         self.wires: list[WireItem] = []
         self.shape_now: Shape = node_shape(face, (), False)
+        self._bounds = _around(self.shape_now)
         self.driven: tuple[str, ...] = ()
         self.asked: tuple[str, ...] = ()
         self.opened = False
@@ -77,6 +78,7 @@ class NodeItem(QGraphicsItem):
     def _reshape(self) -> None:
         self.prepareGeometryChange()
         self.shape_now = node_shape(self.face, self.driven + self.asked, self.opened)
+        self._bounds = _around(self.shape_now)
         opened = self.opened
         self.setZValue(1.0 if opened else 0.0)
         for wire in self.wires:
@@ -145,7 +147,7 @@ class NodeItem(QGraphicsItem):
     # --- Qt ---
 
     def boundingRect(self) -> QRectF:
-        return self.shape_now.rect.adjusted(-DOT - 3, -3, DOT + 3, 3)
+        return self._bounds
 
     def shape(self) -> QPainterPath:
         path = QPainterPath()
@@ -279,6 +281,11 @@ class NodeItem(QGraphicsItem):
         rect = QRectF(PAD + 4, placed.at.y() - 10, self.shape_now.width - 2 * PAD - 8, 20)
         side = Qt.AlignmentFlag.AlignLeft if placed.side == "in" else Qt.AlignmentFlag.AlignRight
         painter.drawText(rect, side | Qt.AlignmentFlag.AlignVCenter, placed.row.text)
+
+
+def _around(shape: Shape) -> QRectF:
+    """What a node may draw on: asked for each wire that is drawn, and so kept."""
+    return shape.rect.adjusted(-DOT - 3, -3, DOT + 3, 3)
 
 
 class WireItem(QGraphicsItem):

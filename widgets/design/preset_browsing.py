@@ -1,5 +1,7 @@
 """Between the list of presets and the patch that is open: hearing one, opening one, saving one's own."""
 
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -13,6 +15,7 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.library import Preset, file_of
 from underfoot.patch.patch import Patch
 from underfoot.widgets import theme
+from underfoot.widgets.design.preset_drops import PresetDrops
 from underfoot.widgets.design.side_panel import PRESETS, SidePanel
 from underfoot.widgets.workspace import WorkspaceContext
 
@@ -26,13 +29,26 @@ class PresetBrowsing(QObject):
         panel = side.presets
         panel.bind(folder, context.settings.stars)
         panel.heard.connect(self._hear)
-        panel.chosen.connect(self._open)
+        panel.chosen.connect(lambda preset: self.open(preset.path))
         self.show_action = QAction("Presets", side)
         self.show_action.setShortcut("Ctrl+P")
         self.show_action.triggered.connect(lambda: side.show_page(PRESETS))
         self.save_action = QAction("Save as preset…", side)
         self.save_action.setShortcut("Ctrl+Alt+S")
         self.save_action.triggered.connect(self.ask_to_save)
+
+    def take_drops(
+        self, canvas: QWidget, slots: Mapping[str, QWidget], open_in_other: Callable[[Path], object]
+    ) -> None:
+        """Open a preset that is dropped on the canvas, or on a slot: in that one, whichever is edited."""
+
+        def open_in(slot: str, path: Path) -> None:
+            (self.open if slot == self._context.open_patch.slot else open_in_other)(path)
+
+        drops = PresetDrops(self)
+        drops.accept_on(canvas, self.open)
+        for slot, button in slots.items():
+            drops.accept_on(button, partial(open_in, slot))
 
     def ask_to_save(self) -> None:
         """Ask how the patch is to be called as a preset of one's own, and write it."""
@@ -52,9 +68,11 @@ class PresetBrowsing(QObject):
             return
         listening.hear_preset(with_files_kept(patch, self._context.registry, preset.path.parent, None))
 
-    def _open(self, preset: Preset) -> None:
+    def open(self, path: Path) -> None:
+        """Edit on with a preset, as a step that can be taken back."""
+        self._side.presets.end_hearing()
         self._context.listening.hear_preset(None)
-        self._context.open_patch.adopt(preset.path)
+        self._context.open_patch.adopt(path)
 
     def _save(self, patch: Patch) -> None:
         path = file_of(patch.title, self.folder)

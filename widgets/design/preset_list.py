@@ -3,13 +3,25 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import (
+    QEvent,
+    QMimeData,
+    QModelIndex,
+    QPersistentModelIndex,
+    QPointF,
+    QRect,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPolygonF
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.library import Preset
 from underfoot.widgets import theme
+from underfoot.widgets.design import preset_drops
 
 _PRESET, _PICTURE, _IS_STARRED = (Qt.ItemDataRole.UserRole + i for i in range(3))
 _OWN_KEYS = (Qt.Key.Key_Escape, Qt.Key.Key_Delete, Qt.Key.Key_Asterisk)
@@ -34,24 +46,28 @@ class PresetList(QListWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
         self.setMouseTracking(True)
+        self.setDragEnabled(True)
         self.setAccessibleName("Presets")
         self.itemDoubleClicked.connect(lambda: self._choose())
         self.itemClicked.connect(self._clicked)
         self._on_star = False
 
     def show_presets(
-        self, presets: Sequence[Preset], pictures: Mapping[Path, PresetPicture], stars: Sequence[str]
+        self, presets: Sequence[Preset], pictures: Mapping[Path, PresetPicture], stars: Sequence[str], headed: bool
     ) -> None:
-        """Show these, under the names of their families; the current one stays current where it is among them."""
-        before = self.current()
+        """Show these, `headed` by the names of their families; the current one stays current where it is among them.
+
+        Else by their titles, and none is current: Enter means the first.
+        """
+        before = self.current() if headed else None
         self.clear()
         family = None
         for preset in presets:
-            if preset.family != family and preset.family:
+            if headed and preset.family != family and preset.family:
                 heading = QListWidgetItem(preset.family.upper(), self)
                 heading.setFlags(Qt.ItemFlag.NoItemFlags)
             family = preset.family
-            item = QListWidgetItem(preset.name, self)
+            item = QListWidgetItem(preset.name if headed else preset.title, self)
             item.setData(_PRESET, preset)
             item.setData(_PICTURE, pictures.get(preset.path))
             item.setData(_IS_STARRED, str(preset.path) in stars)
@@ -84,6 +100,13 @@ class PresetList(QListWidget):
             at = items.index(here) + by if here in items else (0 if by > 0 else -1)
             self.setCurrentItem(items[at % len(items)])
             self.moved.emit(self.current())
+
+    def mimeTypes(self) -> list[str]:
+        return [preset_drops.MIME]
+
+    def mimeData(self, items: list[QListWidgetItem]) -> QMimeData:  # type: ignore[override]
+        preset = items[0].data(_PRESET) if items else None
+        return preset_drops.dragged(preset.path) if preset is not None else QMimeData()
 
     def event(self, event: QEvent) -> bool:
         # Escape and * belong to the list, whatever else they do in the window.
@@ -180,7 +203,7 @@ class _Row(QStyledItemDelegate):
                 painter.setPen(Qt.PenStyle.NoPen)
                 painter.setBrush(QColor(theme.HOVER if is_current else theme.RAISED))
                 painter.drawRoundedRect(rect, 4, 4)
-            self._paint_preset(painter, rect, index, preset)
+            self._paint_preset(painter, rect, index)
             if index.data(_IS_STARRED) or is_under_mouse or is_current:
                 painter.setFont(theme.font())
                 painter.setPen(QColor(theme.EVENTS if index.data(_IS_STARRED) else theme.FAINT))
@@ -188,15 +211,13 @@ class _Row(QStyledItemDelegate):
                 painter.drawText(star, Qt.AlignmentFlag.AlignCenter, "★" if index.data(_IS_STARRED) else "☆")
         painter.restore()
 
-    def _paint_preset(
-        self, painter: QPainter, rect: QRect, index: QModelIndex | QPersistentModelIndex, preset: Preset
-    ) -> None:
+    def _paint_preset(self, painter: QPainter, rect: QRect, index: QModelIndex | QPersistentModelIndex) -> None:
         picture: PresetPicture | None = index.data(_PICTURE)
         text = rect.adjusted(8, 4, -_STAR_PX - _PICTURE_PX - 4, -4)
         align = Qt.AlignmentFlag.AlignLeft
         painter.setFont(theme.font())
         painter.setPen(QColor(theme.TEXT))
-        name = painter.fontMetrics().elidedText(preset.name, Qt.TextElideMode.ElideRight, text.width())
+        name = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, text.width())
         painter.drawText(text, align | Qt.AlignmentFlag.AlignTop, name)
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.MUTED))

@@ -6,7 +6,7 @@ from PySide6.QtCore import QFile, QTimer, Signal
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QMessageBox, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
-from underfoot.patch.library import Preset, all_presets
+from underfoot.patch.library import Preset, all_presets, ranked
 from underfoot.widgets import theme
 from underfoot.widgets.design.node_list import SearchField
 from underfoot.widgets.design.preset_list import PresetList, in_words
@@ -118,11 +118,10 @@ class PresetPanel(QWidget):
         fitting = [
             preset
             for preset in self._presets
-            if preset.fits(self.field.text())
-            and (which != "★" or str(preset.path) in self._stars)
-            and (which != "Mine" or preset.is_own)
+            if (which != "★" or str(preset.path) in self._stars) and (which != "Mine" or preset.is_own)
         ]
-        self.list.show_presets(fitting, self._known, self._stars)
+        fitting = ranked(fitting, self.field.text())
+        self.list.show_presets(fitting, self._known, self._stars, headed=not self.field.text())
         self.about.setText("" if fitting else self._nothing(which))
 
     def _nothing(self, which: str) -> str:

@@ -9,6 +9,7 @@ import platformdirs
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.reports import COMMANDED, Preview
+from underfoot.errors import UnderfootError
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
@@ -208,16 +209,32 @@ class SlotListening(QObject):
 
     def _copy(self) -> None:
         """Give the other slot what is in this one; it can be taken back there."""
-        open_patch, document = self._open_patch, self._canvas.document
-        slot = open_patch.slot
-        self._listening.set_level(other_slot(slot), None)
-        if open_patch.other is None:
-            open_patch.take_other(open_patch.copy_to_other())
+        slot = self._open_patch.slot
+        self._give_other(self._open_patch.copy_to_other(), f"Copy {slot} to {other_slot(slot)}")
+        self._canvas.say(f"{other_slot(slot)} is now as {slot} is; X switches", alarm=False)
+
+    def open_in_other(self, path: Path) -> None:
+        """Open a preset in the slot that is not edited; it can be taken back there."""
+        try:
+            patch = Patch.load(path, self._context.registry)
+        except UnderfootError as error:
+            self._canvas.say(str(error))
+            return
+        slot, title = other_slot(self._open_patch.slot), patch.title or path.stem
+        self._listening.hear_preset(None)
+        self._give_other(with_files_kept(patch, self._context.registry, path.parent, None), f"Open {title} in {slot}")
+        self._canvas.say(f"{title} is open in {slot}; X switches", alarm=False)
+
+    def _give_other(self, patch: Patch, words: str) -> None:
+        """Let the other slot have this patch, as an edit where it has one already."""
+        self._listening.set_level(other_slot(self._open_patch.slot), None)
+        other = self._open_patch.other
+        if other is None:
+            self._open_patch.take_other(patch)
         else:
-            document.edit_other(open_patch.copy_to_other(), f"Copy {slot} to {other_slot(slot)}")
+            self._canvas.document.edit_other(other.patch, patch, words)
         self._overlaid = ""
         self._show()
-        self._canvas.say(f"{other_slot(slot)} is now as {slot} is; X switches", alarm=False)
         self.renewal_wanted.emit()
 
     def _open_blind_test(self) -> None:

@@ -60,9 +60,12 @@ class Document(QObject):
         if after != self.patch:
             self.stack.push(_Edit(self, self.slot, after, text, merge))
 
-    def edit_other(self, after: Patch, text: str) -> None:
-        """The same in the slot that waits."""
+    def edit_other(self, before: Patch, after: Patch, text: str) -> None:
+        """The same in the slot that waits. Its undo list goes on where `before` is what it holds, else anew."""
         other = other_slot(self.slot)
+        if before != self._patches[other]:
+            self._patches[other] = before
+            self._stacks[other].clear()
         if after != self._patches[other]:
             self._stacks[other].push(_Edit(self, other, after, text, ""))
 

@@ -138,6 +138,7 @@ class DesignWorkspace(Workspace):
         open_patch.adopted.connect(self.document.edit)
         self.side.presets.said.connect(self.said)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
+        self.browsing.take_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
         self.addActions([self.browsing.show_action, self.browsing.save_action])
         self._prepare_first_steps(context)
 

@@ -10,7 +10,7 @@ import platformdirs
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
-from underfoot.engine.commands import Command, Level, Strike, Tare, TileEqualiser
+from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
 from underfoot.engine.reports import SOUND_CARD, ErrorCurveDrawn, Laws, Preview, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
@@ -296,12 +296,28 @@ class SessionController(QObject):
             self.session.play()
 
     def play_from_start(self, tile: str) -> None:
-        """Play the patch from its start, and strike what can be struck on a tile."""
+        """Play the patch from its start, with a step on a tile as in the preview."""
         if not self.playing:
             self.play()
         if self.session is not None and not self._is_lent:
-            self.session.restart()
-            self.session.send(Strike("", tile))
+            self.session.restart(tile)
+
+    def loop(self, tile: str, period_s: float) -> None:
+        """Play the patch from its start in every period, on the engine's clock."""
+        if not self.playing:
+            self.play()
+        if self.session is not None and not self._is_lent:
+            self.session.repeats.begin(tile, period_s)
+
+    def set_loop_length(self, period_s: float) -> None:
+        """How long what repeats is, from its next start on."""
+        if self.session is not None:
+            self.session.repeats.set_period(period_s)
+
+    def end_loop(self) -> None:
+        """Play no more from the start again."""
+        if self.session is not None:
+            self.session.repeats.end()
 
     def stop(self) -> None:
         """Ramp the sound down; the session goes on."""

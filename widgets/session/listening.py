@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
-from underfoot.engine.commands import Play, Strike, Swap
-from underfoot.engine.reports import CommandApplied
+from underfoot.engine.commands import Play, Swap
+from underfoot.engine.reports import CommandApplied, Started
 from underfoot.patch.audition import auditioned, softened
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
@@ -54,10 +54,8 @@ class Listening(QObject):
         self._blind_timer = QTimer(self, singleShot=True, interval=SILENCE_MS)
         self._blind_timer.timeout.connect(self._begin_blind)
         self._strikes = False
-        self._timer = QTimer(self)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(1000)
-        self._timer.timeout.connect(self._again)
+        self._loop_s = 1.0
+        self._is_looping = False
         controller.bridge.reported.connect(self._hear_reports)
         self._has_new_code = False
         open_patch.nodes.changed.connect(self._note_new_code)
@@ -69,33 +67,30 @@ class Listening(QObject):
     # --- again ---
 
     def play_from_start(self) -> None:
-        """Play from the start, and strike the tile; a loop begins anew with it."""
-        self._controller.play_from_start(self.tile)
-        if self._timer.isActive():
-            self._timer.start()
+        """Play from the start, with a step on the tile; a loop begins anew with it."""
+        if self._is_looping:
+            self._controller.loop(self.tile, self._loop_s)
+        else:
+            self._controller.play_from_start(self.tile)
 
     def loop(self, on: bool) -> None:
         """Play from the start again and again, or no more."""
+        self._is_looping = on
         if on:
-            self._timer.start()
             self.play_from_start()
         else:
-            self._timer.stop()
+            self._controller.end_loop()
 
     def set_loop_length(self, seconds: float) -> None:
         """How long what repeats is, from its next start on."""
-        interval_ms = max(round(1e3 * seconds), 100)
-        if interval_ms != self._timer.interval():
-            self._timer.setInterval(interval_ms)
+        if seconds != self._loop_s:
+            self._loop_s = seconds
+            self._controller.set_loop_length(seconds)
 
     @property
     def is_looping(self) -> bool:
         """Whether it plays again and again."""
-        return self._timer.isActive()
-
-    def _again(self) -> None:
-        if self._controller.playing:
-            self._controller.play_from_start(self.tile)
+        return self._is_looping
 
     # --- one node alone ---
 
@@ -161,7 +156,7 @@ class Listening(QObject):
         Silence comes first, as long whatever was played before and whatever comes: time tells nothing.
         """
         self._blind, self.ear = slot, None
-        self._timer.stop()
+        self.loop(False)
         self._controller.send(Play(False))
         self._apply(anew=True)
         self._blind_timer.start()
@@ -181,20 +176,23 @@ class Listening(QObject):
         self._has_new_code = True
 
     def _hear_reports(self, reports: list[object]) -> None:
-        """Strike, once the patch in which one node is heard alone plays."""
+        """Step on the tile, once the patch in which one node is heard alone plays; loop on in a new session."""
+        if self._is_looping and any(isinstance(one, Started) for one in reports):
+            self._controller.loop(self.tile, self._loop_s)
         swapped = any(isinstance(one, CommandApplied) and isinstance(one.command, Swap) for one in reports)
         if self._strikes and swapped and (self.ear is not None or self._preset is not None):
             self._strikes = False
-            QTimer.singleShot(round(1e3 * SETTLE_S), self._strike)
+            QTimer.singleShot(round(1e3 * SETTLE_S), self._step)
 
     def _begin_blind(self) -> None:
         if self._controller.playing:
             self._controller.send(Play(True))
-            self._controller.send(Strike("", self.tile))
+            self._controller.play_from_start(self.tile)
 
-    def _strike(self) -> None:
+    def _step(self) -> None:
         tile = self.ear.tile if self.ear is not None else ""
-        self._controller.send(Strike("", tile or self.tile))
+        if self._controller.playing:
+            self._controller.play_from_start(tile or self.tile)
 
     def _apply(self, _: object = None, *, anew: bool = False) -> str:
         """Tell the session what to play; how a node is heard alone, in words."""

@@ -6,19 +6,21 @@ reported with its frame; a recording keeps it as JSON text under its `kind`.
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, ClassVar, Protocol
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from underfoot.clock import RATE_HZ, next_span
+from underfoot.clock import FADE, RATE_HZ, next_span
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.equaliser_bank import EqualiserBank, coefficients_of
 from underfoot.engine.intake import Intake
 from underfoot.engine.program_fade import ProgramFader
 from underfoot.engine.safety import Safety
+from underfoot.engine.simulated_step import STEP_S, step_forces
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
@@ -113,6 +115,34 @@ class Swap(Command):
         program = loop.build(Patch.loads(self.patch, loop.registry), self.scopes)
         program.begins_anew = self.anew
         return ProgramSwap(program, self.together, self, next_span(round(self.settle_s * loop.rate_hz)))
+
+
+@dataclass(frozen=True)
+class Start(Swap):
+    """Play the patch from its start, with the step of a preview on a tile: `STEP_S` later, and a strike with it.
+
+    What is recorded of the floor is without that step: a replay adds it again. A start whose `from_frame` is still to
+    come waits for it beside all other commands, until another patch is played or another start takes its place.
+    """
+
+    tile: str = ""
+    from_frame: int = 0
+    anew: bool = True
+
+    def prepared(self, loop: LoopParts) -> "ProgramStart":
+        """The program, built, and the step's forces."""
+        swap, floor = super().prepared(loop), loop.source.floor
+        row = floor.index(self.tile)
+        step_n = step_forces(floor.tiles[row])
+        return ProgramStart(swap.program, swap.together, self, swap.settle_frames, row, self.from_frame, step_n)
+
+
+@dataclass(frozen=True)
+class CancelStart(Command):
+    """Let no start wait any more. It is not recorded: what did not begin is not, either."""
+
+    def reported(self) -> None:  # type: ignore[override]
+        return None
 
 
 @dataclass(frozen=True)
@@ -318,6 +348,22 @@ class ProgramSwap(Action):
 
 
 @dataclass(frozen=True)
+class ProgramStart(ProgramSwap):
+    """Fade over to a program, and have a tile, the floor's `row`, stepped on and struck as in a preview."""
+
+    row: int = 0
+    from_frame: int = 0
+    step_n: NDArray[np.float64] = field(default_factory=lambda: np.zeros((1, 4)))
+
+    def apply(self, loop: LoopParts, frame: int) -> None:
+        super().apply(loop, frame)
+        begins = frame if self.together else frame + FADE
+        step = begins + round(STEP_S * loop.rate_hz)
+        loop.intake.steps.begin(self.row, step, self.step_n)
+        self.program.strike("", loop.source.floor.tiles[self.row].id, float(step), 1.0)
+
+
+@dataclass(frozen=True)
 class EqualiserChange(Action):
     """Fade a tile's equaliser, and how loud its full scale is, over to those of a command."""
 
@@ -358,7 +404,7 @@ def from_text(kind: str, body: str) -> Command:
     require(kind in Command.kinds, "kind", kind, ", ".join(sorted(Command.kinds)))
     made = Command.kinds[kind]
     values: dict[str, Any] = msgspec.json.decode(body)
-    for field in fields(made):
-        if field.type is bytes:
-            values[field.name] = values[field.name].encode()
+    for one in fields(made):
+        if one.type is bytes:
+            values[one.name] = values[one.name].encode()
     return msgspec.convert(values, made)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
+from underfoot.engine.simulated_step import StepAdder
 from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.loss_concealment import LossConcealment, conceal
@@ -66,7 +67,7 @@ class Intake:
 
     `signals`, float64 [signal, tile, frame], has room for `block` frames: force in newtons, and the centroid's x and y
     in metres. Nobody else writes there: what is zero is not written again. `on_samples` is called with the number of
-    samples whenever some came, while the source still holds them.
+    samples whenever some came, while the source still holds them: what it read, without the `steps` that are added.
     """
 
     def __init__(self, source: ForceSource, rate_hz: float, block: int) -> None:
@@ -74,6 +75,7 @@ class Intake:
         self.signals = np.zeros((3, len(source.floor.tiles), block))
         self.tracker = ContactTracker(source.floor, source.rate_hz)
         self.on_samples: Callable[[int], None] = _ignore
+        self.steps = StepAdder(rate_hz)
         self._memory = tuple(self.tracker.memory)  # Numba makes new strings for each named tuple that it is given
         self._concealment = LossConcealment(self.tracker, MAX_SAMPLES)
         absent = self._concealment.absent
@@ -96,6 +98,7 @@ class Intake:
             count = self.source.pull(end)
             if count:
                 self.on_samples(count)
+                self.steps.add(self.source.stamps, self.source.forces, count)
                 if self.tracker.opening:
                     self._open(count)
                 else:

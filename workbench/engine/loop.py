@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ, next_span
 from underfoot.devices.force_source import ForceSource
-from underfoot.engine.commands import Action, Command, Panic, TileEqualiser
+from underfoot.engine.commands import Action, CancelStart, Command, Panic, ProgramStart, ProgramSwap, Set, TileEqualiser
 from underfoot.engine.equaliser_bank import EqualiserBank
 from underfoot.engine.intake import Intake
 from underfoot.engine.program_fade import ProgramFader
@@ -97,6 +97,8 @@ class Loop:
         }
         self.applied: deque[CommandApplied] = deque(maxlen=4096)
         self._waiting: deque[tuple[int, Action]] = deque()
+        self._start: ProgramStart | None = None  # one that waits for its frame, beside all others
+        self._set_since: list[Set] = []  # numbers that were moved after its program was built
         self._each_signal = tuple(self.intake.signals)
         driver.on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
         _copy_scope(np.zeros((1, 1, 1)), self.scope_frames, 0, 0)
@@ -131,6 +133,13 @@ class Loop:
         """
         if isinstance(action, Command):
             action = action.prepared(self)
+        if isinstance(action, ProgramStart) and frame is None and action.from_frame > self.frame:
+            self._await_start(action)
+            return
+        if self._start is not None and isinstance(action, Set):
+            self._set_since.append(action)
+        elif isinstance(action, (ProgramSwap, CancelStart)):
+            self._await_start(None)
         self._waiting.append((next_span(self.frame if frame is None else frame), action))
 
     def panic(self) -> None:
@@ -166,8 +175,28 @@ class Loop:
                 played[name][at : at + n] = source[:n]
         return played.pop(""), played
 
+    def _await_start(self, start: ProgramStart | None) -> None:
+        """Let a start wait for its frame in the place of the one that waits; None for none."""
+        if self._start is not None:
+            self.programs.retired.append(self._start.program)
+        self._start = start
+        self._set_since.clear()
+
+    def _begin_start(self) -> None:
+        """Line up the start whose frame has come, and behind it what was set since its program was built."""
+        assert self._start is not None
+        self._waiting.append((self.frame, self._start))
+        self._waiting.extend((self.frame, moved) for moved in self._set_since)
+        self._start = None
+
     def _apply_due(self, now: int, stop: int) -> int:
         """Do what is due at frame `now`; returns the frame up to which nothing more is, at most `stop`."""
+        if self._start is not None:
+            due = next_span(self._start.from_frame)
+            if due <= now:
+                self._begin_start()
+            else:
+                stop = min(stop, due)
         while self._waiting:
             due, action = self._waiting[0]
             due = max(due, action.free_from(self))

@@ -14,7 +14,8 @@ from underfoot.array_cache import ArrayCache
 from underfoot.clock import RATE_HZ
 from underfoot.engine.levels import Level
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.preview import STEP_S, one_step
+from underfoot.engine.preview import one_step
+from underfoot.engine.simulated_step import STEP_S
 from underfoot.files import read_file
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch

@@ -9,20 +9,17 @@ from underfoot.devices.replay import Replay
 from underfoot.engine.commands import Play, Strike, TileEqualiser
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.reports import COMMANDED, MEASURED
+from underfoot.engine.simulated_step import FORCE_HZ, STEP_S, adult_step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, Tile
-from underfoot.models import gait
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
-STEP_S = 0.05
-"""When the foot of a preview comes down."""
 WHOLE_STEP_S = 0.9
 """A step, with what rings on after it: the least that a preview lasts which has no length of its own."""
 LONGEST_S = 10.0
 _RINGING_S = 1.0
 """How long a patch may ring on after the last of its notes."""
-_FORCE_HZ = 1000.0
 DRIVE = "drive"
 _BLOCK = 480  # the strike falls between two blocks
 
@@ -120,14 +117,10 @@ def one_tile(id: str) -> Floor:
 
 def one_step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
     """A step straight over the middle of a tile: its force at each frame, and what brings it to a loop."""
-    time_s = np.arange(round((seconds + 0.1) * _FORCE_HZ)) / _FORCE_HZ
-    walker = gait.Walker(variation=0.0)
+    time_s = np.arange(round((seconds + 0.1) * FORCE_HZ)) / FORCE_HZ
     floor = one_tile(tile)
-    step = gait.footfalls(walker, [(0.0, 0.0)], STEP_S + 0.01, start_s=STEP_S)[0]
-    along_m = walker.foot_length_m * (gait.roll((time_s - step.start_s) / step.duration_s) - 0.5)
-    force_n = step.force_n(time_s)
-    corners = gait.corner_forces(force_n, along_m, np.zeros_like(along_m), floor.tiles[0].sensors_m)
-    source = Replay(ForceSeries(time_s, corners[:, None, :], _FORCE_HZ), floor, rate_hz)
+    force_n, corners_n = adult_step(floor.tiles[0], time_s, STEP_S)
+    source = Replay(ForceSeries(time_s, corners_n[:, None, :], FORCE_HZ), floor, rate_hz)
     frames = np.arange(round(seconds * rate_hz))
     return np.interp(frames / rate_hz, time_s, force_n).astype(np.float32), source
 

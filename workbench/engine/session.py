@@ -14,10 +14,23 @@ from pathlib import Path
 import msgspec
 
 from underfoot.engine.child_process import ChildProcess, RestartLimit
-from underfoot.engine.commands import Command, Level, Mark, Play, Set, Swap, TileEqualiser, Walk, equalisers_of, to_text
+from underfoot.engine.commands import (
+    Command,
+    Level,
+    Mark,
+    Play,
+    Set,
+    Start,
+    Swap,
+    TileEqualiser,
+    Walk,
+    equalisers_of,
+    to_text,
+)
 from underfoot.engine.engine_supervisor import END_S, EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
+from underfoot.engine.repeats import Repeats
 from underfoot.engine.reports import (
     CommandApplied,
     Compiled,
@@ -93,6 +106,7 @@ class Session:
         self._parts_ready = {"engine": 0, "compiler": 0}
         self._reports: list[Report] = []
         self._closed = False
+        self.repeats = Repeats(self, target.rate)
         atexit.register(self.close)  # or the interpreter would wait for the recorder for ever
 
     # --- life ---
@@ -127,6 +141,8 @@ class Session:
         self._hear_engine()
         self._engine.watch()
         self._restart_engine()
+        if self.playing:
+            self.repeats.poll(int(self.memory.status.get(Field.FRAME)))
         if self._compiler is None and time.monotonic() > self._compiler_due:
             self._start_compiler()
         self._restart_compiler()
@@ -190,10 +206,15 @@ class Session:
         if self._started:
             self._engine.send(command)
 
-    def restart(self) -> None:
-        """Play the patch from its start; a rhythm that begins at once begins again. Nothing, while one is compiled."""
-        if self._started and self._is_compiled:
-            self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=True))
+    def restart(self, tile: str, from_frame: int = 0) -> bool:
+        """Play the patch from its start, with a step on a tile, as `Start`; whether it can, now.
+
+        It cannot while a patch is compiled, and before the engine plays.
+        """
+        can_start = self._started and self._is_compiled
+        if can_start:
+            self.send(Start(self.patch.dumps(), self.scopes, tile=tile, from_frame=from_frame))
+        return can_start
 
     def play(self) -> None:
         """Let sound out, also after a panic."""
@@ -328,6 +349,7 @@ class Session:
                     if self._started:
                         anew, settle_s = self._begins_anew, self._settle_s
                         self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=anew, settle_s=settle_s))
+                        self.repeats.ask_again()
                     self._begins_anew = False
                 case Compiled():
                     pass  # of a patch that was edited since, or that the engine loads by itself
@@ -401,6 +423,7 @@ class Session:
 
     def _hear_engine(self) -> None:
         for message in self._engine.receive():
+            self.repeats.hear(message)
             match message:
                 case CommandApplied(frame, command) if self._recorder is not None:
                     self._recorder.send(self._record_of(frame, command))

@@ -1,6 +1,7 @@
 """Presets on disk: patches, floors, simulated tiles and protocols to begin with; and a person's own patches."""
 
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,15 +80,19 @@ class Preset:
         """Whether it is a person's own, which can be taken away again."""
         return self.family == OWN
 
-    def fits(self, text: str) -> bool:
-        """Whether all words of `text` are in what it says of itself.
+    def rank(self, text: str) -> int:
+        """How well it fits the words of `text`, all together: 0 is best, -1 where a word is nowhere in it.
+
+        The title and the name come before tags and family, and those before the comment and the author; in each, whole
+        words come before beginnings, and those before other parts.
 
         >>> ice = Preset(Path("ice.json"), "Materials", "Ice", "Ice", "It cracks.", tags=("brittle",))
-        >>> ice.fits("mat brit"), ice.fits("sand")
-        (True, False)
+        >>> ice.rank("ice"), ice.rank("brittle"), ice.rank("brit"), ice.rank("crack"), ice.rank("sand")
+        (0, 3, 4, 7, -1)
         """
-        known = " ".join((self.name, self.title, self.family, self.comment, self.author, *self.tags)).lower()
-        return all(word in known for word in text.lower().split())
+        places = [(self.name, self.title), (self.family, *self.tags), (self.comment, self.author)]
+        ranks = [_rank_of(word, places) for word in text.lower().split()]
+        return -1 if -1 in ranks else sum(ranks)
 
 
 def all_presets(own: Path | None = None) -> list[Preset]:
@@ -127,6 +132,23 @@ def file_of(title: str, own: Path) -> Path:
     'mine/ice-thin.json'
     """
     return own / f"{re.sub(r'[^a-z0-9]+', '-', title.lower()).strip('-') or 'preset'}.json"
+
+
+def ranked(presets: Iterable[Preset], text: str) -> list[Preset]:
+    """Those that fit `text`, the best first; of equal ones, and without text, in the order in which they were."""
+    fitting = [(preset.rank(text), preset) for preset in presets]
+    return [preset for rank, preset in sorted(fitting, key=lambda found: found[0]) if rank >= 0]
+
+
+def _rank_of(word: str, places: Sequence[tuple[str, ...]]) -> int:
+    """Where a word is found: in which of the places, as a whole, a beginning, or a part of a word; -1 for nowhere."""
+    for at, texts in enumerate(places):
+        known = " ".join(texts).lower()
+        if word in known:
+            words = re.findall(r"\w+", known)
+            how = 0 if word in words else 1 if any(one.startswith(word) for one in words) else 2
+            return 3 * at + how
+    return -1
 
 
 def _preset(path: Path, family: str, name: str) -> Preset | None:

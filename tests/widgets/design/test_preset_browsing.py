@@ -1,14 +1,16 @@
 """Presets in the window: heard, opened as an edit, saved as one's own, and found again."""
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QMessageBox
 from windows import hiss, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.preset_browsing import PresetDialog
+from underfoot.widgets.design.preset_drops import dragged
 
 
 @pytest.fixture
@@ -85,3 +87,29 @@ def test_ones_own_preset_is_saved_found_by_its_tag_and_not_replaced_without_aski
 def test_author_and_tags_are_not_in_a_file_that_has_none():
     assert b"tags" not in hiss().dumps()
     assert b"author" not in hiss().dumps()
+
+
+def drop(widget, name):
+    data = dragged(library.patches()[name])
+    none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    place, copy = QPointF(10, 10), Qt.DropAction.CopyAction
+    entered = QDragEnterEvent(place.toPoint(), copy, data, *none)
+    QApplication.sendEvent(widget, entered)
+    assert entered.isAccepted()
+    QApplication.sendEvent(widget, QDropEvent(place, copy, data, *none))
+
+
+def test_a_preset_is_dropped_on_the_canvas_or_on_a_slot_and_taken_back_there(window, design, qtbot):
+    drop(design.canvas.viewport(), "material-ice")
+    assert design.patch().title == "Ice"
+    design.undo_action.trigger()
+    assert design.patch() == hiss()
+    drop(design.listen_bar.slots["A"], "material-ice")
+    assert (window.open_patch.slot, design.patch().title) == ("A", "Ice")
+    for name in ("material-ice", "gravel"):
+        drop(design.listen_bar.slots["B"], name)
+    assert (window.open_patch.slot, design.patch().title) == ("A", "Ice")
+    qtbot.keyClick(design.canvas, Qt.Key.Key_X)
+    assert design.patch().title == "Gravel underfoot"
+    design.undo_action.trigger()
+    assert design.patch().title == "Ice"

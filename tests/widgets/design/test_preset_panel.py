@@ -49,6 +49,21 @@ def test_words_narrow_the_list_to_what_says_them(panel, qtbot):
     assert panel.about.text() == "No preset has these words."
 
 
+def test_titles_come_before_tags_and_those_before_comments_whole_words_before_parts(tmp_path):
+    says = {
+        "a": ("Ice rink", "", "sand"),
+        "b": ("Sandal", "sand", ""),
+        "c": ("Dry sand", "", ""),
+        "d": ("Ice", "sand", ""),
+    }
+    presets = [
+        library.Preset(tmp_path / name, "", title, title, comment, tags=(tags,))
+        for name, (title, tags, comment) in says.items()
+    ]
+    assert [preset.title for preset in library.ranked(presets, "sand")] == ["Dry sand", "Sandal", "Ice", "Ice rink"]
+    assert [preset.title for preset in library.ranked(presets, "ice sand")] == ["Ice", "Ice rink"]
+
+
 def test_ones_own_are_there_and_what_is_no_patch_is_left_out(panel, qtbot):
     mine = panel.shows.buttons()[2]
     qtbot.mouseClick(mine, Qt.MouseButton.LeftButton)

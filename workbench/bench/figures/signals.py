@@ -11,7 +11,8 @@ from underfoot.drawing import Drawing, Series, series
 from underfoot.engine.commands import Play
 from underfoot.engine.levels import SECONDS, Level
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.preview import STEP_S, one_step
+from underfoot.engine.preview import one_step
+from underfoot.engine.simulated_step import STEP_S
 from underfoot.models.signals import envelopes, noise
 from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
