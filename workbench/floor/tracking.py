@@ -12,7 +12,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.running_median import begin, copy_latest, exchange, insert, median, median_deviation, running_median
+from underfoot.floor.running_median import (
+    begin,
+    copy_latest,
+    exchange,
+    insert,
+    median,
+    median_deviation,
+    running_median,
+)
 from underfoot.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -56,10 +64,11 @@ TILE = np.dtype(
     ],
     align=True,
 )
-"""What is known of a tile. `noise_n` is brought up to date when somebody asks: it is then that of `noise_of` values of the
-ring, the latest of them at place `noise_at`, unless that is none. `sum_n` is of `summed` samples, those since the last that was taken for baselines. `quiet`
-counts its thinned quiet samples in a row and `need` is how many a baseline wants. In contact: `token` numbers the
-loads of all tiles, and from `steady_s` on this one stayed between `low_n` and `high_n`."""
+"""What is known of a tile. `noise_n` is brought up to date when it matters: where `noise_of` is not 0 it is that of so
+many values of the ring, the latest of them at place `noise_at`. `sum_n` is of `summed` samples, those since the last
+that was taken for baselines. `quiet` counts its thinned quiet samples in a row and `need` is how many a baseline wants.
+In contact: `token` numbers the loads of all tiles, and from `steady_s` on this one stayed between `low_n` and
+`high_n`."""
 
 STREAM = np.dtype(
     [
