@@ -166,7 +166,7 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                     if settled:
                         _renew_now(memory, k, take)
                 elif now_s - tile.onset_s >= BLIP_S:
-                    _forget_quiet(memory, k)
+                    tile.quiet = 0
                 elif take and tile.quiet > 0:
                     _slide(memory, k)
             if not tile.on:
@@ -177,8 +177,10 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                     happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
                     if take and tile.quiet > 0:  # should it be no foot, the quiet has no hole
                         _slide(memory, k)
-                elif not lost:
+                elif not lost and (take or tile.load_n <= -on_n):
                     _update_baseline(memory, k, now_s, on_n, take)
+                elif not lost:  # most samples: a call that takes all memory would cost more than all else
+                    tile.negative_s = math.nan
             if tile.on and not lost:
                 _locate(tile, plates[k], force_n[i, k])
         written = _write_rows(tiles, stream, now_s, rows, written)
