@@ -46,9 +46,10 @@ def exchange(middle: np.record, ascending: Floats, goes: float, comes: float) ->
     if goes < middle.low:
         middle.below -= 1
     elif goes <= middle.high:
-        middle.kept -= 1
-        for i in range(_first_not_below(ascending[: middle.kept + 1], goes), middle.kept):
+        last = int(middle.kept) - 1
+        for i in range(_first_not_below(ascending[: last + 1], goes), last):
             ascending[i] = ascending[i + 1]
+        middle.kept = last
     insert(middle, ascending, comes)
 
 
