@@ -73,7 +73,7 @@ def hosts(at):
     """What the engine brings in the block at `at`."""
     share = np.arange(at, at + BLOCK) / FRAMES
     brought = {"force_n": 600.0 * np.sqrt(np.sin(np.pi * share)) + 1.0, "x_m": 0.1 * np.cos(3.0 * share)}
-    return tuple(brought.get(name, 0.1 * np.sin(3.0 * share))[None] for name in HOSTS)
+    return np.array([brought.get(name, 0.1 * np.sin(3.0 * share))[None] for name in HOSTS])
 
 
 def build(patch, scopes):
@@ -91,7 +91,7 @@ def played(patch, scopes, edited=None):
         if edited is not None and at == EDIT:
             for move in moved_numbers(patch, edited, REGISTRY):
                 fader.set(move.node, move.name, move.value, at)
-        fader.run(hosts(at), at, BLOCK)
+        fader.run(hosts(at), np.zeros(1, np.uint8), at, BLOCK)
         for scope, frames in out.items():
             frames[at : at + BLOCK] = fader.current.scope[scope][0]
     return out
@@ -162,7 +162,7 @@ def heard(programs):
         fader.update(at)
         if at == EDIT and len(programs) > 1:
             fader.crossfade(programs[1], at)
-        fader.run(hosts(at), at, BLOCK)
+        fader.run(hosts(at), np.zeros(1, np.uint8), at, BLOCK)
         out.append(fader.current.output[0].copy())
     return np.concatenate(out)
 

@@ -80,7 +80,7 @@ class BlockRunner:
         if load > status.get(Field.WORST):
             status.put(Field.WORST, load)
         status.put(Field.FRAME, float(self.loop.frame))
-        status.put(Field.PEAK, self.loop.safety.peaks.max())
+        status.put(Field.PEAK, self.loop.safety.peak)
 
     def _write_forces(self, count: int) -> None:
         source, ring = self.loop.source, self.memory.force

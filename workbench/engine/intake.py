@@ -10,7 +10,7 @@ Times are in session frames, and are of the samples: what is played at frame f i
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +19,18 @@ from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
 from underfoot.engine.simulated_step import StepAdder
 from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
-from underfoot.floor.loss_concealment import LossConcealment, conceal
-from underfoot.kernels import kernel
+from underfoot.floor.layout import PLATE
+from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
+from underfoot.floor.running_median import MIDDLE
+from underfoot.kernels import intrinsic, kernel
+from underfoot.patch.tables import B1, F1, F3, addresses, borrow
 
 HOLD_S = 0.020
 """How long a force is held in a gap, and how long it then takes to 0."""
 GATE_S = 0.005
 """How long the gate takes to open or to close."""
 
-_QUEUE = 1024  # samples of a tile that can wait
+_QUEUE = 1024  # samples of a tile that can wait; a power of two, so that no place takes a division
 _LONG_AGO = -1e18
 
 SAMPLE = np.dtype(
@@ -62,24 +65,48 @@ TIMING = np.dtype(
 """Seconds of a frame; the sample period and `HOLD_S`, in frames; what the gate moves in a frame."""
 
 
+class IntakeMemory(NamedTuple):
+    """All that the kernels read and write, as `patch.tables` hands it over."""
+
+    seconds: F1  # [sample]: stamps in seconds
+    stamps: F1  # the source's, as arrivals and forces are
+    arrivals: F1
+    forces: F3  # [sample, tile, sensor]
+    absent: Annotated[np.ndarray, np.dtype(np.bool_), 2]  # [sample, tile]: it had no sample of its own
+    last: Annotated[np.ndarray, LAST, 1]
+    plates: Annotated[np.ndarray, PLATE, 1]  # from here on to events: the tracker's memory
+    tiles: Annotated[np.ndarray, tracking.TILE, 1]
+    stream: Annotated[np.ndarray, tracking.STREAM, 1]
+    ring: F3
+    window: F3
+    middles: Annotated[np.ndarray, MIDDLE, 2]
+    work: F1
+    rows: Annotated[np.ndarray, tracking.ROW, 1]
+    events: Annotated[np.ndarray, tracking.EVENT, 1]
+    queue: Annotated[np.ndarray, SAMPLE, 2]  # [tile, place]
+    segments: Annotated[np.ndarray, SEGMENT, 1]  # [tile]
+    timing: Annotated[np.ndarray, TIMING, 1]  # [1]
+    signals: F3  # [signal, tile, frame]
+    zero_rows: B1  # [tile]
+
+
 class Intake:
     """Turns the samples of `source` into force and centroid (tile frame) of each tile, frame by frame.
 
     `signals`, float64 [signal, tile, frame], has room for `block` frames: force in newtons, and the centroid's x and y
-    in metres. Nobody else writes there: what is zero is not written again. `on_samples` is called with the number of
-    samples whenever some came, while the source still holds them: what it read, without the `steps` that are added.
+    in metres. Nobody else writes there: what is zero is not written again. `zero_rows` marks tiles whose signals are
+    zero in all frames that were filled last. `on_samples` is called with the number of samples whenever some came,
+    while the source still holds them: what it read, without the `steps` that are added.
     """
 
     def __init__(self, source: ForceSource, rate_hz: float, block: int) -> None:
         self.source = source
         self.signals = np.zeros((3, len(source.floor.tiles), block))
+        self.zero_rows = np.ones(len(source.floor.tiles), np.uint8)
         self.tracker = ContactTracker(source.floor, source.rate_hz)
         self.on_samples: Callable[[int], None] = _ignore
         self.steps = StepAdder(rate_hz)
-        self._memory = tuple(self.tracker.memory)  # Numba makes new strings for each named tuple that it is given
         self._concealment = LossConcealment(self.tracker, MAX_SAMPLES)
-        absent = self._concealment.absent
-        self._samples = (np.zeros(MAX_SAMPLES), source.stamps, source.arrivals, source.forces, absent)
         tiles = len(source.floor.tiles)
         self._timing = np.zeros(1, TIMING)
         self._timing["frame_s"] = 1.0 / rate_hz
@@ -90,6 +117,12 @@ class Intake:
         self._segments = np.zeros(tiles, SEGMENT)
         for name in ("from_frame", "at_frame", "last_frame"):
             self._segments[name] = _LONG_AGO
+        self._memory = IntakeMemory(
+            np.zeros(MAX_SAMPLES), source.stamps, source.arrivals, source.forces,
+            self._concealment.absent, self._concealment.last, *self.tracker.memory,
+            self._queue, self._segments, self._timing, self.signals, self.zero_rows,
+        )  # fmt: skip
+        self._where = addresses(self._memory)
 
     def take(self, end: int) -> None:
         """Take the samples before session frame `end` from the source, and follow contacts through them."""
@@ -102,30 +135,26 @@ class Intake:
                 if self.tracker.opening:
                     self._open(count)
                 else:
-                    self._take(count)
+                    _take(self._where, count)
 
     def fill(self, frame: int, n: int) -> None:
         """Write `n` frames into `signals`, the first of them session frame `frame`."""
-        _fill(self.signals, self._queue, self._segments, self._timing, frame, n)
+        _fill(self._where, frame, n)
 
     def tare(self) -> None:
         """Take what every tile reads now as its zero."""
         self.tracker.tare()
 
-    def _take(self, count: int) -> None:
-        last = self._concealment.last
-        _take(count, self._samples, last, self._memory, self._queue, self._segments, self._timing)
-
     def _open(self, count: int) -> None:
         """Let the tracker collect the stream's first samples, until it knows with what each tile begins."""
-        seconds, forces = self._samples[0], self.source.forces
+        seconds, forces = self._memory.seconds, self.source.forces
         np.multiply(self.source.stamps, self._timing["frame_s"], out=seconds)
         self._concealment.fill(seconds, forces, count)
         begin = 0
         while self.tracker.opening and begin < count:
             self.tracker.feed(seconds[begin : begin + 1], forces[begin : begin + 1])
             begin += 1
-        _follow(begin, count, self._samples, self._memory, self._queue, self._segments, self._timing)
+        _follow(self._where, begin, count)
 
 
 _FARTHEST = 1 << 52  # frames: beyond them there are no halves, and no sum of them is told from the next
@@ -135,48 +164,33 @@ def _ignore(count: int) -> None:
     """What is called for samples until somebody wants to know of them."""
 
 
-_Samples = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]
-"""Times in seconds, and the source's stamps, arrivals and forces; which tiles had no sample of their own."""
+@intrinsic
+def _memory_at(context: Any, where: Any) -> Any:
+    """The arrays at these addresses as `IntakeMemory`."""
+    return borrow(context, where, IntakeMemory)
 
 
 @kernel
-def _take(
-    count: int,
-    samples: _Samples,
-    last: NDArray[np.void],
-    memory: tuple[NDArray[Any], ...],
-    queue: NDArray[np.void],
-    segments: NDArray[np.void],
-    timing: NDArray[np.void],
-) -> None:
+def _take(where: NDArray[np.int64], count: int) -> None:
     """Fill in what is lost of the source's `count` samples, and follow contacts through them."""
-    seconds, stamps, _, forces, absent = samples
-    tracked = tracking.TrackerMemory(*memory)
+    m = _memory_at(where)
     for i in range(count):
-        seconds[i] = stamps[i] * timing[0].frame_s
-    conceal(seconds, forces, count, tracked.tiles, tracked.stream, last, absent)
-    _follow(0, count, samples, memory, queue, segments, timing)
+        m.seconds[i] = m.stamps[i] * m.timing[0].frame_s
+    conceal(m.seconds, m.forces, count, m.tiles, m.stream, m.last, m.absent)
+    _follow(where, 0, count)
 
 
 @kernel
-def _follow(
-    begin: int,
-    count: int,
-    samples: _Samples,
-    memory: tuple[NDArray[Any], ...],
-    queue: NDArray[np.void],
-    segments: NDArray[np.void],
-    timing: NDArray[np.void],
-) -> None:
+def _follow(where: NDArray[np.int64], begin: int, count: int) -> None:
     """Follow contacts through samples `begin` to `count`, and put each tile's into its queue."""
-    seconds, stamps, arrivals, forces, absent = samples
-    tracked = tracking.TrackerMemory(*memory)
+    m = _memory_at(where)
+    tracked = tracking.TrackerMemory(m.plates, m.tiles, m.stream, m.ring, m.window, m.middles, m.work, m.rows, m.events)
     for i in range(begin, count):
-        tracking.follow(seconds[i : i + 1], forces[i : i + 1], tracked)
-        for k in range(len(tracked.tiles)):
-            if not absent[i, k]:
+        tracking.follow(m.seconds[i : i + 1], m.forces[i : i + 1], tracked)
+        for k in range(len(m.tiles)):
+            if not m.absent[i, k]:
                 _enqueue(
-                    queue[k], segments[k], tracked.tiles[k], tracked.plates[k], stamps[i], arrivals[i], timing[0].period
+                    m.queue[k], m.segments[k], m.tiles[k], m.plates[k], m.stamps[i], m.arrivals[i], m.timing[0].period
                 )
 
 
@@ -192,10 +206,10 @@ def _enqueue(
 ) -> None:
     """Put a tile's sample behind those that wait, or in the place of one that came at once with it."""
     start = max(segment.last_frame, stamp - period, arrival - period)
-    sample = queue[(segment.queue_tail - 1) % len(queue)]
+    sample = queue[(segment.queue_tail - 1) % _QUEUE]
     waits = segment.queue_head < segment.queue_tail and sample.from_frame >= arrival - period
     if stamp > start or not waits:
-        sample = queue[segment.queue_tail % len(queue)]
+        sample = queue[segment.queue_tail % _QUEUE]
         sample.from_frame = start
         sample.at_frame = stamp if stamp > start else start + period
         segment.queue_tail += 1
@@ -208,14 +222,10 @@ def _enqueue(
 
 
 @kernel
-def _fill(
-    signals: NDArray[np.float64],
-    queue: NDArray[np.void],
-    segments: NDArray[np.void],
-    timing: NDArray[np.void],
-    frame: int,
-    n: int,
-) -> None:
+def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
+    """Write `n` frames of signals, tile by tile."""
+    m = _memory_at(where)
+    signals, queue, segments, timing = m.signals, m.queue, m.segments, m.timing
     for k in range(len(segments)):
         segment = segments[k]
         begin = 0
@@ -223,7 +233,7 @@ def _fill(
             # One straight stretch at a time: up to the frame at which the next sample's segment begins.
             end = n
             while segment.queue_head < segment.queue_tail:
-                sample = queue[k, segment.queue_head % queue.shape[1]]
+                sample = queue[k, segment.queue_head % _QUEUE]
                 first = _first_frame(sample.from_frame, timing[0].period) - frame
                 if first > begin:
                     end = min(n, first)
@@ -239,6 +249,7 @@ def _fill(
                 _draw(signals[:, k], segment, timing[0], frame, begin, end)
                 segment.zeros = min(segment.zeros, begin)
             begin = end
+        m.zero_rows[k] = segment.zeros >= n
 
 
 @kernel

@@ -99,7 +99,6 @@ class Loop:
         self._waiting: deque[tuple[int, Action]] = deque()
         self._start: ProgramStart | None = None  # one that waits for its frame, beside all others
         self._set_since: list[Set] = []  # numbers that were moved after its program was built
-        self._each_signal = tuple(self.intake.signals)
         driver.on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
         _copy_scope(np.zeros((1, 1, 1)), self.scope_frames, 0, 0)
         TileEqualiser("").coefficients(self.rate_hz)
@@ -213,7 +212,7 @@ class Loop:
         """Run `n` frames into `out` from its row `at` on; whatever a command changed is in force by now."""
         self.intake.take(frame + n)
         self.intake.fill(frame, n)
-        program = self.programs.run(self._each_signal, frame, n)
+        program = self.programs.run(self.intake.signals, self.intake.zero_rows, frame, n)
         output, zero_rows = program.output, program.tables.silent
         self.pulse.apply(output, zero_rows, frame, n)
         if self.measures:

@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 from underfoot.clock import FADE
 from underfoot.errors import BadValue
 from underfoot.kernels import kernel
-from underfoot.patch.building import HOSTS
 from underfoot.patch.program import Program
-
-Signals = tuple[NDArray[np.float64], ...]
-"""One array for each of `HOSTS`, in that order."""
 
 
 class ProgramFader:
@@ -77,15 +73,15 @@ class ProgramFader:
         """The frame up to which all goes on as it is, at most `stop`."""
         return min(stop, self._from_frame + FADE) if self._fade else stop
 
-    def run(self, signals: Signals, frame: int, n: int) -> Program:
-        """Run `n` frames on the host signals, float64 [tile, frame] each; returns the program whose output is heard."""
+    def run(self, signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> Program:
+        """Run `n` frames on signals as `Program.bring` takes them; returns the program whose output is heard."""
         program, old = self.current, self._old
-        _copy_signals(signals, program, n)
+        program.bring(signals, zero_rows, n)
         began = time.perf_counter()
         program.run(frame, n)
         self.spent_s += time.perf_counter() - began
         if self._fade == "cross":
-            _copy_signals(signals, old, n)
+            old.bring(signals, zero_rows, n)
             old.run(frame, n)
             _crossfade(old.output, program.output, program.tables.silent, self._from_frame, frame, n)
             if old.has_sound or program.has_sound:
@@ -103,26 +99,11 @@ class ProgramFader:
         return all_stayed
 
 
-def _copy_signals(signals: Signals, program: Program, n: int) -> None:
-    for name, signal in zip(HOSTS, signals, strict=True):
-        if name in program.hosts:
-            _copy(signal, program.hosts[name], n)
-
-
 def _load_kernels() -> None:
     """Load what is not called before the first fade, so that none is late for it."""
     nothing, zero_rows = np.zeros((0, 1)), np.ones(0, np.uint8)
     _crossfade(nothing, nothing, zero_rows, 0, 0, 0)
     _ramp(nothing, zero_rows, True, 0, 0, 0)
-    for rows in (1, 2):  # a program's memory of a signal is one whole array only where there is one row
-        _copy(np.zeros((rows, 1)), np.zeros((rows, 2))[:, :1], 0)
-
-
-@kernel
-def _copy(source: NDArray[np.float64], target: NDArray[np.float64], n: int) -> None:
-    for row in range(source.shape[0]):
-        for i in range(n):
-            target[row, i] = source[row, i]
 
 
 @kernel

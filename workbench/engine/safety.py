@@ -62,6 +62,7 @@ class Safety:
         for name, seconds in (("burst", BURST_SECONDS), ("rms", RMS_SECONDS), ("release", RELEASE_SECONDS)):
             self._stage[f"{name}_share"] = 1.0 - math.exp(-1.0 / (seconds * rate_hz))
         self._stage["level"], self._stage["opening"] = (1.0, 1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)
+        self._peak = self._stage["peak"]
         self._level, self._opening = self._stage["level"], self._stage["opening"]
         self._work, self._members = WORK.zeros().values, np.zeros((2, ROWS), np.int64)
 
@@ -91,6 +92,11 @@ class Safety:
     def sounding(self) -> int:
         """How many rows were not silent throughout what was put out last."""
         return int(self._stage["sounding"][0])
+
+    @property
+    def peak(self) -> float:
+        """The largest of `peaks`."""
+        return float(self._peak.item())
 
     @property
     def faults(self) -> int:
@@ -189,7 +195,9 @@ def _limit(
         count += 1
     if count > 0:
         limit_group(acceleration, out, rows, members, count, stages[0], work, stretch)
-    stages[0].sounding = sounding
+    stages[0].sounding, stages[0].peak = sounding, 0.0
+    for k in range(len(rows) - 1):
+        stages[0].peak = max(stages[0].peak, rows[k].peak)
 
 
 @kernel

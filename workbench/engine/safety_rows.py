@@ -51,11 +51,13 @@ STAGE = np.dtype(
         ("opening", GAIN_RAMP),
         ("faults", np.int64),
         ("sounding", np.int64),
+        ("peak", np.float64),
     ],
     align=True,
 )
 """What all rows share: the DC block's pole; what a frame adds to the two means and to a limited gain; level, opening,
-how many values were not finite, and how many tiles of the last stretch were not silent throughout."""
+how many values were not finite, how many tiles of the last stretch were not silent throughout, and the largest
+peak of a tile."""
 
 
 @inlined

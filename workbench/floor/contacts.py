@@ -30,6 +30,7 @@ from underfoot.errors import require
 from underfoot.floor import tracking
 from underfoot.floor.feet import FootFinder
 from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.running_median import MIDDLE
 
 GAP_S = 0.040
 """More time than this without a sample is a gap: force at audio rate has been ramped to 0 by then
@@ -168,7 +169,9 @@ class ContactTracker:
             tiles=self._tiles,
             stream=stream,
             ring=np.zeros((count, taken(tracking.GUARD_S) + taken(tracking.WINDOW_S) + 1, 5)),
-            window=np.zeros((count, 5, taken(tracking.WINDOW_S))),
+            window=np.zeros((count, 4, taken(tracking.WINDOW_S))),
+            middles=np.zeros((count, 4), MIDDLE),
+            work=np.zeros(taken(tracking.WINDOW_S)),
             rows=np.zeros(SLAB * count, tracking.ROW),
             events=np.zeros(2 * SLAB * count, tracking.EVENT),
         )
@@ -181,6 +184,7 @@ class ContactTracker:
         # Kernels are loaded here, not when the first foot comes down.
         self._follow_slab(np.zeros(0), np.zeros((0, count, 4)))
         self._join(self.memory.rows[:0], np.zeros(0, np.int64))
+        tracking.bring_up_noise(self.memory)
         self.tare()
 
     def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> TrackedContacts:
@@ -247,6 +251,7 @@ class ContactTracker:
     @property
     def noise_n(self) -> NDArray[np.float64]:
         """The noise of each tile's unloaded sum, 1.4826 times its median absolute deviation: shape (tiles,)."""
+        tracking.bring_up_noise(self.memory)
         return self._tiles["noise_n"].copy()
 
     @property

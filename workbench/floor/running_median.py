@@ -1,4 +1,8 @@
-"""Running median and median absolute deviation: a window of values, kept in ascending order."""
+"""Running median of a window, and the median absolute deviation of one.
+
+Of a window only the values around its median are kept in order: a value that comes or goes below or above these is
+counted, no more. The few in the middle are found anew when the median has left them.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,37 +11,119 @@ from underfoot.kernels import kernel
 
 Floats = NDArray[np.float64]
 
+MIDDLE = np.dtype([("low", np.float64), ("high", np.float64), ("below", np.int64), ("kept", np.int64)], align=True)
+"""The middle of a window: all its values from `low` to `high`, `kept` of them, and how many are `below`."""
 
-@kernel
-def insert(ascending: Floats, n: int, value: float) -> None:
-    """Put a value among the first n, which are in ascending order."""
-    while n > 0 and ascending[n - 1] > value:
-        ascending[n] = ascending[n - 1]
-        n -= 1
-    ascending[n] = value
+_REACH = 32  # values that are kept on either side of the median, at least when they are chosen
+_MOST = 4 * _REACH  # values that may be kept before they are fewer again
 
 
 @kernel
-def exchange(ascending: Floats, goes: float, comes: float) -> None:
-    """Replace one value of a full window by another: only what lies between the two moves.
+def begin(middle: np.record) -> None:
+    """An empty window, of which all that comes is kept."""
+    middle.low, middle.high, middle.below, middle.kept = -np.inf, np.inf, 0, 0
 
-    >>> window = np.array([1.0, 2.0, 4.0, 9.0])
-    >>> exchange(window, 2.0, 5.0)
-    >>> window
-    array([1., 4., 5., 9.])
-    """
+
+@kernel
+def insert(middle: np.record, ascending: Floats, value: float) -> None:
+    """Let a value into the window, whose middle is the first of `ascending`."""
+    if value < middle.low:
+        middle.below += 1
+    elif value <= middle.high:
+        at = middle.kept
+        while at > 0 and ascending[at - 1] > value:
+            ascending[at] = ascending[at - 1]
+            at -= 1
+        ascending[at] = value
+        middle.kept += 1
+
+
+@kernel
+def exchange(middle: np.record, ascending: Floats, goes: float, comes: float) -> None:
+    """Replace one value of the window by another."""
     if goes == comes:
         return
-    left, found = _first_not_below(ascending, goes), _first_not_below(ascending, comes)
-    if comes > goes:
-        for i in range(np.uint64(left), np.uint64(found - 1)):  # unsigned: no test for a negative index
-            ascending[i] = ascending[i + np.uint64(1)]
-        ascending[found - 1] = comes
-    else:
-        for down in range(np.uint64(left - found)):
-            k = np.uint64(left) - down
-            ascending[k] = ascending[k - np.uint64(1)]
-        ascending[found] = comes
+    if goes < middle.low:
+        middle.below -= 1
+    elif goes <= middle.high:
+        last = int(middle.kept) - 1
+        for i in range(_first_not_below(ascending[: last + 1], goes), last):
+            ascending[i] = ascending[i + 1]
+        middle.kept = last
+    insert(middle, ascending, comes)
+
+
+@kernel
+def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: int) -> float:
+    """The median of a window of n values, the latest of which is `ring[newest]`, the one before at `newest` - 1.
+
+    `ascending` has room for n.
+    """
+    if (n - 1) // 2 < middle.below or n // 2 >= middle.below + middle.kept:
+        copy_latest(ring, newest, ascending, n)
+        _choose(middle, ascending, n)
+    elif middle.kept > _MOST:
+        _narrow(middle, ascending, n)
+    return 0.5 * (ascending[(n - 1) // 2 - middle.below] + ascending[n // 2 - middle.below])
+
+
+@kernel
+def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
+    """The latest n values of a ring, in no order that matters, into the first of `values`."""
+    end = newest + 1
+    part = min(n, end)
+    values[:part] = ring[end - part : end]
+    values[part:n] = ring[len(ring) - (n - part) :]
+
+
+@kernel
+def _choose(middle: np.record, values: Floats, n: int) -> None:
+    """Find the middle of the first n values, and put it first, in order."""
+    first, last = max((n - 1) // 2 - _REACH, 0), min(n // 2 + _REACH, n - 1)
+    _select(values, 0, n - 1, first)
+    _select(values, first, n - 1, last)
+    middle.below = 0
+    for i in range(first + 1, last):
+        value, at = values[i], i
+        while at > first and values[at - 1] > value:
+            values[at] = values[at - 1]
+            at -= 1
+        values[at] = value
+    middle.low, middle.high = values[first], values[last]
+    # What equals an end belongs to the middle, too.
+    for i in range(first - 1, -1, -1):
+        if values[i] == middle.low:
+            first -= 1
+            values[i], values[first] = values[first], values[i]
+    for i in range(last + 1, n):
+        if values[i] == middle.high:
+            last += 1
+            values[i], values[last] = values[last], values[i]
+    _keep(middle, values, first, last)
+
+
+@kernel
+def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
+    """Keep fewer values: those near the median, and what equals the outermost of them."""
+    kept = ascending[: middle.kept]
+    first, last = (n - 1) // 2 - middle.below - _REACH, n // 2 - middle.below + _REACH
+    first = _first_not_below(kept, kept[first]) if first > 0 else 0
+    last = _first_not_below(kept, np.nextafter(kept[last], np.inf)) - 1 if last < len(kept) else len(kept) - 1
+    if first > 0:
+        middle.low = ascending[first]
+    if last < len(kept) - 1:
+        middle.high = ascending[last]
+    _keep(middle, ascending, first, last)
+
+
+@kernel
+def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
+    """Move what is kept to the front; before it were values below."""
+    middle.kept = last + 1 - first
+    if first > 0:
+        for i in range(middle.kept):
+            ascending[i] = ascending[first + i]
+        middle.below += first
 
 
 @kernel
@@ -52,33 +138,53 @@ def _first_not_below(ascending: Floats, value: float) -> int:
 
 
 @kernel
-def median(ascending: Floats, n: int) -> float:
-    """The median of the first n.
-
-    >>> median(np.array([1.0, 2.0, 4.0, 9.0]), 4)
-    3.0
-    """
-    return 0.5 * (ascending[(n - 1) // 2] + ascending[n // 2])
+def _select(values: Floats, first: int, last: int, k: int) -> None:
+    """Order the values from `first` to `last` so far that number k is in its place, none below it behind it."""
+    while first < last:
+        one, two, three = values[first], values[(first + last) // 2], values[last]
+        pivot = max(min(one, two), min(max(one, two), three))
+        i, j = first, last
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while pivot < values[j]:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i += 1
+                j -= 1
+        if j < k:
+            first = i
+        if k < i:
+            last = j
 
 
 @kernel
-def median_deviation(ascending: Floats, n: int) -> float:
-    """The median absolute deviation of the first n: the nearer half is a stretch of the row.
+def median(values: Floats, n: int) -> float:
+    """The median of the first n, which changes places.
 
-    >>> median_deviation(np.array([1.0, 2.0, 4.0, 9.0, 10.0]), 5)
+    >>> median(np.array([4.0, 1.0, 9.0, 2.0]), 4)
     3.0
     """
-    middle = median(ascending, n)
-    # The stretch holds `nearer` values, `taken` of them from the lower half: found by bisection.
-    lower, nearer = (n - 1) // 2 + 1, (n + 1) // 2
-    least, most = max(nearer - (n - lower), 0), min(lower, nearer)
-    while least < most:
-        taken = (least + most) // 2
-        next_below, last_above = ascending[lower - 1 - taken], ascending[lower + nearer - taken - 1]
-        if middle - next_below <= last_above - middle:
-            least = taken + 1
-        else:
-            most = taken
-    below = middle - ascending[lower - least] if least > 0 else 0.0
-    above = ascending[lower + nearer - least - 1] - middle if least < nearer else 0.0
-    return max(below, above)
+    middle = n // 2
+    _select(values, 0, n - 1, middle)
+    below = values[middle]
+    if n % 2 == 0:
+        below = values[0]
+        for i in range(1, middle):
+            below = max(below, values[i])
+    return 0.5 * (below + values[middle])
+
+
+@kernel
+def median_deviation(values: Floats, n: int) -> float:
+    """The median absolute deviation of the first n, the lower of two; the values are lost.
+
+    >>> median_deviation(np.array([9.0, 1.0, 4.0, 10.0, 2.0]), 5)
+    3.0
+    """
+    centre = median(values, n)
+    for i in range(n):
+        values[i] = abs(values[i] - centre)
+    _select(values, 0, n - 1, (n - 1) // 2)
+    return values[(n - 1) // 2]

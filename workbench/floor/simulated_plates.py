@@ -374,7 +374,8 @@ def _run(
             share = min((faded + i) / FADE, 1.0)
             now[i] = before[i] + (now[i] - before[i]) * (share * share * (3.0 - 2.0 * share))
     force[:] = now
-    if row.zero_frames >= SPAN and (here + n) % SPAN == 0:
+    still: int = row.zero_frames
+    if still >= SPAN and (here + n) % SPAN == 0:
         poles.flush(motor)
         rings = _ring(row, bodies[k], body_states[k, slot], poles.tail(motor, motor_system))
         if not fades and rings < QUIET_M_S2:

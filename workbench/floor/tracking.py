@@ -12,7 +12,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.running_median import exchange, insert, median, median_deviation
+from underfoot.floor.running_median import (
+    begin,
+    copy_latest,
+    exchange,
+    insert,
+    median,
+    median_deviation,
+    running_median,
+)
 from underfoot.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -37,6 +45,8 @@ TILE = np.dtype(
         ("sum_n", np.float64, (4,)),
         ("summed", np.int64),
         ("noise_n", np.float64),
+        ("noise_of", np.int64),
+        ("noise_at", np.int64),
         ("load_n", np.float64),
         ("x_m", np.float64),
         ("y_m", np.float64),
@@ -54,9 +64,11 @@ TILE = np.dtype(
     ],
     align=True,
 )
-"""What is known of a tile. `sum_n` is of `summed` samples, those since the last that was taken for baselines. `quiet`
-counts its thinned quiet samples in a row and `need` is how many a baseline wants. In contact: `token` numbers the
-loads of all tiles, and from `steady_s` on this one stayed between `low_n` and `high_n`."""
+"""What is known of a tile. `noise_n` is brought up to date when it matters: where `noise_of` is not 0 it is that of so
+many values of the ring, the latest of them at place `noise_at`. `sum_n` is of `summed` samples, those since the last
+that was taken for baselines. `quiet` counts its thinned quiet samples in a row and `need` is how many a baseline wants.
+In contact: `token` numbers the loads of all tiles, and from `steady_s` on this one stayed between `low_n` and
+`high_n`."""
 
 STREAM = np.dtype(
     [
@@ -114,7 +126,9 @@ class TrackerMemory(NamedTuple):
     tiles: NDArray[np.void]  # (tiles,) of `TILE`
     stream: NDArray[np.void]  # (1,) of `STREAM`
     ring: Floats  # (tiles, length, 5): the latest values for baselines: four sensors, and one sample's sum for noise
-    window: Floats  # (tiles, 5, n): those that count for the baseline, each row in ascending order
+    window: Floats  # (tiles, 4, n): those that count for the baseline, their middle in ascending order
+    middles: NDArray[np.void]  # (tiles, 4) of `running_median.MIDDLE`
+    work: Floats  # (n,): room for values that are put in order
     rows: NDArray[np.void]  # (rows,) of `ROW`: written by `follow`
     events: NDArray[np.void]  # (events,) of `EVENT`: written by `follow`
 
@@ -127,7 +141,7 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
     twice as many events.
     """
     written, happened = 0, 0
-    plates, tiles, ring, window, rows = memory.plates, memory.tiles, memory.ring, memory.window, memory.rows
+    plates, tiles, ring, rows = memory.plates, memory.tiles, memory.ring, memory.rows
     stream = memory.stream[0]
     for i in range(len(time_s)):
         now_s = time_s[i]
@@ -136,13 +150,13 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
         for k in range(len(tiles)):
             tile = tiles[k]
             before_n = tile.load_n
-            _locate(tile, plates[k], force_n[i, k])
-            _accumulate(tile, force_n[i, k])
+            _weigh(tile, force_n[i, k])
             if take:
                 _store(tile, ring[k, stream.taken % ring.shape[1]], force_n[i, k])
-            if not math.isfinite(tile.load_n):
+            lost = not math.isfinite(tile.load_n)
+            if lost:
                 tile.load_n = before_n
-                tile.quiet = 0
+                _forget_quiet(memory, k)
                 if not gap:
                     continue
             if tile.on:
@@ -150,17 +164,25 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                 if gap or settled or tile.load_n < tile.off_n:
                     happened = _end(memory, k, tile.steady_s if settled else stream.time_s, gap, happened)
                     if settled:
-                        _renew_now(tile, ring[k], window[k], stream, take)
+                        _renew_now(memory, k, take)
                 elif now_s - tile.onset_s >= BLIP_S:
                     tile.quiet = 0
                 elif take and tile.quiet > 0:
-                    _slide(tile, ring[k], window[k], stream)
+                    _slide(memory, k)
             if not tile.on:
-                on_n = max(ON_N, ON_SIGMAS * tile.noise_n)
+                on_n = ON_N
+                if not abs(tile.load_n) < ON_N:  # only then it matters what the noise is
+                    on_n = max(ON_N, ON_SIGMAS * _noise_n(memory, k))
                 if tile.load_n >= on_n:
                     happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
-                else:
-                    _update_baseline(tile, ring[k], window[k], stream, now_s, on_n, take)
+                    if take and tile.quiet > 0:  # should it be no foot, the quiet has no hole
+                        _slide(memory, k)
+                elif not lost and (take or tile.load_n <= -on_n):
+                    _update_baseline(memory, k, now_s, on_n, take)
+                elif not lost:  # most samples: a call that takes all memory would cost more than all else
+                    tile.negative_s = math.nan
+            if tile.on and not lost:
+                _locate(tile, plates[k], force_n[i, k])
         written = _write_rows(tiles, stream, now_s, rows, written)
         stream.taken += 1 if take else 0
         stream.count += 1
@@ -219,34 +241,41 @@ def end_all(memory: TrackerMemory) -> int:
 def renew_all(memory: TrackerMemory) -> None:
     """Take what every tile read in the last 0.1 s as its baseline; contacts end with the next sample."""
     for k in range(len(memory.tiles)):
-        _renew(memory.tiles[k], memory.ring[k], memory.window[k], memory.stream[0], memory.stream[0].taken)
+        _renew(memory, k, memory.stream[0].taken)
 
 
 @kernel
-def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
-    """The tile's load and its centroid in the floor's frame."""
-    total, x, y = 0.0, 0.0, 0.0
+def bring_up_noise(memory: TrackerMemory) -> None:
+    """Find out the noise of each tile as it is now."""
+    for k in range(len(memory.tiles)):
+        _noise_n(memory, k)
+
+
+@kernel
+def _weigh(tile: np.record, force_n: Floats) -> None:
+    """The load on the tile; and the sample is added to the mean that goes into the baseline."""
+    total, load_n = force_n[0] + force_n[1] + force_n[2] + force_n[3], 0.0
     for sensor in range(4):
-        force = force_n[sensor] - tile.base_n[sensor]
-        total += force
-        x += plate.sensors_m[sensor, 0] * force
-        y += plate.sensors_m[sensor, 1] * force
-    tile.load_n = total
-    if total > 0.0:
-        x /= total
-        y /= total
-        tile.x_m = plate.centre_m[0] + plate.axes[0, 0] * x + plate.axes[1, 0] * y
-        tile.y_m = plate.centre_m[1] + plate.axes[0, 1] * x + plate.axes[1, 1] * y
-
-
-@kernel
-def _accumulate(tile: np.record, force_n: Floats) -> None:
-    """Add a sample to the mean that goes into the baseline."""
-    total = force_n[0] + force_n[1] + force_n[2] + force_n[3]
+        load_n += force_n[sensor] - tile.base_n[sensor]
+    tile.load_n = load_n
     if math.isfinite(total):
         for sensor in range(4):
             tile.sum_n[sensor] += force_n[sensor]
         tile.summed += 1
+
+
+@kernel
+def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
+    """The centroid of the tile's load, in the floor's frame."""
+    x, y = 0.0, 0.0
+    for sensor in range(4):
+        force = force_n[sensor] - tile.base_n[sensor]
+        x += plate.sensors_m[sensor, 0] * force
+        y += plate.sensors_m[sensor, 1] * force
+    x /= tile.load_n
+    y /= tile.load_n
+    tile.x_m = plate.centre_m[0] + plate.axes[0, 0] * x + plate.axes[1, 0] * y
+    tile.y_m = plate.centre_m[1] + plate.axes[0, 1] * x + plate.axes[1, 1] * y
 
 
 @kernel
@@ -312,69 +341,97 @@ def _is_settled(tile: np.record, now_s: float) -> bool:
 
 
 @kernel
-def _update_baseline(
-    tile: np.record, ring: Floats, window: Floats, stream: np.record, now_s: float, on_n: float, take: bool
-) -> None:
-    """Let a sample off contact into the baseline, unless the tile reads less than nothing."""
+def _update_baseline(memory: TrackerMemory, k: int, now_s: float, on_n: float, take: bool) -> None:
+    """Let a sample off contact into the baseline of tile k, unless the tile reads less than nothing."""
+    tile = memory.tiles[k]
     if tile.load_n <= -on_n:
-        tile.quiet = 0
+        _forget_quiet(memory, k)
         if math.isnan(tile.negative_s):
             tile.negative_s = now_s
         elif now_s - tile.negative_s >= NEGATIVE_S:
-            _renew_now(tile, ring, window, stream, take)
+            _renew_now(memory, k, take)
         return
     tile.negative_s = math.nan
     if not take:
         return
-    n = _slide(tile, ring, window, stream)
+    n = _slide(memory, k)
     if tile.quiet >= tile.need:
+        ring, stream = memory.ring[k], memory.stream[0]
+        newest = (stream.taken - stream.guard) % len(ring)
         for sensor in range(4):
-            tile.base_n[sensor] = median(window[sensor], n)
-        # Few samples may show less noise than there is.
-        unsure = 1.0 + 2.0 / math.sqrt(n) if n < window.shape[1] else 1.0
-        tile.noise_n = unsure * 1.4826 * median_deviation(window[4], n)
+            tile.base_n[sensor] = running_median(
+                memory.middles[k, sensor], memory.window[k, sensor], ring[:, sensor], newest, n
+            )
+        tile.noise_of, tile.noise_at = n, newest
         tile.untared = False
 
 
 @kernel
-def _slide(tile: np.record, ring: Floats, window: Floats, stream: np.record) -> int:
-    """Count a quiet sample, and let the one that is `guard` older into the baseline; returns how many that has."""
+def _slide(memory: TrackerMemory, k: int) -> int:
+    """Count a quiet sample of tile k, and let the one that is `guard` older into the baseline.
+
+    Returns how many that has.
+    """
+    tile, stream, ring, window = memory.tiles[k], memory.stream[0], memory.ring[k], memory.window[k]
     length = window.shape[1]
     had = min(tile.quiet - stream.guard, length)
     tile.quiet += 1
     if had < 0:
         return 0
-    comes = ring[(stream.taken - stream.guard) % ring.shape[0]]
-    goes = ring[(stream.taken - stream.guard - length) % ring.shape[0]]
-    for channel in range(5):
+    comes = ring[(stream.taken - stream.guard) % len(ring)]
+    goes = ring[(stream.taken - stream.guard - length) % len(ring)]
+    for sensor in range(4):
+        middle = memory.middles[k, sensor]
         if had == length:
-            exchange(window[channel], goes[channel], comes[channel])
+            exchange(middle, window[sensor], goes[sensor], comes[sensor])
         else:
-            insert(window[channel], had, comes[channel])
+            if had == 0:
+                begin(middle)
+            insert(middle, window[sensor], comes[sensor])
     return min(had + 1, length)
 
 
 @kernel
-def _renew_now(tile: np.record, ring: Floats, window: Floats, stream: np.record, take: bool) -> None:
-    """Renew the baseline with the present sample, which the count of taken samples does not hold yet."""
-    _renew(tile, ring, window, stream, stream.taken + (1 if take else 0))
-    tile.load_n = 0.0
+def _noise_n(memory: TrackerMemory, k: int) -> float:
+    """The noise of tile k, as it was when its baseline was last moved."""
+    tile, n = memory.tiles[k], memory.tiles[k].noise_of
+    if n > 0:
+        copy_latest(memory.ring[k, :, 4], tile.noise_at, memory.work, n)
+        # Few samples may show less noise than there is.
+        unsure = 1.0 + 2.0 / math.sqrt(n) if n < len(memory.work) else 1.0
+        tile.noise_n = unsure * 1.4826 * median_deviation(memory.work, n)
+        tile.noise_of = 0
+    return tile.noise_n
 
 
 @kernel
-def _renew(tile: np.record, ring: Floats, window: Floats, stream: np.record, taken: int) -> None:
-    """Take what a tile read in the last 0.1 s as its baseline; a contact on it ends with the next sample."""
-    kept = min(stream.recent, taken)
-    for channel in range(4):
+def _forget_quiet(memory: TrackerMemory, k: int) -> None:
+    """The quiet of tile k is over; its noise is found out while the ring holds the values that it is of."""
+    _noise_n(memory, k)
+    memory.tiles[k].quiet = 0
+
+
+@kernel
+def _renew_now(memory: TrackerMemory, k: int, take: bool) -> None:
+    """Renew the baseline with the present sample, which the count of taken samples does not hold yet."""
+    _renew(memory, k, memory.stream[0].taken + (1 if take else 0))
+    memory.tiles[k].load_n = 0.0
+
+
+@kernel
+def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
+    """Take what tile k read in the last 0.1 s as its baseline; a contact on it ends with the next sample."""
+    tile, ring, stream, values = memory.tiles[k], memory.ring[k], memory.stream[0], memory.work
+    _forget_quiet(memory, k)
+    for sensor in range(4):
         n = 0
-        for age in range(1, kept + 1):
-            value = ring[(taken - age) % ring.shape[0], channel]
+        for age in range(1, min(stream.recent, taken) + 1):
+            value = ring[(taken - age) % len(ring), sensor]
             if math.isfinite(value):
-                insert(window[channel], n, value)
+                values[n] = value
                 n += 1
         if n > 0:
-            tile.base_n[channel] = median(window[channel], n)
-    tile.quiet = 0
+            tile.base_n[sensor] = median(values, n)
     tile.need = stream.first
     tile.negative_s = math.nan
     tile.untared = False

@@ -231,6 +231,8 @@ class Builder:
             nonzero=np.zeros((len(self.buffers.rows), self.block // driver.SLEEP_INTERVAL + 2), np.uint8),
             was_nonzero=np.zeros((len(self.buffers.rows), rows), np.uint8),
             hosts=np.array([self.buffers.of[h] for h in HOSTS if self.buffers.of.get(h) in self.watched], np.int64),
+            brought=np.array([self.buffers.of.get(name, -1) for name in HOSTS], np.int64),
+            unfed=np.zeros(rows, np.uint8),
             events=_empty_lists(len(self.lists.rows), room, self.block),
             event_stride=np.array(self.lists.rows, np.int64),
             staged=_empty_lists(int(nodes["event_inputs"].max(initial=1)), room, self.block),

@@ -62,6 +62,31 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
 
 
 @kernel
+def bring(where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], n: int) -> None:
+    """Copy `n` frames of the engine's `signals` [signal, row, frame] to where nodes read them.
+
+    A row that is marked as zero is not read, and written only where it was not zero before.
+    """
+    p = tables_at(where)
+    for row in range(p.unfed.size):
+        zero = zero_rows[row] != 0
+        if zero and p.unfed[row] != 0:
+            continue
+        p.unfed[row] = zero
+        for signal in range(p.brought.size):
+            buffer = p.brought[signal]
+            if buffer < 0:
+                continue
+            at = np.uint64(p.buffer_at[buffer] + row * p.row_stride[buffer])
+            if zero:
+                for i in range(np.uint64(p.output.shape[1])):
+                    p.buffers[at + i] = 0.0
+            else:
+                for i in range(np.uint64(n)):
+                    p.buffers[at + i] = signals[signal, row, i]
+
+
+@kernel
 def tail(where: NDArray[np.int64], k: int) -> float:
     """What a node puts out in its first row with no input, by its own word: 0 for most."""
     p = tables_at(where)
@@ -100,10 +125,11 @@ def on_ramp(begin: float, end: float, frames: int) -> float:
 def _left_alone(p: Tables, row: int, n: int) -> int:
     """The end of the rows from `row` on that are idle, and to which the engine brings only zeros in this block."""
     while row < p.output.shape[0] and p.idle[row] != 0 and p.silent[row] != 0:
-        for buffer in p.hosts:
-            at = p.buffer_at[buffer] + row * p.row_stride[buffer]
-            if _nonzero(p, at, at + n):
-                return row
+        if p.unfed[row] == 0:
+            for buffer in p.hosts:
+                at = p.buffer_at[buffer] + row * p.row_stride[buffer]
+                if _nonzero(p, at, at + n):
+                    return row
         row += 1
     return row
 
@@ -143,7 +169,8 @@ def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) 
     f = 0
     for interval in range(intervals):
         g = min(first + interval * SLEEP_INTERVAL, n)
-        p.nonzero[buffer, interval] = _nonzero(p, at + f, at + g) or (interval == 0 and p.was_nonzero[buffer, row] != 0)
+        fed = p.unfed[row] == 0 and _nonzero(p, at + f, at + g)
+        p.nonzero[buffer, interval] = fed or (interval == 0 and p.was_nonzero[buffer, row] != 0)
         f = g
 
 

@@ -12,7 +12,7 @@ from underfoot.layouts import Memory
 from underfoot.models.signals.events import EVENTS, append
 from underfoot.parameters import Number
 from underfoot.patch import driver, tables
-from underfoot.patch.building import Builder, Part
+from underfoot.patch.building import HOSTS, Builder, Part
 from underfoot.patch.guards import guarded
 from underfoot.patch.heard import as_heard
 from underfoot.patch.node import NodeType, Registry
@@ -78,6 +78,7 @@ class Program:
                 self.tables.asleep[k] = 0
         # No frames, and an event for nobody: these load their kernels, so that the first block and strike need not.
         driver.run_block(self._where, 0, 0)
+        driver.bring(self._where, np.zeros((len(HOSTS), len(self.tiles), 0)), np.zeros(len(self.tiles), np.uint8), 0)
         append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
         self.output, self.sound = self.tables.output, self.tables.sound
         self.played, self.zero_rows = self.tables.played, self.tables.zero_rows
@@ -89,6 +90,13 @@ class Program:
         self._follow_floor = _follow_floor(patch, registry)
 
     # --- running ---
+
+    def bring(self, signals: np.ndarray, zero_rows: np.ndarray, n: int) -> None:
+        """Fill `hosts` with `n` frames of the engine's signals, float64 [signal, row, frame].
+
+        `zero_rows` marks rows in which all of these are zero. Who brings signals writes nothing into `hosts` himself.
+        """
+        driver.bring(self._where, signals, zero_rows, n)
 
     def run(self, frame: int, n: int) -> None:
         """Run `n` frames, at most `block`, the first of them session frame `frame`."""

@@ -55,6 +55,8 @@ class Tables(NamedTuple):
     nonzero: B2  # [buffer, interval]: some frame of the sleep interval so far is not zero
     was_nonzero: B2  # [buffer, row]: the part of this interval before the block was not all zero
     hosts: I1  # buffers that the engine fills and somebody waits for
+    brought: I1  # [signal of the engine]: its buffer, or -1
+    unfed: B1  # [row]: what the engine filled is known to be zero
     events: F2  # [list, EVENTS with room for a block]
     event_stride: I1  # [list]: 1 where the list has a row for each tile
     staged: F2  # [input, EVENTS with room for a block]: the events of one stretch
@@ -85,35 +87,37 @@ class Tables(NamedTuple):
     settings: F1  # the rate
 
 
-TABLES = tuple((name, *hint.__metadata__) for name, hint in get_type_hints(Tables, include_extras=True).items())
-"""Name, type and dimensions of each table."""
-
 ALL, ANY, GUARDED = range(3)
 """What lets a row sleep: all watched inputs zero and nothing left in it; any of them zero; or all of them, whatever is
 left in it, because nobody would hear it."""
 
 
-def addresses(tables: Tables) -> np.ndarray:
-    """Where the arrays of a program are: int64 [table, (address, three dimensions)], as `run_block` takes them.
+def declared(kind: type) -> tuple[tuple[str, Any, int], ...]:
+    """Name, type and dimensions of each array of a named tuple, of its annotations."""
+    return tuple((name, *hint.__metadata__) for name, hint in get_type_hints(kind, include_extras=True).items())
 
-    Handing over some forty arrays one by one would cost more than running a small patch.
+
+def addresses(tables: Any) -> np.ndarray:
+    """Where the arrays of a named tuple are: int64 [table, (address, three dimensions)], as compiled code takes them.
+
+    Handing over some forty arrays one by one would cost more than running a small patch. Who has the addresses keeps
+    the arrays.
     """
-    for array, (name, dtype, dimensions) in zip(tables, TABLES, strict=True):
+    for array, (name, dtype, dimensions) in zip(tables, declared(type(tables)), strict=True):
         assert array.dtype == dtype, name
         assert array.ndim == dimensions, name
         assert array.flags.c_contiguous, name
     return np.array([(a.ctypes.data, *a.shape, *([1] * (3 - a.ndim))) for a in tables], np.int64)
 
 
-@intrinsic
-def tables_at(context: Any, where: Any) -> Any:
-    """The arrays at these addresses as `Tables`; they are borrowed, and not counted."""
+def borrow(context: Any, where: Any, kind: type) -> Any:
+    """What an intrinsic gives that makes a named tuple of the arrays at these addresses; they are not counted."""
     from llvmlite import ir
     from numba import from_dtype, types
     from numba.np.arrayobj import populate_array
 
-    arrays = [types.Array(from_dtype(dtype), dimensions, "C") for _, dtype, dimensions in TABLES]
-    result = types.NamedTuple(arrays, Tables)
+    arrays = [types.Array(from_dtype(dtype), dimensions, "C") for _, dtype, dimensions in declared(kind)]
+    result = types.NamedTuple(arrays, kind)
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         table = context.make_array(signature.args[0])(context, builder, args[0])
@@ -123,16 +127,22 @@ def tables_at(context: Any, where: Any) -> Any:
             return builder.load(builder.gep(table.data, [ir.Constant(ir.IntType(64), i)]))
 
         made = []
-        for row, kind in enumerate(arrays):
-            array = context.make_array(kind)(context, builder)
-            shape = [entry(4 * row + 1 + d) for d in range(kind.ndim)]
-            size = ir.Constant(word, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+        for row, one in enumerate(arrays):
+            array = context.make_array(one)(context, builder)
+            shape = [entry(4 * row + 1 + d) for d in range(one.ndim)]
+            size = ir.Constant(word, context.get_abi_sizeof(context.get_data_type(one.dtype)))
             strides = [size]
             for length in reversed(shape[1:]):
                 strides.insert(0, builder.mul(strides[0], length))
-            data = builder.inttoptr(entry(4 * row), context.get_data_type(kind.dtype).as_pointer())
+            data = builder.inttoptr(entry(4 * row), context.get_data_type(one.dtype).as_pointer())
             populate_array(array, data, shape, strides, size, None)
             made.append(array._getvalue())
         return context.make_tuple(builder, signature.return_type, made)
 
     return result(where), code
+
+
+@intrinsic
+def tables_at(context: Any, where: Any) -> Any:
+    """The arrays at these addresses as `Tables`."""
+    return borrow(context, where, Tables)
