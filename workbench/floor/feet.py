@@ -61,6 +61,9 @@ SETTLED_S = JUMP_S + AFTER_S + 0.04
 BRIDGED_M_S = 0.5
 """A foot that rolls over a gap between tiles so fast presses on neither meanwhile."""
 
+TOUCH_S = 0.08
+"""No foot leaves so soon: what does is its heel, and the rest comes down on another tile up to `BEFORE_S` later."""
+
 TICK = 8
 """Looked at every so many of the samples that are kept, about 250 a second."""
 
@@ -346,9 +349,11 @@ class FootFinder:
 
     def _lasted(self, load: Load, later: Load) -> bool:
         """Whether a load was there until a later one began, as nearly as can be said: a foot may roll over a gap."""
-        if load.end is None or load.is_cut:
-            return load.end is None
-        touched = not len(load.track()) or load.track()[:, 3].max() < LOADED_N
+        if load.end is None:
+            return True
+        if load.is_cut:
+            return load.end > later.sample
+        touched = load.end_s - load.start_s < TOUCH_S or not len(load.track()) or load.track()[:, 3].max() < LOADED_N
         bridged = self._doubtful if load.is_divided or touched else int(self._bridged[load.tile, later.tile])
         return load.end + bridged > later.sample
 
