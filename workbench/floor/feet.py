@@ -39,7 +39,7 @@ from underfoot.floor.loads import (
     nearest,
     now_apart_m,
 )
-from underfoot.floor.shared_loads import AFTER_S, JUMP_S, LOADED_N, ROLLED_S, TOGETHER_S, jumped, relieved, shared
+from underfoot.floor.shared_loads import AFTER_S, JUMP_M, JUMP_S, LOADED_N, ROLLED_S, TOGETHER_S, jumped, relieved, shared
 
 GAP_M = 0.030
 """Tiles at most so far apart touch: a foot that lies over both presses on both."""
@@ -379,7 +379,7 @@ class FootFinder:
             return math.nan
         # What is newer may still be divided.
         until_s = math.inf if final else now_s - SETTLED_S
-        mine, track = loaded(load, until_s), np.concatenate([loaded(other, until_s) for other in parts])
+        mine, track = self._own(load, until_s), np.concatenate([self._own(other, until_s) for other in parts])
         lag_s = load.start_s - min(other.start_s for other in parts)
         over = load.end is not None
         rest_s = max(other.end_s for other in parts)
@@ -396,13 +396,27 @@ class FootFinder:
             return near if sure else math.nan
         return self._toes(load, mine, track, (ripe, over, rest_s))
 
+    def _own(self, load: Load, until_s: float) -> NDArray[np.float64]:
+        """`loaded`, less a beginning elsewhere: the toes of a foot that left soon after."""
+        track = loaded(load, until_s)
+        left_s = [
+            other.end_s
+            for other in self._loads
+            if other.foot != load.foot
+            and self._touches[other.tile, load.tile]
+            and load.start_s < other.end_s <= load.start_s + TOGETHER_S
+        ]
+        own = track[track[:, 0] >= max(left_s)] if left_s else track
+        return own if len(own) and math.dist(own[0, 1:3], track[0, 1:3]) >= JUMP_M else track
+
     def _light(self, load: Load, parts: list[Load]) -> float | None:
         """`_judge` for a load too light to tell anything but where it is."""
         mine, track = load.track(), np.concatenate([other.track() for other in parts])
         if not len(mine) or not len(track):
             return LENGTH_M
         near, late = distance_m(mine[0], track), load.start_s - min(other.start_s for other in parts) >= SWING_S
-        return near if near <= (TOES_M if late else LENGTH_M) else None
+        outlasts = late and min(load.end_s, self._now_s) - max(other.end_s for other in parts) > OUTLASTS_S
+        return near if near <= (TOES_M if late else LENGTH_M) and not outlasts else None
 
     def _toes(
         self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]
