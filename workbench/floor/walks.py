@@ -47,6 +47,10 @@ PROGRESS_M, ROLL_M, ASIDE_M, AGREE_RAD = 0.15, 0.05, 0.01, math.radians(35.0)
 """Sides are told from steps that go on by this, feet that roll by this and point the same way within `AGREE_RAD`, and
 offsets to the side of this, at least."""
 
+TOES_M, TOES_RAD, UNEVEN_RAD = 0.01, math.radians(10.0), math.radians(45.0)
+"""Of who turns by more than that at each step, to one side, toes that point outwards make every other turn larger, by
+`TOES_RAD` to `UNEVEN_RAD`: a vote of `TOES_M`, which a step that goes on outweighs."""
+
 FADES = 0.85
 """How much an older step counts for the side, beside the next."""
 
@@ -271,9 +275,11 @@ class _Walk:
         along = self._way(footfall)
         onwards = footfall.place_m - last.place_m
         length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])
-        if abs(aside_m) >= ASIDE_M and abs(length_m) >= PROGRESS_M:
-            self.votes_m = FADES * self.votes_m + (aside_m if footfall.number % 2 == 0 else -aside_m)
         known = along.any()
+        told_m = aside_m if abs(aside_m) >= ASIDE_M and abs(length_m) >= PROGRESS_M else 0.0
+        told_m = told_m if known else self._toes_m(footfall)
+        if told_m:
+            self.votes_m = FADES * self.votes_m + (told_m if footfall.number % 2 == 0 else -told_m)
         same = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].number == footfall.number - 2 else None
         footfall.step = replace(
             footfall.step,
@@ -288,7 +294,7 @@ class _Walk:
         """The direction of the walk from the last footfall to this one; 0 where it has no clear one."""
         last = self.last
         if min(float(np.hypot(*one.roll_m)) for one in (last, footfall)) >= ROLL_M:
-            if _angle(last.roll_m, footfall.roll_m) > AGREE_RAD:
+            if abs(_turn(last.roll_m, footfall.roll_m)) > AGREE_RAD:
                 return np.zeros(2)
             # Toes that point outwards point to both sides and cancel.
             along = last.roll_m + footfall.roll_m
@@ -300,6 +306,16 @@ class _Walk:
         if length_m == 0.0:
             return np.zeros(2)
         return along / length_m
+
+    def _toes_m(self, footfall: _Footfall) -> float:
+        """What a steady turn over three footfalls tells of the last one's side: to the left, metres; 0 for nothing."""
+        steps = [*self.steps, footfall][-3:]
+        rolls = [one.roll_m for one in steps if float(np.hypot(*one.roll_m)) >= ROLL_M]
+        if len(rolls) < 3 or steps[0].number != footfall.number - 2:
+            return 0.0
+        first, second = _turn(rolls[0], rolls[1]), _turn(rolls[1], rolls[2])
+        steady = first * second > 0.0 and min(abs(first), abs(second)) > AGREE_RAD
+        return math.copysign(TOES_M, second - first) if steady and TOES_RAD <= abs(second - first) <= UNEVEN_RAD else 0.0
 
     def _steps_in(self, start_s: float) -> int:
         """How many steps a foot that comes down then is behind the last: more than one where some were not seen."""
@@ -322,6 +338,6 @@ def _near_one(ratio: float) -> float:
     return min(max(ratio, 1.0 / ODD), ODD)
 
 
-def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """The angle between two directions, 0 to pi."""
-    return abs(math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other)))
+def _turn(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """The angle from one direction to another, -pi to pi, positive to the left."""
+    return math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other))
