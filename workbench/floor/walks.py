@@ -35,9 +35,13 @@ besides."""
 TIME, FORCE, STANCE = 0.12, 0.06, 0.08
 """Relative deviations of a person's step time, of the mean force, and of the time on the ground."""
 
-ALIKE, KNOWN = 2.5, 6
+ALIKE, KNOWN, STRAYS = 2.5, 10, 5.0
 """Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each
-other; asked for their second to `KNOWN`th step."""
+other; asked for their second to `KNOWN`th step. What was taken for the other one's may have gone on for `STRAYS` steps."""
+
+RECENT, REMEMBERS, SWAPPED = 4, 0.06, 9.0
+"""Two persons were taken for each other where the last `RECENT` steps of each are like the other's of before, in which
+a step counts `REMEMBERS`, and so much so: by the sum of squared deviations."""
 
 DEAR, UNLIKE, STRANGER = 12.0, 17.0, 24.0
 """A step that is late, or elsewhere, costs no more than the first, one that is borne otherwise no more than the second:
@@ -128,6 +132,9 @@ class StepCounter:
             known = min(lost, key=walk.unlike)
             self._walks.remove(known)
             walk.continues(known)
+        swapped = [(gain, place) for place, other in enumerate(self._walks) if (gain := walk.swapped(other)) > SWAPPED]
+        if swapped:
+            walk.swap(self._walks[max(swapped)[1]])
 
 
 @dataclass(eq=False)
@@ -192,6 +199,9 @@ class _Walk:
     stance_s: float = math.nan
     seen: int = 0
     first_s: float = math.inf
+    borne: deque[NDArray[np.float64]] = field(default_factory=lambda: deque(maxlen=RECENT))
+    usual: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    remembered: int = 0
 
     @property
     def last(self) -> _Footfall:
@@ -227,8 +237,9 @@ class _Walk:
 
     def unlike(self, other: "_Walk") -> float:
         """How far two walks' forces and times are apart, in standard deviations."""
-        apart = math.log(self.force_n / other.force_n) / FORCE, math.log(self.stance_s / other.stance_s) / STANCE
-        return math.hypot(*apart)
+        apart = np.array([math.log(self.force_n) / FORCE, math.log(self.stance_s) / STANCE])
+        theirs = np.array([math.log(other.force_n) / FORCE, math.log(other.stance_s) / STANCE])
+        return float(np.hypot(*(apart - (other.usual if other.remembered else theirs))))
 
     def is_of(self, other: "_Walk") -> bool:
         """Whether this walk began where another was lost sight of, by somebody alike."""
@@ -239,14 +250,37 @@ class _Walk:
             and 2 <= self.seen <= KNOWN
             and other.seen >= 2
             and other.first_s < began_s
-            and other.last.start_s < began_s + other.step_s
+            and other.last.start_s < began_s + STRAYS * other.step_s
             and began_s - other.last.end_s <= GONE_S
             and self.unlike(other) <= ALIKE
         )
 
+    def swapped(self, other: "_Walk") -> float:
+        """By how much both are more like each other, lately, than like themselves: squared deviations."""
+        if other is self or min(len(self.borne), len(other.borne)) < RECENT or min(self.remembered, other.remembered) < 1:
+            return 0.0
+        mine, theirs = np.median(self.borne, axis=0), np.median(other.borne, axis=0)
+        kept = ((mine - self.usual) ** 2).sum() + ((theirs - other.usual) ** 2).sum()
+        return float(kept - ((mine - other.usual) ** 2).sum() - ((theirs - self.usual) ** 2).sum())
+
+    def swap(self, other: "_Walk") -> None:
+        """This is the other's person, and the other is this one's."""
+        self.person, other.person = other.person, self.person
+        self.first_s, other.first_s = other.first_s, self.first_s
+        self.usual, other.usual = other.usual, self.usual
+        self.remembered, other.remembered = other.remembered, self.remembered
+
+    def _remember(self, footfall: _Footfall) -> None:
+        """What is usual of the person, from before the last steps: deviations of the logarithms."""
+        if len(self.borne) == RECENT:
+            self.remembered += 1
+            self.usual = self.usual + max(REMEMBERS, 1.0 / self.remembered) * (self.borne[0] - self.usual)
+        self.borne.append(np.array([math.log(footfall.force_n) / FORCE, math.log(footfall.stance_s) / STANCE]))
+
     def continues(self, other: "_Walk") -> None:
         """This is the person of another walk."""
         self.person, self.first_s = other.person, other.first_s
+        self.usual, self.remembered = other.usual, other.remembered
         self.seen = max(self.seen, KNOWN + 1)
 
     def take(self, footfall: _Footfall) -> None:
@@ -264,6 +298,7 @@ class _Walk:
             self.force_n *= _near_one(footfall.force_n / self.force_n) ** learns
             self.stance_s *= _near_one(footfall.stance_s / self.stance_s) ** learns
             self.seen += 1
+            self._remember(footfall)
         self.steps.append(footfall)
 
     def _follow(self, footfall: _Footfall) -> None:
