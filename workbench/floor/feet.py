@@ -39,7 +39,17 @@ from underfoot.floor.loads import (
     nearest,
     now_apart_m,
 )
-from underfoot.floor.shared_loads import AFTER_S, JUMP_M, JUMP_S, LOADED_N, ROLLED_S, TOGETHER_S, jumped, relieved, shared
+from underfoot.floor.shared_loads import (
+    AFTER_S,
+    JUMP_M,
+    JUMP_S,
+    LOADED_N,
+    ROLLED_S,
+    TOGETHER_S,
+    jumped,
+    relieved,
+    shared,
+)
 
 GAP_M = 0.030
 """Tiles at most so far apart touch: a foot that lies over both presses on both."""

@@ -37,7 +37,7 @@ TIME, FORCE, STANCE = 0.12, 0.06, 0.08
 
 ALIKE, KNOWN, STRAYS = 2.5, 10, 5.0
 """Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each
-other; asked for their second to `KNOWN`th step. What was taken for the other one's may have gone on for `STRAYS` steps."""
+other; asked for their second to `KNOWN`th step. The other one's may have seemed to go on for `STRAYS` steps."""
 
 RECENT, REMEMBERS, SWAPPED = 4, 0.06, 9.0
 """Two persons were taken for each other where the last `RECENT` steps of each are like the other's of before, in which
@@ -112,7 +112,7 @@ class StepCounter:
         while self._waiting and (self._waiting[0].is_sided or self._waiting[0].end_s + WAIT_S < now_s):
             footfall = self._waiting.popleft()
             self._count += 1
-            person = footfall.walk.person if footfall.walk else 0
+            person = footfall.person or (footfall.walk.person if footfall.walk else 0)
             steps.append(replace(footfall.step, step=self._count, side=footfall.side, person=person))
         return steps
 
@@ -134,6 +134,9 @@ class StepCounter:
             walk.continues(known)
         swapped = [(gain, place) for place, other in enumerate(self._walks) if (gain := walk.swapped(other)) > SWAPPED]
         if swapped:
+            # What could be told before stays as it was, whether or not it was asked for.
+            for earlier in self._waiting:
+                earlier.person = earlier.person or (earlier.walk.person if earlier.walk else 0)
             walk.swap(self._walks[max(swapped)[1]])
 
 
@@ -151,6 +154,7 @@ class _Footfall:
     is_whole: bool
     walk: "_Walk | None" = None
     number: int = 0
+    person: int = 0
 
     @classmethod
     def of(cls, contact: Contact, floor: Floor) -> "_Footfall":
@@ -189,7 +193,7 @@ class _Footfall:
 @dataclass(eq=False)
 class _Walk:
     """Someone who walks: the last three footfalls, what is usual of them, and how far the even ones lie to the left of
-    the odd ones, summed."""
+    the odd ones, summed. `borne` are the last steps, and `usual` is what those before were, `remembered` in number."""
 
     person: int
     steps: deque[_Footfall] = field(default_factory=lambda: deque(maxlen=3))
@@ -237,9 +241,8 @@ class _Walk:
 
     def unlike(self, other: "_Walk") -> float:
         """How far two walks' forces and times are apart, in standard deviations."""
-        apart = np.array([math.log(self.force_n) / FORCE, math.log(self.stance_s) / STANCE])
-        theirs = np.array([math.log(other.force_n) / FORCE, math.log(other.stance_s) / STANCE])
-        return float(np.hypot(*(apart - (other.usual if other.remembered else theirs))))
+        theirs = other.usual if other.remembered else _borne(other.force_n, other.stance_s)
+        return float(np.hypot(*(_borne(self.force_n, self.stance_s) - theirs)))
 
     def is_of(self, other: "_Walk") -> bool:
         """Whether this walk began where another was lost sight of, by somebody alike."""
@@ -257,7 +260,11 @@ class _Walk:
 
     def swapped(self, other: "_Walk") -> float:
         """By how much both are more like each other, lately, than like themselves: squared deviations."""
-        if other is self or min(len(self.borne), len(other.borne)) < RECENT or min(self.remembered, other.remembered) < 1:
+        if (
+            other is self
+            or min(len(self.borne), len(other.borne)) < RECENT
+            or min(self.remembered, other.remembered) < 1
+        ):
             return 0.0
         mine, theirs = np.median(self.borne, axis=0), np.median(other.borne, axis=0)
         kept = ((mine - self.usual) ** 2).sum() + ((theirs - other.usual) ** 2).sum()
@@ -271,11 +278,11 @@ class _Walk:
         self.remembered, other.remembered = other.remembered, self.remembered
 
     def _remember(self, footfall: _Footfall) -> None:
-        """What is usual of the person, from before the last steps: deviations of the logarithms."""
+        """A step among the last ones; the one that no longer is teaches what is usual of the person."""
         if len(self.borne) == RECENT:
             self.remembered += 1
             self.usual = self.usual + max(REMEMBERS, 1.0 / self.remembered) * (self.borne[0] - self.usual)
-        self.borne.append(np.array([math.log(footfall.force_n) / FORCE, math.log(footfall.stance_s) / STANCE]))
+        self.borne.append(_borne(footfall.force_n, footfall.stance_s))
 
     def continues(self, other: "_Walk") -> None:
         """This is the person of another walk."""
@@ -350,7 +357,9 @@ class _Walk:
             return 0.0
         first, second = _turn(rolls[0], rolls[1]), _turn(rolls[1], rolls[2])
         steady = first * second > 0.0 and min(abs(first), abs(second)) > AGREE_RAD
-        return math.copysign(TOES_M, second - first) if steady and TOES_RAD <= abs(second - first) <= UNEVEN_RAD else 0.0
+        return (
+            math.copysign(TOES_M, second - first) if steady and TOES_RAD <= abs(second - first) <= UNEVEN_RAD else 0.0
+        )
 
     def _steps_in(self, start_s: float) -> int:
         """How many steps a foot that comes down then is behind the last: more than one where some were not seen."""
@@ -366,6 +375,11 @@ class _Walk:
         if len(places) < 3 or steps > 1:
             return places[-1] + steps * (places[-1] - places[0]) / (len(places) - 1)
         return places[1] + (places[2] - places[0])
+
+
+def _borne(force_n: float, stance_s: float) -> NDArray[np.float64]:
+    """How a step is borne, as a place in which persons' steps deviate by 1."""
+    return np.array([math.log(force_n) / FORCE, math.log(stance_s) / STANCE])
 
 
 def _near_one(ratio: float) -> float:
