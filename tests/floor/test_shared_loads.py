@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.layout import default_floor
 from underfoot.floor.shared_loads import shared
+from underfoot.floor.simulated_loads import feet_down
+from underfoot.floor.simulated_people import drawn_people
 
 
 def test_two_feet_whose_load_is_one_are_known_again():
@@ -22,3 +27,32 @@ def test_two_feet_whose_load_is_one_are_known_again():
     np.testing.assert_allclose(share * force_n[together], second_n[together], atol=3.0)
     np.testing.assert_allclose(one_m, first_m[together], atol=0.005)
     np.testing.assert_allclose(other_m, second_m[together], atol=0.005)
+
+
+def test_the_forces_of_people_who_cross_sum_to_what_their_tiles_bear():
+    floor = default_floor(6, 6)
+    source = SimulatedFloor(floor, people=drawn_people(2, "crossing"))
+    draw, tracker, followed, loads, stamps = np.random.default_rng(1), ContactTracker(floor, 1000.0), [], [], []
+    for end in range(4800, 48_000 * 12, 4800):
+        count = source.pull(end)
+        force_n = source.forces[:count]
+        loads.append(force_n.sum(axis=2))
+        stamps.append(source.stamps[:count] / 48_000.0)
+        followed.append(tracker.feed(stamps[-1], force_n + draw.normal(0.0, 0.3, force_n.shape)))
+    followed.append(tracker.finish())
+    time_s, load_n = np.concatenate(stamps), np.concatenate(loads)
+    at, force_n, on_tile = (
+        np.concatenate([getattr(part.rows, name) for part in followed]) for name in ("time_s", "force_n", "on_tile")
+    )
+    sample = np.searchsorted(time_s, at - 1e-6)
+    pressed = np.zeros_like(load_n, bool)
+    np.logical_or.at(pressed, sample, on_tile)
+    total_n = np.bincount(sample, weights=force_n, minlength=len(time_s))
+    # Six deviations of the noise of five tiles, and of their baselines.
+    assert np.abs(total_n - (load_n * pressed).sum(axis=1)).max() < 10.0
+    down = feet_down(source.footfalls, source.curves, time_s)
+    began = np.sort([contact.start_s for part in followed for contact in part.finished if not contact.cut])
+    feet = np.sort([down.time_s[(down.footfall == foot) & (down.force_n >= 20.0)][0] for foot in set(down.footfall)])
+    assert len(began) > 40
+    # Each contact begins with a foot.
+    assert np.quantile(np.abs(began[:, None] - feet).min(axis=1), 0.95) < 0.015

@@ -90,6 +90,17 @@ def test_two_who_pass_keep_their_ids_and_somebody_long_gone_is_somebody_new():
     assert len(force[1]) == pytest.approx(len(walks[1]), abs=1)
 
 
+def test_who_turns_at_each_step_has_sides_from_the_first_row_on():
+    floor = default_floor(2, 2)
+    source, tracker, counter, steps = SimulatedFloor(floor), ContactTracker(floor, 1000.0), StepCounter(floor), []
+    for end in range(4800, round(4.5 * 48_000), 4800):
+        count = source.pull(end)
+        time_s = source.stamps[:count] / 48_000.0
+        steps += counter.feed(tracker.feed(time_s, source.forces[:count]).finished, time_s[-1])
+    assert len(steps) >= 5
+    assert [step.side == "left" for step in steps] == source.footfalls["left"][: len(steps)].tolist()
+
+
 def test_the_next_step_has_a_person_while_it_is_under_way():
     walker = gait.Walker(step_length_m=0.6, variation=0.0)
     made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)

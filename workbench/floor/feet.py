@@ -39,7 +39,17 @@ from underfoot.floor.loads import (
     nearest,
     now_apart_m,
 )
-from underfoot.floor.shared_loads import AFTER_S, JUMP_S, LOADED_N, ROLLED_S, TOGETHER_S, jumped, relieved, shared
+from underfoot.floor.shared_loads import (
+    AFTER_S,
+    JUMP_M,
+    JUMP_S,
+    LOADED_N,
+    ROLLED_S,
+    TOGETHER_S,
+    jumped,
+    relieved,
+    shared,
+)
 
 GAP_M = 0.030
 """Tiles at most so far apart touch: a foot that lies over both presses on both."""
@@ -60,6 +70,9 @@ SETTLED_S = JUMP_S + AFTER_S + 0.04
 
 BRIDGED_M_S = 0.5
 """A foot that rolls over a gap between tiles so fast presses on neither meanwhile."""
+
+TOUCH_S = 0.08
+"""No foot leaves so soon: what does is its heel, and the rest comes down on another tile up to `BEFORE_S` later."""
 
 TICK = 8
 """Looked at every so many of the samples that are kept, about 250 a second."""
@@ -346,9 +359,11 @@ class FootFinder:
 
     def _lasted(self, load: Load, later: Load) -> bool:
         """Whether a load was there until a later one began, as nearly as can be said: a foot may roll over a gap."""
-        if load.end is None or load.is_cut:
-            return load.end is None
-        touched = not len(load.track()) or load.track()[:, 3].max() < LOADED_N
+        if load.end is None:
+            return True
+        if load.is_cut:
+            return load.end > later.sample
+        touched = load.end_s - load.start_s < TOUCH_S or not len(load.track()) or load.track()[:, 3].max() < LOADED_N
         bridged = self._doubtful if load.is_divided or touched else int(self._bridged[load.tile, later.tile])
         return load.end + bridged > later.sample
 
@@ -374,7 +389,7 @@ class FootFinder:
             return math.nan
         # What is newer may still be divided.
         until_s = math.inf if final else now_s - SETTLED_S
-        mine, track = loaded(load, until_s), np.concatenate([loaded(other, until_s) for other in parts])
+        mine, track = self._own(load, until_s), np.concatenate([self._own(other, until_s) for other in parts])
         lag_s = load.start_s - min(other.start_s for other in parts)
         over = load.end is not None
         rest_s = max(other.end_s for other in parts)
@@ -391,13 +406,27 @@ class FootFinder:
             return near if sure else math.nan
         return self._toes(load, mine, track, (ripe, over, rest_s))
 
+    def _own(self, load: Load, until_s: float) -> NDArray[np.float64]:
+        """`loaded`, less a beginning elsewhere: the toes of a foot that left soon after."""
+        track = loaded(load, until_s)
+        left_s = [
+            other.end_s
+            for other in self._loads
+            if other.foot != load.foot
+            and self._touches[other.tile, load.tile]
+            and load.start_s < other.end_s <= load.start_s + TOGETHER_S
+        ]
+        own = track[track[:, 0] >= max(left_s)] if left_s else track
+        return own if len(own) and math.dist(own[0, 1:3], track[0, 1:3]) >= JUMP_M else track
+
     def _light(self, load: Load, parts: list[Load]) -> float | None:
         """`_judge` for a load too light to tell anything but where it is."""
         mine, track = load.track(), np.concatenate([other.track() for other in parts])
         if not len(mine) or not len(track):
             return LENGTH_M
         near, late = distance_m(mine[0], track), load.start_s - min(other.start_s for other in parts) >= SWING_S
-        return near if near <= (TOES_M if late else LENGTH_M) else None
+        outlasts = late and min(load.end_s, self._now_s) - max(other.end_s for other in parts) > OUTLASTS_S
+        return near if near <= (TOES_M if late else LENGTH_M) and not outlasts else None
 
     def _toes(
         self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]

@@ -80,19 +80,22 @@ class Shared:
     def part(self, rows: NDArray[np.void], passed: int) -> tuple[NDArray[np.void], NDArray[np.void], float]:
         """The rows (n,) of a load as those of its two feet, while each is down, and what the second bore just before.
 
-        If they were not down together, what is before the sample `passed` is the first foot's.
+        At each sample the two sum to the load; where one is not down, the other bears it all. If they were not down
+        together, what is before the sample `passed` is the first foot's.
         """
         share, first_m, second_m = self.shares(rows["time_s"], np.column_stack([rows["x_m"], rows["y_m"]]))
-        first, second = rows.copy(), rows.copy()
-        first["force_n"], second["force_n"] = (1.0 - share) * rows["force_n"], share * rows["force_n"]
-        first["x_m"], first["y_m"] = first_m.T
-        second["x_m"], second["y_m"] = second_m.T
-        begins = int(np.argmax(np.append(second["force_n"] >= ON_N, True)))
-        ends = len(rows) - int(np.argmax(np.append(first["force_n"][::-1] >= OFF_SHARE * ON_N, True)))
+        first_n, second_n = (1.0 - share) * rows["force_n"], share * rows["force_n"]
+        begins = int(np.argmax(np.append(second_n >= ON_N, True)))
+        ends = len(rows) - int(np.argmax(np.append(first_n[::-1] >= OFF_SHARE * ON_N, True)))
         if begins >= ends:
             at = int(np.searchsorted(rows["sample"], passed))
             return rows[:at].copy(), rows[at:].copy(), 0.0
-        return first[:ends], second[begins:], float(second["force_n"][begins - 1]) if begins else 0.0
+        first, second = rows.copy(), rows.copy()
+        both = slice(begins, ends)
+        first["force_n"][both], second["force_n"][both] = first_n[both], second_n[both]
+        for column, name in enumerate(("x_m", "y_m")):
+            first[name][both], second[name][both] = first_m[both, column], second_m[both, column]
+        return first[:ends], second[begins:], float(second_n[begins - 1]) if begins else 0.0
 
 
 def shared(track: Floats, at_s: float) -> Shared:

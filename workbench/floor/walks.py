@@ -35,9 +35,13 @@ besides."""
 TIME, FORCE, STANCE = 0.12, 0.06, 0.08
 """Relative deviations of a person's step time, of the mean force, and of the time on the ground."""
 
-ALIKE, KNOWN = 2.5, 6
+ALIKE, KNOWN, STRAYS = 2.5, 10, 5.0
 """Somebody who comes where another was lost is the other one if their steps are within `ALIKE` deviations of each
-other; asked for their second to `KNOWN`th step."""
+other; asked for their second to `KNOWN`th step. The other one's may have seemed to go on for `STRAYS` steps."""
+
+RECENT, REMEMBERS, SWAPPED = 4, 0.06, 9.0
+"""Two persons were taken for each other where the last `RECENT` steps of each are like the other's of before, in which
+a step counts `REMEMBERS`, and so much so: by the sum of squared deviations."""
 
 DEAR, UNLIKE, STRANGER = 12.0, 17.0, 24.0
 """A step that is late, or elsewhere, costs no more than the first, one that is borne otherwise no more than the second:
@@ -46,6 +50,10 @@ two feet on a tile make odd steps. Beyond the third it is somebody else's."""
 PROGRESS_M, ROLL_M, ASIDE_M, AGREE_RAD = 0.15, 0.05, 0.01, math.radians(35.0)
 """Sides are told from steps that go on by this, feet that roll by this and point the same way within `AGREE_RAD`, and
 offsets to the side of this, at least."""
+
+TOES_M, TOES_RAD, UNEVEN_RAD = 0.01, math.radians(10.0), math.radians(45.0)
+"""Of who turns by more than that at each step, to one side, toes that point outwards make every other turn larger, by
+`TOES_RAD` to `UNEVEN_RAD`: a vote of `TOES_M`, which a step that goes on outweighs."""
 
 FADES = 0.85
 """How much an older step counts for the side, beside the next."""
@@ -104,7 +112,7 @@ class StepCounter:
         while self._waiting and (self._waiting[0].is_sided or self._waiting[0].end_s + WAIT_S < now_s):
             footfall = self._waiting.popleft()
             self._count += 1
-            person = footfall.walk.person if footfall.walk else 0
+            person = footfall.person or (footfall.walk.person if footfall.walk else 0)
             steps.append(replace(footfall.step, step=self._count, side=footfall.side, person=person))
         return steps
 
@@ -124,6 +132,12 @@ class StepCounter:
             known = min(lost, key=walk.unlike)
             self._walks.remove(known)
             walk.continues(known)
+        swapped = [(gain, place) for place, other in enumerate(self._walks) if (gain := walk.swapped(other)) > SWAPPED]
+        if swapped:
+            # What could be told before stays as it was, whether or not it was asked for.
+            for earlier in self._waiting:
+                earlier.person = earlier.person or (earlier.walk.person if earlier.walk else 0)
+            walk.swap(self._walks[max(swapped)[1]])
 
 
 @dataclass(eq=False)
@@ -140,6 +154,7 @@ class _Footfall:
     is_whole: bool
     walk: "_Walk | None" = None
     number: int = 0
+    person: int = 0
 
     @classmethod
     def of(cls, contact: Contact, floor: Floor) -> "_Footfall":
@@ -178,7 +193,7 @@ class _Footfall:
 @dataclass(eq=False)
 class _Walk:
     """Someone who walks: the last three footfalls, what is usual of them, and how far the even ones lie to the left of
-    the odd ones, summed."""
+    the odd ones, summed. `borne` are the last steps, and `usual` is what those before were, `remembered` in number."""
 
     person: int
     steps: deque[_Footfall] = field(default_factory=lambda: deque(maxlen=3))
@@ -188,6 +203,9 @@ class _Walk:
     stance_s: float = math.nan
     seen: int = 0
     first_s: float = math.inf
+    borne: deque[NDArray[np.float64]] = field(default_factory=lambda: deque(maxlen=RECENT))
+    usual: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    remembered: int = 0
 
     @property
     def last(self) -> _Footfall:
@@ -223,8 +241,8 @@ class _Walk:
 
     def unlike(self, other: "_Walk") -> float:
         """How far two walks' forces and times are apart, in standard deviations."""
-        apart = math.log(self.force_n / other.force_n) / FORCE, math.log(self.stance_s / other.stance_s) / STANCE
-        return math.hypot(*apart)
+        theirs = other.usual if other.remembered else _borne(other.force_n, other.stance_s)
+        return float(np.hypot(*(_borne(self.force_n, self.stance_s) - theirs)))
 
     def is_of(self, other: "_Walk") -> bool:
         """Whether this walk began where another was lost sight of, by somebody alike."""
@@ -235,14 +253,41 @@ class _Walk:
             and 2 <= self.seen <= KNOWN
             and other.seen >= 2
             and other.first_s < began_s
-            and other.last.start_s < began_s + other.step_s
+            and other.last.start_s < began_s + STRAYS * other.step_s
             and began_s - other.last.end_s <= GONE_S
             and self.unlike(other) <= ALIKE
         )
 
+    def swapped(self, other: "_Walk") -> float:
+        """By how much both are more like each other, lately, than like themselves: squared deviations."""
+        if (
+            other is self
+            or min(len(self.borne), len(other.borne)) < RECENT
+            or min(self.remembered, other.remembered) < 1
+        ):
+            return 0.0
+        mine, theirs = np.median(self.borne, axis=0), np.median(other.borne, axis=0)
+        kept = ((mine - self.usual) ** 2).sum() + ((theirs - other.usual) ** 2).sum()
+        return float(kept - ((mine - other.usual) ** 2).sum() - ((theirs - self.usual) ** 2).sum())
+
+    def swap(self, other: "_Walk") -> None:
+        """This is the other's person, and the other is this one's."""
+        self.person, other.person = other.person, self.person
+        self.first_s, other.first_s = other.first_s, self.first_s
+        self.usual, other.usual = other.usual, self.usual
+        self.remembered, other.remembered = other.remembered, self.remembered
+
+    def _remember(self, footfall: _Footfall) -> None:
+        """A step among the last ones; the one that no longer is teaches what is usual of the person."""
+        if len(self.borne) == RECENT:
+            self.remembered += 1
+            self.usual = self.usual + max(REMEMBERS, 1.0 / self.remembered) * (self.borne[0] - self.usual)
+        self.borne.append(_borne(footfall.force_n, footfall.stance_s))
+
     def continues(self, other: "_Walk") -> None:
         """This is the person of another walk."""
         self.person, self.first_s = other.person, other.first_s
+        self.usual, self.remembered = other.usual, other.remembered
         self.seen = max(self.seen, KNOWN + 1)
 
     def take(self, footfall: _Footfall) -> None:
@@ -260,6 +305,7 @@ class _Walk:
             self.force_n *= _near_one(footfall.force_n / self.force_n) ** learns
             self.stance_s *= _near_one(footfall.stance_s / self.stance_s) ** learns
             self.seen += 1
+            self._remember(footfall)
         self.steps.append(footfall)
 
     def _follow(self, footfall: _Footfall) -> None:
@@ -271,9 +317,11 @@ class _Walk:
         along = self._way(footfall)
         onwards = footfall.place_m - last.place_m
         length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])
-        if abs(aside_m) >= ASIDE_M and abs(length_m) >= PROGRESS_M:
-            self.votes_m = FADES * self.votes_m + (aside_m if footfall.number % 2 == 0 else -aside_m)
         known = along.any()
+        told_m = aside_m if abs(aside_m) >= ASIDE_M and abs(length_m) >= PROGRESS_M else 0.0
+        told_m = told_m if known else self._toes_m(footfall)
+        if told_m:
+            self.votes_m = FADES * self.votes_m + (told_m if footfall.number % 2 == 0 else -told_m)
         same = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].number == footfall.number - 2 else None
         footfall.step = replace(
             footfall.step,
@@ -288,7 +336,7 @@ class _Walk:
         """The direction of the walk from the last footfall to this one; 0 where it has no clear one."""
         last = self.last
         if min(float(np.hypot(*one.roll_m)) for one in (last, footfall)) >= ROLL_M:
-            if _angle(last.roll_m, footfall.roll_m) > AGREE_RAD:
+            if abs(_turn(last.roll_m, footfall.roll_m)) > AGREE_RAD:
                 return np.zeros(2)
             # Toes that point outwards point to both sides and cancel.
             along = last.roll_m + footfall.roll_m
@@ -300,6 +348,18 @@ class _Walk:
         if length_m == 0.0:
             return np.zeros(2)
         return along / length_m
+
+    def _toes_m(self, footfall: _Footfall) -> float:
+        """What a steady turn over three footfalls tells of the last one's side: to the left, metres; 0 for nothing."""
+        steps = [*self.steps, footfall][-3:]
+        rolls = [one.roll_m for one in steps if float(np.hypot(*one.roll_m)) >= ROLL_M]
+        if len(rolls) < 3 or steps[0].number != footfall.number - 2:
+            return 0.0
+        first, second = _turn(rolls[0], rolls[1]), _turn(rolls[1], rolls[2])
+        steady = first * second > 0.0 and min(abs(first), abs(second)) > AGREE_RAD
+        return (
+            math.copysign(TOES_M, second - first) if steady and TOES_RAD <= abs(second - first) <= UNEVEN_RAD else 0.0
+        )
 
     def _steps_in(self, start_s: float) -> int:
         """How many steps a foot that comes down then is behind the last: more than one where some were not seen."""
@@ -317,11 +377,16 @@ class _Walk:
         return places[1] + (places[2] - places[0])
 
 
+def _borne(force_n: float, stance_s: float) -> NDArray[np.float64]:
+    """How a step is borne, as a place in which persons' steps deviate by 1."""
+    return np.array([math.log(force_n) / FORCE, math.log(stance_s) / STANCE])
+
+
 def _near_one(ratio: float) -> float:
     """A ratio, within what a person's steps differ by: odd ones teach little."""
     return min(max(ratio, 1.0 / ODD), ODD)
 
 
-def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """The angle between two directions, 0 to pi."""
-    return abs(math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other)))
+def _turn(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """The angle from one direction to another, -pi to pi, positive to the left."""
+    return math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other))
