@@ -365,7 +365,7 @@ def _run(
     shaker.compress(compression, force, force, n)
     slot = row.slot
     _run_systems(row, slot, bodies[k], body_states[k, slot], (force, now, one), here)
-    faded: int = here - row.fade_frame
+    faded = here - row.fade_frame
     fades = faded < FADE
     if fades:
         other: int = 1 - slot
@@ -374,8 +374,7 @@ def _run(
             share = min((faded + i) / FADE, 1.0)
             now[i] = before[i] + (now[i] - before[i]) * (share * share * (3.0 - 2.0 * share))
     force[:] = now
-    still: int = row.zero_frames
-    if still >= SPAN and (here + n) % SPAN == 0:
+    if zero_frames >= SPAN and (here + n) % SPAN == 0:
         poles.flush(motor)
         rings = _ring(row, bodies[k], body_states[k, slot], poles.tail(motor, motor_system))
         if not fades and rings < QUIET_M_S2:
