@@ -172,7 +172,7 @@ def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp
         swaps = len(bench.swaps)
         QTest.keyClick(test, Qt.Key.Key_3)
         qtbot.waitUntil(lambda swaps=swaps: len(bench.swaps) > swaps, timeout=LONG_MS)
-        assert bench.swaps[-1].anew
+        assert bench.swaps[-1].command.anew
         QTest.mouseClick(test.answers["A"], LEFT)
     rows = read_csv(test.path)
     assert test.path.parent == tmp_path / "Underfoot"
