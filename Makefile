@@ -2,6 +2,8 @@
 # short form of the tests, `make bench-short` says how long things take, `make docs` builds the site.
 
 PYTHON ?= python3
+# Modules are kept as bytecode: every process that a session or a test starts would compile them again.
+export PYTHONDONTWRITEBYTECODE :=
 BIN := .venv/bin
 TOUR := underfoot-tour
 RUN_PACKAGES := libgl1 libegl1 libxkbcommon0 libfontconfig1 libdbus-1-3 libglib2.0-0 libxkbcommon-x11-0 \

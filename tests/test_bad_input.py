@@ -47,7 +47,7 @@ BAD_PATCHES = {
     "wire to nowhere": (bad_patch(nodes=GAINS, wires=[["a.out", "c.signal"]]), "wires #1 is 'c.signal'"),
     "wire to no port": (bad_patch(nodes=GAINS, wires=[["a.out", "b.nope"]]), "the inputs of b: signal, gain"),
     "cycle": (bad_patch(nodes=GAINS, wires=[["a.out", "b.signal"], ["b.out", "a.signal"]]), "wires make a cycle"),
-    "nested deep": (b'{"format": "underfoot-patch", "title": ' + b"[" * 100_000, "is nested too deep"),
+    "nested deep": (b'{"format": "underfoot-patch", "title": ' + b"[" * 100_000, "is nested deeper than"),
     "nested as it ends": (bad_patch(title=0).replace(b"0", b"[" * 1000 + b"]" * 1000), "a.json"),
     "sound file missing": (
         bad_patch(
@@ -129,7 +129,7 @@ BAD_FLOORS = {
     "size in words": (TWO.dumps().replace(b"0.305", b'"wide"', 1), "tiles #1, size_m #1 is 'wide'; allowed: a number"),
     "three sensors": (TWO.dumps().replace(b"[\n     0.1335,\n     0.1335\n    ],", b"", 1), "exactly four points"),
     "id twice": (TWO.dumps().replace(b'"t2"', b'"t1"'), "an id that no other tile has"),
-    "nested deep": (b"[" * 100_000, "is not JSON"),
+    "nested deep": (b"[" * 100_000, "nested deeper than"),
 }
 
 
@@ -206,6 +206,11 @@ def test_bad_options_are_one_line(refused, folder, line, message):
     if words[0] == "render" and "--output" not in words:
         words += ["-o", "out.wav"]
     assert message in refused(*words)
+
+
+def test_no_name_at_all_is_one_line(refused):
+    assert "cannot be read" in refused("serve", "")
+    assert "--floor FILE" in refused("emulate", "--pty", "--force", "")
 
 
 @pytest.mark.parametrize("output", ["missing/out.wav", ".", "x" * 300])
@@ -285,3 +290,13 @@ def test_simulations_and_protocols_read_what_lies_beside_them(folder):
             TileParameters.load(inside / "a.json")
         with pytest.raises(BadValue, match="allowed: a preset's name, or a file beside the protocol or below"):
             patch_path(name, inside)
+
+
+@pytest.mark.parametrize(
+    "line", ["monitor simulator --seconds 1 --record NAME", "tile floor.json --report NAME",
+             "experiment identification-impact --participant P1 --session NAME", "bench --short --report NAME",
+             "monitor simulator --patch NAME", "--patch NAME", "levels --profile NAME"]
+)  # fmt: skip
+def test_a_name_that_cannot_even_be_looked_for_is_one_line(refused, folder, line):
+    default_floor(1, 1).save(folder / "floor.json")
+    assert "xxx" in refused(*line.replace("NAME", "x" * 300).split())

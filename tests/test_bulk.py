@@ -11,6 +11,7 @@ from functools import partial
 
 import pytest
 import soundfile
+from dask_cluster import dask_cluster
 
 import underfoot as uf
 from underfoot.engine.bulk import Item, rendered
@@ -101,17 +102,7 @@ def test_ctrl_c_leaves_whole_files_and_a_manifest_of_them(underfoot, folder, unt
 
 
 def test_a_cluster_of_which_a_worker_is_killed_makes_the_same_files(until, tmp_path):
-    pytest.importorskip("distributed")
-    where = tmp_path / "scheduler.json"
-    module = [sys.executable, "-W", "ignore", "-m"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
-    start = [*module, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
-    running = [subprocess.Popen([*start, "--scheduler-file", str(where)], **quiet)]
-    try:
-        until(where.is_file, "the scheduler is there")
-        worker = [*module, "distributed.cli.dask_worker", "--scheduler-file", str(where), "--nthreads", "1"]
-        running += [subprocess.Popen([*worker, "--no-nanny", "--no-dashboard"], **quiet) for _ in range(2)]
-        address = json.loads(where.read_text())["address"]
+    with dask_cluster(tmp_path, until) as (address, workers):
         patch = uf.open_patch("stimulus-sp")
         items = [
             Item(RenderJob(patch.set("gain", "gain", 0.1 * k), seconds=1.0), "sp", {}, tmp_path / f"{k}.wav")
@@ -120,17 +111,13 @@ def test_a_cluster_of_which_a_worker_is_killed_makes_the_same_files(until, tmp_p
         made = []
         for number, summary in rendered(items, address):
             if not made:
-                running[1].kill()
+                workers[0].kill()
             made.append(number)
             data = wav_bytes(items[number].job.run().samples, 48_000)
             assert (tmp_path / f"{number}.wav").read_bytes() == data
             assert hashlib.sha256(data).hexdigest() == summary["sha256"]
         assert sorted(made) == list(range(len(items)))
-        assert running[1].wait() == -signal.SIGKILL
-    finally:
-        for one in running:
-            one.kill()
-            one.wait()
+        assert workers[0].wait() == -signal.SIGKILL
 
 
 def test_what_reads_files_of_this_computer_is_not_given_to_a_cluster(refused, folder):

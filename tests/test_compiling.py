@@ -28,5 +28,5 @@ def test_what_is_compiled_is_told_and_what_is_loaded_is_not(monkeypatch, tmp_pat
         said.append(capfd.readouterr().err)
     first, last = said[0].splitlines()
     assert first == "underfoot: first use: compiling kernels, which takes up to a minute"
-    assert last.startswith("underfoot: 1 kernels compiled in ")
+    assert last.startswith("underfoot: 1 kernel compiled in ")
     assert said[1] == ""

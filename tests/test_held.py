@@ -37,7 +37,6 @@ SECONDS, BLOCK = 2.0, 1024
 OTHERS = ((64, SECONDS), (7, 0.4))
 """Block sizes that must give the same bytes, and for how long: blocks of 7 frames take long."""
 WIZARDS = ("fsr", "centroid", "response", "latency")
-DATES = ("date", "measured", "when", "at", "created")
 
 
 def machine():
@@ -91,9 +90,9 @@ def calibrated(folder):
 
 
 def undated(value):
-    """Without dates and paths."""
+    """Without the date on which it was made, and without paths."""
     if isinstance(value, dict):
-        return {key: undated(item) for key, item in value.items() if key not in (*DATES, "profile", "report")}
+        return {key: undated(item) for key, item in value.items() if key not in ("made", "profile", "report")}
     return [undated(item) for item in value] if isinstance(value, list) else value
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.signal import butter, correlate, sosfilt
+from table_6_1 import NO_NOISE, TABLE_6_1
 
 from underfoot.engine.commands import Play, equalisers_of
 from underfoot.engine.levels import SECONDS, Level, levels_of
@@ -14,20 +15,6 @@ from underfoot.patch import library
 from underfoot.patch.patch import Patch
 
 RATE = 48_000
-TABLE_6_1 = {
-    "sc": (2.9, 1.74),
-    "sp": (3.7, 2.4),
-    "sd": (6.8, 4.4),
-    "wc": (17.4, 10.9),
-    "wp": (18.4, 8.5),
-    "wd": (18.2, 10.9),
-    "tc": (3.3, 1.2),
-    "tp": (4.6, 1.75),
-    "td": (6.8, 2.4),
-}
-"""Peak and RMS acceleration at A = 1, m/s^2."""
-NO_NOISE = ("wc", "wd")
-"""Rows whose RMS over peak is that of no normal noise of 50 to 700 Hz: their peak is met."""
 TACTONS = [f"{family}{k}" for family in ("ws", "it") for k in range(1, 9)]
 
 

@@ -9,14 +9,13 @@ from functools import partial
 from pathlib import Path
 
 import platformdirs
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from underfoot.drawing import look
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
-from underfoot.widgets import theme
 from underfoot.widgets.garbage_collection import freeze_loaded
+from underfoot.widgets.recolour import choose_colours
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
 
@@ -43,7 +42,8 @@ def run(
         window = MainWindow(folder, target, patch_path, engine)
         window.settings.first_steps_done |= screenshot_dir is not None
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: window.leave())
+            # Not at once: it may come in the midst of what reads the session that closing ends.
+            signal.signal(number, lambda *_: QTimer.singleShot(0, window.leave))
         window.controller.use_sound(screenshot_dir is None)
         window.show()
         if file is not None:
@@ -73,10 +73,7 @@ def application(settings: Settings) -> QApplication:
     assert isinstance(made, QApplication)
     made.setApplicationName("Underfoot")
     made.setDesktopFileName("underfoot")
-    is_light = made.styleHints().colorScheme() == Qt.ColorScheme.Light
-    system = "light" if is_light else "dark"
-    theme.choose(settings.theme if settings.theme in look.PALETTES else system)
-    theme.apply(made)
+    choose_colours(made, settings)
     return made
 
 

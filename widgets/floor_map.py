@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QHideEvent,
@@ -45,6 +45,9 @@ _FADES = 12
 
 _BOTTOM_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
 
+_Trail = list[tuple[float, float, float]]
+"""Seconds, and a place on the floor in metres."""
+
 _SHADES = 32
 """Shades of a loaded tile."""
 
@@ -53,6 +56,10 @@ _VIBRATES = 1e-4
 
 _LOADED_N = 2.0
 """Loads below this are shown as 0."""
+
+
+STEP_MS = 1000
+"""So long the step of a preview is shown."""
 
 
 class FloorMap(QWidget):
@@ -77,10 +84,19 @@ class FloorMap(QWidget):
         self._choice = ""
         self._pressing = ""
         self._background: QPixmap | None = None
-        shares = [0.06 + 0.54 * shade / (_SHADES - 1) for shade in range(_SHADES)]
-        self._amber = [QColor(theme.mixed(theme.FORCE, theme.RAISED, share)) for share in shares]
+        self._faded: tuple[object, QPixmap] | None = None  # trails that were left, and what they were drawn of
+        self._step_tile = ""
+        self._step_timer = QTimer(self, singleShot=True, interval=STEP_MS)
+        self._step_timer.timeout.connect(lambda: self.show_step(""))
+        self.take_colours()
 
     # --- what it shows ---
+
+    def take_colours(self) -> None:
+        """Have the colours that are in use."""
+        shares = [0.06 + 0.54 * shade / (_SHADES - 1) for shade in range(_SHADES)]
+        self._amber = [QColor(theme.mixed(theme.FORCE, theme.RAISED, share)) for share in shares]
+        self._background = None
 
     def set_floor(self, floor: Floor) -> None:
         """Draw these tiles, with nothing on them, the first one chosen."""
@@ -117,6 +133,13 @@ class FloorMap(QWidget):
     def set_loads(self, load_n: ArrayLike, untared: ArrayLike) -> None:
         """Load of each tile in newtons, and which tiles are untared."""
         self._load_n, self._untared = np.asarray(load_n), np.asarray(untared)
+
+    def show_step(self, tile: str) -> None:
+        """Mark for a second that the preview's step plays on this tile, where nobody stands; "" ends it."""
+        self._step_tile = tile
+        if tile:
+            self._step_timer.start()
+        self.update()
 
     def set_vibration(self, peak: ArrayLike) -> None:
         """Largest sample of each tile's vibration lately, of full scale."""
@@ -253,15 +276,27 @@ class FloorMap(QWidget):
         if self._background is None:
             self._transform = self.to_screen()
             self._polygons = [_polygon(tile.corners_m(), self._transform) for tile in self._floor.tiles]
-            self._background = self._paint_background()
+            self._background, self._faded = self._paint_background(), None
         painter.drawPixmap(0, 0, self._background)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_loads(painter)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.TEXT if self.hasFocus() else theme.MUTED), 2.0))
         painter.drawPolygon(self._polygons[self._floor.index(self._choice)])
+        if self._step_tile in self._floor.ids:
+            self._paint_step(painter, self._polygons[self._floor.index(self._step_tile)])
         self._paint_trails(painter)
         self._paint_contacts(painter)
+
+    def _paint_step(self, painter: QPainter, polygon: QPolygonF) -> None:
+        """A dashed sole: a step that is computed, and not a foot."""
+        area = polygon.boundingRect()
+        size = 0.5 * min(area.width(), area.height())
+        painter.setPen(QPen(QColor(theme.CONTACT), 2.0, Qt.PenStyle.DashLine))
+        painter.drawEllipse(area.center(), 0.4 * size, size * 0.75)
+        if area.width() >= 88.0:
+            painter.setFont(theme.font(theme.SMALL_PX))
+            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, "preview")
 
     def _paint_loads(self, painter: QPainter) -> None:
         """Colour and figures of tiles that are loaded, vibrate or are untared."""
@@ -294,13 +329,17 @@ class FloorMap(QWidget):
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
                 painter.fillRect(bar, QColor(theme.VIBRATION))
 
-    def _paint_background(self) -> QPixmap:
-        """What does not move: tiles, their names, and a scale."""
-        assert self._floor is not None
+    def _empty_picture(self) -> QPixmap:
         ratio = self.devicePixelRatioF()
         picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
         picture.setDevicePixelRatio(ratio)
         picture.fill(Qt.GlobalColor.transparent)
+        return picture
+
+    def _paint_background(self) -> QPixmap:
+        """What does not move: tiles, their names, and a scale."""
+        assert self._floor is not None
+        picture = self._empty_picture()
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(theme.font(theme.SMALL_PX))
@@ -332,20 +371,34 @@ class FloorMap(QWidget):
         painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), quantity(length_m, "m"))
 
     def _paint_trails(self, painter: QPainter) -> None:
-        """The trails of the last seconds, in pieces that fade."""
+        """The trails of the last seconds. Those whose contact has gone only fade: they are a picture between steps."""
         tips = {contact.id: (self._now_s, contact.x_m, contact.y_m) for contact in self._contacts if contact.id}
+        left = [list(trail) for id, trail in self._trails.items() if id not in tips]
+        shown = int(self._now_s / TRAIL_S * _FADES), [(line[0], line[-1]) for line in left]
+        if self._faded is None or self._faded[0] != shown:
+            self._faded = shown, self._empty_picture()
+            on_picture = QPainter(self._faded[1])
+            on_picture.setRenderHint(QPainter.RenderHint.Antialiasing)
+            for line in left:
+                self._paint_trail(on_picture, line)
+            on_picture.end()
+        painter.drawPixmap(0, 0, self._faded[1])
+        for id, tip in tips.items():
+            if id in self._trails:
+                self._paint_trail(painter, [*self._trails[id], tip])
+
+    def _paint_trail(self, painter: QPainter, line: _Trail) -> None:
+        """A trail in pieces that fade."""
         green = QColor(theme.CONTACT)
-        for id, trail in self._trails.items():
-            line = [*trail, tips[id]] if id in tips else list(trail)
-            ages = [min(max(int((self._now_s - time_s) / TRAIL_S * _FADES), 0), _FADES) for time_s, _, _ in line]
-            places = [self._transform.map(QPointF(x, y)) for _, x, y in line]
-            begin = 0
-            for end in range(1, len(line)):
-                if ages[end] != ages[begin] or end == len(line) - 1:
-                    green.setAlphaF(1.0 - ages[begin] / _FADES)
-                    painter.setPen(QPen(green, 2.0, c=Qt.PenCapStyle.FlatCap))
-                    painter.drawPolyline(places[begin : end + 1])
-                    begin = end
+        ages = [min(max(int((self._now_s - time_s) / TRAIL_S * _FADES), 0), _FADES) for time_s, _, _ in line]
+        places = [self._transform.map(QPointF(x, y)) for _, x, y in line]
+        begin = 0
+        for end in range(1, len(line)):
+            if ages[end] != ages[begin] or end == len(line) - 1:
+                green.setAlphaF(1.0 - ages[begin] / _FADES)
+                painter.setPen(QPen(green, 2.0, c=Qt.PenCapStyle.FlatCap))
+                painter.drawPolyline(places[begin : end + 1])
+                begin = end
 
     def _paint_contacts(self, painter: QPainter) -> None:
         """The contacts, and who stands there."""

@@ -69,6 +69,8 @@ _CONSTANTS = (
 TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
 _CHECKS = Path(str(files("underfoot.assets"))).joinpath("icons").as_posix()
 _ICON_PX = (16, 18, 24, 32, 36, 48)
+_ICONS: dict[int, tuple[str, str]] = {}
+"""What each icon that was made shows, and in which colour, by its key in Qt's cache."""
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
 
@@ -85,6 +87,21 @@ def colours(name: str) -> dict[str, str]:
     known = {**look.palette(name), **{own: both[look.PALETTES.index(name)] for own, both in _OWN.items()}}
     known.update({made: mixed(known[of], known[on], share) for made, (of, on, share) in _SHADES.items()})
     return known
+
+
+@cache
+def _names() -> dict[str, str]:
+    """The names of all colours of all palettes."""
+    return {colour: name for palette in look.PALETTES for name, colour in colours(palette).items()}
+
+
+def now(colour: str) -> str:
+    """What a colour of any palette is in the one that is in use; another colour is what it was.
+
+    >>> now(colours("light")["force"]), now("#123456")
+    ('#f0a63c', '#123456')
+    """
+    return PALETTE.get(_names().get(colour, ""), colour)
 
 
 def apply(app: QApplication) -> None:
@@ -106,6 +123,7 @@ def signal_colour(kind: str, unit: str = "") -> str:
     return FORCE if unit in ("N", "N/s", "kN/s") else VIBRATION
 
 
+@lru_cache(maxsize=1024)
 def mixed(colour: str, ground: str, share: float) -> str:
     """`share` of `colour` over the rest of `ground`: a shade that needs no transparency.
 
@@ -151,7 +169,15 @@ def set_role(widget: QWidget, role: str) -> None:
 
 def icon(name: str, colour: str = "") -> QIcon:
     """The drawing `assets/icons/<name>.svg` in a colour, that of text if none is given; faint where it is disabled."""
-    return _icon(name, colour or TEXT, FAINT)
+    made = _icon(name, colour or TEXT, FAINT)
+    _ICONS[made.cacheKey()] = name, colour or TEXT
+    return made
+
+
+def icon_now(made: QIcon) -> QIcon:
+    """An icon in the colours that are in use, where it is one of `icon`."""
+    name, colour = _ICONS.get(made.cacheKey(), ("", ""))
+    return icon(name, now(colour)) if name else made
 
 
 @lru_cache(maxsize=128)
@@ -244,11 +270,13 @@ QPushButton[role="tab"]:checked, QToolButton[role="tab"]:checked {{ background: 
 QPushButton[role="tab"]:focus, QToolButton[role="tab"]:focus {{ border: 1px solid {VIBRATION}; }}
 QToolButton[role="flat"], QPushButton[role="flat"] {{
     background: transparent; border-color: transparent; padding: 2px; }}
+QToolButton[role="flat"]::menu-indicator {{ image: none; }}
 QToolButton[role="flat"]:hover, QPushButton[role="flat"]:hover {{ background: {HOVER}; }}
 QToolButton[role="flat"]:focus, QPushButton[role="flat"]:focus {{ border: 1px solid {VIBRATION}; }}
 QLineEdit, QPlainTextEdit, QAbstractSpinBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px;
     selection-background-color: {PALETTE["selected"]}; placeholder-text-color: {MUTED}; }}
+QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ width: 0; border: none; }}
 QLineEdit[role="value"] {{ background: transparent; border-color: transparent; padding: 1px 3px; }}
 QLineEdit[role="value"]:hover {{ background: {RAISED}; }}
 QLineEdit[role="value"]:focus {{ background: {RAISED}; border: 1px solid {VIBRATION}; }}

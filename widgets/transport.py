@@ -38,6 +38,8 @@ READ_PX = 7 * theme.GRID
 Choices = Sequence[tuple["str | Choices", str]]
 """A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
 
+_XRUNS = "Buffer underruns: how often the sound device ran out of samples because the engine was late"
+
 
 class TransportBar(QWidget):
     """Shows what it is told, and emits what was asked for."""
@@ -61,6 +63,7 @@ class TransportBar(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(6 * theme.GRID)
         self._flagged: dict[str, Sequence[str]] = {}
+        self._tab_icons: dict[str, QIcon] = {}
         self._layout = QHBoxLayout(self)
         self._layout.setContentsMargins(theme.GRID // 2, 0, theme.GRID, 0)
         self._layout.setSpacing(6)
@@ -90,6 +93,11 @@ class TransportBar(QWidget):
         self.tabs[name] = button
         self._tab_group.addButton(button)
         self._tab_line.addWidget(button)
+        self._make_room()
+
+    def take_colours(self) -> None:
+        """Have the tabs' icons in the colours that are in use."""
+        self._tab_icons = {name: theme.icon_now(icon) for name, icon in self._tab_icons.items()}
         self._make_room()
 
     def set_workspace(self, name: str) -> None:
@@ -158,6 +166,7 @@ class TransportBar(QWidget):
         self.asleep.show_value(f"{tiles - health.awake} of {tiles} tiles" if running else "–")
         before = self.xruns.text(), self.lost.text()
         self.xruns.show_count(health.xruns)
+        self.xruns.setToolTip(_XRUNS + _jumps(health))
         self.lost.show_count(health.lost)
         if "0" in before and before != (self.xruns.text(), self.lost.text()):
             self._make_room()
@@ -166,13 +175,7 @@ class TransportBar(QWidget):
         self.latency.setToolTip(
             f"{own:.2f} ms from the arrival of a force sample to the first output that it can change, "
             f"of which {1e3 * health.hold_s:.2f} ms because some samples come late; "
-            f"plus {stream:.2f} ms of the sound device's output: "
-            + (
-                f"measured, half of a round trip of {1e3 * health.round_trip_s:.2f} ms"
-                if health.round_trip_s
-                else "estimated, as the device says of itself; Calibrate, Latency measures it"
-            )
-            + _further_cards(health)
+            f"plus {stream:.2f} ms of the sound device's output: " + _round_trip(health) + _further_cards(health)
         )
 
     # --- layout ---
@@ -203,6 +206,9 @@ class TransportBar(QWidget):
             if self._has_room():
                 break
             figure.hide()
+        # A figure that was shown for a moment has laid out the line with itself in it.
+        self._layout.invalidate()
+        self._layout.activate()
 
     def _has_room(self, but: "Figure | None" = None) -> bool:
         """Whether all that is shown has room, `but` one."""
@@ -228,12 +234,10 @@ class TransportBar(QWidget):
         self.menu.setShortcut("Alt+M")
         self.menu.setMenu(menu)
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.menu.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self._layout.addWidget(self.menu)
 
     def _add_tabs(self) -> None:
         self.tabs: dict[str, QPushButton] = {}
-        self._tab_icons: dict[str, QIcon] = {}
         self._tab_group = QButtonGroup(self)
         self._tab_line = QHBoxLayout()
         self._tab_line.setSpacing(theme.GRID // 2)
@@ -248,7 +252,10 @@ class TransportBar(QWidget):
         self.target.setMenu(QMenu(self.target))
         self.target.setMinimumWidth(12 * theme.GRID)
         self.target.setMaximumWidth(22 * theme.GRID)
-        self.target.setStyleSheet("QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }")
+        self.target.setStyleSheet(
+            "QToolButton { padding-right: 18px; }"
+            "QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }"
+        )
         self._layout.addWidget(self.target, 100)  # it takes what room there is, up to its most, before the level does
 
     def _add_flags(self) -> None:
@@ -308,9 +315,7 @@ class TransportBar(QWidget):
         self.asleep = Figure("Asleep", "196 of 196 tiles")
         self.asleep.setToolTip("Tiles for which nothing has to be computed now: they take no time of the engine")
         self.xruns = Figure("Xruns", "000")
-        self.xruns.setToolTip(
-            "Buffer underruns: how often the sound device ran out of samples because the engine was late"
-        )
+        self.xruns.setToolTip(_XRUNS)
         self.lost = Figure("Lost", "0000")
         self.lost.setToolTip("Force samples that were sent and did not arrive")
         self.latency = Figure("Latency", "00.0 + 00.0 ms")
@@ -365,6 +370,21 @@ class Figure(QFrame):
     def text(self) -> str:
         """The value that is shown."""
         return self._value.text()
+
+
+def _jumps(health: Health) -> str:
+    """How often what accelerometers hear had to be aligned anew; nothing where it never was."""
+    if not health.jumps:
+        return ""
+    return f"; {health.jumps} times frames were lost on the way to its inputs, and what is measured was aligned anew"
+
+
+def _round_trip(health: Health) -> str:
+    """What the sound device's part of the latency rests on, in words."""
+    if not health.round_trip_s:
+        return "estimated, by the device's clock; Calibrate, Latency measures it"
+    clock = f", {1e3 * health.clock_trip_s:.2f} ms by the device's clock" if health.clock_trip_s else ""
+    return f"measured, of a round trip of {1e3 * health.round_trip_s:.2f} ms{clock}"
 
 
 def _further_cards(health: Health) -> str:

@@ -1,7 +1,7 @@
-"""The View menu: which colours the window has, and how large its text is. Both are those of the next start.
+"""The View menu: which colours the window has, at once, and how large its text is, from the next start on.
 
-Painted pictures, icons and layouts are made of the colours and sizes that there are when a window is made, so that a
-change waits; starting again brings back what was open, unsaved work included.
+Qt scales a whole program, and reads by how much only as that starts: in an open window every size of a text, a row and
+a node would have to be scaled by itself. Starting again brings back what was open, unsaved work and undo included.
 """
 
 from PySide6.QtCore import Signal
@@ -15,13 +15,15 @@ class ViewMenu(QMenu):
     """Changes `theme` and `text_size` of the settings. The keys work in the whole `window`."""
 
     said = Signal(str)
+    colours_chosen = Signal()
+    """Other colours are wanted, at once."""
     again_wanted = Signal()
     """Underfoot is to be closed and started again."""
 
     def __init__(self, settings: Settings, window: QWidget) -> None:
         super().__init__("View", window)
         self._settings = settings
-        self._shown = settings.theme, settings.text_size
+        self._shown = settings.text_size
         self._themes = QActionGroup(self)
         for name, words in THEMES.items():
             self._add_choice(self._themes, words, name)
@@ -36,7 +38,7 @@ class ViewMenu(QMenu):
         self.smaller = self._act("Smaller text", ("Ctrl+-",))
         self.smaller.triggered.connect(lambda: self._step(-1))
         self.addSeparator()
-        self.again = self._act("Start again now, in the chosen look", ())
+        self.again = self._act("Start again now, in the chosen size", ())
         self.again.triggered.connect(self.again_wanted)
         window.addActions([self.larger, self.smaller])
         self._show()
@@ -61,7 +63,10 @@ class ViewMenu(QMenu):
         self._settings.theme = theme or self._settings.theme
         self._settings.text_size = text_size or self._settings.text_size
         self._show()
-        words = f"{THEMES[self._settings.theme]}, text {self._settings.text_size} %"
+        if theme:
+            self.colours_chosen.emit()
+            return
+        words = f"Text {self._settings.text_size} %"
         if self.again.isEnabled():
             self.said.emit(f"{words}: from the next start on. Menu, View, Start again now does it at once.")
         else:
@@ -73,4 +78,4 @@ class ViewMenu(QMenu):
         for group, value in zip((self._themes, self._sizes), chosen, strict=True):
             for action in group.actions():
                 action.setChecked(action.data() == value)
-        self.again.setEnabled(chosen != self._shown)
+        self.again.setEnabled(self._settings.text_size != self._shown)

@@ -21,6 +21,7 @@ from underfoot.patch.heard import without_missing
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.menu import MainMenu
+from underfoot.widgets.recolour import recolour
 from underfoot.widgets.remembered import keep_splitters, keep_window, restore_splitters, restore_window
 from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
@@ -41,6 +42,7 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 
 FIRST_PRESET = "gravel"
 
+STARTING = "Starting the engine…"
 COMPILING = "Compiling kernels, which a first start takes half a minute for:"
 WITHOUT_SOUND = "going on without sound"
 """How a notice ends of a sound card that does not play."""
@@ -77,9 +79,10 @@ class MainWindow(QMainWindow):
         self._is_leaving = self._is_painted = False
         self.starts_again = False
         """Whether it was closed to be opened anew."""
-        self._playing_on = self._why_silent = ""
+        self._playing_on, self._why_silent = STARTING, ""
         self.settings = Settings.load(folder)
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
+        self.open_patch.nodes.agreed.connect(self._keep_settings)
         self.controller = SessionController(
             REGISTRY, self.settings, target or remembered_target(self.settings), folder / "profiles", self, engine
         )
@@ -109,6 +112,7 @@ class MainWindow(QMainWindow):
 
     def start(self) -> None:
         """Open the session; what is on the screen is usable at once."""
+        self.status.show_session(STARTING)
         self.controller.start()
 
     @property
@@ -337,8 +341,14 @@ class MainWindow(QMainWindow):
         self.network.close()
         self.controller.close()
         self.open_patch.close()
-        self.settings.save(self._folder)
+        self._keep_settings()
         super().closeEvent(event)
+
+    def _keep_settings(self) -> None:
+        try:
+            self.settings.save(self._folder)
+        except UnderfootError as error:
+            self.say(str(error))
 
     def leave(self) -> None:
         """Close without a question; unsaved work comes back at the next start."""
@@ -352,6 +362,8 @@ class MainWindow(QMainWindow):
             self.say("A recording, a study or hardware is at work: end it, or close Underfoot and start it by hand.")
             return
         self.starts_again = True
+        for workspace in self.workspaces.values():
+            workspace.keep_for_next_start(self._folder)
         self.leave()
 
     def _leave(self) -> None:
@@ -392,6 +404,12 @@ class MainWindow(QMainWindow):
         layout.addWidget(self.status)
         self.setCentralWidget(middle)
         restore_window(self, self.settings)
+
+    def _take_colours(self) -> None:
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        recolour(app, self.settings)
+        self._keep_settings()
 
     def _show_title(self) -> None:
         slot = f" ({self.open_patch.slot})" if self.open_patch.other is not None else ""
@@ -447,6 +465,7 @@ class MainWindow(QMainWindow):
         controller = self.controller
         self.view.said.connect(self.say)
         self.view.again_wanted.connect(self.start_again)
+        self.view.colours_chosen.connect(self._take_colours)
         self.menu.recent_chosen.connect(open_patch.open)
         self.menu.preset_chosen.connect(open_patch.adopt)
         transport.workspace_chosen.connect(self.show_workspace)

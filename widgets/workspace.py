@@ -65,6 +65,9 @@ class Workspace(QWidget):
     def silence(self) -> None:
         """Panic: end whatever makes sound by itself."""
 
+    def keep_for_next_start(self, folder: Path) -> None:
+        """The window is closed to be opened anew at once: write what no file has to `folder`."""
+
     def close_down(self) -> None:
         """The window closes: end what runs, and wait for what is being written."""
 

@@ -47,6 +47,7 @@ def cli(
 
 def main() -> None:
     """Run the command line; every error is one line, and exit status 1."""
+    gc.set_threshold(100_000)  # or the interpreter looks through all that is being imported, again and again: 0.03 s
     try:
         status = cli.main(prog_name="underfoot", standalone_mode=False)
     except click.exceptions.Abort:
@@ -62,6 +63,10 @@ def main() -> None:
         _fail("there is not enough memory for this; ask for fewer seconds or fewer tiles")
     except BrokenPipeError:
         sys.exit(1)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        _fail(f"{error.filename} cannot be reached: {(error.strerror or 'refused').lower()}")
     except KeyboardInterrupt:
         sys.exit(130)
     gc.freeze()  # or the interpreter looks through all that was loaded as it ends: 0.07 s

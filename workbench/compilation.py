@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from importlib import import_module
 from types import FunctionType
 from typing import Any
 
@@ -12,26 +11,9 @@ from numba.core.ccallback import CFunc
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
-from numba.np import linalg
 
 from underfoot import lane_lowering, memory_lowering
 from underfoot.kernel_cache import KernelCache, digest, options_text
-
-
-def _leave_blas_out() -> None:
-    """Keep Numba from importing SciPy's linear algebra with its first kernel: 0.15 s for what no kernel uses."""
-
-    def none() -> None:
-        raise ImportError
-
-    found, linalg.ensure_blas = linalg.ensure_blas, none
-    try:
-        import_module("numba.np.arraymath")
-    finally:
-        linalg.ensure_blas = found
-
-
-_leave_blas_out()
 
 
 class _Dispatcher(CPUDispatcher):

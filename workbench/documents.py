@@ -77,7 +77,7 @@ def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> Any:
     except UnicodeDecodeError:
         raise BadFile(f"{source} is not JSON: it is not UTF-8 text") from None
     except RecursionError:
-        raise BadFile(f"{source} is not JSON: it is nested too deep") from None
+        raise BadFile(f"{source} is nested deeper than {deepest} lists and objects") from None
     except ValueError as error:
         raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
     _require_plain(raw, source, deepest)

@@ -3,17 +3,24 @@
 Numba's own cache looks at the file that a kernel stands in: it takes an edited comment for a change, and does not see
 one in a function that the kernel calls from another file. Here a kernel's digest is made of its bytecode, of the
 constants that it reads, and of the digests of what it calls. Comments, docstrings and the place in a file do not count.
+
+A kernel is loaded without what only the compiler needs of it and for it, which takes three times as long.
 """
 
 import hashlib
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, cached_property
+from importlib import import_module
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
+import llvmlite.binding as llvm
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
+from numba.core.codegen import JITCodeLibrary
+from numba.core.runtime import rtsys
 
 from underfoot.files import cache_folder
 
@@ -21,8 +28,9 @@ _KEPT = 4
 """Digests that are kept of one kernel: of several checkouts, or of the one before the last edit."""
 _LONGEST_COMPILE_S = 60.0
 """How long a process waits for another one that compiles the same kernel."""
-_LIBRARIES = ("builtins", "cmath", "llvmlite", "math", "numba", "numpy", "operator")
-"""What these compute depends on their version alone, which Numba's index has."""
+_LIBRARIES = frozenset({"llvmlite", "numba", "numpy"}) | sys.stdlib_module_names
+"""What these compute depends on their version alone, which Numba's index or the file's name has; what they read may be
+another thing in each process, such as `sys.modules`."""
 
 
 class KernelCache:
@@ -42,6 +50,8 @@ class KernelCache:
             with suppress(OSError):  # one that waited too long raises an OSError, too: it compiles as well
                 self._files.lock()
             found = self._load(signature, context)
+        if found is None:
+            _leave_blas_out()
         return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
@@ -73,6 +83,21 @@ class KernelCache:
             return _Files(self._function, digest(self._function, self._options))
         except OSError:
             return NullCache()
+
+
+@cache
+def _leave_blas_out() -> None:
+    """Keep Numba from importing SciPy's linear algebra with its first kernel: 0.15 s for what no kernel uses."""
+    from numba.np import linalg
+
+    def none() -> None:
+        raise ImportError
+
+    found, linalg.ensure_blas = linalg.ensure_blas, none
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = found
 
 
 def digest(function: FunctionType, options: str = "") -> str:
@@ -169,6 +194,45 @@ class _Locator(_CacheLocator):
         return self._mark[:16]
 
 
+class _Library(JITCodeLibrary):
+    """A kernel's machine code. What was loaded has its bitcode read where another kernel that calls it is compiled."""
+
+    _loaded: tuple[bytes, bytes] | None = None
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: Any) -> "_Library":
+        name, _, (code, bitcode) = state
+        made = cls(codegen, name)
+        made._loaded = code, bitcode
+        made.enable_object_caching()
+        made._set_compiled_object(code)
+        made._finalize_final_module()
+        return made
+
+    def get_pointer_to_function(self, name: str) -> Any:
+        """The address of a function, or 0."""
+        if self._loaded is not None and name.encode() + b"\0" in self._loaded[0]:
+            self._codegen._engine._defined_symbols.add(name)
+        return super().get_pointer_to_function(name)
+
+    def _get_module_for_linking(self) -> Any:
+        if self._loaded is not None:
+            self._shared_module, self._loaded = llvm.parse_bitcode(self._loaded[1]), None
+            self._codegen._engine._load_defined_symbols(self._shared_module)
+        return super()._get_module_for_linking()
+
+
+class _Results(CompileResultCacheImpl):
+    """What Numba's files hold of a kernel."""
+
+    def reduce(self, compiled: Any) -> Any:
+        """A compiled form as plain data, without the environments of libraries' functions: only exceptions that a
+        kernel does not raise read those, and loading one imports its module."""
+        *data, environments = super().reduce(compiled)
+        own = tuple(one for one in environments if not _is_library(one.globals["__name__"]))
+        return *data, own
+
+
 class _Files(FunctionCache):
     """Numba's files of one kernel, under its digest."""
 
@@ -176,12 +240,19 @@ class _Files(FunctionCache):
         locator = _Locator(function, mark)
         locator.ensure_cache_path()
 
-        class Located(CompileResultCacheImpl):
+        class Located(_Results):
             _locator_classes = (type("Here", (), {"from_function": staticmethod(lambda *_: locator)}),)
 
         self._impl_class = Located
         self._lock: Any = None
         super().__init__(function)
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """A compiled form, or None. Unlike Numba's, it does not fill the context with what types and functions mean to
+        the compiler: the compiler does that itself."""
+        rtsys.initialize(context)
+        context.codegen()._library_class = _Library
+        return self._load_overload(signature, context)
 
     def lock(self) -> None:
         """Wait until no other process compiles this kernel."""

@@ -10,7 +10,6 @@ from numba.core.datamodel import models
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, overload, register_model, unbox
-from numba.np.arrayobj import populate_array
 
 _WORD = ir.IntType(64)
 
@@ -143,6 +142,8 @@ def _get(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) ->
 
 def _array(context: Any, builder: Any, pointer: Any, shape: list[Any]) -> Any:
     """A borrowed array of float64 at an address."""
+    from numba.np.arrayobj import populate_array  # 40 ms that a kernel which is only loaded need not wait for
+
     array = context.make_array(types.Array(types.float64, len(shape), "C"))(context, builder)
     strides = [ir.Constant(_WORD, 8)]
     for length in reversed(shape[1:]):

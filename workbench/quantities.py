@@ -12,6 +12,7 @@ _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "
 _KEEPS = {"m/s^2": 0.01, "m/s": 0.01, "s/m": 0.01}
 """Units that are usual without a prefix down to here."""
 _DIGIT_GROUP = "\u202f"
+_BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|dB|kHz|Hz|kN|N|[cmµ]?m|m?s|m/s²)(?![\w/]))")
 
 
@@ -94,6 +95,20 @@ def parse_quantity(text: str, unit: str = "") -> float:
     if tail not in factors:
         raise BadValue(f"the unit is {tail!r}; allowed: {pretty_unit(unit) or 'none'}, with or without a prefix")
     return value * factors[tail] if factors[tail] >= 1.0 else value / round(1.0 / factors[tail])
+
+
+def parse_numbers(text: str, unit: str = "") -> list[float]:
+    """Numbers that a person typed, with spaces, semicolons or commas between them.
+
+    A comma between two digits is a decimal comma, unless there are several in a row.
+
+    >>> parse_numbers("0,3; 0,4"), parse_numbers("1, 2 3.5"), parse_numbers("1,2,3"), parse_numbers("8 ms 15 ms", "s")
+    ([0.3, 0.4], [1.0, 2.0, 3.5], [1.0, 2.0, 3.0], [0.008, 0.015])
+    """
+    found = []
+    for part in _BETWEEN_NUMBERS.split(text.strip()):
+        found += [parse_quantity(one, unit) for one in (part.split(",") if part.count(",") > 1 else [part]) if one]
+    return found
 
 
 INVERTED = "ø"

@@ -18,7 +18,7 @@ from underfoot.devices.link_acceleration import EACH
 from underfoot.devices.replay import Replay
 from underfoot.engine.accelerometer_reader import LinkReader, reader_of
 from underfoot.engine.rings import Reader, Ring
-from underfoot.engine.session_memory import ResponseReader
+from underfoot.engine.session_memory import RING_S, ResponseReader, SessionMemory
 from underfoot.errors import BadValue
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
@@ -74,9 +74,10 @@ def measured(clock, hz, seconds=2.0, keep=lambda number: True, block=128):
     frames = emulator.samples(48.0 * np.arange(count), np.zeros((count, 2, 4))).reshape(count, -1)
     source, parser, injector = DeviceFloor(Silent(), FLOOR, RATE), Parser(), FaultInjector()
     heard = accelerometers_of(f"t1:link:{FULL_SCALE} t2:link:{FULL_SCALE}", FLOOR)
-    reader = reader_of(heard, source, RATE, block)
+    memory = SessionMemory.create(2, 2.0 * RATE * seconds / RING_S, 1000.0)
+    ring, sent, began_s = memory.measured, 0, clock[0]
+    reader = reader_of(heard, source, memory, RATE, block)
     assert isinstance(reader, LinkReader)
-    ring, sent, began_s = Ring.create(2, 1 << 18), 0, clock[0]
     for end in range(block, round(RATE * seconds), block):
         while 48.0 * sent < end and sent < count:
             clock[0] = began_s + sent / 1000.0
@@ -85,9 +86,9 @@ def measured(clock, hz, seconds=2.0, keep=lambda number: True, block=128):
             sent += 1
         clock[0] = began_s + (end - block) / RATE
         source.pull(end)
-        reader.write(ring, end - block, block)
+        reader.write(end - block, block)
     _, rows = Reader(ring, 0).read()
-    ring.close()
+    memory.close()
     return rows
 
 
@@ -110,15 +111,18 @@ def test_what_is_lost_counts_as_rest_and_the_rest_stands_where_it_did(clock):
 
 
 def test_accelerometers_of_no_device_are_not_read_and_both_kinds_together_are_refused():
+    memory = SessionMemory.create(2, RATE, 1000.0)
     assert (
         reader_of(
             accelerometers_of("t1:link:9.81", FLOOR),
             Replay(ForceSeries(np.arange(2) / 1000.0, np.zeros((2, 2, 4)), 1000.0), FLOOR, RATE),
+            memory,
             RATE,
             64,
         )
         is None
     )
+    memory.close()
     with pytest.raises(BadValue, match="all on inputs of the card, or all over the link"):
         accelerometers_of("t1:link:9.81 t2:0:9.81", FLOOR)
 

@@ -1,5 +1,6 @@
 """Real PortAudio into a PulseAudio null sink, judged by the samples that arrive there."""
 
+import itertools
 import subprocess
 import sys
 from pathlib import Path
@@ -254,8 +255,8 @@ assert sound.devices() == []
     subprocess.run([sys.executable, "-c", script], check=True)
 
 
-def test_accelerometers_are_heard_on_the_clock_that_plays(null_sink, until, tmp_path):
-    """The sink's monitor is the input: what comes back is what was played, always as many frames later."""
+def test_accelerometers_are_heard_at_the_frames_that_were_played(null_sink, until, tmp_path):
+    """The sink's monitor is the input: what comes back stands where it was played, whatever the device says."""
     path = tmp_path / "session.uf"
     told = (Accelerometer("t2", 1, 20.0), Accelerometer("t4", 3, 20.0))
     how = {"sound": "", "latency_s": BUFFER_S, "accelerometers": told}
@@ -263,7 +264,7 @@ def test_accelerometers_are_heard_on_the_clock_that_plays(null_sink, until, tmp_
         assert playing.started().where == "sound card"
         playing.session.send(Level(0.0))
         playing.play(144_000)
-        xruns = playing.session.health.xruns
+        health = playing.session.health
         playing.session.stop_recording()
     with Recording(path) as recording:
         played = recording.vibration()[1]
@@ -271,15 +272,16 @@ def test_accelerometers_are_heard_on_the_clock_that_plays(null_sink, until, tmp_
         first, measured = recording.tiles("measured")
     assert not measured[:, [0, 2]].any()
     assert asked.any(axis=0).all()
+    assert 0.0 < health.stream_latency_s <= health.round_trip_s
+    assert health.clock_trip_s > 0.0
     delays = []
-    for begin in range(24_000, 120_000, 4_800):
-        part = measured[begin - first : begin - first + 4_800, 1] / 20.0
-        if np.abs(part).max() > 0.01:
-            around = played[begin - 9_600 : begin + 14_400, 1]
+    for begin, tile in itertools.product(range(24_000, 96_000, 4_800), (1, 3)):
+        part = measured[begin - first : begin - first + 4_800, tile] / 20.0
+        if len(part) == 4_800 and np.abs(part).max() > 0.01:  # the last are told late
+            around = played[begin - 9_600 : begin + 14_400, tile]
             found = np.correlate(around, part.astype(np.float32), "valid")
             at = int(np.argmax(found))
             if np.allclose(around[at : at + 4_800], part, rtol=1e-6, atol=1e-9):
                 delays.append(at - 9_600)
-    assert len(delays) >= 5
-    assert len(set(delays)) <= 1 + xruns  # no drift; where the card lost something, it begins anew
-    assert abs(delays[0]) < 0.2 * 48_000
+    assert len(delays) >= 3
+    assert np.median(delays) == 0.0

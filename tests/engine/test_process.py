@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import tracemalloc
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,7 @@ from engine_blocks import blocks, engine_of
 from made_patches import hum, stepped_bank
 
 from underfoot.devices import outputs
-from underfoot.engine.commands import Panic, Play, Swap
+from underfoot.engine.commands import Level, Panic, Play, Swap
 from underfoot.engine.reports import CommandApplied
 from underfoot.engine.rings import Reader
 from underfoot.engine.safety import PANIC
@@ -61,7 +62,30 @@ def test_a_card_with_fewer_channels_than_tiles_plays_the_first_ones(monkeypatch)
         assert played.any(axis=0).tolist() == [True, True, False, False]
 
 
-def test_a_panic_goes_before_whatever_waits():
+THREADS = {"commands", "reports", "supervisor"}
+
+
+@contextmanager
+def listening(engine, ours, until):
+    """The engine listens meanwhile."""
+    engine.listener.start()
+    yield
+    ours.close()
+    until(lambda: not THREADS & {thread.name for thread in threading.enumerate()}, "its threads end")
+
+
+def take(ours, told):
+    """Add what has come by now."""
+    while ours.poll():
+        told.append(ours.recv())
+    return True
+
+
+def applied_of(told):
+    return [report for report in told if isinstance(report, CommandApplied)]
+
+
+def test_a_panic_goes_before_whatever_waits(until):
     with engine_of(hum()) as (engine, ours, memory):
         blocks(engine, 200)
         reader = Reader(memory.vibration)
@@ -76,9 +100,10 @@ def test_a_panic_goes_before_whatever_waits():
         assert played[frame - first - 10].any()
         assert not played[frame + PANIC - first :].any()
         assert engine.pacer.fill() == 0
-        engine.listener.report()
-        told = list(iter(lambda: ours.recv() if ours.poll() else None, None))
-        applied = [report for report in told if isinstance(report, CommandApplied)]
+        told = []
+        with listening(engine, ours, until):
+            until(lambda: take(ours, told) and Panic() in [report.command for report in applied_of(told)], "it is told")
+        applied = applied_of(told)
         assert [report.frame for report in applied if report.command == Panic()] == [frame]
         assert Play(True) not in [report.command for report in applied if report.frame >= frame]
 
@@ -122,6 +147,21 @@ def test_no_command_loads_or_compiles_a_kernel_in_the_callback():
     assert done.stdout.split() == ["{}"] * 3
 
 
+def test_commands_are_taken_while_nobody_reads_what_is_reported(until):
+    """A supervisor that sends more than the connection holds would wait for the engine, and the engine for it."""
+    with engine_of(hum()) as (engine, ours, _), listening(engine, ours, until):
+        sender = threading.Thread(target=lambda: [ours.send(Level(-20.0 - k % 7)) for k in range(20_000)])
+        sender.start()
+
+        def run():
+            blocks(engine, 1)
+            return not sender.is_alive()
+
+        until(run, "all are taken")
+        told = []
+        until(lambda: take(ours, told) and bool(applied_of(told)), "and what was done is told")
+
+
 def test_when_the_supervisor_dies_the_engine_leaves_also_while_it_builds_a_program(monkeypatch, until):
     lifeline, theirs = os.pipe()
     monkeypatch.setattr(multiprocessing, "parent_process", lambda: SimpleNamespace(sentinel=lifeline))
@@ -136,6 +176,5 @@ def test_when_the_supervisor_dies_the_engine_leaves_also_while_it_builds_a_progr
         until(engine.pacer.leave.is_set, "it leaves")
         built.set()
         ours.close()
-        names = {"commands", "supervisor"}
-        until(lambda: not names & {thread.name for thread in threading.enumerate()}, "its threads end")
+        until(lambda: not THREADS & {thread.name for thread in threading.enumerate()}, "its threads end")
     os.close(lifeline)

@@ -144,6 +144,21 @@ def test_a_panic_is_not_slowed_by_the_stop_that_comes_with_it():
     assert not guarded.safety.closed(960 + PANIC - 1)
 
 
+@pytest.mark.parametrize("gain", [0.1, 0.001])
+def test_what_opens_at_a_level_is_at_no_moment_louder(gain):
+    """At -60 dB the first 5 ms were once 127 times as loud as asked."""
+
+    def begin(safety):
+        safety.level(gain, 960)
+        safety.open(True, 960)
+
+    hum, close = sine(0.3, 50.0, 0.2), {0: lambda safety: safety.open(False, 0)}
+    out = guarded(hum, at_frame={**close, 960: begin})[960:, 0]
+    at_once = guarded(gain * hum, at_frame={**close, 960: lambda safety: safety.open(True, 960)})[960:, 0]
+    np.testing.assert_allclose(out, at_once, atol=1e-6 * gain)
+    assert np.abs(out).max() <= 0.31 * gain
+
+
 @pytest.mark.parametrize("gain", [math.nan, math.inf, -math.inf, -1.0, 2.0])
 def test_no_level_lets_more_through(gain):
     out = guarded(sine(20.0), at_frame={480: lambda safety: safety.level(gain, 480)})

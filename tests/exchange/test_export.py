@@ -61,6 +61,33 @@ def test_what_was_written_is_read_again_with_its_title_and_level(exports, tmp_pa
     assert loudest == pytest.approx(amplitude, rel=0.02)
 
 
+def test_ahap_has_a_transient_for_each_tap_where_it_is_and_as_strong(tmp_path):
+    taps = Patch().add("tile-force", REGISTRY).add("footfall", REGISTRY).add("rhythm", REGISTRY)
+    taps = taps.add("modal-bank", REGISTRY, modes=[[150.0, 200.0, 1.0]]).add("tile-output", REGISTRY)
+    for wire in (
+        ("tile-force.force", "footfall.force"),
+        ("footfall.onset", "rhythm.start"),
+        ("rhythm.out", "modal-bank.strike"),
+        ("modal-bank.out", "tile-output.acceleration"),
+    ):
+        taps = taps.connect(*wire, REGISTRY)
+    export, path = Export(taps), tmp_path / "taps.ahap"
+    told = FORMATS["ahap"].write(export, path)
+    document = json.loads(path.read_text())
+    RULES["ahap"](document)
+    times = [
+        e["Event"]["Time"] for e in document["Pattern"] if e.get("Event", {}).get("EventType") == "HapticTransient"
+    ]
+    envelope = analysed(export.loudest[1], RATE)
+    assert len(times) == 12
+    assert "short impacts as transients: 12" in told[-1]
+    bursts = FORMATS["ahap"].read(path).patch.node("breakpoints1").parameters["points"]
+    for time in times:
+        near = envelope[np.abs(envelope[:, 0] - time - 0.006) < 0.006]
+        burst = max(row[1] for row in bursts if abs(row[0] - time) < 0.004)
+        assert burst == pytest.approx(near[:, 1].max(), rel=0.05)
+
+
 def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):
     patch = Patch.load(library.patches()["stimulus-sp"], REGISTRY)
     path = tmp_path / "floor.hjif"

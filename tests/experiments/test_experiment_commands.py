@@ -44,10 +44,11 @@ def made_session(path, name="detection-threshold", person=0):
 def test_a_simulated_study_is_a_table_and_a_page_with_pictures(tmp_path):
     one = run("experiment", "detection-threshold", "--simulate", 45, "--json", "--processes", 1, "--report", tmp_path)
     (findings,) = json.loads(one.stdout)
-    (table,) = findings["tables"]
+    table, people = findings["tables"]  # what was found, and who was simulated
     (row,) = table["rows"]
     assert row[table["columns"].index("estimate")] == "threshold TD"
     assert abs(row[table["columns"].index("bias")]) < 0.5
+    assert "spread_db" in [row[0] for row in people["rows"]]
     text = (tmp_path / "power.html").read_text()
     assert text.count("<svg") == 2
 

@@ -3,7 +3,6 @@
 import json
 import random
 
-import msgspec
 import pytest
 from made_studies import TD, preset_protocol, protocol_text
 
@@ -35,14 +34,11 @@ def test_a_preset_goes_through_a_file_unchanged(name, tmp_path):
 
 @pytest.mark.parametrize("name", ["TC1", "SP05", "WD1"])
 def test_the_levels_of_stimuli_are_those_of_table_6_1(name):
-    """Peaks of table 6.1 at A = 1, under the simulated footstep, by its own rule.
-
-    Within 1.6 dB: gains suit peak and RMS alike, and a texture's peak is another in another draw.
-    """
+    """Peaks of table 6.1, at A = 1 or half of it, under the simulated footstep, by its own rule."""
     table = {"TC1": 3.3, "SP05": 0.5 * 3.7, "WD1": 18.2}
     stimulus = preset_protocol("compliance-rating").stimuli[name]
     patch = stimulus.at(0.0, REGISTRY, PRESETS["compliance-rating"].parent)
-    assert measured_peak_m_s2(msgspec.structs.replace(patch, seed=7), REGISTRY) == pytest.approx(table[name], rel=0.2)
+    assert measured_peak_m_s2(patch, REGISTRY) == pytest.approx(table[name], rel=0.1)
 
 
 BAD = {
@@ -98,7 +94,7 @@ BAD = {
         protocol_text(participant=[{"name": "foot", "text": "Which?", "kind": "choice", "options": ["left"]}]),
         "$.participant[0].options is ['left']; allowed: two or more different ones",
     ),
-    "deep": ('{"format": "underfoot-protocol", "title": ' + "[" * 100_000, "is nested too deep"),
+    "deep": ('{"format": "underfoot-protocol", "title": ' + "[" * 100_000, "is nested deeper than"),
 }
 
 

@@ -1,6 +1,7 @@
 """Simulated participants: estimates fall around the truth, and the same people come of any order and number of jobs."""
 
 import math
+import sys
 from contextlib import suppress
 
 import numpy as np
@@ -10,8 +11,9 @@ from made_studies import preset_protocol
 from underfoot.drawing.svg import svg
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.power import power_of
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.observers import check_truth
+from underfoot.experiments.observers import truths_of
 from underfoot.experiments.simulation import Conditions, jobs_of, simulate, simulated_rows, summaries
 from underfoot.patch import library
 
@@ -54,15 +56,46 @@ def test_a_truth_that_is_set_is_what_is_found():
 
 
 def test_a_truth_that_cannot_be_is_refused():
-    with pytest.raises(BadValue, match="truth is 'IQ'; allowed: first_rate"):
-        check_truth({"IQ": 100.0})
+    protocol = preset_protocol("detection-threshold")
+    with pytest.raises(BadValue, match="truth is 'first_rate'; allowed: threshold_m_s2, spread_db"):
+        truths_of(protocol, {"first_rate": 0.5})  # of those who name stimuli; nobody does here
     with pytest.raises(BadValue, match="guesses is 2"):
-        check_truth({"guesses": 2.0})
+        truths_of(protocol, {"guesses": 2.0})
 
 
-def test_spread_falls_with_the_trials():
-    by_share = {one.share: one.spread for one in summaries(found_of("target-selection", 40)) if one.name == "rate"}
+def test_what_is_true_of_the_people_stands_beside_the_estimates():
+    protocol = preset_protocol("free-labels")
+    summed = summaries(found_of("free-labels", 2))
+    estimates, people = power_of(summed, 2, truths_of(protocol, {"labels_differ": 0.5})).tables
+    assert ("labels_differ", 0.5) in [row[:2] for row in people.rows]
+    assert people.note == "People differ: labels_differ. At 0 they are all alike."
+    alike = power_of(summed, 2, truths_of(protocol, {"labels_differ": 0.0})).tables[1]
+    assert alike.note.startswith("All people are alike")
+    assert estimates.rows
+
+
+@pytest.mark.parametrize(("name", "estimate"), [("target-selection", "rate"), ("free-labels", "impact WS")])
+def test_spread_falls_with_the_trials(name, estimate):
+    """With the blocks, and where there is one block, with the trials in it."""
+    by_share = {one.share: one.spread for one in summaries(found_of(name, 40)) if one.name == estimate}
     assert by_share[0.5] > by_share[1.0]
+
+
+def test_without_statsmodels_shares_are_analysed_and_curves_name_the_extra(monkeypatch):
+    for module in [name for name in sys.modules if name.partition(".")[0] == "statsmodels"]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, "statsmodels", None)
+    found = {}
+    for name in ("identification-impact", "free-labels", "detection-threshold", "stiffness-vibration"):
+        protocol = preset_protocol(name)
+        rows, _ = simulated_rows(protocol, 0, 1, {})
+        try:
+            found[name] = bool(analysed(rows, protocol, Settings(bootstrap=0)))
+        except BadValue as error:
+            found[name] = str(error)
+    needed = found.pop("stiffness-vibration")
+    assert needed == 'the analysis needs the package statsmodels: pip install "underfoot[analysis]"'
+    assert set(found.values()) == {True}
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from made_studies import first_answers, made_protocol, preset_protocol, walked
 
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.store import SessionFile, Stretch
 from underfoot.experiments.study import Study
 from underfoot.patch import library
@@ -113,6 +113,13 @@ def test_another_protocol_is_refused(tmp_path):
     file.close()
     with pytest.raises(BadFile, match="is there already"):
         made(tmp_path / "a.session")
+
+
+def test_a_study_whose_method_needs_what_is_not_installed_does_not_begin(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "questplus", None)
+    with pytest.raises(BadValue, match=r'needs the package questplus: pip install "underfoot\[adaptive\]"'):
+        SessionFile.create(tmp_path / "p1.session", preset_protocol("detection-bayesian"), "P1")
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_no_session_is_said_in_one_line(tmp_path):

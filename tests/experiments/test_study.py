@@ -24,6 +24,16 @@ def test_every_preset_runs_to_its_end_and_goes_on_from_anywhere(name):
     assert walked(half) == pages[len(pages) // 2 :]
 
 
+@pytest.mark.parametrize("name", sorted(set(library.protocols()) - {"detection-bayesian"}))
+def test_a_pilot_has_two_trials_of_each_stage(name):
+    study = Study(preset_protocol(name).pilot(), "1")
+    pages = walked(study)
+    counted = [page.stage for page in pages if page.trial is not None]
+    assert all(counted.count(stage.id) == 2 for stage in study.protocol.stages if stage.kind == "trials")
+    assert not [page for page in pages if page.kind == "pause" and page.title == "Pause"]
+    assert Study(study.protocol, "1", study.entries).page == study.page
+
+
 def test_who_does_not_agree_does_not_take_part():
     study = Study(preset_protocol("detection-threshold"), "P1")
     with pytest.raises(BadValue, match="who does not agree does not take part"):

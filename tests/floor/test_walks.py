@@ -8,7 +8,7 @@ import pytest
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor import simulated_loads
-from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.contacts import Contact, ContactTracker
 from underfoot.floor.gait_summary import gait_of
 from underfoot.floor.layout import default_floor
 from underfoot.floor.walks import StepCounter
@@ -115,3 +115,33 @@ def test_the_next_step_has_a_person_while_it_is_under_way():
     assert contacts
     assert {counter.person_at(one.start_s, (one.x_m, one.y_m)) for one in contacts} == {1}
     assert counter.person_at(contacts[0].start_s, (7.0, 0.1)) == 0
+
+
+def contact_at(id, start_s, x_m, y_m):
+    """A footfall of 0.6 s that rolls along x."""
+    share = np.linspace(0.0, 1.0, 121)
+    force_n = 900.0 * np.sin(math.pi * share) + 11.0
+    return Contact(
+        id, start_s, start_s + 0.6, (0,), False, start_s - 0.005, 0.0,
+        start_s + 0.6 * share, force_n, x_m + 0.18 * share, np.full(121, y_m),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("feed", [1, 7])
+def test_steps_that_come_together_are_given_to_those_whom_they_suit_together(feed):
+    """Two walk abreast and both step aside: one nearer to where the other's foot is due than to where its own is."""
+    contacts = []
+    for step in range(12):
+        for one in range(2):
+            aside_m = 0.05 * (-1) ** step + (0.3 if step == 8 else 0.0)
+            start_s = 0.55 * step + 0.01 * one
+            contacts.append(contact_at(2 * step + one, start_s, 0.3 + 0.5 * step, 0.3 + 0.5 * one + aside_m))
+    counter, steps = StepCounter(FLOOR), []
+    for begin in range(0, len(contacts), feed):
+        chunk = contacts[begin : begin + feed]
+        steps += counter.feed(chunk, chunk[-1].end_s)
+    steps += counter.finish()
+    persons = {one: {step.person for step in steps if step.contact % 2 == one} for one in range(2)}
+    assert len(steps) == 24
+    assert [len(of_one) for of_one in persons.values()] == [1, 1]
+    assert persons[0] != persons[1]

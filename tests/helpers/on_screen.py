@@ -19,8 +19,11 @@ def place_on(floor_map, tile, x_m=0.0, y_m=0.0):
 def choose(button, *words):
     """Click a button that opens a menu, and through its menus to the choice of these words.
 
-    An open menu has an event loop of its own; the clicks in it come from a timer.
+    An open menu has an event loop of its own; the clicks in it come from a timer. A dialog that was closed just before
+    gives the focus back first: when it does so later, menus that are open close.
     """
+    button.window().activateWindow()
+    assert QTest.qWaitForWindowActive(button.window(), 60_000)
     left, menus = list(words), [button.menu()]
 
     def click():
@@ -40,4 +43,5 @@ def choose(button, *words):
     timer.timeout.connect(click)
     timer.start()
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    timer.stop()
     assert not left

@@ -1,4 +1,4 @@
-"""Patches with a node in a file of one's own beside them."""
+"""Patches with a custom node in a file beside them."""
 
 import pytest
 

@@ -4,6 +4,7 @@ import numpy as np
 from on_screen import show
 from polling import Poll
 from PySide6.QtCore import QCoreApplication
+from PySide6.QtWidgets import QFileDialog
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -55,6 +56,15 @@ def until_it_plays(window):
         return has_all and "Playing on" in window.status.session
 
     Poll()(plays, "the engine runs", seconds=LONG_MS / 1000)
+
+
+def choose_file(window, path, open_dialog):
+    """Choose a file in the dialog that `open_dialog` opens."""
+    open_dialog()
+    dialog = dialog_of(window, QFileDialog)
+    dialog.setDirectory(str(path.parent))
+    dialog.selectFile(path.name)
+    dialog.accept()
 
 
 class Heard:

@@ -6,6 +6,7 @@ import random
 import struct
 import time
 from contextlib import closing
+from functools import partial
 
 import numpy as np
 import pytest
@@ -61,10 +62,12 @@ def test_contacts_go_out_sixty_times_a_second_until_they_end(serve, end, until):
         frames.extend(end.datagrams())
         return frames
 
-    for k in range(40):
+    def shown(k):
         server.show(k / 60.0, [contact(x_m=0.1 + 0.001 * k)])
-        time.sleep(1.0 / 60.0)
-    until(lambda: len(hear()) >= 30, "frames come")
+        return len(hear()) > k
+
+    for k in range(30):
+        until(partial(shown, k), "its frame comes")
     server.show(1.0, [])
     until(lambda: hear()[-1][1][1] == ["alive"], "the contact has ended")
     for frame in frames:

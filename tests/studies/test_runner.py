@@ -1,7 +1,10 @@
 """Studies on the real engine and the simulated floor, by keys and by steps; what was felt is kept with the answer."""
 
+import json
 import os
+import sqlite3
 import tty
+from datetime import datetime
 
 import msgspec
 import numpy as np
@@ -128,6 +131,31 @@ def test_stop_silences_at_once_and_the_trial_begins_anew(session, until, tmp_pat
         assert not runner.session.panicked
         assert runner.page.attempt == 1
         assert [note.text for note in runner.file.notes()] == ["stopped: by the participant", "went on"]
+
+
+def test_who_does_not_agree_stops_the_study_and_that_is_kept(session, until, tmp_path):
+    stages = [{"id": "consent", "kind": "consent"}, {"id": "rest", "kind": "pause", "seconds": 3600.0}]
+    protocol = Protocol.loads(protocol_text(stages=stages), REGISTRY)
+    path = tmp_path / "a.session"
+    with taking_part(session, protocol, path, until) as person:
+        runner = person.runner
+        person.until_phase(Phase.PAGE)
+        runner.answer({"agreed": "no"})
+        assert (runner.phase, runner.study.entries) == (Phase.STOPPED, [])
+        assert [note.text for note in runner.file.notes()] == ["stopped: the participant does not agree to take part"]
+        runner.go_on()
+        runner.answer({"agreed": "yes"})
+        kept = sqlite3.connect(path)  # while the session is open: consent is there the moment it is given
+        ((at, body),) = kept.execute("select at, body from entry").fetchall()
+        kept.close()
+        assert json.loads(body)["answers"] == {"agreed": "yes"}
+        assert datetime.fromisoformat(at) >= datetime.fromisoformat(json.loads(body)["facts"]["started_at"])
+        person.until_phase(Phase.PAUSE)
+        runner.end_pause()  # by the experimenter
+        assert runner.phase is Phase.END
+        assert runner.study.entries[-1].facts["left_s"] > 3500.0
+        with pytest.raises(BadValue, match="phase is 'end'; allowed: a pause"):
+            runner.end_pause()
 
 
 def test_an_answer_cannot_come_before_its_presentation(session, until, tmp_path):

@@ -1,13 +1,11 @@
 """Simulated studies on processes and on a Dask cluster: the same people, also when one of those who work is killed."""
 
-import json
 import os
 import signal
-import subprocess
-import sys
 from multiprocessing import active_children
 
 import pytest
+from dask_cluster import dask_cluster
 from made_studies import preset_protocol
 
 from underfoot.errors import DeviceError
@@ -35,28 +33,14 @@ def test_a_process_that_is_killed_loses_nobody():
 
 
 def test_a_cluster_of_which_a_worker_is_killed_gives_the_same_people(until, tmp_path):
-    pytest.importorskip("distributed")
-    where = tmp_path / "scheduler.json"
-    module = [sys.executable, "-W", "ignore", "-m"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
-    start = [*module, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
-    running = [subprocess.Popen([*start, "--scheduler-file", str(where)], **quiet)]
-    try:
-        until(where.is_file, "the scheduler is there")
-        worker = [*module, "distributed.cli.dask_worker", "--scheduler-file", str(where), "--nthreads", "1"]
-        running += [subprocess.Popen([*worker, "--no-nanny", "--no-dashboard"], **quiet) for _ in range(2)]
-        address = json.loads(where.read_text())["address"]
+    with dask_cluster(tmp_path, until) as (address, workers):
 
         def kill(done):
             if done == 1:
-                running[1].kill()
+                workers[0].kill()
 
         assert simulated_on_cluster(jobs(60), address, kill) == simulated_here(jobs(60), 1)
-        assert running[1].wait() == -signal.SIGKILL
-    finally:
-        for one in running:
-            one.kill()
-            one.wait()
+        assert workers[0].wait() == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "127.0.0.1", "tcp://127.0.0.1:x"])

@@ -78,7 +78,7 @@ def test_by_keys_from_first_to_last_page(desk):
 def test_it_runs_by_itself_with_no_hands_every_page_seen(desk):
     seen = []
     desk.wizard.shown.connect(lambda snapshot: seen.append(snapshot.page.key))
-    desk.workspace.pace = Pace(0.05, 20.0)
+    desk.workspace.pace = Pace()
     desk.click(desk.workspace.overview.begin_alone)
     desk.wait(lambda: desk.page == "result")
     assert tuple(dict.fromkeys(seen)) == PAGES

@@ -3,17 +3,21 @@
 import json
 
 import pytest
-from made_studies import TD, protocol_text
+from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
 from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtWidgets import QFileDialog
 from windows import dialog_of, hiss, play_on_simulator
 
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
+from underfoot.nodes import REGISTRY
 from underfoot.studies.runner import Phase
 from underfoot.widgets.dialogs.file_trouble import FileTrouble
+from underfoot.widgets.experiment.people_dialog import PeopleDialog
 
 pytest.importorskip("statsmodels")
-LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 60_000
+LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 240_000
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
 
 
@@ -33,7 +37,7 @@ def window(qapp, tmp_path_factory):
 def bench(window, qtbot, tmp_path):
     made = Bench(window, qtbot, tmp_path)
     yield made
-    made.workspace.leave()
+    made.workspace.running.leave()
 
 
 class Bench:
@@ -46,11 +50,11 @@ class Bench:
 
     @property
     def runner(self):
-        return self.workspace.runner
+        return self.workspace.running.runner
 
     @property
     def person(self):
-        return self.workspace.window_of_participant
+        return self.workspace.running.window_of_participant
 
     def wait(self, holds):
         self.qtbot.waitUntil(lambda: bool(holds()), timeout=SLOW_MS)
@@ -62,6 +66,13 @@ class Bench:
     def click(self, button):
         assert button.isEnabled()
         self.qtbot.mouseClick(button, LEFT)
+
+    def choose_from(self, button, words):
+        """Click a button that has a menu, and the choice of these words in it."""
+        self.click(button)
+        menu = button.menu()
+        action = next(action for action in menu.actions() if action.text() == words)
+        self.qtbot.mouseClick(menu, LEFT, pos=menu.actionGeometry(action).center())
 
     def key(self, key):
         self.qtbot.keyClick(self.person, key)
@@ -119,6 +130,27 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     assert bench.workspace.overview.begin.text() == "Go on"
 
 
+def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
+    path = bench.folder / "made.json"
+    many = {"kind": "rating", "parameters": {"blocks": 30}}
+    path.write_text(protocol_text(stages=[{**rated(start="step"), "method": many}], stimuli={"WC": CONSTANT}))
+    bench.workspace.open_protocol(path)
+    bench.click(bench.workspace.overview.pilot)
+    bench.wait(lambda: bench.person is not None and bench.person.isVisible())
+    for _ in range(2):
+        bench.until(Phase.READY)
+        assert bench.person.hint.text() == "Step on the tile. Space steps on the simulated floor."
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.END)
+    bench.key(Qt.Key.Key_Space)
+    assert bench.workspace.overview.analyse.text() == "Analyse 0 sessions"
+    file = SessionFile.open(bench.workspace.root / "made-pilot" / "1.session")
+    assert [entry.facts["most_force_n"] > 300.0 for entry in file.entries()] == [True, True]
+    file.close()
+
+
 def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     bench.choose(stages=[rated(start="step")], stimuli={"WC": CONSTANT})
     desk = bench.workspace.desk
@@ -149,6 +181,37 @@ def test_what_the_answers_say_is_drawn_while_the_study_runs(bench):
     bench.wait(lambda: bench.workspace.desk.drawings.plots)
     assert [plot.drawing.title for plot in bench.workspace.desk.drawings.plots] == ["Learning", "All: confusions"]
     bench.workspace.background.join()
+
+
+def test_where_words_are_typed_control_and_space_play_again(bench):
+    stage = {"id": "main", "kind": "trials", "plays": 2, "method": {"kind": "free-labels", "parameters": {"sorts": ""}}}
+    bench.choose(stages=[stage], stimuli={"WC": CONSTANT})
+    bench.until(Phase.READY)
+    bench.key(Qt.Key.Key_Space)
+    bench.until(Phase.ANSWERING)
+    assert bench.person.hint.text().endswith("Ctrl+Space plays it again, 1 time more.")
+    field = bench.person.form.fields["label"]
+    bench.qtbot.keyClicks(field, "a hum")
+    bench.qtbot.keyClick(field, Qt.Key.Key_Space, Qt.KeyboardModifier.ControlModifier)
+    bench.until(Phase.PRESENTING)
+    bench.until(Phase.ANSWERING)
+    field = bench.person.form.fields["label"]
+    bench.qtbot.keyClicks(field, "a knock")
+    bench.qtbot.keyClick(field, Qt.Key.Key_Return)
+    bench.until(Phase.END)
+    (entry,) = bench.entries()
+    assert (entry.answers["label"], entry.facts["plays"]) == ("a knock", 2)
+
+
+def test_the_experimenter_ends_a_pause_with_the_button(bench):
+    bench.choose(stages=[{"id": "rest", "kind": "pause", "seconds": 3600.0}])
+    bench.until(Phase.PAUSE)
+    desk = bench.workspace.desk
+    bench.wait(lambda: desk.next.text() == "End the pause")
+    bench.qtbot.keyClick(desk, Qt.Key.Key_Space)  # too easily hit
+    assert bench.runner.phase is Phase.PAUSE
+    bench.click(desk.next)
+    bench.until(Phase.END)
 
 
 def test_stop_note_and_present_again_by_the_experimenter(bench):
@@ -206,6 +269,59 @@ def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     bench.click(workspace.overview.simulate)
     bench.wait(lambda: "threshold TD" in workspace.overview.table.toPlainText())
     assert len(workspace.overview.drawings.plots) == 2
+    workspace.background.join()
+
+
+def test_who_is_simulated_is_chosen_and_said(bench):
+    workspace, overview = bench.workspace, bench.workspace.overview
+    workspace.list.list.setCurrentRow([study.name for study in workspace.studies].index("free-labels"))
+    bench.click(overview.people)
+    dialog = dialog_of(bench.window, PeopleDialog)
+    for name, text in {"people": "6", "impact_share_it": "9"}.items():
+        dialog.rows.controls[name].selectAll()
+        bench.qtbot.keyClicks(dialog.rows.controls[name], text)
+    bench.click(dialog.take)
+    assert dialog.note.text() == "impact_share_it is 9.0; allowed: 0 to 1"
+    dialog.rows.controls["impact_share_it"].selectAll()
+    bench.qtbot.keyClicks(dialog.rows.controls["impact_share_it"], "0.9")
+    bench.click(dialog.take)
+    assert overview.simulate.text() == "Simulate 6 people, with your settings"
+    bench.click(overview.simulate)
+    bench.wait(lambda: "6 simulated participants" in overview.table.toPlainText())
+    assert "People differ: labels_differ." in overview.table.toPlainText()
+    assert [line.split()[1] for line in overview.table.toPlainText().splitlines() if "impact_share_it" in line] == [
+        "0.9"
+    ]
+    workspace.background.join()
+
+
+def test_other_files_are_analysed_and_trials_are_written(bench):
+    """A CSV of trials in; a BIDS data set of the sessions out."""
+    workspace, overview = bench.workspace, bench.workspace.overview
+    path, session = bench.folder / "made.json", workspace.root / "made" / "P1.session"
+    path.write_text(protocol_text(stages=[rated()]))
+    session.parent.mkdir(parents=True)
+    file = SessionFile.create(session, Protocol.load(path, REGISTRY), "P1")
+    study = file.study(Protocol.load(path, REGISTRY))
+    while not study.is_done:
+        file.add(study.answer(first_answers(study.page)))
+    file.close()
+    workspace.open_protocol(path)
+    assert overview.analyse.text() == "Analyse 1 session"
+    (bench.folder / "t.csv").write_text(
+        "participant,method,trial,stimulus,rating\nQ7,rating,1,WC,40\nQ7,rating,2,X,20\n"
+    )
+    bench.choose_from(overview.results, "Analyse files…")
+    asked = dialog_of(bench.window, QFileDialog)
+    asked.filesSelected.emit([str(bench.folder / "t.csv")])
+    asked.close()
+    bench.wait(lambda: "Rating: main" in overview.table.toPlainText())
+    bench.choose_from(overview.results, "Write BIDS…")
+    asked = dialog_of(bench.window, QFileDialog)
+    asked.fileSelected.emit(str(bench.folder / "bids"))
+    asked.close()
+    bench.wait(lambda: "BIDS of 2 trials, participants: 1." in overview.table.toPlainText())
+    assert (bench.folder / "bids" / "sub-P1" / "beh").is_dir()
     workspace.background.join()
 
 

@@ -88,3 +88,10 @@ def test_a_loaded_tile_is_amber_and_a_foot_is_green(floor_map, turned):
     loaded, foot = colour(turned.tiles[2], 0.0, -0.12), colour(turned.tiles[2], 0.0, 0.0)
     assert loaded.red() > empty.red() + 40
     assert foot.green() > foot.red()
+
+
+def test_a_step_of_a_preview_is_shown_for_a_while(floor_map, qtbot):
+    before = floor_map.grab().toImage()
+    floor_map.show_step("b")
+    assert floor_map.grab().toImage() != before
+    qtbot.waitUntil(lambda: floor_map.grab().toImage() == before)

@@ -40,9 +40,12 @@ def key(workspace, which, modifiers=NONE):
     QTest.keyClick(workspace.canvas, which, modifiers)
 
 
-def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot):
+def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot, monkeypatch):
+    shown = []
+    monkeypatch.setattr(window.workspaces["Monitor"].map, "show_step", shown.append)
     key(bench, Qt.Key.Key_P)
     qtbot.waitUntil(lambda: any(swap.command.anew for swap in bench.swaps), timeout=LONG_MS)
+    assert shown == [window.listening.tile]
     window.listening.set_loop_length(0.4)
     key(bench, Qt.Key.Key_L)
     assert bench.listen_bar.loop.isChecked()
@@ -161,6 +164,7 @@ def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp
     assert test.size() == window.size()
     test.trials.setValue(3)
     test.seed.setValue(7)
+    assert min(box.lineEdit().width() for box in (test.trials, test.seed)) > 100, "numbers cannot be seen"
     QTest.mouseClick(test.begin_button, LEFT)
     assert test.comparison is not None or "not known yet" in test.complaint.text()
     qtbot.waitUntil(lambda: all(window.listening.level(slot) is not None for slot in "AB"), timeout=LONG_MS)

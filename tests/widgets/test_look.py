@@ -17,6 +17,12 @@ from underfoot.widgets.session.settings import TEXT_SIZES, Settings
 from underfoot.widgets.view_menu import ViewMenu
 
 
+@pytest.fixture(autouse=True)
+def _dark_again():
+    yield
+    application.application(Settings())
+
+
 def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     Settings(splitters={"monitor across": "not base 64", "design across": "AAAA"}, workspace="gone").save(tmp_path)
     first = quiet_window(qtbot, tmp_path)
@@ -28,7 +34,8 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     sizes = across.sizes()
     QTest.keyClick(first, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
     next(action for action in first.view.actions() if action.text() == "Light").trigger()
-    assert "Light, text 115 %: from the next start on" in first.status.message
+    assert (theme.NAME, Settings.load(tmp_path).theme) == ("light", "light")
+    assert "Text 115 %: from the next start on" in first.status.message
     first.start_again()
     assert first.starts_again
     assert first.isHidden()
@@ -38,6 +45,35 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     second = quiet_window(qtbot, tmp_path)
     assert (second.workspace, second.width(), second.height()) == ("Monitor", 792, 700)
     assert second.findChild(QSplitter, "monitor across").sizes() == sizes
+
+
+def test_other_colours_are_there_at_once_as_if_the_window_had_been_made_in_them(qtbot, qapp, tmp_path):
+    def pictures(window):
+        """Of the bar, of all workspaces, and of Design's parts: its preview waits for an engine, sooner or later."""
+        for name in window.workspace_names:
+            window.show_workspace(name)
+            made = window.workspaces[name]
+            qapp.processEvents()
+            if name == "Design":
+                made.canvas.frame(everything=True)
+            for part in (made.side, made.canvas, made.inspector, window.transport) if name == "Design" else (made,):
+                yield (name, type(part).__name__), part.grab().toImage()
+
+    def turn(window, words):
+        next(action for action in window.view.actions() if action.text() == words).trigger()
+
+    window = quiet_window(qtbot, tmp_path)
+    window.make_workspaces()
+    dark = dict(pictures(window))
+    turn(window, "Light")
+    turned = dict(pictures(window))
+    for part, picture in turned.items():
+        assert picture != dark[part], part
+    turn(window, "Dark")
+    assert [part for part, picture in pictures(window) if picture != dark[part]] == []
+    turn(window, "Light")
+    made_light = quiet_window(qtbot, tmp_path / "other")
+    assert [part for part, picture in pictures(made_light) if picture != turned[part]] == []
 
 
 def test_text_grows_by_keys_and_no_further_than_there_are_sizes(qtbot):
@@ -57,13 +93,10 @@ def test_text_grows_by_keys_and_no_further_than_there_are_sizes(qtbot):
 
 @pytest.mark.parametrize("chosen", ["dark", "light"])
 def test_the_application_has_the_colours_of_the_settings(qapp, chosen):
-    try:
-        application.application(Settings(theme=chosen))
-        assert chosen == theme.NAME
-        assert qapp.palette().window().color().name() == theme.colours(chosen)["panel"]
-        assert theme.colours(chosen)["text"] in qapp.styleSheet()
-    finally:
-        application.application(Settings())
+    application.application(Settings(theme=chosen))
+    assert chosen == theme.NAME
+    assert qapp.palette().window().color().name() == theme.colours(chosen)["panel"]
+    assert theme.colours(chosen)["text"] in qapp.styleSheet()
 
 
 def test_everything_grows_with_the_text_and_programs_that_are_started_do_not():

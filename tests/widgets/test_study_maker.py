@@ -1,4 +1,4 @@
-"""A study of one's own, made in the Experiment workspace by real clicks and keys, and run on oneself."""
+"""A new study, made in the Experiment workspace by real clicks and keys, and run on oneself."""
 
 import json
 

@@ -162,9 +162,12 @@ def test_nothing_overlaps_at_the_smallest_width(bar, qtbot):
 
 def test_the_latency_says_whether_it_was_measured(bar):
     bar.set_health(WELL, 4)
-    assert "estimated, as the device says of itself" in bar.latency.toolTip()
+    assert "estimated, by the device's clock" in bar.latency.toolTip()
     bar.set_health(replace(WELL, stream_latency_s=0.0107, round_trip_s=0.0214), 4)
-    assert "measured, half of a round trip of 21.40 ms" in bar.latency.toolTip()
+    assert "measured, of a round trip of 21.40 ms" in bar.latency.toolTip()
+    assert "by the device's clock" not in bar.latency.toolTip()
+    bar.set_health(replace(WELL, stream_latency_s=0.0107, round_trip_s=0.0214, clock_trip_s=0.0212), 4)
+    assert "measured, of a round trip of 21.40 ms, 21.20 ms by the device's clock" in bar.latency.toolTip()
 
 
 def test_in_a_narrow_bar_what_was_lost_is_shown_before_all_else(bar):

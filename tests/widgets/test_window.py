@@ -317,6 +317,7 @@ def test_a_window_leaves_no_process_behind(qtbot, tmp_path):
     before = set(multiprocessing.active_children())
     window.show()
     window.start()
+    assert window.status.session == "Starting the engine…"  # until it says what it plays on
     window.leave()
     assert set(multiprocessing.active_children()) <= before
     assert window not in [w for w in QApplication.topLevelWidgets() if w.isVisible()]

@@ -111,7 +111,7 @@ class Bars(HandlePad):
     def words(self) -> str:
         if 0 <= self.chosen < len(self._values):
             return f"{self.chosen + 1} of {len(self._values)}: {number(self._values[self.chosen])}"
-        return f"{len(self._values)} bars; Enter adds one, Delete takes one away"
+        return f"{len(self._values)} bars; Enter adds, Delete removes"
 
     def paint_picture(self, painter: QPainter, area: QRectF) -> None:
         count = len(self._values)
@@ -134,7 +134,7 @@ class BarsEditor(NumbersEditor):
         self.bars.setParent(self)
         self.bars.setToolTip(
             "Drag: set bars, over several at once. Keys: arrows choose and change (with Shift finely),\n"
-            "Enter adds a bar, Delete takes one away. The numbers are below."
+            "Enter adds a bar, Delete removes one. The numbers are below."
         )
         self.grid.addWidget(self.bars, 1, 0, 1, 3)
         self.grid.addWidget(self.field, 2, 0, 1, 3)

@@ -118,7 +118,7 @@ class CurveEditor(RowsEditor):
         super().__init__(parameter, parent)
         self.curve.setParent(self)
         self.curve.setToolTip(
-            "Drag a point. Double-click: add one. Right click: take it away.\n"
+            "Drag a point. Double-click: add one. Right click: remove it.\n"
             "Keys: N and P choose, arrows move (with Shift finely), Enter adds, Delete takes away."
         )
         self.grid.addWidget(self.curve, 1, 0, 1, 3)

@@ -179,7 +179,7 @@ class ModesEditor(RowsEditor):
         super().__init__(parameter, parent)
         self.spectrum.setParent(self)
         self.spectrum.setToolTip(
-            "Drag a partial: frequency and gain. Wheel: decay. Double-click: add one. Right click: take it away.\n"
+            "Drag a partial: frequency and gain. Wheel: decay. Double-click: add one. Right click: remove it.\n"
             "Keys: N and P choose, arrows move (with Shift finely), Page Up and Down change the decay,\n"
             "Enter adds, Delete takes away. The numbers are below."
         )

@@ -63,16 +63,20 @@ class LevelKey(QWidget):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(theme.GRID, 0, 0, 0)
         layout.setSpacing(theme.GRID // 2)
-        bar = QLabel()
-        stops = ", ".join(
-            f"stop:{i / 8} rgb({r}, {g}, {b})"
-            for i, (r, g, b, _) in enumerate(heat_table(theme.NAME)[np.linspace(0, 255, 9).astype(int)])
-        )
-        bar.setStyleSheet(f"background: qlineargradient(x1:0, y1:0, x2:1, y2:0, {stops})")
+        self._bar = bar = QLabel()
+        self.take_colours()
         bar.setFixedSize(8 * theme.GRID, theme.GRID)
         self.low, self.high = theme.label("", "small"), theme.label("", "small")
         for widget in (self.low, bar, self.high):
             layout.addWidget(widget)
+
+    def take_colours(self) -> None:
+        """Have the colours of the spectrogram that are in use."""
+        stops = ", ".join(
+            f"stop:{i / 8} rgb({r}, {g}, {b})"
+            for i, (r, g, b, _) in enumerate(heat_table(theme.NAME)[np.linspace(0, 255, 9).astype(int)])
+        )
+        self._bar.setStyleSheet(f"background: qlineargradient(x1:0, y1:0, x2:1, y2:0, {stops})")
 
     def set_range(self, low_db: float, high_db: float) -> None:
         """The levels of the first and the last colour, in dB of full scale."""

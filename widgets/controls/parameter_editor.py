@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QToolButton, 
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
+from underfoot.quantities import parse_numbers
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
 from underfoot.widgets.controls.file_dialog import file_dialog
@@ -96,8 +97,8 @@ class NumbersEditor(TextEditor):
 
     def _from_text(self, text: str) -> list[float]:
         try:
-            return [float(item) for item in text.replace(",", " ").replace(";", " ").split()]
-        except ValueError:
+            return parse_numbers(text)
+        except BadValue:
             raise self.parameter.refuse(text) from None
 
 

@@ -49,6 +49,10 @@ class Slider(QSlider):
         self._accent = colour
         self.update()
 
+    def take_colours(self) -> None:
+        """Be filled in what the colour is now."""
+        self._accent = theme.now(self._accent)
+
     def set_band(self, band: tuple[float, float] | None) -> None:
         """Show where between two places it is moved to and fro, instead of the one place."""
         if band != self._band:

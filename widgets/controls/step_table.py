@@ -5,9 +5,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
-from PySide6.QtGui import QColor, QGuiApplication, QKeyEvent, QKeySequence, QResizeEvent
-from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableView, QWidget
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QRect, QSortFilterProxyModel, Qt
+from PySide6.QtGui import QColor, QGuiApplication, QKeyEvent, QKeySequence, QPainter, QPalette, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QFrame,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+    QWidget,
+)
 
 from underfoot.floor.footsteps import Step
 from underfoot.records.tables import step_table
@@ -54,6 +62,9 @@ SORTING = Qt.ItemDataRole.UserRole
 MOST_STEPS = 10_000
 """So many steps are kept."""
 
+_MARGIN_PX = 4
+_LARGEST = 9999.0
+"""What a column has room for, unless somebody makes it wider."""
 _Index = QModelIndex | QPersistentModelIndex
 
 
@@ -119,6 +130,21 @@ class StepModel(QAbstractTableModel):
         return None
 
 
+class _Cells(QStyledItemDelegate):
+    """Paints a cell's text and no more: each step moves all rows, and a style takes long for so many cells."""
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: _Index) -> None:
+        area: QRect = option.rect
+        state: QStyle.StateFlag = option.state
+        palette: QPalette = option.palette
+        is_selected = bool(state & QStyle.StateFlag.State_Selected)
+        if is_selected:
+            painter.fillRect(area, palette.highlight())
+        text = palette.highlightedText() if is_selected else palette.text()
+        painter.setPen(index.data(Qt.ItemDataRole.ForegroundRole) or text.color())
+        painter.drawText(area.adjusted(_MARGIN_PX, 0, -_MARGIN_PX, 0), _side(COLUMNS[index.column()]), index.data())
+
+
 class StepTable(QTableView):
     """The table; the latest `most` steps are kept. It stays at its end, unless someone has scrolled up to read.
 
@@ -134,6 +160,7 @@ class StepTable(QTableView):
         self._order.setSourceModel(self.steps)
         self._order.setSortRole(SORTING)
         self.setModel(self._order)
+        self.setItemDelegate(_Cells(self))
         if sortable:
             self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
             self.setSortingEnabled(True)
@@ -145,11 +172,13 @@ class StepTable(QTableView):
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
         header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setResizeContentsPrecision(0)  # of what is seen: to look through all rows takes longer with each
         header.setStretchLastSection(True)
         header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)
+        for number, column in enumerate(COLUMNS):  # once: to fit them to what is seen takes as long as to paint it
+            widest = "right" if _is_text(column) else _shown(_LARGEST, column)
+            room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
+            header.resizeSection(number, max(header.sectionSizeHint(number), room))
         self._follows = not sortable
         self._end = 0
         bar = self.verticalScrollBar()
@@ -231,8 +260,9 @@ class WholeRows(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         header = self._table.horizontalHeader().sizeHint().height()
         row = self._table.verticalHeader().defaultSectionSize()
-        rows = max(1, (self.height() - header) // row)
-        self._table.setGeometry(0, 0, self.width() - theme.GRID, header + rows * row)
+        beside = header + self._table.horizontalScrollBar().sizeHint().height()
+        rows = max(1, (self.height() - beside) // row)
+        self._table.setGeometry(0, 0, self.width() - theme.GRID, beside + rows * row)
 
 
 def _shown(value: str | float, column: Column) -> str:
@@ -249,6 +279,10 @@ def _cell(value: str | float) -> str:
     return str(value)
 
 
+def _is_text(column: Column) -> bool:
+    return column.name in ("tile", "side")
+
+
 def _side(column: Column) -> Qt.AlignmentFlag:
-    side = Qt.AlignmentFlag.AlignLeft if column.name in ("tile", "side") else Qt.AlignmentFlag.AlignRight
+    side = Qt.AlignmentFlag.AlignLeft if _is_text(column) else Qt.AlignmentFlag.AlignRight
     return side | Qt.AlignmentFlag.AlignVCenter

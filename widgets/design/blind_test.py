@@ -65,7 +65,7 @@ class BlindTest(QWidget):
     def _first_page(self) -> QWidget:
         self.participant, self.trials, self.seed = QLineEdit("P01"), QSpinBox(), QSpinBox()
         for box in (self.trials, self.seed):
-            box.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
+            box.lineEdit().setTextMargins(theme.GRID, 0, theme.GRID, 0)  # a style sheet's padding is not the field's
         self.trials.setRange(1, MOST_TRIALS)
         self.trials.setValue(TRIALS)
         self.seed.setRange(0, 2**31 - 1)

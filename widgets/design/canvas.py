@@ -16,6 +16,7 @@ from PySide6.QtGui import (
     QWheelEvent,
 )
 from PySide6.QtWidgets import QGraphicsItem, QWidget
+from shiboken6 import isValid
 
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
@@ -295,7 +296,7 @@ class Canvas(EditableView):
             self._hanging = drag
             end, side = drag.end_name, drag.placed.side
             fitting = types_that_fit(self.registry, port_of(self.document.patch, self.registry, end, side), side)
-            first = "Take the wire away" if drag.old else ""
+            first = "Remove the wire" if drag.old else ""
             self._open_list(at, Wanted(place, (end, side), drag.old), fitting, first, "Connect to a new node")
             return
         drag.end()
@@ -441,6 +442,8 @@ class Canvas(EditableView):
             self.bring(self.patch_scene.selected())
 
     def _selection_changed(self) -> None:
+        if not all(map(isValid, self.patch_scene.movable().values())):
+            return  # the scene is being taken down, and says so once more
         ids = self.selected_ids()
         self._nudges += 1
         for id, node in self.patch_scene.nodes.items():

@@ -24,7 +24,7 @@ class WireDrag:
             # A wire that is pulled off an input is held by its source.
             self.old, item = drawn.wire, drawn.source
             placed = next(p for p in item.shape_now.ports if p.side == "out" and item.end(p) == drawn.wire[0])
-            drawn.setVisible(False)
+            scene.show_wire(drawn, False)
         self.item, self.placed = item, placed
         self.target: str = ""
         self.reason = ""
@@ -85,7 +85,7 @@ class WireDrag:
         self._open(None)
         self._scene.removeItem(self._line)
         if self.old in self._scene.wires:
-            self._scene.wires[self.old].setVisible(True)
+            self._scene.show_wire(self._scene.wires[self.old], True)
         for node in self._scene.blocks_and_nodes():
             node.set_dimmed("")
 

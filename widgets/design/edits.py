@@ -21,6 +21,9 @@ from underfoot.widgets.design.shape import TITLE, face_of, node_shape
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.design.view import PatchView
 
+BESIDE = 24.0
+"""Pixels left free at both sides of nodes that become one, for the wires."""
+
 
 class EditableView(PatchView):
     """A view whose patch can be edited."""
@@ -136,7 +139,7 @@ class EditableView(PatchView):
             QApplication.clipboard().setText(copied(self.document.patch, self._members()))
 
     def cut(self) -> None:
-        """Copy what is selected and take it away."""
+        """Copy what is selected, and remove it."""
         if self._members():
             self.copy()
             self._take_away(self.document.patch, "Cut", "Cut")
@@ -338,7 +341,8 @@ class EditableView(PatchView):
         shape = node_shape(face_of_group(patch, self.registry, patch.group(id)), (), False)
         middle = self.patch_scene.extent(chosen).center()
         x, y = snapped(middle.x() - shape.width / 2, middle.y() - shape.height / 2)
-        dx, dy = shift_to_room([(x, y, shape.width, shape.height)], self.patch_scene.boxes(but=chosen))
+        room = (x - BESIDE, y, shape.width + 2 * BESIDE, shape.height)
+        dx, dy = shift_to_room([room], self.patch_scene.boxes(but=chosen))
         after = self._with_group(id, patch, at=(x + dx, y + dy))
         self.document.edit(after, f"Collapse {self._words(patch.group(id).members)}")
         self.patch_scene.select([id])

@@ -39,7 +39,7 @@ class Hearing(QObject):
         canvas.audition_wanted.connect(lambda node: self.audition_wanted.emit(node, False))
 
     def toggle(self, mark: str) -> None:
-        """Set a mark on the selected nodes, or take it away where all have it."""
+        """Set a mark on the selected nodes, or remove it where all have it."""
         document, ids = self._canvas.document, self._canvas.selected_ids()
         after, what = toggled(document.patch, self._registry, ids, mark)
         if after == document.patch:

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QPlainTextEdit, QWidget
 from underfoot.widgets import theme
 from underfoot.widgets.escape import asks_for_escape
 
-HEIGHT, LEAST_WIDTH, NOTE_HEIGHT = 30, 160, 96
+HEIGHT, LEAST_WIDTH, MOST_WIDTH, NOTE_HEIGHT = 30, 160, 360, 96
 
 
 class InlineEdit(QPlainTextEdit):
@@ -31,8 +31,9 @@ class InlineEdit(QPlainTextEdit):
         """Ask for a text over this place of the parent; `done` is called with it, if it is given."""
         self._done, self._is_line = done, one_line
         least = HEIGHT if one_line else NOTE_HEIGHT
-        size = QRect(over.x(), over.y(), max(over.width(), LEAST_WIDTH), max(0 if one_line else over.height(), least))
         room = self._around.rect()
+        width = min(max(over.width(), LEAST_WIDTH), MOST_WIDTH, room.width() - 8)
+        size = QRect(over.x(), over.y(), width, max(0 if one_line else over.height(), least))
         size.moveLeft(max(min(size.x(), room.width() - size.width() - 4), 4))
         size.moveTop(max(min(size.y(), room.height() - size.height() - 4), 4))
         self.setGeometry(size)

@@ -1,5 +1,6 @@
 """The inspector: what is selected, and its parameters as controls made from their declarations."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -48,6 +49,9 @@ ERROR_SCALE = Number(
 )
 PATCH_FIELDS = {"title": TITLE, "comment": COMMENT, "seed": SEED, "error_scale": ERROR_SCALE}
 MINIMUM_PX = 272
+
+_LINE_END = re.compile(r"(?<!\n)\n(?!\n)")
+"""Within a paragraph, which is wrapped anew."""
 
 
 class Inspector(QScrollArea):
@@ -114,6 +118,11 @@ class Inspector(QScrollArea):
             self._gesture += 1
             self._build()
         self._refresh(wired)
+
+    def take_colours(self) -> None:
+        """Build the page anew, in the colours that are in use."""
+        self._shape = None
+        self.show_selection(self._patch, self._ids, self._group.id if self._group is not None else "")
 
     def set_tiles(self, ids: Sequence[str]) -> None:
         """The tiles that there are."""
@@ -199,7 +208,7 @@ class Inspector(QScrollArea):
         column.addWidget(title)
         if self._patch.node(id).label:
             column.addWidget(theme.label(type.label, "muted"))
-        column.addWidget(_wrapped(pretty_text(type.doc), "small"))
+        column.addWidget(_wrapped(pretty_text(_LINE_END.sub(" ", type.doc)), "small"))
         column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
         column.addSpacing(8)
         if type.type in PICTURES:

@@ -1,21 +1,22 @@
 """Nodes and wires as they are drawn on the canvas."""
 
-from collections.abc import Sequence
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from functools import cache, lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
-from underfoot.drawing.thinning import thinned
 from underfoot.patch.patch import PlacedNode, Wire
 from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.design.editing import snapped
 from underfoot.widgets.design.marks import button_at, is_taken_out, paint_far_marks, paint_marks
 from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, Face, PlacedPort, Shape, node_shape
+from underfoot.widgets.design.thumbnail import thumbnail
 
 LEGIBLE = 0.45
 """Below this zoom a node shows its name alone: nothing else in it could be read."""
@@ -24,11 +25,14 @@ FARTHEST = 0.3
 CLEAR = 0.75
 """Below this zoom a wire is one pixel wide, which costs an eighth of two."""
 DOT = 5.0
-BINS = 64
 PROBES = 64
 """Places of a wire that are looked at when a node is held over it."""
+_AT_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_AT_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_CENTRED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 _MOVES = QGraphicsItem.GraphicsItemChange.ItemPositionChange
 _MOVED = QGraphicsItem.GraphicsItemChange.ItemPositionHasChanged
+_SELECTED = QGraphicsItem.GraphicsItemChange.ItemSelectedHasChanged
 
 
 class NodeItem(QGraphicsItem):
@@ -79,11 +83,14 @@ class NodeItem(QGraphicsItem):
         self.prepareGeometryChange()
         self.shape_now = node_shape(self.face, self.driven + self.asked, self.opened)
         self._bounds = _around(self.shape_now)
-        opened = self.opened
-        self.setZValue(1.0 if opened else 0.0)
+        self._settle_above()
         for wire in self.wires:
             wire.follow()
         self.update()
+
+    def _settle_above(self) -> None:
+        """A node with all its ports in sight lies above all, and a selected one above the others."""
+        self.setZValue(1.0 if self.opened else 0.5 if self.isSelected() else 0.0)
 
     def set_cost(self, cost: str, state: str) -> None:
         """Show what it costs; `state` is "", "asleep", "unused" or "fault"."""
@@ -160,6 +167,8 @@ class NodeItem(QGraphicsItem):
         if change == _MOVED:
             for wire in self.wires:
                 wire.follow()
+        if change == _SELECTED:
+            self._settle_above()
         return super().itemChange(change, value)
 
     def _is_dragged(self) -> bool:
@@ -219,7 +228,7 @@ class NodeItem(QGraphicsItem):
         paint_marks(painter, self.node, self.shape_now, has_button, self.is_alone)
 
     def _paint_body(self, painter: QPainter, colour: str, quiet: bool) -> None:
-        rect = self.shape_now.rect
+        body, strip = _body(self.shape_now.width, self.shape_now.height)
         if self.state == "fault":
             border = QPen(QColor(theme.ALARM), 1.5)
         elif self.isSelected():
@@ -228,12 +237,8 @@ class NodeItem(QGraphicsItem):
             border = QPen(QColor(theme.LINE if not self._hovered else theme.FAINT), 1.0)
         if self.state == "unused" and not self.isSelected():
             border.setStyle(Qt.PenStyle.DashLine)
-        body = QPainterPath()
-        body.addRoundedRect(rect.adjusted(0.5, 0.5, -0.5, -0.5), 6.0, 6.0)
         painter.fillPath(body, QColor(theme.mixed(theme.RAISED, theme.GROUND, 0.6) if quiet else theme.RAISED))
-        strip = QPainterPath()
-        strip.addRect(QRectF(0.0, 0.0, rect.width(), TITLE))
-        painter.fillPath(body & strip, QColor(theme.mixed(colour, theme.PANEL, 0.12 if quiet else 0.34)))
+        painter.fillPath(strip, QColor(theme.mixed(colour, theme.PANEL, 0.12 if quiet else 0.34)))
         painter.strokePath(body, border)
 
     def _paint_title(self, painter: QPainter, quiet: bool) -> None:
@@ -241,26 +246,22 @@ class NodeItem(QGraphicsItem):
         painter.setFont(theme.font(bold=True))
         painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
         room = width - 2 * PAD - (COST_ROOM if self.cost or self.state else 0.0)
-        middle = Qt.AlignmentFlag.AlignVCenter
         text = painter.fontMetrics().elidedText(self.face.title, Qt.TextElideMode.ElideRight, int(room) + 1)
-        painter.drawText(QRectF(PAD, 0.0, room + 2, TITLE), middle | Qt.AlignmentFlag.AlignLeft, text)
+        painter.drawText(QRectF(PAD, 0.0, room + 2, TITLE), _AT_LEFT, text)
         note = self.state if self.state in ("asleep", "unused", "fault") else self.cost
         if note:
             painter.setFont(theme.font(theme.SMALL_PX))
             painter.setPen(QColor(theme.ALARM if self.state == "fault" else theme.MUTED))
-            painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), middle | Qt.AlignmentFlag.AlignRight, note)
+            painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), _AT_RIGHT, note)
 
     def _paint_far_title(self, painter: QPainter, quiet: bool, zoom: float) -> None:
         """From afar a node shows its name alone, as large on the screen as a small label."""
         if zoom < FARTHEST:
             return
-        font = QFont(theme.font(theme.SMALL_PX))
-        font.setPixelSize(round(theme.SMALL_PX / zoom))
-        painter.setFont(font)
+        painter.setFont(theme.font(round(theme.SMALL_PX / zoom)))
         painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
         room = self.shape_now.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
-        centred = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-        painter.drawText(room, centred, self.face.title)
+        painter.drawText(room, _CENTRED, self.face.title)
 
     def _paint_port(self, painter: QPainter, placed: PlacedPort) -> None:
         faint = self._dimmed in (placed.side, "both")
@@ -279,8 +280,16 @@ class NodeItem(QGraphicsItem):
         painter.setFont(theme.font())
         painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
         rect = QRectF(PAD + 4, placed.at.y() - 10, self.shape_now.width - 2 * PAD - 8, 20)
-        side = Qt.AlignmentFlag.AlignLeft if placed.side == "in" else Qt.AlignmentFlag.AlignRight
-        painter.drawText(rect, side | Qt.AlignmentFlag.AlignVCenter, placed.row.text)
+        painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, placed.row.text)
+
+
+@lru_cache(maxsize=256)
+def _body(width: float, height: float) -> tuple[QPainterPath, QPainterPath]:
+    """The outline of a node of this size, and of its title: kept, since a path cut from another is slow to make."""
+    body, strip = QPainterPath(), QPainterPath()
+    body.addRoundedRect(QRectF(0.5, 0.5, width - 1.0, height - 1.0), 6.0, 6.0)
+    strip.addRect(QRectF(0.0, 0.0, width, TITLE))
+    return body, body & strip
 
 
 def _around(shape: Shape) -> QRectF:
@@ -289,7 +298,7 @@ def _around(shape: Shape) -> QRectF:
 
 
 class WireItem(QGraphicsItem):
-    """A wire between two nodes, or from a node to the mouse."""
+    """A wire between two nodes, or from a node to the mouse. While it rests, `RestingWires` paints it."""
 
     def __init__(self, wire: Wire, source: NodeItem | None, target: NodeItem | None, colour: str) -> None:
         super().__init__()
@@ -299,8 +308,13 @@ class WireItem(QGraphicsItem):
         self.chosen = False
         self.refused = False
         self.offered = False
+        self.is_resting = False
+        self.moved: Callable[[WireItem], None] | None = None
+        """Told before it goes elsewhere."""
         self._hovered = False
         self._path = QPainterPath()
+        self._outline: QPainterPath | None = None
+        self._lines: list[QLineF] = []
         self._probes: list[QPointF] = []
         self._bounds = QRectF()
         self.setZValue(-1.0)
@@ -326,8 +340,10 @@ class WireItem(QGraphicsItem):
 
     def lay(self, start: QPointF, end: QPointF) -> None:
         """Go from one place to another."""
+        if self.moved is not None:
+            self.moved(self)
         self.prepareGeometryChange()
-        self._path, self._probes = curve(start, end), []
+        self._path, self._lines, self._probes, self._outline = curve(start, end), [], [], None
         self._bounds = self._path.boundingRect().adjusted(-4, -4, 4, 4)
 
     def unhook(self) -> None:
@@ -336,17 +352,28 @@ class WireItem(QGraphicsItem):
             if end is not None and self in end.wires:
                 end.wires.remove(self)
 
+    def set_resting(self, resting: bool) -> None:
+        """Leave it to others to paint the line, or paint it."""
+        self.is_resting = resting
+        self._paint_or_not()
+
     def set_chosen(self, chosen: bool) -> None:
         """Show it as what Delete would take away."""
         self.chosen = chosen
-        self.update()
+        self._paint_or_not()
 
     def set_offered(self, offered: bool) -> None:
         """Light it up as what a node would be put into."""
         if offered != self.offered:
             self.offered = offered
             self.setZValue(2.0 if offered else -1.0)
-            self.update()
+            self._paint_or_not()
+
+    def _paint_or_not(self) -> None:
+        is_lit = self.chosen or self.offered or self._hovered
+        self.update()
+        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents, self.is_resting and not is_lit)
+        self.update()
 
     def passes(self, rect: QRectF) -> bool:
         """Whether the wire itself goes through this rectangle of the scene."""
@@ -360,27 +387,34 @@ class WireItem(QGraphicsItem):
         return self._bounds
 
     def shape(self) -> QPainterPath:
-        stroker = QPainterPathStroker()
-        stroker.setWidth(10.0)
-        return stroker.createStroke(self._path)
+        if self._outline is None:
+            stroker = QPainterPathStroker()
+            stroker.setWidth(10.0)
+            self._outline = stroker.createStroke(self._path)
+        return self._outline
 
     def hoverEnterEvent(self, event: QGraphicsSceneHoverEvent) -> None:
         self._hovered = True
-        self.update()
+        self._paint_or_not()
 
     def hoverLeaveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
         self._hovered = False
-        self.update()
+        self._paint_or_not()
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        painter.setBrush(Qt.BrushStyle.NoBrush)
         if self.chosen or self.offered:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.setPen(_wire_pen(theme.CONTACT if self.offered else theme.TEXT, 6.0 if self.offered else 4.0))
             painter.drawPath(self._path)
+        self.paint_line(painter)
+
+    def paint_line(self, painter: QPainter) -> None:
+        """The line alone, as thick as the zoom allows: of short straight ones, which Qt draws much faster."""
         far = painter.worldTransform().m11() < CLEAR
-        colour = theme.ALARM if self.refused else self.colour
-        painter.setPen(_wire_pen(colour, 1.0 if far else 2.0, self._hovered))
-        painter.drawPath(self._path)
+        painter.setPen(_wire_pen(theme.ALARM if self.refused else self.colour, 1.0 if far else 2.0, self._hovered))
+        if not self._lines:
+            self._lines = _straight_lines(self._path)
+        painter.drawLines(self._lines)
 
 
 @lru_cache(maxsize=64)
@@ -390,6 +424,22 @@ def _wire_pen(colour: str, width: float, lit: bool = False) -> QPen:
     return pen
 
 
+def _straight_lines(path: QPainterPath) -> list[QLineF]:
+    """A curve of `curve` as straight lines that cannot be told from it."""
+    corners = [(path.elementAt(i).x, path.elementAt(i).y) for i in range(path.elementCount())]
+    (left, top), *_, (right, bottom) = corners
+    count = 8 + min(int(abs(right - left) + abs(bottom - top)) // 24, 16)
+    points = (_weights(count) @ corners).tolist()
+    return [QLineF(*begin, *end) for begin, end in pairwise(points)]
+
+
+@cache
+def _weights(count: int) -> np.ndarray:
+    """What the four corners of a cubic weigh at `count` + 1 places along it: float64 [place, corner]."""
+    along = np.linspace(0.0, 1.0, count + 1)[:, None]
+    return np.hstack([(1 - along) ** 3, 3 * along * (1 - along) ** 2, 3 * along**2 * (1 - along), along**3])
+
+
 def curve(start: QPointF, end: QPointF) -> QPainterPath:
     """The line of a wire: out to the right, in from the left."""
     ahead = end.x() - start.x()
@@ -397,31 +447,6 @@ def curve(start: QPointF, end: QPointF) -> QPainterPath:
     reach = min(reach, 160.0)
     path = QPainterPath(start)
     path.cubicTo(start + QPointF(reach, 0.0), end - QPointF(reach, 0.0), end)
-    return path
-
-
-def thumbnail(values: np.ndarray, events: bool = False) -> QPainterPath:
-    """Samples, or events as rows of (time as a share of the whole, strength), as a path in the unit square."""
-    path = QPainterPath()
-    if events:
-        strongest = max(float(values[:, 1].max(initial=0.0)), 1e-12)
-        path.moveTo(0.0, 1.0)
-        path.lineTo(1.0, 1.0)
-        for time, strength in values[:400]:
-            path.moveTo(float(time), 1.0)
-            path.lineTo(float(time), 1.0 - 0.9 * float(strength) / strongest)
-        return path
-    values = np.nan_to_num(values)
-    if values.size == 0:
-        return path
-    x, y = thinned(np.arange(values.size) / values.size, values[:, None], 1.0 / BINS)
-    bottom, top = min(float(y.min()), 0.0), max(float(y.max()), 0.0)
-    if bottom < 0 < top and -bottom > 0.2 * top:
-        top = max(top, -bottom)
-        bottom = -top
-    scale = 0.92 / max(top - bottom, 1e-12)
-    points = [QPointF(a, b) for a, b in zip(x.tolist(), (0.96 - (y[:, 0] - bottom) * scale).tolist(), strict=True)]
-    path.addPolygon(QPolygonF(points))
     return path
 
 

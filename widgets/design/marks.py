@@ -48,6 +48,8 @@ def paint_far_marks(painter: QPainter, node: PlacedNode, shape: Shape, is_alone:
 
 
 def _paint_letters(painter: QPainter, node: PlacedNode, at: QPointF, scale: float) -> None:
+    if not node.marks:
+        return
     font = QFont(theme.font(theme.SMALL_PX, bold=True))
     font.setPixelSize(round(theme.SMALL_PX * scale))
     painter.setFont(font)

@@ -1,7 +1,7 @@
 """The mini-map: the whole of a large patch, and which part of it is seen."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QWidget
 
 from underfoot.widgets import theme
@@ -18,6 +18,10 @@ class MiniMap(QWidget):
         self._scene = scene
         self._view = QRectF()
         self._extent = QRectF()
+        self._picture = QPixmap()
+        self._drawn: tuple[object, ...] = ()
+        """What the picture of the nodes was drawn from."""
+        scene.selectionChanged.connect(self.take_colours)
         self.setToolTip("Overview of the patch; drag to move the view")
         self.hide()
 
@@ -45,20 +49,42 @@ class MiniMap(QWidget):
         painter.setBrush(QColor(theme.PANEL))
         painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
         painter.setClipRect(self.rect().adjusted(1, 1, -1, -1))
-        scale, middle = self._scale()
-        painter.translate(self.width() / 2, self.height() / 2)
-        painter.scale(scale, scale)
-        painter.translate(-middle)
-        painter.setPen(Qt.PenStyle.NoPen)
-        for item in self._scene.blocks_and_nodes():
-            share = 0.9 if item.isSelected() else 0.45
-            painter.setBrush(QColor(theme.mixed(item.face.colour, theme.PANEL, share)))
-            painter.drawRect(item.shape_now.rect.translated(item.pos()))
+        painter.drawPixmap(0, 0, self._nodes())
+        self._go_to_scene(painter)
         pen = QPen(QColor(theme.MUTED), 1)
         pen.setCosmetic(True)
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(self._view)
+
+    def _go_to_scene(self, painter: QPainter) -> None:
+        scale, middle = self._scale()
+        painter.translate(self.width() / 2, self.height() / 2)
+        painter.scale(scale, scale)
+        painter.translate(-middle)
+
+    def _nodes(self) -> QPixmap:
+        """The nodes without the frame of the view: drawn anew only where they, or the scale, are others."""
+        wanted = (self._scale(), self._scene.patch, self._scene.inside, self.size(), self.devicePixelRatioF())
+        if wanted != self._drawn:
+            self._drawn = wanted
+            self._picture = QPixmap(self.size() * self.devicePixelRatioF())
+            self._picture.setDevicePixelRatio(self.devicePixelRatioF())
+            self._picture.fill(Qt.GlobalColor.transparent)
+            painter = QPainter(self._picture)
+            self._go_to_scene(painter)
+            painter.setPen(Qt.PenStyle.NoPen)
+            for item in self._scene.blocks_and_nodes():
+                share = 0.9 if item.isSelected() else 0.45
+                painter.setBrush(QColor(theme.mixed(item.face.colour, theme.PANEL, share)))
+                painter.drawRect(item.shape_now.rect.translated(item.pos()))
+            painter.end()
+        return self._picture
+
+    def take_colours(self) -> None:
+        """Draw the nodes anew."""
+        self._drawn = ()
+        self.update()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._go(event)

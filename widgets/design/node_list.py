@@ -266,7 +266,7 @@ class _Row(QStyledItemDelegate):
                 painter.setBrush(QColor(theme.HOVER if selected else theme.RAISED))
                 painter.drawRoundedRect(rect, 4, 4)
             painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(theme.mixed(index.data(_COLOUR), theme.PANEL, 0.7)))
+            painter.setBrush(QColor(theme.mixed(theme.now(index.data(_COLOUR)), theme.PANEL, 0.7)))
             painter.drawRoundedRect(rect.x() + 4, rect.y() + 4, 5, rect.height() - 8, 1.5, 1.5)
             painter.setFont(theme.font())
             painter.setPen(QColor(theme.TEXT))

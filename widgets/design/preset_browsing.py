@@ -1,4 +1,4 @@
-"""Between the list of presets and the patch that is open: hearing one, opening one, saving one's own."""
+"""Between the list of presets and the patch that is open: hearing one, opening one, saving one."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -51,7 +51,7 @@ class PresetBrowsing(QObject):
             drops.accept_on(button, partial(open_in, slot))
 
     def ask_to_save(self) -> None:
-        """Ask how the patch is to be called as a preset of one's own, and write it."""
+        """Ask for the name of the patch as a preset of the user's, and write it."""
         dialog = PresetDialog(self._context.open_patch.patch, self._side.window())
         dialog.accepted.connect(lambda: self._save(dialog.named()))
         dialog.open()
@@ -61,12 +61,16 @@ class PresetBrowsing(QObject):
         if preset is None:
             listening.hear_preset(None)
             return
+        path = preset.path
+        self._context.open_patch.nodes.ask_for_patch(path, lambda: self._play(path))
+
+    def _play(self, path: Path) -> None:
         try:
-            patch = Patch.load(preset.path, self._context.registry)
+            patch = Patch.load(path, self._context.registry)
         except UnderfootError as error:
             self._side.presets.said.emit(str(error))
             return
-        listening.hear_preset(with_files_kept(patch, self._context.registry, preset.path.parent, None))
+        self._context.listening.hear_preset(with_files_kept(patch, self._context.registry, path.parent, None))
 
     def open(self, path: Path) -> None:
         """Edit on with a preset, as a step that can be taken back."""
@@ -92,14 +96,15 @@ class PresetBrowsing(QObject):
     def _write(self, patch: Patch, path: Path) -> None:
         try:
             make_folder(self.folder)
-            folder = self._context.open_patch.folder
-            with_files_kept(patch, self._context.registry, folder, self.folder).save(path)
+            open_patch = self._context.open_patch
+            with_files_kept(patch, self._context.registry, open_patch.folder, self.folder).save(path)
         except UnderfootError as error:
             self._side.presets.said.emit(str(error))
             return
         self._side.show_page(PRESETS)
         self._side.presets.reveal(path)
-        self._side.presets.said.emit(f"Saved as the preset “{patch.title}”; it is under My presets")
+        left = open_patch.nodes.bring_along(patch, open_patch.folder, self.folder)
+        self._side.presets.said.emit(f"Saved as the preset “{patch.title}”; it is under My presets{left}")
 
 
 class PresetDialog(QDialog):

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
+    QSizePolicy,
     QStackedWidget,
     QToolButton,
     QVBoxLayout,
@@ -67,6 +68,7 @@ class PreviewPanel(QWidget):
         self.note = ElidedLabel("small")
         self.output = QComboBox(self)
         self.output.setAccessibleName("Output")
+        self.output.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.output.hide()
         self.range = QComboBox(self)
         self.range.addItems([f"{db} dB" for db in RANGES_DB])

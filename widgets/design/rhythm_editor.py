@@ -252,7 +252,7 @@ class RhythmEditor(ParameterEditor):
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
         self.rhythms = QToolButton(self)
-        self.rhythms.setText("R1 to R8")
+        self.rhythms.setText("R1 to R8 ▾")
         self.rhythms.setProperty("role", "flat")
         self.rhythms.setToolTip("A rhythm of the study of tactons: its notes, bar and repeats")
         self.rhythms.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)

@@ -17,6 +17,7 @@ from underfoot.widgets.design.editing import driven_parameters, drivers, upstrea
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
 from underfoot.widgets.design.levels import face_of_group, level_of
 from underfoot.widgets.design.placing import Box
+from underfoot.widgets.design.resting_wires import RestingWires
 from underfoot.widgets.design.rewiring import passage, port_of
 from underfoot.widgets.design.shape import REACH, Face, PlacedPort, face_of
 
@@ -44,6 +45,8 @@ class PatchScene(QGraphicsScene):
         self.frames: dict[str, FrameItem] = {}
         self.notes: dict[str, NoteItem] = {}
         self.wires: dict[Wire, WireItem] = {}
+        self.resting = RestingWires(self.wires, self.sceneRect())
+        self.addItem(self.resting)
         self._costs: dict[str, float] = {}
         self._offered: WireItem | None = None
         self._faces: dict[tuple[str, str], Face] = {}
@@ -89,6 +92,20 @@ class PatchScene(QGraphicsScene):
         wired = drivers(self.patch)
         for id, item in self.nodes.items():
             item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.opened)
+
+    def take_colours(self) -> None:
+        """Draw everything anew, in the colours that are in use."""
+        self.setBackgroundBrush(QBrush(QColor(theme.GROUND)))
+        self._faces.clear()
+        for item in self.nodes.values():
+            item.set_face(self._face(item.node))
+        for wire in self.wires.values():
+            wire.colour = theme.now(wire.colour)
+        self._show_blocks()
+        self.resting.settle()
+        self.resting.forget()
+        for drawn in self.items():
+            drawn.update()
 
     def forget_faces(self) -> None:
         """Node types are others now: nodes are drawn anew with the next patch."""
@@ -136,6 +153,7 @@ class PatchScene(QGraphicsScene):
                 or item.target is not self._item(target)
             ):
                 item.unhook()
+                self.resting.renew(item.boundingRect())
                 self.removeItem(self.wires.pop(wire))
         for wire, ends in wanted.items():
             if wire not in self.wires:
@@ -146,7 +164,10 @@ class PatchScene(QGraphicsScene):
         colour = theme.signal_colour(port.kind, port.unit)
         start, end = self._item(source), self._item(target)
         if start is not None and end is not None:
-            self.wires[wire] = WireItem(wire, start, end, colour)
+            self.wires[wire] = item = WireItem(wire, start, end, colour)
+            item.set_resting(True)
+            item.moved = self.resting.lift
+            self.resting.renew(item.boundingRect())
         else:
             inner, side = (start, "out") if start is not None else (end, "in")
             assert inner is not None
@@ -263,6 +284,11 @@ class PatchScene(QGraphicsScene):
         for item in self.wires.values():
             if item.chosen != (item is wire):
                 item.set_chosen(item is wire)
+
+    def show_wire(self, wire: WireItem, shown: bool) -> None:
+        """Hide a wire while it is in the hand, and show it again."""
+        wire.setVisible(shown)
+        self.resting.renew(wire.boundingRect())
 
     def wire_for(self, type: str, area: QRectF) -> WireItem | None:
         """The wire through this rectangle that a node of `type` can stand in: of several the one through its middle."""

@@ -215,6 +215,9 @@ class SlotListening(QObject):
 
     def open_in_other(self, path: Path) -> None:
         """Open a preset in the slot that is not edited; it can be taken back there."""
+        self._open_patch.nodes.ask_for_patch(path, lambda: self._open_there(path))
+
+    def _open_there(self, path: Path) -> None:
         try:
             patch = Patch.load(path, self._context.registry)
         except UnderfootError as error:

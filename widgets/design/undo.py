@@ -1,13 +1,22 @@
 """The document that is being edited: a patch in each of two slots, A and B, and the patches it was before."""
 
+from pathlib import Path
+from typing import cast
+
+import msgspec
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoGroup, QUndoStack
 
+from underfoot.errors import UnderfootError
+from underfoot.files import read_file, write_file
+from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LIMIT = 500
 """Edits that can be taken back. Patches share what did not change, so each costs little."""
+KEPT = 50
+"""Edits that can be taken back after a new start: on the disk, each costs a patch."""
 
 
 class Document(QObject):
@@ -69,6 +78,47 @@ class Document(QObject):
         if after != self._patches[other]:
             self._stacks[other].push(_Edit(self, other, after, text, ""))
 
+    # --- over a new start ---
+
+    def keep(self, path: Path) -> None:
+        """Write down what can be undone and redone in the slot that is edited."""
+        stack = self.stack
+        first = max(stack.index() - KEPT, 0)
+        edits = [cast(_Edit, stack.command(i)) for i in range(first, min(stack.index() + KEPT, stack.count()))]
+        steps = [{"words": edit.text(), "before": edit.before, "after": edit.after} for edit in edits]
+        write_file(path, msgspec.json.encode({"format": "underfoot-undo", "at": stack.index() - first, "steps": steps}))
+
+    def take_up(self, path: Path, registry: Registry) -> None:
+        """Go on with what `keep` wrote, where it leads to the patch that is open; the file is gone then.
+
+        What cannot be read is let go: it is no work, only the way to it.
+        """
+        if not path.exists():
+            return
+
+        def read(patch: object) -> Patch:
+            return Patch.loads(msgspec.json.encode(patch), registry)
+
+        now = self.patch
+        try:
+            text = read_file(path)
+            path.unlink()
+            kept = msgspec.json.decode(text)
+            steps = [(str(step["words"]), read(step["before"]), read(step["after"])) for step in kept["steps"]]
+            at = int(kept["at"])
+            stood = steps[at - 1][2] if at else steps[0][1]
+        except (UnderfootError, OSError, msgspec.DecodeError, LookupError, TypeError, ValueError):
+            return
+        if stood != now:
+            return
+        blocked = self.blockSignals(True)
+        for words, before, after in steps:
+            self._patches[self.slot] = before
+            self.stack.push(_Edit(self, self.slot, after, words, ""))
+        self.stack.setIndex(at)
+        self._patches[self.slot] = now
+        self.blockSignals(blocked)
+
     def _take(self, slot: str, patch: Patch) -> None:
         self._patches[slot] = patch
         (self.changed if slot == self.slot else self.other_changed).emit(patch)
@@ -78,15 +128,15 @@ class _Edit(QUndoCommand):
     def __init__(self, document: Document, slot: str, after: Patch, text: str, merge: str) -> None:
         super().__init__(text)
         self._document, self._slot = document, slot
-        self._before = document._patches[slot]
-        self._after = after
+        self.before = document._patches[slot]
+        self.after = after
         self._merge = merge
 
     def undo(self) -> None:
-        self._document._take(self._slot, self._before)
+        self._document._take(self._slot, self.before)
 
     def redo(self) -> None:
-        self._document._take(self._slot, self._after)
+        self._document._take(self._slot, self.after)
 
     def id(self) -> int:
         return 1 if self._merge else -1
@@ -94,6 +144,6 @@ class _Edit(QUndoCommand):
     def mergeWith(self, other: QUndoCommand) -> bool:
         if not isinstance(other, _Edit) or other._merge != self._merge:
             return False
-        self._after = other._after
-        self.setObsolete(self._after == self._before)
+        self.after = other.after
+        self.setObsolete(self.after == self.before)
         return True

@@ -161,6 +161,10 @@ class PatchView(QGraphicsView):
         self.hint.setVisible(not patch.nodes and not patch.notes)
         self._moved()
 
+    def take_colours(self) -> None:
+        """Draw all of the patch in the colours that are in use."""
+        self.patch_scene.take_colours()
+
     # --- what it says ---
 
     def say(self, text: str, alarm: bool = True) -> None:

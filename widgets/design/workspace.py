@@ -34,10 +34,11 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 _NATIVE = QKeySequence.SequenceFormat.NativeText
 
-SOON_MS = 30
+SOON_MS = 10
 """Edits in a row, as from a slider, ask for one preview."""
 IDLE_MS = 500
 """When nothing was edited for so long, the small plots of other nodes are renewed one by one."""
+UNDO_FILE = "undo.json"
 PATIENCE_MS = 5000
 """A preview that has not come by then is asked for again: whoever renders it may not have been there yet."""
 
@@ -109,6 +110,7 @@ class DesignWorkspace(Workspace):
         controller, open_patch = context.controller, context.open_patch
         self.set_folder(open_patch.folder)
         self.set_patch(open_patch.patch)
+        self.document.take_up(context.folder / UNDO_FILE, self.registry)
         open_patch.opened.connect(self.set_patch)
         open_patch.nodes.changed.connect(self._renew_nodes)
         open_patch.folder_changed.connect(self.set_folder)
@@ -145,6 +147,9 @@ class DesignWorkspace(Workspace):
     def _renew_nodes(self) -> None:
         self.palette_panel.list.narrow(self.palette_panel.field.text())
         self.canvas.patch_scene.forget_faces()
+
+    def keep_for_next_start(self, folder: Path) -> None:
+        self.document.keep(folder / UNDO_FILE)
 
     def close_down(self) -> None:
         self.side.presets.close_down()
@@ -291,7 +296,7 @@ class DesignWorkspace(Workspace):
         """Do again what was taken back last, and say what."""
         text = self.document.stack.redoText()
         self.document.stack.redo()
-        self.said.emit(f"Done again: {_in_a_line(text)}")
+        self.said.emit(f"Redone: {_in_a_line(text)}")
 
     def _history(self, name: str, keys: QKeySequence.StandardKey, do: Callable[[], object]) -> QAction:
         action = QAction(name, self)

@@ -4,8 +4,10 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from PySide6.QtWidgets import QApplication, QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QApplication, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
 
+import underfoot
 from underfoot import __version__
 from underfoot.files import cache_folder
 from underfoot.widgets import theme
@@ -27,6 +29,7 @@ class AboutDialog(QDialog):
         layout.addWidget(theme.label("A workbench for vibrotactile floors: design, calibrate, monitor, experiment."))
         layout.addWidget(theme.label("Its systems are those of Yon Visell's thesis “Walking on virtual ground”."))
         layout.addWidget(theme.label("MIT licence: use it, change it, pass it on; it comes without warranty.", "muted"))
+        layout.addWidget(_documentation())
         for line in (*_system(), *_places(folder)):
             shown = theme.label(line, "small")
             shown.setTextInteractionFlags(shown.textInteractionFlags().TextSelectableByMouse)
@@ -39,6 +42,26 @@ class AboutDialog(QDialog):
         layout.addSpacing(theme.GRID)
         layout.addWidget(buttons)
         self.setFixedWidth(70 * theme.GRID)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        # All of it: on a small screen Qt would open it lower, and cut its lines.
+        layout = self.layout()
+        assert layout is not None
+        self.setFixedHeight(layout.totalHeightForWidth(self.width()))
+        super().showEvent(event)
+
+
+def _documentation() -> QLabel:
+    """A link to the documentation: the site where it was built, else its pages beside the sources."""
+    sources = Path(underfoot.__file__).resolve().parent.parent
+    places = (sources / "site" / "index.html", sources / "docs")
+    is_checkout = (sources / "mkdocs.yml").is_file()  # else beside it are other people's packages
+    found = next((one for one in places if one.exists()), None) if is_checkout else None
+    link = f'<a href="{found.as_uri()}">{found}</a>' if found is not None else "the pages in docs, beside the sources"
+    shown = theme.label(f"Documentation: {link}", "muted")
+    shown.setOpenExternalLinks(True)
+    shown.setWordWrap(True)
+    return shown
 
 
 def _system() -> list[str]:

@@ -32,7 +32,7 @@ class CardRow(QWidget):
         self.channels.setRange(0, MAX_CHANNELS)
         self.channels.setSpecialValueText("all channels")
         self.channels.setSuffix(" channels")
-        self.channels.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
+        self.channels.lineEdit().setTextMargins(theme.GRID, 0, theme.GRID, 0)
         self.remove.setAutoDefault(False)
         self.remove.setVisible(not is_first)
         layout = QHBoxLayout(self)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBox
 from underfoot.errors import BadValue
 from underfoot.experiments.questions import Scale, ask
 from underfoot.parameters import Choice, Count, Number, Parameter
-from underfoot.quantities import quantity
+from underfoot.quantities import parse_quantity, quantity
 from underfoot.studies.runner import Runner
 from underfoot.widgets import theme
 from underfoot.widgets.controls.slider import Slider
@@ -24,7 +24,7 @@ _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 def asks_of(runner: Runner) -> tuple[Parameter, ...]:
     """What is answered on a runner's page: its questions, or, in learning, which stimulus is to be felt."""
     if runner.page.kind == "learn":
-        return (ask("number", Count(1, 1, len(runner.learned), doc="Which one do you want to feel?")),)
+        return (ask("number", Count(1, 1, len(runner.study.learned), doc="Which one do you want to feel?")),)
     return runner.page.asks
 
 
@@ -143,7 +143,7 @@ class AnswerForm(QWidget):
         for option in options:
             button = QPushButton(str(option))
             button.setFont(theme.font(self._text_px))
-            button.setMinimumHeight(round(BUTTON_LINES * self._text_px))
+            button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
             button.setCheckable(len(self._asks) > 1)
             button.clicked.connect(lambda _=False, value=option, b=button: self._choose(one, value, mine, b))
             mine.append(button)
@@ -190,6 +190,6 @@ class AnswerForm(QWidget):
 
 def _typed(one: Parameter, text: str) -> Any:
     try:
-        return int(text) if one.kind == "count" else float(text) if one.kind == "number" else text
+        return int(text) if one.kind == "count" else parse_quantity(text) if one.kind == "number" else text
     except ValueError:
         return text  # which the parameter refuses, and says why

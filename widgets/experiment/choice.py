@@ -1,6 +1,7 @@
 """The choice of a study: what there is, what it is about, who takes part, and what was found so far."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -21,11 +22,12 @@ from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import method_of
 from underfoot.widgets import theme
+from underfoot.widgets.experiment.people_dialog import SimulatedPeople, words_of
+from underfoot.widgets.experiment.results_menu import ResultsButton
 from underfoot.widgets.experiment.studies import StudyFile, is_id
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 LIST_PX = 40 * theme.GRID
-SIMULATE = "Simulate 100 people"
 
 
 class StudyList(QWidget):
@@ -49,7 +51,7 @@ class StudyList(QWidget):
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)  # titles wrap
         self.new, self.own, self.edit, self.delete, self.open = (
             QPushButton("&New study…"),
-            QPushButton("&Make one's own…"),
+            QPushButton("&Make a copy…"),
             QPushButton("&Edit…"),
             QPushButton("Delete…"),
             QPushButton("Open a protocol…"),
@@ -88,7 +90,9 @@ class StudyOverview(QWidget):
     """What a study is, a field for the participant's id, and what can be done with it."""
 
     begin_wanted = Signal(str)
+    pilot_wanted = Signal()
     simulate_wanted = Signal()
+    people_wanted = Signal()
     equipment_wanted = Signal()
     analyse_wanted = Signal()
     participant_typed = Signal(str)
@@ -101,14 +105,20 @@ class StudyOverview(QWidget):
         self.participant = QLineEdit()
         self.participant.setPlaceholderText("Participant's id, such as P01")
         self.participant.setAccessibleName("Participant's id")
-        self.participant.setMinimumWidth(14 * theme.GRID)
+        self.participant.setMinimumWidth(26 * theme.GRID)
         self.participant.setMaximumWidth(30 * theme.GRID)
         self.begin, self.simulate, self.analyse = (
             QPushButton("Begin"),
-            QPushButton(SIMULATE),
+            QPushButton(),
             QPushButton("Analyse"),
         )
-        self._can_analyse = False
+        self.pilot = QPushButton("Pilot")
+        self.pilot.setToolTip("Try it yourself: two trials of each stage, kept apart from the participants' sessions")
+        self.people = QPushButton("People…")
+        self.people.setToolTip("How many people are simulated, and what is true of them")
+        self.results = ResultsButton()
+        self._simulate_words, self._can_analyse = "", False
+        self.show_people(words_of(SimulatedPeople()))
         self.begin.setProperty("role", "primary")
         self.equipment = QPushButton()
         self.equipment.setToolTip("Plate, masking sound, trigger and LSL streams of sessions in this window")
@@ -124,23 +134,28 @@ class StudyOverview(QWidget):
         self.table.setStyleSheet("font-family: monospace;")
         self._lay_out()
         self.begin.clicked.connect(self._begin)
+        self.pilot.clicked.connect(self.pilot_wanted)
         self.participant.returnPressed.connect(self._begin)
         self.participant.textChanged.connect(self.participant_typed)
         self.equipment.clicked.connect(self.equipment_wanted)
         self.simulate.clicked.connect(self.simulate_wanted)
+        self.people.clicked.connect(self.people_wanted)
         self.analyse.clicked.connect(self.analyse_wanted)
 
-    def show_study(self, study: StudyFile, sessions: int) -> None:
-        """Show a study, of which so many sessions were begun."""
+    def show_study(self, study: StudyFile, sessions: int, folder: Path) -> None:
+        """Show a study, of which so many sessions were begun, in a folder."""
         self.title.setText(study.protocol.title or study.name)
         self.about.setText(study.protocol.about)
         self.facts.setText(facts_of(study.protocol))
         self.analyse.setText(f"Analyse {sessions} {'session' if sessions == 1 else 'sessions'}")
+        self.analyse.setToolTip(f"The sessions of this study lie in {folder}")
         self._can_analyse = sessions > 0
         self.analyse.setEnabled(self._can_analyse)
+        self.results.enable_writing(self._can_analyse)
 
-    def show_way(self, may_begin: bool, goes_on: bool, why_not: str) -> None:
-        """Whether a session can be begun, or gone on with; else why not."""
+    def show_way(self, has_session: bool, may_begin: bool, goes_on: bool, why_not: str) -> None:
+        """Whether there is a session to be lent, and one of a study can be begun, or gone on with; else why not."""
+        self.pilot.setEnabled(has_session)
         self.begin.setEnabled(may_begin)
         self.begin.setText("Go on" if goes_on else "Begin")
         self.state.setText(why_not)
@@ -148,6 +163,11 @@ class StudyOverview(QWidget):
     def show_equipment(self, words: str) -> None:
         """What is used beside the floor; "" for nothing."""
         self.equipment.setText(f"Equipment: {words}…" if words else "Equipment…")
+
+    def show_people(self, words: str) -> None:
+        """What simulating is called."""
+        self._simulate_words = words
+        self.simulate.setText(words)
 
     def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
         """Show what was found."""
@@ -158,8 +178,10 @@ class StudyOverview(QWidget):
 
     def show_busy(self, text: str) -> None:
         """Say what is being computed, which can be stopped; "" for nothing."""
-        self.simulate.setText("Stop" if text else SIMULATE)
+        self.simulate.setText("Stop" if text else self._simulate_words)
         self.analyse.setEnabled(self._can_analyse and not text)
+        for button in (self.people, self.results):
+            button.setEnabled(not text)
         self.state.setText(text)
 
     def _begin(self) -> None:
@@ -167,10 +189,14 @@ class StudyOverview(QWidget):
             self.begin_wanted.emit(self.participant.text())
 
     def _lay_out(self) -> None:
-        who = QHBoxLayout()
-        for part in (self.participant, self.begin, self.equipment, self.simulate, self.analyse):
-            who.addWidget(part)
-        who.addStretch(1)
+        who, found_by = QHBoxLayout(), QHBoxLayout()
+        for row, parts in (
+            (who, (self.participant, self.begin, self.pilot, self.equipment)),
+            (found_by, (self.simulate, self.people, self.analyse, self.results)),
+        ):
+            for part in parts:
+                row.addWidget(part)
+            row.addStretch(1)
         found = QSplitter(Qt.Orientation.Vertical)
         found.setObjectName("experiment findings")
         found.addWidget(self.drawings)
@@ -182,6 +208,7 @@ class StudyOverview(QWidget):
         for words in (self.title, self.about, self.facts):
             column.addWidget(words)
         column.addLayout(who)
+        column.addLayout(found_by)
         column.addWidget(self.state)
         column.addWidget(found, 1)
 
@@ -203,6 +230,8 @@ def facts_of(protocol: Protocol) -> str:
         number = method.checked(stage.method.parameters, protocol.stimuli).get("trials")
         if issubclass(method, ListedMethod):
             number = len(getattr(method_of(protocol, stage, "anybody"), "trials", ()))
+        if stage.most_trials:
+            number = min(number or stage.most_trials, stage.most_trials)
         count = f"{number} trials" if number is not None else "as many trials as it takes"
         practice = ", practice" if stage.practice else ""
         lines.append(f"{method.name.lower()}: {count}{practice}, begun by {stage.start}")

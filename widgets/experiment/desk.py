@@ -11,9 +11,11 @@ from underfoot.floor.layout import Floor
 from underfoot.studies.runner import Phase, Runner
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
+from underfoot.widgets.experiment.simulated_foot import may_step
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
+END_PAUSE = "End the pause"
 _LIVE_S = 0.1
 """What was measured is told of so long."""
 _WORDS = {
@@ -28,9 +30,11 @@ _LEAST_SHARE = 0.02
 
 
 class Desk(QWidget):
-    """Shows a runner to the experimenter, who can do all that the participant can."""
+    """Shows a runner to the experimenter, who can do all that the participant can, and end a pause."""
 
     next_wanted = Signal()
+    end_pause_wanted = Signal()
+    """By the button alone: a key is too easily hit."""
     stop_wanted = Signal()
     go_on_wanted = Signal()
     spoil_wanted = Signal(str)
@@ -100,7 +104,10 @@ class Desk(QWidget):
         self.news.setText(runner.news[-1] if runner.news else "")
         self.news.setVisible(bool(runner.news))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
-        self.next.setEnabled(runner.may_play or (phase is Phase.PAGE and not page.asks))
+        self.next.setText(END_PAUSE if phase is Phase.PAUSE else "Next")
+        self.next.setEnabled(
+            phase is Phase.PAUSE or runner.may_play or may_step(runner) or (phase is Phase.PAGE and not page.asks)
+        )
         self.spoil.setEnabled(page.trial is not None)
         self._show_form(runner)
         self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
@@ -140,7 +147,7 @@ class Desk(QWidget):
         return line
 
     def _connect(self) -> None:
-        self.next.clicked.connect(self.next_wanted)
+        self.next.clicked.connect(self._go_on)
         self.pause.clicked.connect(self._pause)
         self.window_button.clicked.connect(self.window_wanted)
         self.leave.clicked.connect(self.leave_wanted)
@@ -156,6 +163,9 @@ class Desk(QWidget):
     def _refuse(self, why: str) -> None:
         self.news.setText(why)
         self.news.show()
+
+    def _go_on(self) -> None:
+        (self.end_pause_wanted if self.next.text() == END_PAUSE else self.next_wanted).emit()
 
     def _pause(self) -> None:
         (self.go_on_wanted if self.pause.text() == "Go on" else self.stop_wanted).emit()
@@ -181,7 +191,7 @@ class Desk(QWidget):
 
 def _left(done: float, share: float, began_at: float) -> str:
     """About how long it still takes, as long as it took so far."""
-    if done < _LEAST_SHARE:
+    if done < _LEAST_SHARE or share >= 1.0:
         return ""
     minutes = (1.0 - share) / done * (time.monotonic() - began_at) / 60.0
     return f"about {max(round(minutes), 1)} min left"

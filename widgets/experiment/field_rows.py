@@ -11,13 +11,12 @@ from underfoot.errors import BadValue
 from underfoot.experiments.declared import Flag, Named, Words, caption
 from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
-from underfoot.quantities import parse_quantity, pretty_text, pretty_unit
+from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pretty_unit
 from underfoot.widgets import theme
 
 CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
 LONG_TEXTS = ("about", "text")
 """Fields with several lines."""
-_SEPARATORS = re.compile(r";\s*|,\s+|,(?=\D)|\s+")
 
 
 class FieldRows(QWidget):
@@ -129,14 +128,13 @@ def read(parameter: Parameter, typed: str) -> Any:
             case Number():
                 return parse_quantity(text, unit)
             case Numbers():
-                return [parse_quantity(part, unit) for part in _SEPARATORS.split(text) if part]
+                return parse_numbers(text, unit)
             case StimulusNames():
                 return [part for part in re.split(r"[,;\s]+", text) if part]
             case Words():
                 return [part.strip() for part in text.split(";" if ";" in text else ",") if part.strip()]
             case Rows():
-                rows = (row for row in text.split(";") if row.strip())
-                return [[parse_quantity(part, "") for part in _SEPARATORS.split(row.strip()) if part] for row in rows]
+                return [parse_numbers(row) for row in text.split(";") if row.strip()]
     except BadValue:
         return text
     return typed

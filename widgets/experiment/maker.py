@@ -26,7 +26,7 @@ from underfoot.widgets.experiment.choice import facts_of
 from underfoot.widgets.experiment.field_rows import FieldRows
 from underfoot.widgets.experiment.question_table import QuestionTable
 from underfoot.widgets.experiment.stage_page import StagePage
-from underfoot.widgets.experiment.stimulus_page import StimulusPage
+from underfoot.widgets.experiment.stimulus_page import Ask, StimulusPage, at_once
 
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PLACES = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
@@ -47,6 +47,7 @@ class Maker(QWidget):
         super().__init__()
         self._sessions, self._own_patches = sessions, own_patches
         self.draft: Draft | None = None
+        self.ask: Ask = at_once
         self._path: Path | None = None
         self._kept = ""
         self.title = theme.label("", "title")
@@ -80,7 +81,7 @@ class Maker(QWidget):
         raw = draft.raw
         raw["participant"] = [dict(one) for one in raw.get("participant") or ()]
         raw["sounds"] = dict(raw.get("sounds") or {})
-        self.title.setText("Edit a study" if path is not None else "A study of one's own")
+        self.title.setText("Edit a study" if path is not None else "A new study")
         self.note.setText(note)
         self.note.setVisible(bool(note))
         while (old := self.pages.widget(0)) is not None:
@@ -88,7 +89,7 @@ class Maker(QWidget):
             old.deleteLater()
         questions = QuestionTable(raw["participant"], rows_seen=8)
         self.questions = questions
-        self.stimuli, self.stages = StimulusPage(draft, self._own_patches), StagePage(draft)
+        self.stimuli, self.stages = StimulusPage(draft, self._own_patches, self.ask), StagePage(draft)
         self.stimuli.said.connect(self.said)
         self.rows = {
             "study": FieldRows(fields_of(Protocol, _FIELDS), raw),
@@ -217,7 +218,7 @@ class Maker(QWidget):
 
 
 def ask_to_delete(parent: QWidget, title: str, sessions: int, then: Callable[[], object]) -> None:
-    """Ask whether a protocol of one's own is to go; its sessions stay."""
+    """Ask whether a protocol of the user's is to go; its sessions stay."""
     kept = f" Its {sessions} {'session stays' if sessions == 1 else 'sessions stay'}." if sessions else ""
     box = QMessageBox(parent)
     box.setWindowTitle("Delete protocol")

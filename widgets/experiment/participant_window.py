@@ -9,6 +9,7 @@ from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarg
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
+from underfoot.widgets.experiment.simulated_foot import SPACE_STEPS, may_step
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
 WIDTH_PX = 960
@@ -17,7 +18,10 @@ _USUAL_PX_PER_M = 96.0 / 0.0254
 
 
 class ParticipantWindow(QWidget):
-    """Shows a runner's page. Space or Return begins and continues, numbers and arrows answer, Escape stops."""
+    """Shows a runner's page. Space or Return begins and continues, numbers and arrows answer, Escape stops.
+
+    What can be felt again is played by Space, and given by Return.
+    """
 
     answered = Signal(dict)
     slid = Signal(str, object)
@@ -33,7 +37,7 @@ class ParticipantWindow(QWidget):
         self.setAccessibleName("Study, for the participant")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._shown = ("", "")
+        self._shown, self._plays_again = ("", ""), False
         self._stand = stand
         self._target: FloorTarget | None = None
         self._selected: FloorTarget | None = None
@@ -72,6 +76,7 @@ class ParticipantWindow(QWidget):
             self._shown = key
             asking = phase in (Phase.PAGE, Phase.ANSWERING)
             self.title.setText(_title(runner))
+            self.title.setVisible(bool(self.title.text()) and not self._on_floor)
             self.text.setText(_text(runner))
             asks = asks_of(runner) if asking else ()
             self.form.show_asks(asks)
@@ -79,9 +84,10 @@ class ParticipantWindow(QWidget):
             first = next(iter(self.form.fields.values()), None)
             (first or self).setFocus()
             self.hint.setText(_what_now(runner, self.form))
+        self._plays_again = phase is Phase.ANSWERING and runner.may_play
         self.foot.show_answers(runner.foot)
-        if runner.hint:
-            self.hint.setText(runner.hint)
+        if runner.hint or may_step(runner):
+            self.hint.setText(f"{runner.hint} {SPACE_STEPS}".strip() if may_step(runner) else runner.hint)
         counts = phase is Phase.PAUSE or (page.kind == "learn" and phase is Phase.PAGE and page.seconds > 0.0)
         left = round(runner.seconds_left)
         self.clock.setText(f"{left // 60}:{left % 60:02d}" if counts else "")
@@ -100,6 +106,8 @@ class ParticipantWindow(QWidget):
         match event.key():
             case Qt.Key.Key_Escape:
                 self.stop_wanted.emit()
+            case Qt.Key.Key_Space if self._plays_again:
+                self.go_wanted.emit()
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
                 if self.form.is_to_give:
                     self.form.give()
@@ -149,14 +157,15 @@ class ParticipantWindow(QWidget):
     def _show_floor(self, runner: Runner) -> None:
         """While targets are selected, nothing but them and where the feet stand; words only where something is asked
         for."""
-        self._target, self._selected = runner.target, runner.selected
         trial = runner.page.trial
         shown = trial is not None and not trial.intervals and runner.phase in (Phase.WAITING, Phase.PRESENTING)
+        drawn = (runner.target, runner.selected, shown)
+        if drawn != (self._target, self._selected, self._on_floor):
+            self.update()  # at each tick, it would be half of what the window does
         if shown != self._on_floor:
-            self._on_floor = shown
             for label in (self.title, self.text, self.hint):
                 label.setVisible(not shown)
-        self.update()
+        self._target, self._selected, self._on_floor = drawn
 
 
 def _title(runner: Runner) -> str:
@@ -167,6 +176,8 @@ def _title(runner: Runner) -> str:
         return "Stopped"
     if page.trial is None:
         return page.title
+    if runner.phase is Phase.ANSWERING and page.title in {one.doc for one in page.asks}:
+        return ""  # the question says it
     if len(page.trial.intervals) > 1 and runner.phase is not Phase.ANSWERING:
         return f"{'First' if runner.interval == 1 else 'Second'} one"
     return "Nothing comes this time" if page.trial.facts.get("announced") else page.title
@@ -190,7 +201,8 @@ def _what_now(runner: Runner, form: AnswerForm) -> str:
             return "Press Space to feel it."
         case Phase.ANSWERING if runner.may_play:
             left = page.plays - runner.plays
-            return f"{form.how} Space plays it again, {left} {'time' if left == 1 else 'times'} more."
+            key = "Ctrl+Space" if form.fields else "Space"  # where words are typed Space is one of their letters
+            return f"{form.how} {key} plays it again, {left} {'time' if left == 1 else 'times'} more."
         case Phase.ANSWERING:
             return form.how
         case Phase.PAGE if page.kind == "learn":

@@ -1,6 +1,6 @@
 """The stimuli of a protocol that is made: patches, settings, and levels, measured on the simulated plate."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,15 +28,24 @@ _USUALLY_SCALED = ("gain.gain", "note.amplitude", "knock.level")
 """Numbers to which the acceleration of the presets is proportional."""
 
 
+Ask = Callable[[Path, Callable[[], object]], object]
+"""Goes on with the second once the person was asked whether nodes beside the patch in the first may run."""
+
+
+def at_once(path: Path, then: Callable[[], object]) -> None:
+    """Go on without a question: what may not run is refused by whatever reads it."""
+    then()
+
+
 class StimulusPage(ItemList):
     """Edits `raw["stimuli"]` of a draft; `own` is the folder of a person's own presets."""
 
     changed = Signal()
     said = Signal(str)
 
-    def __init__(self, draft: Draft, own: Path) -> None:
+    def __init__(self, draft: Draft, own: Path, ask: Ask = at_once) -> None:
         super().__init__("stimulus")
-        self.draft, self._own = draft, own
+        self.draft, self._own, self._ask = draft, own, ask
         self.background = Background(self)
         self._measured = ""
         """The stimulus whose level is being measured."""
@@ -73,6 +82,7 @@ class StimulusPage(ItemList):
         form.renamed.connect(lambda new: self._rename(place, new))
         form.rebuilt.connect(lambda: self._show_form(place))
         form.said.connect(self.said)
+        form.patch_wanted.connect(lambda path: self._ask(path, lambda: form.take_patch(path)))
         form.measure.clicked.connect(lambda: self._measure(name))
         self.show_detail(form)
         self._show_measuring()
@@ -151,6 +161,8 @@ class StimulusForm(QWidget):
     rebuilt = Signal()
     """What can be set has changed: the form is to be made anew."""
     said = Signal(str)
+    patch_wanted = Signal(object)
+    """The `Path` of a patch was chosen."""
 
     def __init__(self, name: str, stimulus: dict[str, Any], draft: Draft, own: Path) -> None:
         super().__init__()
@@ -220,8 +232,8 @@ class StimulusForm(QWidget):
 
     def _taking(self) -> QComboBox:
         box = QComboBox()
-        box.setAccessibleName("Take a setting away")
-        box.addItem("Take one away…", "")
+        box.setAccessibleName("Remove a setting")
+        box.addItem("Remove one…", "")
         for name in self._stimulus["settings"]:
             box.addItem(name, name)
         box.setEnabled(bool(self._stimulus["settings"]))
@@ -266,11 +278,11 @@ class StimulusForm(QWidget):
             dialog = QFileDialog(self.window(), "A patch", "", "Patches (*.json)")
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-            dialog.fileSelected.connect(lambda path: self.take_patch(Path(path)))
+            dialog.fileSelected.connect(lambda path: self.patch_wanted.emit(Path(path)))
             dialog.rejected.connect(lambda: self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"])))
             dialog.open()
         elif isinstance(chosen, Path):
-            self.take_patch(chosen)
+            self.patch_wanted.emit(chosen)
         else:
             self._present(chosen)
 

@@ -1,13 +1,16 @@
 """Which studies there are, and where a participant's session of each is kept."""
 
 import re
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 
 from underfoot.errors import UnderfootError
-from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.protocol import Protocol, node_files_of
 from underfoot.patch import library
 from underfoot.patch.node import Registry
+from underfoot.patch.node_files import NodeFile
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,10 @@ class StudyFile:
     def folder(self) -> Path:
         """Where its patches lie."""
         return self.path.parent
+
+    def pilot(self) -> "StudyFile":
+        """The same to be tried on oneself; its sessions lie apart."""
+        return replace(self, name=f"{self.name}-pilot", protocol=self.protocol.pilot())
 
 
 def load_study(path: Path, registry: Registry, is_own: bool = False) -> StudyFile:
@@ -47,6 +54,15 @@ def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list
     return found, wrong
 
 
+def own_node_files(folder: Path) -> list[NodeFile]:
+    """The files of nodes that a person's own studies need, and that do not run yet."""
+    found: dict[str, NodeFile] = {}
+    for path in folder.glob("*.json"):
+        with suppress(UnderfootError):  # what is wrong with it is told by `own_studies`
+            found |= {file.path: file for file in node_files_of(path)}
+    return list(found.values())
+
+
 def session_path(root: Path, study: StudyFile, participant: str) -> Path:
     """The session file of a participant in a study."""
     return root / study.name / f"{participant}.session"
@@ -55,6 +71,11 @@ def session_path(root: Path, study: StudyFile, participant: str) -> Path:
 def sessions_of(root: Path, study: StudyFile) -> list[Path]:
     """The session files of a study, in the order of their names."""
     return sorted((root / study.name).glob("*.session"))
+
+
+def unused_id(root: Path, study: StudyFile) -> str:
+    """An id of which there is no session of a study: 1, 2, …"""
+    return next(str(k) for k in count(1) if not session_path(root, study, str(k)).exists())
 
 
 def is_id(text: str) -> bool:

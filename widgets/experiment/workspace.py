@@ -7,50 +7,46 @@ from typing import Any
 
 import msgspec
 from PySide6.QtCore import QFile, Qt
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
-from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Report
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.draft import Draft
-from underfoot.experiments.store import SessionFile
+from underfoot.experiments.protocol import Protocol, node_files_of
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
-from underfoot.studies.equipment import Equipment, EquipmentChoice
-from underfoot.studies.runner import Phase, Runner
-from underfoot.studies.target import Stand
+from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background, Task
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
 from underfoot.widgets.experiment.desk import Desk
 from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, kept_choice
-from underfoot.widgets.experiment.findings import analysed_sessions, answers_so_far, simulated_study
+from underfoot.widgets.experiment.findings import analysed_in_process, simulated_study, written_in_process
 from underfoot.widgets.experiment.maker import Maker, ask_to_delete
-from underfoot.widgets.experiment.participant_window import ParticipantWindow
+from underfoot.widgets.experiment.people_dialog import PeopleDialog, SimulatedPeople, words_of
+from underfoot.widgets.experiment.running_study import RunningStudy
 from underfoot.widgets.experiment.studies import (
     StudyFile,
     is_id,
     load_study,
+    own_node_files,
     own_studies,
     preset_studies,
     session_path,
     sessions_of,
+    unused_id,
 )
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.own_nodes import OwnNodes
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
-PEOPLE = 100
-LEAST_ANSWERED = 4
-"""From so many trials on what they say is drawn while a study runs."""
 UNSAVED = "unsaved.draft"
 """Beside a person's own protocols: what was being made when the window was closed."""
 SHORTCUTS = (
-    ("New study, make one's own, edit", "Alt+N, Alt+M, Alt+E"),
+    ("New study, make a copy, edit", "Alt+N, Alt+M, Alt+E"),
     ("Making a study: save, close", "Ctrl+S, Esc"),
     ("Making a study: add, copy, remove, move", "Ins, Ctrl+D, Del, Alt+Up and Alt+Down"),
     ("Begin a presentation, or continue", "Space or Return"),
@@ -76,13 +72,13 @@ class ExperimentWorkspace(Workspace):
         self.studies += own_ones
         self._study = self.studies[0]
         self._controller: SessionController | None = None
-        self._walked, self._drawn = False, 0
         self.equipment = EquipmentChoice()
+        self._people: dict[Path, SimulatedPeople] = {}
         self._settings: Settings | None = None
-        self.runner: Runner | None = None
-        self.window_of_participant: ParticipantWindow | None = None
+        self._nodes: OwnNodes | None = None
         self.background = Background(self)
         self.list, self.overview, self.desk = StudyList(), StudyOverview(), Desk()
+        self.running = RunningStudy(self.desk, self.background)
         self.maker = Maker(root, own_patches)
         self.stack = QStackedWidget()
         for view in (self.overview, self.desk, self.maker):
@@ -101,27 +97,41 @@ class ExperimentWorkspace(Workspace):
 
     def listen(self, context: WorkspaceContext) -> None:
         self._controller, self._settings = context.controller, context.settings
+        self._nodes = context.open_patch.nodes
+        self.maker.ask = self._nodes.ask_for_patch
         self._use_equipment(kept_choice(context.settings.study_equipment))
         bridge = context.controller.bridge
-        bridge.reported.connect(self._take)
-        bridge.ticked.connect(self._tick)
+        bridge.reported.connect(self.running.take)
+        bridge.ticked.connect(self.running.tick)
         context.controller.opened.connect(self._show_way)
         self._show_way()
         for line in self._wrong:
             self.said.emit(line)
         self.go_on_making()
 
+    def set_active(self, active: bool) -> None:
+        """Once it is on the screen, ask for the nodes that own studies need; those may run then and are listed."""
+        nodes = self._nodes if active else None
+        if nodes is not None and (files := own_node_files(self.own)):
+            nodes.ask_for("your own studies", files, self._list_own)
+
+    def _list_own(self) -> None:
+        known = [study.path for study in self.studies]
+        fresh = [study for study in own_studies(self.own, self._registry)[0] if study.path not in known]
+        if fresh:
+            self.studies += fresh
+            self.list.show_studies(self.studies, self.studies.index(self._study))
+
     def shortcuts(self) -> Keys:
         return SHORTCUTS
 
     def silence(self) -> None:
         """Panic: the study stops, and what was presented begins anew when it goes on."""
-        if self.runner is not None:
-            self.runner.stop("panic")
+        self.running.stop("panic")
 
     def close_down(self) -> None:
         """End what runs; the session's file stays as it is, to be gone on with."""
-        self.leave()
+        self.running.leave()
         self.background.stop()
         self.background.join()
         unsaved = self.maker.unsaved()
@@ -137,14 +147,28 @@ class ExperimentWorkspace(Workspace):
 
     def choose(self, place: int) -> None:
         """Choose a study by its place in the list."""
-        if 0 <= place < len(self.studies) and self.runner is None:
+        if 0 <= place < len(self.studies) and not self.running.is_on:
             self.background.stop()
             self._study = self.studies[place]
             self.overview.show_findings((), "")
             self._show()
 
     def open_protocol(self, path: Path) -> None:
-        """Add the protocol in a file to the list, and choose it; what is wrong with it is said."""
+        """Add the protocol in a file to the list, and choose it; what is wrong with it is said.
+
+        Where its patches have nodes in files of their own, the person is asked whether these may run.
+        """
+        try:
+            files = node_files_of(path)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        if self._nodes is not None:
+            self._nodes.ask_for(path.name, files, lambda: self._add_protocol(path))
+        else:
+            self._add_protocol(path)
+
+    def _add_protocol(self, path: Path) -> None:
         try:
             self.studies.append(load_study(path, self._registry))
         except UnderfootError as error:
@@ -153,7 +177,9 @@ class ExperimentWorkspace(Workspace):
         self.list.show_studies(self.studies, len(self.studies) - 1)
 
     def _show(self) -> None:
-        self.overview.show_study(self._study, len(sessions_of(self.root, self._study)))
+        sessions = sessions_of(self.root, self._study)
+        self.overview.show_study(self._study, len(sessions), self.root / self._study.name)
+        self.overview.show_people(words_of(self.people))
         self.list.show_own(self._study.is_own)
         self._show_way()
 
@@ -164,7 +190,7 @@ class ExperimentWorkspace(Workspace):
         why_not = "" if has_session else "The session is not open yet."
         if person and not is_id(person):
             why_not = "An id has letters, digits, - and _; names are not asked for."
-        self.overview.show_way(has_session and is_id(person), goes_on, why_not)
+        self.overview.show_way(has_session, has_session and is_id(person), goes_on, why_not)
 
     def _ask_protocol(self) -> None:
         dialog = file_dialog(self, "A protocol", "", "Protocols (*.json)")
@@ -173,7 +199,7 @@ class ExperimentWorkspace(Workspace):
         dialog.fileSelected.connect(lambda path: self.open_protocol(Path(path)))
         dialog.open()
 
-    # --- protocols of one's own ---
+    # --- the user's protocols ---
 
     def make_new(self) -> None:
         """Open the form with a protocol of two trials."""
@@ -216,7 +242,7 @@ class ExperimentWorkspace(Workspace):
         self.list.show_studies(self.studies, min(place, len(self.studies) - 1))
 
     def _open_maker(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
-        if self.runner is None:
+        if not self.running.is_on:
             self.maker.edit(draft, path, note)
             self.list.setEnabled(False)
             self.stack.setCurrentWidget(self.maker)
@@ -229,6 +255,7 @@ class ExperimentWorkspace(Workspace):
     def _made(self, path: Path) -> None:
         """A protocol was saved: it is in the list, and chosen; the participant's id is next."""
         study = load_study(path, self._registry, is_own=True)
+        self._people.pop(path, None)  # its methods may be others now
         known = [one.path for one in self.studies]
         if path in known:
             self.studies[known.index(path)] = study
@@ -258,14 +285,34 @@ class ExperimentWorkspace(Workspace):
 
     def simulate(self) -> None:
         """Run the study on simulated people, and show bias and spread of what it estimates."""
-        study = self._study
-        self._compute(f"Simulating {PEOPLE} people…", lambda task: simulated_study(study, PEOPLE, task))
+        study, people = self._study, self.people
+        self._compute(f"Simulating {people.count} people…", lambda task: simulated_study(study, people, task))
+
+    @property
+    def people(self) -> SimulatedPeople:
+        """Who is simulated for the chosen study."""
+        return self._people.get(self._study.path, SimulatedPeople())
+
+    def ask_people(self) -> None:
+        """Ask how many people are simulated, and what is true of them."""
+        PeopleDialog(self._use_people, self._study.protocol, self.people, self.window()).open()
+
+    def _use_people(self, people: SimulatedPeople) -> None:
+        self._people[self._study.path] = people
+        self.overview.show_people(words_of(people))
 
     def analyse(self) -> None:
         """Show what the sessions so far say."""
+        self._analyse_files(sessions_of(self.root, self._study), self._study.protocol)
+
+    def _analyse_files(self, paths: Sequence[Path], protocol: Protocol | None = None) -> None:
+        count = f"{len(paths)} {'file' if protocol is None else 'session'}{'' if len(paths) == 1 else 's'}"
+        self._compute(f"Analysing {count}…", lambda task: analysed_in_process(paths, protocol, task))
+
+    def _write(self, form: str, where: Path) -> None:
+        """Write the trials of the chosen study's sessions."""
         study, paths = self._study, sessions_of(self.root, self._study)
-        count = f"{len(paths)} {'session' if len(paths) == 1 else 'sessions'}"
-        self._compute(f"Analysing {count}…", lambda task: analysed_sessions(study, paths, task))
+        self._compute(f"Writing {form}…", lambda task: written_in_process(paths, study.protocol, form, where, task))
 
     def _compute(self, words: str, make: Callable[[Task], list[Any]]) -> None:
         """Compute this, or stop what is being computed."""
@@ -277,7 +324,7 @@ class ExperimentWorkspace(Workspace):
 
     def _show_findings(self, findings: Sequence[Findings]) -> None:
         drawings = [drawing for found in findings for drawing in found.drawings]
-        if self.runner is not None:
+        if self.running.is_on:
             self.desk.drawings.show_drawings(drawings, "")
             return
         self.overview.show_busy("")
@@ -285,6 +332,8 @@ class ExperimentWorkspace(Workspace):
         self.loaded.emit()
 
     def _failed(self, why: str) -> None:
+        if self.running.is_on:
+            self.desk.drawings.show_drawings((), why)
         self.overview.show_busy("")
         self.overview.state.setText(why)
 
@@ -304,139 +353,34 @@ class ExperimentWorkspace(Workspace):
 
     def begin(self, participant: str) -> None:
         """Begin or go on with a participant's session; what hinders it is said."""
-        controller, study = self._controller, self._study
-        if controller is None or self.runner is not None:
+        self._begin(self._study, participant)
+
+    def begin_pilot(self) -> None:
+        """Begin two trials of each stage of the study, on oneself."""
+        pilot = self._study.pilot()
+        self._begin(pilot, unused_id(self.root, pilot))
+
+    def _begin(self, study: StudyFile, participant: str) -> None:
+        controller = self._controller
+        if controller is None or self.running.is_on:
             return
         self.background.stop()
         path = session_path(self.root, study, participant)
         try:
-            make_folder(path.parent)
-            file = SessionFile.open(path) if path.exists() else self._created(path, study, participant)
-            session = controller.lend()
-            if session is None:
-                file.close()
-                return
-            equipment = Equipment()
-            try:
-                floor, sounds = session.target.floor, study.protocol.sounds
-                equipment = self.equipment.opened(sounds, floor, session.force_rate_hz)
-                self.runner = Runner(session, file, study.protocol, study.folder, equipment)
-            except UnderfootError:
-                equipment.close()
-                file.close()
-                controller.take_back()
-                raise
+            self.running.begin(controller, study, participant, path, self.equipment)
         except UnderfootError as error:
             self.overview.state.setText(str(error))
-            return
-        self._walked, self._drawn = session.target.walker, 0
-        session.send(Walk(False))
-        presses = session.target.kind == "simulator"
-        self.desk.begin(session.target.floor, f"{study.protocol.title}  ·  {participant}", presses)
-        self.list.setEnabled(False)
-        self.stack.setCurrentWidget(self.desk)
-        self.desk.setFocus()
-        self.show_participant()
+        if self.running.is_on:
+            self.list.setEnabled(False)
+            self.stack.setCurrentWidget(self.desk)
+            self.desk.setFocus()
+            self.running.show_participant()
 
-    def show_participant(self) -> None:
-        """Open the participant's window on the last of the other screens; beside this one where there is none."""
-        if self.runner is None:
-            return
-        if self.window_of_participant is None:
-            made = ParticipantWindow(Stand.of(self._study.protocol))
-            made.answered.connect(self._answer)
-            made.slid.connect(self._slide)
-            made.go_wanted.connect(self._go)
-            made.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
-            made.closed.connect(self._window_closed)
-            self.window_of_participant = made
-        others = [screen for screen in QGuiApplication.screens() if screen is not self.screen()]
-        if others:
-            self.window_of_participant.show_on(others[-1])
-        else:
-            self.window_of_participant.resize(1000, 700)
-            self.window_of_participant.show()
-            self.window_of_participant.activateWindow()
-        self.window_of_participant.show_runner(self.runner)
-
-    def leave(self) -> None:
-        """End the session for now; it can be gone on with."""
-        runner, self.runner = self.runner, None
-        if self.window_of_participant is not None:
-            self.window_of_participant.close()
-        if runner is None or self._controller is None:
-            return
-        if self._controller.session is not None:
-            runner.session.send(Walk(self._walked))
-        runner.close_file()
-        self._controller.take_back()
+    def _show_choice(self) -> None:
+        """The session was ended for now."""
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         self._show()
-
-    def _created(self, path: Path, study: StudyFile, participant: str) -> SessionFile:
-        target = self._controller.target if self._controller is not None else None
-        about = {"target": f"{target.kind}:{target.source}", "profiles": target.profiles} if target is not None else {}
-        return SessionFile.create(path, study.protocol, participant, study.folder, about)
-
-    def _take(self, reports: list[Report]) -> None:
-        if self.runner is not None:
-            self._do(lambda runner: runner.poll(reports))
-
-    def _tick(self) -> None:
-        if self.runner is None:
-            return
-        self._do(lambda runner: runner.poll(()))
-        self.desk.show_runner(self.runner)
-        self._draw_answers(self.runner)
-        if self.window_of_participant is not None:
-            self.window_of_participant.show_runner(self.runner)
-
-    def _draw_answers(self, runner: Runner) -> None:
-        """Analyse what was answered so far, in a thread, whenever something was."""
-        study, entries = runner.study, list(runner.study.entries)
-        answered = sum(entry.trial is not None and not entry.spoiled for entry in entries)
-        if answered < LEAST_ANSWERED or answered == self._drawn or self.background.is_busy:
-            return
-        self._drawn = answered
-        self.background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))
-
-    def _do(self, what: Callable[[Runner], object]) -> None:
-        """Do something with the runner; what hinders it is said."""
-        if self.runner is None:
-            return
-        try:
-            what(self.runner)
-        except UnderfootError as error:
-            self.said.emit(str(error))
-
-    def _go(self) -> None:
-        """Begin a presentation, or continue with a page that asks nothing."""
-        runner = self.runner
-        if runner is None:
-            return
-        if runner.may_play:
-            self._do(lambda r: r.start())
-        elif runner.phase is Phase.PAGE and not runner.page.asks:
-            self._do(lambda r: r.answer({}))
-        elif runner.phase is Phase.END:
-            self.leave()
-
-    def _answer(self, values: dict[str, Any]) -> None:
-        if self.runner is not None and self.runner.page.kind == "learn":
-            self._do(lambda runner: runner.play(runner.learned[values["number"] - 1]))
-        else:
-            self._do(lambda runner: runner.answer(values))
-
-    def _slide(self, name: str, value: float) -> None:
-        if self.runner is not None and self.runner.page.kind == "level":
-            self._do(lambda runner: runner.set_level(value))
-
-    def _press(self, tile: str, x_m: float, y_m: float, force_n: float) -> None:
-        self._do(lambda runner: runner.session.send(PressTile(tile, x_m, y_m, force_n)))
-
-    def _window_closed(self) -> None:
-        self.window_of_participant = None
 
     def _connect(self) -> None:
         self.list.chosen.connect(self.choose)
@@ -448,23 +392,18 @@ class ExperimentWorkspace(Workspace):
         self.maker.saved.connect(self._made)
         self.maker.left.connect(self._leave_maker)
         self.maker.said.connect(self.said)
-        overview, desk = self.overview, self.desk
+        overview = self.overview
         overview.begin_wanted.connect(self.begin)
+        overview.pilot_wanted.connect(self.begin_pilot)
         overview.participant_typed.connect(lambda _: self._show_way())
         overview.equipment_wanted.connect(self.ask_equipment)
         overview.simulate_wanted.connect(self.simulate)
+        overview.people_wanted.connect(self.ask_people)
         overview.analyse_wanted.connect(self.analyse)
+        overview.results.files_chosen.connect(self._analyse_files)
+        overview.results.place_chosen.connect(self._write)
         self.background.found.connect(self._show_findings)
         self.background.failed.connect(self._failed)
         self.background.said.connect(overview.state.setText)
-        desk.next_wanted.connect(self._go)
-        desk.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the experimenter")))
-        desk.go_on_wanted.connect(lambda: self._do(lambda runner: runner.go_on()))
-        desk.spoil_wanted.connect(lambda why: self._do(lambda runner: runner.spoil(why)))
-        desk.repeat_wanted.connect(lambda why: self._do(lambda runner: runner.repeat_last(why)))
-        desk.note_given.connect(lambda text: self._do(lambda runner: runner.note(text)))
-        desk.window_wanted.connect(self.show_participant)
-        desk.leave_wanted.connect(self.leave)
-        desk.answered.connect(self._answer)
-        desk.slid.connect(self._slide)
-        desk.pressed.connect(self._press)
+        self.running.said.connect(self.said)
+        self.running.left.connect(self._show_choice)

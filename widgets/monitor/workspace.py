@@ -19,11 +19,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.engine.commands import Mark, PressTile, Tare, Walk
+from underfoot.engine.commands import Mark, PressTile, Start, Tare, Walk
+from underfoot.engine.reports import CommandApplied
 from underfoot.engine.target import Target
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
-from underfoot.floor.tile_response import ResponseWatch, response_of
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
@@ -31,11 +31,12 @@ from underfoot.widgets.controls.panels import LevelKey, over_bar, titled, tool_b
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
-from underfoot.widgets.monitor.level_plot import LevelPlot, in_words
+from underfoot.widgets.monitor.level_plot import LevelPlot
 from underfoot.widgets.monitor.past import PAST_S, ForcePast
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel
+from underfoot.widgets.monitor.tile_levels import TileLevels
 from underfoot.widgets.plots.history import History
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
@@ -48,7 +49,7 @@ SHORTCUTS = (
     ("Pause or resume the display", "P"),
     ("Mark this moment, in the recording, too", "M"),
     ("Levels or spectrogram of the vibration", "L"),
-    ("Back through the last ten minutes; on; to now", "Shift+Left, wheel; Shift+Right; Shift+End"),
+    ("Back, on, and to now, in the last ten minutes", "Shift+Left, wheel; Shift+Right; Shift+End"),
     ("Copy footsteps, with the focus on the table", "Ctrl+C"),
 )
 
@@ -60,9 +61,6 @@ _KEPT_TILES = 16
 
 _CATCH_UP_S = 0.5
 """Seconds of kept vibration that are analysed in a frame's time."""
-
-_LEVELS_S = 2.0
-"""What is asked and done is shown over so long."""
 
 _FALL_S = 0.15
 """In which time a tile's bar of vibration falls to a third."""
@@ -125,6 +123,7 @@ class MonitorWorkspace(Workspace):
         bridge.measured.connect(self.take_measured)
         bridge.stepped.connect(self.take_steps)
         bridge.marked.connect(self.take_mark)
+        bridge.reported.connect(self._show_starts)
         bridge.ticked.connect(self.draw)
         self.commanded.connect(controller.send)
         self.active_changed.connect(bridge.want_vibration)
@@ -153,9 +152,7 @@ class MonitorWorkspace(Workspace):
         self.spectrum = RunningSpectrum(rate_hz, PAST_S)
         self._vibration = History(np.float32, int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count)
         self._vibration_end = self._spectrum_end = 0
-        self._commanded = History(np.float32, int(_LEVELS_S * rate_hz), count)
-        self._measured = History(np.float32, int(_LEVELS_S * rate_hz), count)
-        self.watch = ResponseWatch(count, rate_hz)
+        self.tile_levels = TileLevels(count, rate_hz)
         self._onsets.clear()
         self._marks.clear()
         self._now_frame = 0.0
@@ -212,9 +209,7 @@ class MonitorWorkspace(Workspace):
 
     def take_measured(self, first: int, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
         """What all tiles were asked and did, (n, tiles) each, m/s^2, from session frame `first` on."""
-        self._commanded.append(commanded)
-        self._measured.append(measured)
-        self.watch.feed(commanded, measured)
+        self.tile_levels.feed(commanded, measured)
 
     def take_steps(self, steps: list[Step]) -> None:
         """Footsteps that happened."""
@@ -224,6 +219,12 @@ class MonitorWorkspace(Workspace):
     def take_mark(self, words: str, at_s: float) -> None:
         """A mark was set, by whomever."""
         self._marks.append((at_s, words))
+
+    def _show_starts(self, reports: list[object]) -> None:
+        """Mark the tile on which a patch began with the step of its preview: forces of the floor are without it."""
+        for one in reports:
+            if isinstance(one, CommandApplied) and isinstance(one.command, Start):
+                self.map.show_step(one.command.tile)
 
     def draw(self) -> None:
         """Draw the present, unless it cannot be seen or is paused."""
@@ -240,7 +241,7 @@ class MonitorWorkspace(Workspace):
             self.map.set_contacts(self._latest.contacts, now_s)
         if self._ticks % _MAP_TICKS == 0:
             self.map.set_vibration(self._peak)
-            self.map.set_astray(self.watch.astray())
+            self.map.set_astray(self.tile_levels.astray())
             self.map.update()
         if self._ticks % _FIGURE_TICKS == 0:
             self._show_figures()
@@ -378,16 +379,9 @@ class MonitorWorkspace(Workspace):
         """Levels of the chosen tile, where they can be seen."""
         if not self.levels.isVisible():
             return
-        commanded, measured = self._commanded.latest()[:, self._row], self._measured.latest()[:, self._row]
-        if len(measured) < 0.3 * self._rate_hz:
-            self.levels.show_response(None)
-            self._levels_said.setText("")
-            return
-        response = response_of(commanded, measured, self._rate_hz)
+        response, words = self.tile_levels.of(self._row)
         self.levels.show_response(response)
-        words = in_words(commanded, measured, self._rate_hz, response.unexplained)
-        self._levels_said.setText(words)
-        self._levels_said.setToolTip(words)
+        self._levels_said.set_full_text(words)
 
     def _choose_view(self, levels: bool) -> None:
         """Levels over frequency, or the spectrogram over time."""
@@ -484,7 +478,7 @@ class MonitorWorkspace(Workspace):
         self.level_key = LevelKey()
         self._felt_key = ElidedLabel("small")
         self._felt_key.set_full_text("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz")
-        self._levels_said = theme.label("", "small")
+        self._levels_said = ElidedLabel("small")
         policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         policy.setHorizontalStretch(100)
         self._levels_said.setSizePolicy(policy)

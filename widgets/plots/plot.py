@@ -85,6 +85,10 @@ class Plot(QWidget):
         """Points [n, 2] of the axes in the widget's pixels."""
         return np.column_stack([self.frame.x.place(points[:, 0]), self.frame.y.place(points[:, 1])])
 
+    def take_colours(self) -> None:
+        """Paint what is around the data anew."""
+        self._frame = None
+
     def sizeHint(self) -> QSize:
         return QSize(400, 240)
 

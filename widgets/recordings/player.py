@@ -10,6 +10,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
 from underfoot.patch.node import Registry
+from underfoot.patch.own_nodes import files_needed
 from underfoot.patch.patch import Patch
 from underfoot.records.force_files import MOST_BYTES
 from underfoot.widgets.recordings.reader import Opened
@@ -48,18 +49,33 @@ class Player(QObject):
         self._stretch_s = (begin_s, min(end_s, begin_s + most_s))
         if self._stretch_s[1] < end_s:
             self.said.emit(f"At most {most_s:.0f} s are played at once; select a stretch to play another one.")
+        if not recorded_patch:
+            self._begin(opened, self._open_patch.patch, self._open_patch.folder)
+            return
+        folder = Path(opened.about["folder"]) if opened.about.get("folder") else None
         try:
-            patch = Patch.loads(opened.about["patch"], self._registry, str(opened.path)) if recorded_patch else None
+            used = Patch.unchecked(opened.about["patch"], str(opened.path)).types.values()
+            files = files_needed(used, folder)
         except UnderfootError as error:
             self.said.emit(str(error))
             return
+        self._open_patch.nodes.ask_for(opened.path.name, files, lambda: self._play_recorded(opened, folder))
+
+    def _play_recorded(self, opened: Opened, folder: Path | None) -> None:
+        try:
+            patch = Patch.loads(opened.about["patch"], self._registry, str(opened.path))
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        if missing := self._open_patch.nodes.missing(patch):
+            self.said.emit(f"{opened.path} is not played: {missing}")
+            return
+        self._begin(opened, patch, folder)
+
+    def _begin(self, opened: Opened, patch: Patch, folder: Path | None) -> None:
         self._before = self._before or self._controller.target
         self._target = self._replayed(self._before, opened.path, opened.floor)
-        if patch is not None:
-            folder = opened.about.get("folder")
-            self._controller.edit(patch, Path(folder) if folder else None)
-        else:
-            self._controller.edit(self._open_patch.patch, self._open_patch.folder)
+        self._controller.edit(patch, folder)
         self._controller.set_target(self._target)
         self._controller.play()
 

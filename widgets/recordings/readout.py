@@ -18,7 +18,7 @@ def readout_of(floor: Floor, moment: Moment, rest_n: NDArray[np.floating], time_
     >>> corners = np.array([[100.0, 200.0, 200.0, 100.0], [0.0, 0.0, 0.0, 0.0]])
     >>> moment = Moment(0.0, 0, corners, {"commanded": Vibration(0.5, -9.03, 200.0)})
     >>> readout_of(default_floor(1, 2), moment, np.zeros(3), 1.5)
-    '1.500 s   ·   all tiles 600 N   ·   tile t1 600 N   ·   commanded 0.5 m/s² at 200 Hz, −9.0 dB'
+    '1.500 s  ·  all tiles 600 N  ·  tile t1 600 N  ·  commanded 0.5 m/s² at 200 Hz, −9.0 dB'
     """
     parts = [time_in_words(time_s)]
     if moment.corners_n is None:
@@ -28,7 +28,7 @@ def readout_of(floor: Floor, moment: Moment, rest_n: NDArray[np.floating], time_
         parts.append(f"all tiles {_rounded(float(np.nansum(loads)))} N")
         parts.append(f"tile {floor.tiles[moment.tile].id} {_rounded(float(np.nan_to_num(loads[moment.tile])))} N")
     parts += [f"{source} {vibration_in_words(one)}" for source, one in moment.vibration.items()]
-    return "   ·   ".join(parts)
+    return "  ·  ".join(parts)
 
 
 def vibration_in_words(one: Vibration) -> str:

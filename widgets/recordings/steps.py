@@ -42,8 +42,7 @@ class RecordedSteps(QWidget):
         for name, box in self.filters.items():
             box.setAccessibleName(f"Show steps of {name}")
             box.setToolTip(f"Show the steps of one {name}, or of all")
-            box.setMinimumContentsLength(10)
-            box.setMinimumWidth(8 * theme.GRID)
+            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
             box.currentTextChanged.connect(self._filter)
             head.append(box)
         self.copying = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
@@ -84,8 +83,7 @@ class RecordedSteps(QWidget):
             wanted = box.currentText().removeprefix(f"{name} ")
             box.blockSignals(True)
             box.clear()
-            plural = {"person": "people"}.get(name, f"{name}s")
-            box.addItem(f"all {plural}", ALL)
+            box.addItem({"person": "people"}.get(name, f"{name}s"), ALL)
             for value in values[name]:
                 box.addItem(f"{name} {value}" if name != "side" else value, value)
             box.setCurrentIndex(max(box.findData(wanted), 0))

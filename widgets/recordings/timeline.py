@@ -1,6 +1,8 @@
 """The time axis of a recording: scrolled, zoomed, scrubbed and selected with mouse and keys."""
 
 import math
+from bisect import bisect_left
+from functools import partial
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
@@ -12,6 +14,7 @@ from PySide6.QtGui import (
     QPen,
     QPixmap,
     QResizeEvent,
+    QShortcut,
     QWheelEvent,
 )
 from PySide6.QtWidgets import QScrollBar, QSizePolicy, QVBoxLayout, QWidget
@@ -23,6 +26,11 @@ LEAST_S = 0.01
 """The shortest stretch that is shown."""
 ZOOM = 1.6
 """A key or a button zooms by this much."""
+_SHARED_KEYS = (
+    *(Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus, Qt.Key.Key_0, Qt.Key.Key_Backspace),
+    *(Qt.Key.Key_BracketLeft, Qt.Key.Key_BracketRight, Qt.Key.Key_Comma, Qt.Key.Key_Period),
+)
+"""Keys that a table would take for a search."""
 _SCROLL_STEPS = 10_000
 """Values of the scroll bar over a whole recording."""
 
@@ -67,6 +75,10 @@ class Axis(QWidget):
         self.view = View(0.0, max(self.length_s, LEAST_S))
         self.redraw()
         self.view_changed.emit()
+
+    def take_colours(self) -> None:
+        """Paint all anew."""
+        self._picture = None
 
     def redraw(self) -> None:
         """There is more to be shown than there was."""
@@ -235,7 +247,16 @@ class Axis(QWidget):
     # --- keys ---
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        key, shift = event.key(), bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if not self.act(Qt.Key(event.key()), bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)):
+            super().keyPressEvent(event)
+
+    def share_keys(self, widget: QWidget) -> None:
+        """Act on signs that are typed while `widget` has the focus, too."""
+        for key in _SHARED_KEYS:
+            QShortcut(key, widget, partial(self.act, key)).setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+
+    def act(self, key: Qt.Key, shift: bool = False) -> bool:
+        """Do what a key says; whether it says anything."""
         fine_s = 0.001 if shift else 5.0 * self.seconds_a_pixel
         acts = {
             Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - fine_s),
@@ -254,17 +275,21 @@ class Axis(QWidget):
             Qt.Key.Key_Comma: lambda: self._next_step(-1),
             Qt.Key.Key_Period: lambda: self._next_step(1),
         }
-        act = acts.get(Qt.Key(key))
+        act = acts.get(key)
         if act is None or self.content is None:
-            super().keyPressEvent(event)
-        else:
-            act()
+            return False
+        act()
+        return True
 
     def _next_step(self, way: int) -> None:
+        """Choose the step before or behind the chosen one; where that is not at the cursor, the cursor's next."""
         if self.content is None or not self.content.steps:
             return
-        number = self.view.step + way if self.view.step >= 0 else 0
-        self.step_chosen.emit(min(max(number, 0), len(self.content.steps) - 1))
+        starts_s = [one.step.start_s for one in self.content.steps]
+        number = self.view.step
+        if number < 0 or starts_s[number] != self.cursor_s:
+            number = bisect_left(starts_s, self.cursor_s) - (way > 0)
+        self.step_chosen.emit(min(max(number + way, 0), len(starts_s) - 1))
 
     # --- paint ---
 

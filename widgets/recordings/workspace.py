@@ -22,10 +22,10 @@ from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.recordings.exporting import Exporting
 from underfoot.widgets.recordings.growing import Growing
 from underfoot.widgets.recordings.lanes import Content, time_in_words
-from underfoot.widgets.recordings.library import Library
 from underfoot.widgets.recordings.player import Player
 from underfoot.widgets.recordings.reader import FINE_S, Moment, Opened, Overview, RecordingReader, Strip
 from underfoot.widgets.recordings.readout import readout_of
+from underfoot.widgets.recordings.recording_list import RecordingList
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.surveyor import Surveyor
 from underfoot.widgets.recordings.timeline import ZOOM, Timeline
@@ -39,7 +39,7 @@ SHORTCUTS = (
     ("Zoom in, out; show all", "+, −, wheel; 0"),
     ("Select a stretch", "Shift and drag, or [ and ]"),
     ("Select nothing", "Backspace"),
-    ("Last step, next step", ", and ."),
+    ("Previous step, next step", ", and ."),
     ("Mark; mark with a text", "M; Shift+M"),
     ("Play the stretch, or stop", "P"),
     ("Loop", "L"),
@@ -58,7 +58,7 @@ class RecordingsWorkspace(Workspace):
         super().__init__()
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.library = Library(recordings_folder, settings.recordings)
+        self.recordings = RecordingList(recordings_folder, settings.recordings)
         self.timeline = Timeline()
         self.axis = self.timeline.axis
         self.steps = RecordedSteps()
@@ -82,11 +82,11 @@ class RecordingsWorkspace(Workspace):
         self.player.moved.connect(self._show_playing)
         self.player.said.connect(self.said)
         self.growing.listen(context.controller)
-        context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.library.look))
+        context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.recordings.look))
 
     def open_file(self, path: Path) -> None:
         """Open a recording, and put it on the list."""
-        self.library.add(path)
+        self.recordings.add(path)
         self.open(path)
 
     def shortcuts(self) -> Keys:
@@ -97,12 +97,12 @@ class RecordingsWorkspace(Workspace):
 
     def set_active(self, active: bool) -> None:
         if active:
-            self.library.look()
+            self.recordings.look()
 
     def close_down(self) -> None:
         self.exporting.close_down()
         self.surveyor.stop()
-        self.library.close_down()
+        self.recordings.close_down()
         self.reader.close()
 
     # --- the recording ---
@@ -128,7 +128,7 @@ class RecordingsWorkspace(Workspace):
         self.map.set_floor(opened.floor)
         self.axis.show_content(self.content)
         self.steps.show_steps(survey.steps)
-        self.library.mark(opened.path)
+        self.recordings.mark(opened.path)
         folder = opened.about.get("target", "")
         length, tiles = time_in_words(opened.length_s, 0.1), len(opened.floor.tiles)
         self.title.setText(opened.path.stem)
@@ -176,7 +176,7 @@ class RecordingsWorkspace(Workspace):
                 self.steps.show_steps(self.content.steps, self.axis.view.step)
             self.axis.redraw()
             if survey.whole:
-                self.library.look()
+                self.recordings.look()
 
     def _take_marks(self, marks: list[Mark]) -> None:
         if self.content is not None:
@@ -386,9 +386,9 @@ class RecordingsWorkspace(Workspace):
         self.map.chosen.connect(self._choose_on_map)
         self.steps.chosen.connect(self._choose_step)
         self.steps.said.connect(self.said)
-        self.library.chosen.connect(self.open_file)
-        self.library.deleted.connect(self._deleting)
-        self.library.said.connect(self.said)
+        self.recordings.chosen.connect(self.open_file)
+        self.recordings.deleted.connect(self._deleting)
+        self.recordings.said.connect(self.said)
         self.exporting.said.connect(self.said)
         self.exporting.progressed.connect(self.export_state.setText)
         self.exporting.progressed.connect(lambda words: self.stopping.setVisible(bool(words)))
@@ -400,9 +400,10 @@ class RecordingsWorkspace(Workspace):
             ("L", self.looping.click),
         ):
             QShortcut(keys, self, do).setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        QShortcut("Delete", self.library, self.library.ask_to_delete).setContext(
+        QShortcut("Delete", self.recordings, self.recordings.ask_to_delete).setContext(
             Qt.ShortcutContext.WidgetWithChildrenShortcut
         )
+        self.axis.share_keys(self.steps)
         self.setFocusProxy(self.axis)
 
     def _build(self) -> None:
@@ -436,7 +437,7 @@ class RecordingsWorkspace(Workspace):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self.library)
+        layout.addWidget(self.recordings)
         layout.addWidget(down, 1)
 
     def _head(self) -> list[QWidget | None]:

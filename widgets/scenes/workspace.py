@@ -3,7 +3,7 @@
 import threading
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout
 
@@ -28,6 +28,8 @@ SHORTCUTS = (
     ("Press with a foot, on a simulated floor", "Mouse button"),
     ("On the projector: scale, move, reset, close", "+ −, arrows, 0, Esc"),
 )
+LISTEN_MS = 5
+"""A scene looks for force samples so often: what it answers with is felt, and need not wait for a picture."""
 _BESIDE_TICKS = 6
 """Beside the projector the pane is painted once in so many ticks."""
 _SPEED_TICKS = 20
@@ -55,6 +57,11 @@ class ScenesWorkspace(Workspace):
         self._settings = Settings()
         self._maker: threading.Thread | None = None
         self._ticks = 0
+        self._has_news = False
+        self._listening = QTimer(self)
+        self._listening.setTimerType(Qt.TimerType.PreciseTimer)
+        self._listening.setInterval(LISTEN_MS)
+        self._listening.timeout.connect(self._listen)
         self.list, self.view, self.panel = SceneList(self.kinds.values()), SceneView(), ScenePanel()
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -180,6 +187,7 @@ class ScenesWorkspace(Workspace):
         self.view.times.clock = self._session_s
         self.view.show_scene(scene)
         self.panel.said.clear()
+        self._listening.start()
         self._show_way()
 
     def _fail(self, why: str) -> None:
@@ -191,9 +199,11 @@ class ScenesWorkspace(Workspace):
         if self.stage is not None:
             self.stage.take(reports)
 
-    def _tick(self) -> None:
+    def _listen(self) -> None:
+        """Let the scene go through what came in."""
         stage = self.stage
         if stage is None:
+            self._listening.stop()
             return
         try:
             moments = stage.tick()
@@ -205,10 +215,19 @@ class ScenesWorkspace(Workspace):
             for contact in moment.down:
                 # Whoever stood there before the scene began, or is told of late, counts from this moment.
                 painted.times.expect(max(contact.start_s, moment.began_s - MOMENT_S))
+        self._has_news |= bool(moments)
+
+    def _tick(self) -> None:
+        """Show what the scene has done."""
+        stage = self.stage
+        if stage is None:
+            return
+        painted = self.projection or self.view
         while stage.said:
             self.panel.add_line(stage.said.popleft())
         self._ticks += 1
-        if moments:
+        if self._has_news:
+            self._has_news = False
             if self.projection is not None:
                 self.projection.update()
             if self.projection is None or self._ticks % _BESIDE_TICKS == 0:

@@ -291,6 +291,7 @@ class OpenPatch(QObject):
         except UnderfootError as error:
             self.said.emit(str(error))
             return False
+        left = self.nodes.bring_along(patch, self.folder, folder)
         self.patch = self._saved = patch
         self._set_path(path)
         self._settings.outside_files += self._unknown_files(patch, folder)  # the person's own choice
@@ -298,7 +299,7 @@ class OpenPatch(QObject):
             self.paths_changed.emit(patch)
         self._settings.remember_file(path)
         self._timer.start()
-        self.said.emit(f"Saved as {path}{self.nodes.left_behind(patch, folder)}")
+        self.said.emit(f"Saved as {path}{left}")
         self.title_changed.emit()
         return True
 

@@ -1,6 +1,6 @@
 """Nodes in files beside a patch, in the window: asked about once a file, then run, or stood for."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -9,8 +9,16 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.files import read_file
 from underfoot.patch.node import Registry
-from underfoot.patch.node_files import NodeFile
-from underfoot.patch.own_nodes import add_stand_ins, node_files, run_file, unknown_types
+from underfoot.patch.node_files import NodeFile, has_nodes
+from underfoot.patch.own_nodes import (
+    add_stand_ins,
+    copy_needed,
+    files_needed,
+    node_files,
+    run_file,
+    running_elsewhere,
+    unknown_types,
+)
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.settings import Settings
 
@@ -26,6 +34,8 @@ class OwnNodes(QObject):
 
     changed = Signal()
     """There are other nodes than before."""
+    agreed = Signal()
+    """The person has agreed to a file: to be kept at once."""
     said = Signal(str)
     """A line for the person."""
 
@@ -39,20 +49,58 @@ class OwnNodes(QObject):
 
         Returns what `then` does; False where a question is asked first.
         """
-        known = {*self._settings.run_code, *self._refused}
         try:
-            files = [file for file in node_files(path.absolute().parent) if file.sha256 not in known]
+            files = self._unanswered(node_files(path.absolute().parent))
         except BadFile as error:
             self.said.emit(str(error))
             return False
         if not files:
             return then()
-        box = self._question(path, files)
+        self._ask(path.name, files, then)
+        return False
+
+    def ask_for_patch(self, path: Path, then: Callable[[], object]) -> None:
+        """Go on with `then`, which hears or presents the patch in a file, once its files run or may not."""
+        folder = path.absolute().parent
+        if not has_nodes(folder):
+            then()
+            return
+        try:
+            files = files_needed(Patch.unchecked(read_file(path), str(path)).types.values(), folder)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        self.ask_for(path.name, files, then)
+
+    def ask_for(self, name: str, files: Sequence[NodeFile], then: Callable[[], object]) -> None:
+        """The same for the files that something called `name` needs; those that were agreed to before just run.
+
+        A patch that needs a file that does not run then is refused, for that reason, by whatever reads it.
+        """
+
+        def go_on() -> None:
+            self._run_beside(files)
+            then()
+
+        files = [file for file in files if not running_elsewhere(file)]  # a patch that is open has that one
+        fresh = self._unanswered(files)
+        if fresh:
+            self._ask(name, fresh, go_on)
+        else:
+            go_on()
+
+    def _unanswered(self, files: Iterable[NodeFile]) -> list[NodeFile]:
+        known = {*self._settings.run_code, *self._refused}
+        return [file for file in files if file.sha256 not in known]
+
+    def _ask(self, name: str, files: list[NodeFile], then: Callable[[], object]) -> None:
+        box = self._question(name, files)
 
         def answered() -> None:
             hashes = [file.sha256 for file in files]
             if box.buttonRole(box.clickedButton()) == QMessageBox.ButtonRole.AcceptRole:
                 self._settings.run_code += hashes
+                self.agreed.emit()
             else:
                 self._refused.update(hashes)
             then()
@@ -60,7 +108,18 @@ class OwnNodes(QObject):
         box.finished.connect(answered)
         box.finished.connect(box.deleteLater)
         box.open()
-        return False
+
+    def _run_beside(self, files: Iterable[NodeFile]) -> None:
+        """Run those that were agreed to."""
+        is_new = False
+        for file in files:
+            try:
+                if file.sha256 in self._settings.run_code:
+                    is_new |= run_file(file)
+            except BadFile as error:
+                self.said.emit(str(error))
+        if is_new:
+            self.changed.emit()
 
     def load(self, path: Path) -> Patch:
         """The patch in a file, once the nodes beside it are there or stood for."""
@@ -95,23 +154,22 @@ class OwnNodes(QObject):
         told = [f"{type} is missing: {why}" for type in types if (why := self._registry[type].missing)]
         return "; ".join(told)
 
-    def left_behind(self, patch: Patch, folder: Path) -> str:
-        """What has to be copied beside a patch that was saved in `folder`, in a line; "" where nothing has."""
+    def bring_along(self, patch: Patch, before: Path | None, after: Path) -> str:
+        """Copy the files that a patch needs beside it, as it is saved in another folder; what is wrong, in words."""
         try:
-            there = {file.type for file in node_files(folder)}
-        except UnderfootError:
-            there = set()
-        away = [f"nodes/{type}.py" for type in unknown_types(patch.types.values()) if type not in there]
-        return f"; {', '.join(away)} does not lie beside it: copy it there" if away else ""
+            wrong = copy_needed(patch.types.values(), before, after)
+        except UnderfootError as error:
+            wrong = [f"its nodes could not be copied beside it: {error}"]
+        return "".join(f"; {line}" for line in wrong)
 
-    def _question(self, path: Path, files: list[NodeFile]) -> QMessageBox:
+    def _question(self, name: str, files: list[NodeFile]) -> QMessageBox:
         box = QMessageBox(self._window)
         box.setWindowTitle("A program beside the patch")
         box.setTextFormat(Qt.TextFormat.PlainText)
         some = "\n".join(f"{file.path}  ({len(file.source):,} bytes)" for file in files[:5])
         more = f"\nand {len(files) - 5} more" if len(files) > 5 else ""
         what = "lies a node in a file of its own" if len(files) == 1 else "lie nodes in files of their own"
-        box.setText(f"Beside “{path.name}” {what}:\n\n{some}{more}")
+        box.setText(f"Beside “{name}” {what}:\n\n{some}{more}")
         box.setInformativeText(_WORDS)
         box.setDetailedText("\n\n".join(f"# {file.path}\n{file.source.decode(errors='replace')}" for file in files))
         box.addButton("Run it" if len(files) == 1 else "Run them", QMessageBox.ButtonRole.AcceptRole)

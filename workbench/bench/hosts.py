@@ -40,7 +40,7 @@ class Link:
 
 
 LINKS = {
-    "a switch of one's own": Link(0.05e-3, 0.05e-3),
+    "a dedicated switch": Link(0.05e-3, 0.05e-3),
     "a busy network": Link(0.2e-3, 0.5e-3, 0.1e-3),
     "wireless": Link(1.5e-3, 3e-3, 0.5e-3),
 }

@@ -41,6 +41,8 @@ from underfoot.records.tables import force_table
 RATE, BLOCK = 48_000, 64
 MEDIAN_MS, NEARLY_ALL_MS = 2.5, 4.0
 """What half and 99 % of the steps are asked to take at most."""
+BESIDE_MS = 1.0
+"""How far what is shown may be from what half of the steps take."""
 
 _STEP = 47  # samples from one step of the load to the next: they meet a block of 4/3 ms at each of its places
 _LOW_N, _HIGH_N = 50.0, 75.0  # of each sensor
@@ -58,7 +60,7 @@ class Latency:
     """What was found over one link.
 
     `seconds` (steps,) are from when each step was sent to the first frame that it changed; `shown_s` and `hold_s` are
-    what the session says meanwhile; `late` is the share of samples that came later than the hold allows.
+    the medians of what the session says meanwhile; `late` is the share of samples that came later than the hold allows.
     """
 
     seconds: NDArray[np.float64]
@@ -80,6 +82,8 @@ def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None
         found = measured(link, jitter_s, seconds=10.0 if quick else 60.0)
         yield from _distribution(what, found.seconds, *(() if jitter_s else (MEDIAN_MS, NEARLY_ALL_MS)))
         yield Reach("latency", f"{what}: shown", 1e3 * found.shown_s, "ms")
+        beside = 1e3 * (found.shown_s - float(np.median(found.seconds)))
+        yield Reach("latency", f"{what}: shown, less the median", beside, "ms", -BESIDE_MS, BESIDE_MS)
         yield Reach("latency", f"{what}: hold in it", 1e3 * found.hold_s, "ms")
         yield Reach("latency", f"{what}: later than the hold", 100.0 * found.late, "%")
     tell("latency: from force to acceleration on the simulator")
@@ -116,7 +120,8 @@ def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds:
             heard.listen(settled_s)
             heard.forget()
             heard.listen(seconds)
-            health, late = session.health, heard.late()
+            late = heard.late()
+            shown_s, hold_s = heard.shown_s()
         finally:
             session.close()
         tiles.send(None)
@@ -125,7 +130,7 @@ def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds:
         process.kill()
         process.join()
         tiles.close()
-    return Latency(found, health.latency_s, health.hold_s, late)
+    return Latency(found, shown_s, hold_s, late)
 
 
 def to_acceleration(seconds: float = 20.0) -> NDArray[np.float64]:
@@ -203,6 +208,7 @@ class _Heard:
         self._first, _ = self._told.read()
         self._seen: list[tuple[float, int]] = []
         self._parts: list[NDArray[np.float32]] = []
+        self._shown: list[tuple[float, float]] = []
 
     def listen(self, seconds: float) -> None:
         """Keep what is played, and note when it is handed out."""
@@ -216,6 +222,7 @@ class _Heard:
             if now - polled > _POLL_S:
                 polled = now
                 self._session.poll()
+                self._shown.append((self._session.health.latency_s, self._session.health.hold_s))
                 first, frames = self._told.read()
                 if not self._parts:
                     self._first = first
@@ -226,6 +233,11 @@ class _Heard:
         """The share of samples that came when their moment was past; the last four seconds are kept."""
         _, rows = self._samples.read()
         return float((rows[:, 1] > rows[:, 0]).mean())
+
+    def shown_s(self) -> tuple[float, float]:
+        """Medians of the latency that the session said, and of the hold in it."""
+        latency_s, hold_s = np.median(self._shown, axis=0)
+        return float(latency_s), float(hold_s)
 
     def latencies(self, sent_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """For each step that was sent meanwhile, seconds until its first frame was handed out."""

@@ -25,7 +25,8 @@ from underfoot.scenes.scene import Scene
 from underfoot.scenes.shapes import Lines
 from underfoot.scenes.stage import Stage
 
-TICK_S = 1.0 / 60.0
+LISTEN_S, PICTURE_S = 0.005, 1.0 / 60.0
+"""How often a scene looks for force samples, and is painted: as the window and `underfoot scene` have it."""
 PRESS_N = 400.0
 DOWN_S, UP_S = 0.25, 0.45
 """How long a press takes, and the least pause behind it."""
@@ -39,12 +40,14 @@ _START_S = 60.0
 class SceneLatency:
     """Seconds from a contact's onset (`ON_N` on its tile) to the first frame that its tile moves, one a press.
 
-    `drawn_s` are to the session frame at which the first picture was made, of sixty a second, that has more in it than
-    the last one before the press; painting it and the screen come on top. `cue_s` are those of single strikes: from the
-    beginning of what made them to their frame in the engine.
+    `heard_s` are to the session frame at which the onset's sample was read: what comes before is the engine's, what
+    comes after the scene's and the way back. `drawn_s` are to the frame at which the first picture was made, of sixty a
+    second, that has more in it than the last one before the press; painting it and the screen come on top. `cue_s` are
+    those of single strikes: from the beginning of what made them to their frame in the engine.
     """
 
     felt_s: NDArray[np.float64]
+    heard_s: NDArray[np.float64]
     drawn_s: NDArray[np.float64]
     cue_s: NDArray[np.float64]
     presses: int
@@ -53,6 +56,7 @@ class SceneLatency:
     def distributions(self) -> dict[str, NDArray[np.float64]]:
         """What was measured, by what it is."""
         return {
+            "onset to its sample's being read": self.heard_s,
             "onset to the first felt frame": self.felt_s,
             "onset to the first changed picture": self.drawn_s,
             "event to its frame": self.cue_s,
@@ -83,32 +87,37 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
         stage = Stage(session, scene)
         draws, loads, played, presses = random.Random(seed), [], [], 0
         pictures: list[tuple[int, int]] = []
+        read: list[int] = []
         began = due = time.monotonic() + 0.5
-        pressing = ""
-        while time.monotonic() < began + seconds:
+        paint_due, pressing = began, ""
+        while (now_s := time.monotonic()) < began + seconds:
             stage.take(session.poll())
-            stage.tick()
-            content = sum(len(shape.ends_m) if isinstance(shape, Lines) else 1 for shape in scene.shapes())
-            pictures.append((session.health.frame, content))
+            read.append(session.health.frame)
             loads.append(forces.read())
-            played.append(vibration.read())
-            if time.monotonic() >= due:
+            stage.tick()
+            if now_s >= paint_due:
+                pictures.append((session.health.frame, _content(scene)))
+                played.append(vibration.read())
+                paint_due = max(paint_due + PICTURE_S, now_s)
+            if now_s >= due:
                 tile = pressing or draws.choice(target.floor.ids)
                 session.send(PressTile(tile, 0.0, 0.0, 0.0 if pressing else PRESS_N))
                 presses += not pressing
                 due += UP_S + 0.1 * draws.random() if pressing else DOWN_S
                 pressing = "" if pressing else tile
-            time.sleep(TICK_S)
+            time.sleep(LISTEN_S)
         stage.close()
     finally:
         session.close()
     frames = np.concatenate([frames for frames, _ in loads])
     load_n = np.concatenate([force_n for _, force_n in loads]).sum(axis=2)
+    read_at = np.repeat(read, [len(frames) for frames, _ in loads])
     first = next(first for first, samples in played if len(samples))
     moved = np.abs(np.concatenate([samples for _, samples in played])) > 0.0
-    felt = _felt_s(frames, load_n, first, moved, float(target.rate))
-    drawn = _drawn_s(frames, load_n, pictures, float(target.rate))
-    return SceneLatency(felt, drawn, np.array(stage.latencies_s), presses)
+    rate_hz = float(target.rate)
+    heard = np.array([read_at[sample] - frames[sample] for _, sample in _onsets(load_n)]) / rate_hz
+    felt, drawn = _felt_s(frames, load_n, first, moved, rate_hz), _drawn_s(frames, load_n, pictures, rate_hz)
+    return SceneLatency(felt, heard, drawn, np.array(stage.latencies_s), presses)
 
 
 def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:
@@ -119,6 +128,11 @@ def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None
         for words, share in (("median", 50), ("95 %", 95)):
             value = 1e3 * float(np.percentile(values, share)) if values.size else np.nan
             yield Reach("scenes", f"frozen pond, {name}: {words}", value, "ms")
+
+
+def _content(scene: Scene) -> int:
+    """How much is in a scene's picture; what fades makes no difference."""
+    return sum(len(shape.ends_m) if isinstance(shape, Lines) else 1 for shape in scene.shapes())
 
 
 def _onsets(load_n: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
@@ -151,7 +165,7 @@ def _wait(session: Session) -> None:
         reports = session.poll()
         if time.monotonic() - began > _START_S:
             raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
-        time.sleep(TICK_S)
+        time.sleep(PICTURE_S)
 
 
 def _felt_s(

@@ -18,6 +18,13 @@ class CommandGroup(click.Group):
         """The names of all commands, in alphabetical order."""
         return [name for name in _modules() if self.get_command(ctx, name) is not None]
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write what each command does as a whole sentence, on several lines where it needs them."""
+        found = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        rows = [(name, (command.help or "").split("\n\n")[0]) for name, command in found if command is not None]
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, " ".join(text.split())) for name, text in rows])
+
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """`underfoot FILE` opens a recording: a file that is no command stands for `--recording FILE`."""
         if args and args[0] not in _modules() and os.path.isfile(args[0]):

@@ -3,17 +3,11 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from underfoot.commands.files import FILE
 from underfoot.commands.options import grouped
-from underfoot.errors import BadValue
-
-if TYPE_CHECKING:
-    from underfoot.experiments.protocol import Protocol
-    from underfoot.experiments.table import Row
 
 
 @dataclass(frozen=True)
@@ -42,60 +36,17 @@ class AnalyseOptions:
 def analyse(options: AnalyseOptions) -> None:
     """Analyse SESSIONs of a study: session files of one protocol, or CSVs of trials."""
     from underfoot.experiments.analysis.analyses import analysed
-    from underfoot.experiments.analysis.report import data_of, text_of, write_page
+    from underfoot.experiments.analysis.report import data_of, text_of
     from underfoot.experiments.analysis.settings import Settings
-    from underfoot.experiments.exchange import write_bids, write_csv
+    from underfoot.studies.results import results_of
 
-    rows, protocol = _read(options.sessions)
-    findings = analysed(rows, protocol, Settings(bootstrap=options.bootstrap, with_lapses=options.lapses))
-    title = protocol.title if protocol is not None else options.sessions[0].stem
+    results = results_of(options.sessions)
+    settings = Settings(bootstrap=options.bootstrap, with_lapses=options.lapses)
+    findings = analysed(results.rows, results.protocol, settings)
     if options.csv is not None:
-        write_csv(options.csv, rows)
+        results.write_csv(options.csv)
     if options.bids is not None:
-        write_bids(options.bids, rows, title, protocol)
-        for path in options.sessions:
-            _write_recordings(options.bids, path, title)
+        results.write_bids(options.bids)
     if options.report is not None:
-        people = ", ".join(dict.fromkeys(str(row["participant"]) for row in rows))
-        write_page(options.report / "analysis.html", title, findings, [("participants", people)])
+        results.write_report(options.report, findings)
     print(json.dumps(data_of(findings)) if options.as_json else text_of(findings))
-
-
-def _write_recordings(folder: Path, path: Path, task: str) -> None:
-    """Force and vibration of a session's trials, where the file is a session."""
-    from underfoot.experiments.physio import write_physio
-    from underfoot.experiments.store import SessionFile
-    from underfoot.records.recording import is_recording
-
-    if is_recording(path):
-        file = SessionFile.open(path)
-        try:
-            write_physio(folder, file, task)
-        finally:
-            file.close()
-
-
-def _read(paths: tuple[Path, ...]) -> "tuple[list[Row], Protocol | None]":
-    """The trials of all files; the protocol that session files share."""
-    from underfoot.experiments.exchange import read_csv
-    from underfoot.experiments.store import SessionFile
-    from underfoot.experiments.table import rows_of
-    from underfoot.records.recording import is_recording
-
-    rows: list[Row] = []
-    protocol, text = None, ""
-    for path in paths:
-        if not is_recording(path):
-            rows += read_csv(path)
-            continue
-        file = SessionFile.open(path)
-        try:
-            known = file.about["protocol"]
-            if text and known != text:
-                raise BadValue(f"{path} is of another protocol than {paths[0]}; analyse them one by one")
-            if protocol is None:
-                protocol, text = file.stored_protocol(), known
-            rows += rows_of(protocol, file.participant, file.entries())
-        finally:
-            file.close()
-    return rows, protocol

@@ -80,5 +80,6 @@ class _Told:
         self._line(again, "\n")
 
     def _line(self, begin: str, end: str) -> None:
-        words = f"underfoot: {self.count} kernels compiled in {time.monotonic() - self._began:.0f} s"
+        kernels = "1 kernel" if self.count == 1 else f"{self.count} kernels"
+        words = f"underfoot: {kernels} compiled in {time.monotonic() - self._began:.0f} s"
         print(f"{begin}{words}", end=end, file=sys.stderr, flush=True)

@@ -83,11 +83,13 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
     """Simulate, and print or write what came of it."""
     from underfoot.experiments.analysis.power import power_of
     from underfoot.experiments.analysis.report import data_of, text_of, write_page
+    from underfoot.experiments.observers import truths_of
     from underfoot.experiments.simulation import summaries
 
     people = options.simulate or 0
     require_room(options.report / "power.html" if options.report and options.report.is_dir() else None)
-    found = power_of(summaries(_found(options, protocol, folder, people)), people)
+    truths = truths_of(protocol, dict(_truth(options.truth)))
+    found = power_of(summaries(_found(options, protocol, folder, people)), people, truths)
     if options.report is not None:
         facts = [("protocol", options.protocol), ("seed", str(options.seed)), *(("truth", t) for t in options.truth)]
         write_page(options.report / "power.html", f"{protocol.title}: before the first participant", [found], facts)
@@ -112,8 +114,6 @@ def _found(options: ExperimentOptions, protocol: "Protocol", folder: Path, peopl
 
 
 def _truth(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
-    from underfoot.experiments.observers import check_truth
-
     found = {}
     for text in given:
         name, _, value = text.partition("=")
@@ -121,5 +121,4 @@ def _truth(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
             found[name] = float(value)
         except ValueError:
             raise BadValue(f"--truth is {text!r}; allowed: NAME=VALUE with a number, as threshold_m_s2=0.5") from None
-    check_truth(found)
     return tuple(found.items())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.errors import BadValue
+from underfoot.quantities import parse_quantity
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
@@ -99,15 +100,14 @@ class _Terminal:
                     return
                 time.sleep(_POLL_S)
                 continue
-            if line.strip() == "stop":
-                self._runner.stop("by the participant")
-                _say("Stopped. Start again to go on; what was answered is kept.")
-                return
             try:
                 self._take(line.strip())
             except BadValue as error:
                 _say(str(error))
                 self._shown.key = ""
+            if self._runner.phase is Phase.STOPPED:
+                _say(f"{self._runner.hint} Start again to go on; what was answered is kept.")
+                return
         _say(f"{self._runner.page.title}. {self._runner.page.text}")
 
     def _take(self, line: str) -> None:
@@ -115,12 +115,16 @@ class _Terminal:
 
         runner = self._runner
         word, _, rest = line.partition(" ")
-        if word == "note":
+        if line == "stop":
+            runner.stop("by the participant")
+        elif word == "note":
             runner.note(rest)
         elif word == "repeat":
             runner.repeat_last(rest)
+        elif runner.phase is Phase.PAUSE and word == "skip":
+            runner.end_pause()
         elif runner.page.kind == "learn" and line:
-            names = runner.learned
+            names = runner.study.learned
             runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
         elif line == "" and runner.may_play:
             runner.start()
@@ -141,7 +145,7 @@ class _Terminal:
                 _say(f"\n{page.title}. {page.text}".strip())
                 _ask(page.asks, page.kind)
             elif runner.phase is Phase.PAUSE:
-                _say(f"Pause of {page.seconds:.0f} s.")
+                _say(f"Pause of {page.seconds:.0f} s; skip ends it.")
             elif runner.phase is Phase.READY and page.start == "key":
                 _say(f"{page.feedback + ' ' if page.feedback else ''}Trial {_number(page)}: press Enter to begin.")
             elif runner.phase is Phase.ANSWERING:
@@ -174,7 +178,7 @@ def _value(ask: Any, text: str) -> Any:
         return begun[0] if len(begun) == 1 else text
     if ask.kind in ("number", "count"):
         try:
-            return float(text) if ask.kind == "number" else int(text)
+            return parse_quantity(text) if ask.kind == "number" else int(text)
         except ValueError:
             raise ask.refuse(text) from None
     return text

@@ -20,8 +20,9 @@ from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
 
 if TYPE_CHECKING:
-    from underfoot.engine.bulk import Job, Values
+    from underfoot.engine.bulk import Job
     from underfoot.engine.offline import RenderJob
+    from underfoot.engine.parameter_grid import Values
     from underfoot.engine.requests import CompileRequest
     from underfoot.floor.simulated_plates import Heard
     from underfoot.patch.patch import Patch
@@ -92,7 +93,7 @@ def render(options: RenderOptions) -> None:
 
     A PATCH that is a folder stands for all patches in it. What several make goes into a folder, with a manifest.
     """
-    from underfoot.engine.bulk import grid_of
+    from underfoot.engine.parameter_grid import grid_of
 
     grid, patches = grid_of(options.settings), _patches(options)
     if len(patches) * len(grid) > 1 or os.path.isdir(options.patch):
@@ -230,13 +231,14 @@ def _line(summary: Summary) -> str:
 
 def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "Sequence[Job]":
     """A job for each of the grid's values: the patch in a file, or a recording, which takes none."""
-    from underfoot.engine.session_replay import ReplayJob
     from underfoot.patch.node import installed_nodes
     from underfoot.patch.outside_files import require_inside
     from underfoot.patch.patch import Patch
     from underfoot.records.recording import is_recording
 
     if is_recording(path):
+        from underfoot.engine.session_replay import ReplayJob
+
         of_a_patch = (options.rate, options.seed, options.force, options.floor, options.seconds, options.profiles)
         if any(given is not None for given in (*of_a_patch, options.simulation)) or options.settings:
             allowed = "--output, --measured, --under-foot, --block and --json"

@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import FADE
+from underfoot.devices.precedence import take_precedence
 from underfoot.errors import DeviceError
 
 _SAFE_S = 0.1
 """A latency with which a busy machine loses nothing."""
+_STAMPS = 200
+"""Of so many blocks the middle is taken of when they leave the device: one says it with milliseconds of jitter."""
 MAX_CHANNELS = 32
 """Channels that one stream carries (PulseAudio's limit)."""
 
@@ -181,6 +184,7 @@ class Stream:
         self._fill = fill
         self._bytes = 4 * channels * block
         self._move, self._cast = _raw_memory(sounddevice)
+        self._stamps_s, self._stamped = np.zeros((2, _STAMPS)), 0  # of what goes out, and of what comes in
         self.finished = False
         try:
             if heard is None:
@@ -205,6 +209,22 @@ class Stream:
         """What is played comes back on an input so much later, as the stream reports it."""
         return float(np.sum(self._stream.latency))
 
+    @property
+    def heard_after_s(self) -> float:
+        """How long after it was asked for a block leaves the device, by the stamps of the last blocks; 0 without any.
+
+        What a stream reports of itself is what was asked of it; a sound server may have taken more, or less.
+        """
+        return self._stamped_s(0)
+
+    @property
+    def brought_after_s(self) -> float:
+        """How long after it came in a block is there, by the last blocks' stamps; 0 without any or without inputs."""
+        return self._stamped_s(1) if self._heard else 0.0
+
+    def _stamped_s(self, way: int) -> float:
+        return max(float(np.median(self._stamps_s[way])), 0.0) if self._stamped >= _STAMPS else 0.0
+
     def start(self) -> None:
         """Let it play; once only."""
         try:
@@ -223,6 +243,9 @@ class Stream:
     def _callback(self, out: Any, frames: int, time: Any, status: Any) -> None:
         if status:
             self.underruns += 1
+        if not self._stamped:
+            take_precedence()
+        self._stamp(time)
         address = self._fill()
         if address == 0:
             raise self._sounddevice.CallbackAbort
@@ -231,6 +254,12 @@ class Stream:
     def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
         self._move(self._cast("char *", self._heard), heard, self._heard_bytes)
         self._callback(out, frames, time, status)
+
+    def _stamp(self, time: Any) -> None:
+        """Keep how long after now the block is heard, and how long ago it came in; 0 of a host without clocks."""
+        self._stamps_s[0, self._stamped % _STAMPS] = time.outputBufferDacTime - time.currentTime
+        self._stamps_s[1, self._stamped % _STAMPS] = time.currentTime - time.inputBufferAdcTime
+        self._stamped += 1
 
     def _finish(self) -> None:
         self.finished = True

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from underfoot.drawing import Drawing
-from underfoot.drawing.svg import WIDTH, height_of, svg
 from underfoot.errors import BadFile
 from underfoot.files import write_file
 
@@ -25,6 +24,8 @@ class Picture:
 
     def _repr_svg_(self) -> str:
         """The picture as Jupyter asks for it."""
+        from underfoot.drawing.svg import WIDTH, height_of, svg  # only where something is drawn: it takes 20 ms
+
         if len(self.drawings) == 1:
             return svg(self.drawings[0])
         heights = [height_of(drawing) for drawing in self.drawings]

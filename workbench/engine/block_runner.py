@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.engine.accelerometer_reader import AccelerometerReader
+from underfoot.engine.accelerometer_reader import AccelerometerReader, CardReader
 from underfoot.engine.commands import Action, Play
 from underfoot.engine.further_card import FurtherCard
 from underfoot.engine.loop import Loop
@@ -68,10 +68,20 @@ class BlockRunner:
         if loop.plates:
             memory.measured.write(loop.plates["accelerometer"].out, n)
         elif self.accelerometers is not None and (self.hears or not self.accelerometers.needs_stream):
-            self.accelerometers.write(memory.measured, loop.frame - n, n)
+            self.accelerometers.write(loop.frame - n, n)
         if loop.program.scope_names:
             memory.scope.write(loop.scope_frames, n)
         self._write_status((time.perf_counter() - began) / self.block_s)
+
+    def align(self) -> bool:
+        """Write what accelerometers heard where it belongs; whether it still can. Not from the callback."""
+        if not isinstance(self.accelerometers, CardReader):
+            return True
+        self.accelerometers.align()
+        self.memory.status.put(Field.JUMPS, float(self.accelerometers.jumps))
+        if self.accelerometers.is_found:
+            self.memory.status.put(Field.ROUND_TRIP_S, self.accelerometers.delay_frames / self.loop.rate_hz)
+        return not self.accelerometers.is_too_late
 
     def _write_status(self, load: float) -> None:
         status = self.memory.status

@@ -7,26 +7,24 @@ the manifest lists those that are there, also where the work was stopped or a pr
 import csv
 import hashlib
 import io
-import itertools
-import json
 import re
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from underfoot.engine.cluster import on_cluster
 from underfoot.engine.offline import RenderJob
+from underfoot.engine.parameter_grid import Values
 from underfoot.engine.session_replay import ReplayJob
 from underfoot.engine.worker_pool import MOST_TRIES, cores, in_parallel
-from underfoot.errors import BadValue, UnderfootError, require
+from underfoot.errors import BadValue, UnderfootError
 from underfoot.files import write_file
 from underfoot.patch.node import installed_nodes
 from underfoot.records.wav import wav_bytes
 
-MOST_FILES = 100_000
 MANIFEST = "manifest.csv"
 _EVERY_S = 1.0
 """How often the manifest is written while files are made."""
@@ -34,8 +32,6 @@ _LONGEST_NAME = 120
 _ONE_AT_A_TIME = threading.Lock()
 
 Summary = dict[str, Any]
-Values = Mapping[str, Any]
-"""Values by "node.parameter"."""
 Job = RenderJob | ReplayJob
 
 
@@ -47,41 +43,6 @@ class Item:
     patch: str
     values: Values = field(default_factory=dict)
     output: Path | None = None
-
-
-def grid_of(settings: Sequence[str]) -> list[Values]:
-    """Every combination of values, the last one's changing fastest, from texts as "node.parameter=1,2,3".
-
-    `BadValue` for a text that is none, and where there are too many combinations.
-
-    >>> grid_of(["impact.stiffness=1e4,1e5", "tone.shape=sine"])
-    [{'impact.stiffness': 10000.0, 'tone.shape': 'sine'}, {'impact.stiffness': 100000.0, 'tone.shape': 'sine'}]
-    """
-    axes: dict[str, list[Any]] = {}
-    for text in settings:
-        name, equals, values = text.partition("=")
-        node, dot, parameter = name.partition(".")
-        if not (equals and dot and node and parameter and values):
-            raise BadValue(f"--set is {text!r}; allowed: NODE.PARAMETER=VALUE,..., as impact.stiffness=1e4,1e5")
-        require(name not in axes, "--set", text, f"each parameter once; {name} was set before")
-        axes[name] = [_value(one) for one in re.findall(r"(?:\[.*\]|[^,])+", values)]
-    count = 1
-    for several in axes.values():
-        count *= len(several)
-    require(count <= MOST_FILES, "--set", f"{count} combinations", f"at most {MOST_FILES}")
-    return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
-
-
-def _value(text: str) -> Any:
-    """A number, a list, or a word."""
-    try:
-        return json.loads(text)
-    except ValueError:
-        pass
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def file_names(items: Sequence[tuple[str, Values]]) -> list[str]:

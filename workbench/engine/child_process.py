@@ -54,7 +54,7 @@ class ChildProcess:
     def send(self, message: object) -> None:
         """Send a message; one to a process that died is dropped, since the next one is told all that it must know.
 
-        Nodes in files of one's own that this process runs by now go before it.
+        Custom nodes that this process runs by now go before it.
         """
         try:
             nodes = running()

@@ -60,7 +60,7 @@ def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) ->
 
 
 def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Any], Any], job: Any) -> Any:
-    """On a worker: the work, with the nodes in files of one's own that whoever asks for it runs."""
+    """On a worker: the work, with the custom nodes that whoever asks for it runs."""
     run_received(nodes)
     return work(job)
 

@@ -4,8 +4,9 @@ import multiprocessing
 import threading
 import time
 from collections import deque
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
+from queue import SimpleQueue
 
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.engine.block_runner import BlockRunner
@@ -21,11 +22,19 @@ RAMP_DOWN_S = 0.060
 _LISTEN_S, _COSTS_S = 0.02, 0.5  # how long it waits for a command, and how often it tells what nodes cost
 
 
+@dataclass(frozen=True)
+class _Until:
+    """All that took effect before this frame stands before this among what is sent."""
+
+    frame: int
+
+
 class CommandListener:
     """Takes commands from `connection` until `Quit` or its end, then ramps down and sets `leave`.
 
     A thread of its own looks whether the supervisor's process lives: the one that takes commands may be building a
-    program for seconds when it dies.
+    program for seconds when it dies. Another one sends: were commands not taken while a report waits for room, both
+    ends could wait for each other for ever.
     """
 
     def __init__(self, connection: Connection, runner: BlockRunner, leave: threading.Event) -> None:
@@ -34,10 +43,12 @@ class CommandListener:
         self._connection, self._runner, self._leave = connection, runner, leave
         self._loop, self._status = runner.loop, runner.memory.status
         self._costs: dict[str, float] = {}
+        self._outbox: SimpleQueue[object] = SimpleQueue()
 
     def start(self) -> None:
         """Listen, in threads."""
         threading.Thread(target=self._listen, name="commands", daemon=True).start()
+        threading.Thread(target=self._send, name="reports", daemon=True).start()
         threading.Thread(target=self._leave_with_supervisor, name="supervisor", daemon=True).start()
 
     def take(self, command: Command) -> None:
@@ -45,7 +56,7 @@ class CommandListener:
         try:
             action = command.prepared(self._loop)
         except UnderfootError as error:
-            self._connection.send(Notice(f"the patch is not played: {error}"))
+            self._outbox.put(Notice(f"the patch is not played: {error}"))
             return
         if isinstance(action, ProgramSwap) and action.program.has_sound and self._loop.options.sound_channel == -1:
             self.notices.append("this patch's Sound has no channel; choose the sound card again to open one")
@@ -55,10 +66,10 @@ class CommandListener:
         """Tell which commands took effect, and up to which frame this is all; let go of programs that were replaced."""
         frame = self._loop.frame
         while self._loop.applied:
-            self._connection.send(self._loop.applied.popleft())
-        self._status.put(Field.REPORTED, float(frame))
+            self._outbox.put(self._loop.applied.popleft())
+        self._outbox.put(_Until(frame))
         while self.notices:
-            self._connection.send(Notice(self.notices.popleft()))
+            self._outbox.put(Notice(self.notices.popleft()))
         self._loop.programs.retired.clear()
 
     def _listen(self) -> None:
@@ -78,7 +89,18 @@ class CommandListener:
         except (EOFError, OSError):
             pass  # the supervisor is gone: leave as after Quit
         finally:
+            self._outbox.put(None)
             self._ramp_down()
+
+    def _send(self) -> None:
+        try:
+            while (message := self._outbox.get()) is not None:
+                if isinstance(message, _Until):
+                    self._status.put(Field.REPORTED, float(message.frame))
+                else:
+                    self._connection.send(message)
+        except OSError:
+            return  # the supervisor is gone, which the thread that listens finds, too
 
     def _leave_with_supervisor(self) -> None:
         parent = multiprocessing.parent_process()
@@ -107,14 +129,14 @@ class CommandListener:
             self._status.put(Field.LATENCY_S, max(source.latency_s, self._runner.block_s))
             self._status.put(Field.HOLD_S, max(source.latency_s - self._runner.block_s, 0.0))
             for line in source.take_notices():
-                self._connection.send(Notice(line))
+                self._outbox.put(Notice(line))
         program, load = self._loop.program, self._runner.load
         awake = program.awake()
         self._status.put(Field.AWAKE, float(max(awake.values(), default=0)))
         costs = {id: load * share for id, share in program.shares().items()}
         steady = {id: 0.5 * (cost + self._costs.get(id, cost)) for id, cost in costs.items()}  # of the last second
         self._costs = costs
-        self._connection.send(Costs(steady, awake))
+        self._outbox.put(Costs(steady, awake))
         fault = program.fault()
         if fault is not None:
-            self._connection.send(Fault(*fault))
+            self._outbox.put(Fault(*fault))

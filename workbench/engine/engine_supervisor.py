@@ -4,6 +4,7 @@ import time
 
 from underfoot.engine.child_process import ChildProcess, engine_process
 from underfoot.engine.commands import Quit
+from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 
@@ -38,10 +39,12 @@ class EngineSupervisor:
         """Have an engine's process, which waits for its setup."""
         self._engine, self._standby = self._standby or engine_process(), None
 
-    def stand_by(self) -> None:
-        """Have another engine loaded that takes over sooner than a new one could."""
+    def stand_by(self, setup: Setup | None) -> None:
+        """Have another engine loaded, for what is played now, that takes over sooner than a new one could."""
         if self._standby is None:
             self._standby = engine_process()
+            if setup is not None:
+                self._standby.send(StandBy(setup))
 
     def send(self, message: object) -> None:
         """Tell the engine something, if there is one."""

@@ -15,6 +15,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.array_tables import B1, F1, F3, addresses, borrow
 from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
 from underfoot.engine.simulated_step import StepAdder
 from underfoot.floor import tracking
@@ -23,7 +24,6 @@ from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.floor.running_median import MIDDLE
 from underfoot.kernels import intrinsic, kernel
-from underfoot.patch.tables import B1, F1, F3, addresses, borrow
 
 HOLD_S = 0.020
 """How long a force is held in a gap, and how long it then takes to 0."""
@@ -57,7 +57,7 @@ SEGMENT = np.dtype(
     align=True,
 )
 """The straight line on which a tile's signals are, its gate (0 to 1) with where that goes, and its queue: samples taken
-out so far, samples put in so far, and the latter's last `at_frame`. The first `zeros` of its frames are zero."""
+out and put in since it was last empty, and the last `at_frame`. The first `zeros` of its frames are zero."""
 
 TIMING = np.dtype(
     [("frame_s", np.float64), ("period", np.float64), ("hold", np.float64), ("gate_step", np.float64)], align=True
@@ -250,6 +250,8 @@ def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
                 segment.zeros = min(segment.zeros, begin)
             begin = end
         m.zero_rows[k] = segment.zeros >= n
+        if segment.queue_head == segment.queue_tail:
+            segment.queue_head = segment.queue_tail = 0  # the same few places again: they are still in the cache
 
 
 @kernel

@@ -20,7 +20,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import Heard, SimulatedPlates
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import kernel
-from underfoot.patch import driver
+from underfoot.patch.controls import on_ramp
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -99,7 +99,7 @@ class Loop:
         self._waiting: deque[tuple[int, Action]] = deque()
         self._start: ProgramStart | None = None  # one that waits for its frame, beside all others
         self._set_since: list[Set] = []  # numbers that were moved after its program was built
-        driver.on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
+        on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
         _copy_scope(np.zeros((1, 1, 1)), self.scope_frames, 0, 0)
         TileEqualiser("").coefficients(self.rate_hz)
         if self.measures:

@@ -60,9 +60,8 @@ class Pacer:
             self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, heard)
         except DeviceError as error:
             return "; ".join((f"{error}; {self._without_sound()}", *self._further.open()))
-        measured_s = target.round_trip_frames / target.rate
-        self._status.put(Field.ROUND_TRIP_S, measured_s)
-        self._status.put(Field.STREAM_LATENCY_S, 0.5 * measured_s or self._stream.latency_s)
+        self._status.put(Field.ROUND_TRIP_S, target.round_trip_frames / target.rate)
+        self._tell_latency(self._stream)
         if accelerometers:
             reported = round(accelerometers.delay_s(self._stream) * target.rate)
             trip = target.round_trip_frames if accelerometers.needs_stream else target.round_trip_frames // 2
@@ -82,6 +81,10 @@ class Pacer:
                 self._run_by_clock()
             else:
                 self._further.keep()
+                self._tell_latency(self._stream)
+                if not self._runner.align():
+                    self._tell("what the sound card hears has fallen far behind: its stream is opened anew")
+                    self._stream.abort()
                 self.leave.wait(0.05)
 
     def close(self) -> None:
@@ -106,6 +109,19 @@ class Pacer:
         self._runner.run()
         own = self._late + (self._stream.underruns if self._stream else 0)
         self._status.put(Field.XRUNS, float(own + self._further.underruns))
+
+    def _tell_latency(self, stream: Stream) -> None:
+        """How late a block leaves the card: by its clock, else half of a measured round trip, else as it was asked.
+
+        Where the clock stamps both ways, each gets half of what they lack of the round trip that was measured.
+        """
+        trip_s = self._status.get(Field.ROUND_TRIP_S)
+        out_s, in_s = stream.heard_after_s, stream.brought_after_s
+        self._status.put(Field.CLOCK_TRIP_S, out_s + in_s if in_s else 0.0)
+        if out_s and in_s and trip_s:
+            out_s = max(out_s + 0.5 * (trip_s - out_s - in_s), 0.0)
+        found_s = out_s or 0.5 * trip_s or stream.latency_s
+        self._status.put(Field.STREAM_LATENCY_S, min(found_s, trip_s or found_s))
 
     def _start(self) -> None:
         """Let the sound card play, or go on without it."""

@@ -21,7 +21,7 @@ from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
 from underfoot.engine.reports import SOUND_CARD, Notice, Started
-from underfoot.engine.requests import Setup
+from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 from underfoot.engine.target import is_simulated, source_of
@@ -39,7 +39,12 @@ def run(connection: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     try:
         load_common_kernels()  # so that an engine that stands by takes over sooner
-        Engine(connection, connection.recv()).run()
+        gc.collect()
+        gc.freeze()  # what is there by now need not be looked through again before the first sound
+        rehearsed = None
+        while isinstance(message := connection.recv(), StandBy):
+            rehearsed = _rehearse(message.setup)
+        Engine(connection, message, rehearsed).run()
     except UnderfootError as error:
         connection.send(Notice(f"the engine stopped: {error}"))
     except (EOFError, OSError):
@@ -49,7 +54,8 @@ def run(connection: Connection) -> None:
 class Engine:
     """The loop, what paces it, and the thread that listens to the supervisor."""
 
-    def __init__(self, connection: Connection, setup: Setup) -> None:
+    def __init__(self, connection: Connection, setup: Setup, rehearsed: Setup | None = None) -> None:
+        """`rehearsed` is what all kernels are loaded for already."""
         self._connection, self._setup = connection, setup
         self.memory = SessionMemory.open(setup.memory)
         target = setup.target
@@ -64,20 +70,10 @@ class Engine:
             # Not opened without need: a sound server spreads a channel that its card does not have over the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
             sound_channel = behind if has_sound and behind < most else -1
-        options = LoopOptions(
-            rate_hz=target.rate,
-            block=target.block,
-            channels=tuple(channels),
-            sound_channel=sound_channel,
-            scopes=setup.scopes,
-            folder=Path(setup.folder) if setup.folder else None,
-            equalisers=setup.equalisers,
-            plates=("accelerometer",) if is_simulated(target) else (),
-            simulation=simulation(target.simulation)[0],
-            measures=bool(target.accelerometers),
-        )
+        options = _options(setup, tuple(channels), sound_channel)
         try:
-            KernelParts(patch, target, options).load(connection.send)
+            if rehearsed is None or (rehearsed.patch, rehearsed.target) != (setup.patch, target):
+                KernelParts(patch, target, options).load(connection.send)
         except UnderfootError as error:
             connection.send(Notice(f"the patch is not played: {error}"))
             patch = Patch()
@@ -89,7 +85,9 @@ class Engine:
         if setup.playing:
             self.loop.send(Play(True))
         self.runner = BlockRunner(self.loop, self.memory)
-        self.runner.accelerometers = reader_of(target.accelerometers, self.loop.source, target.rate, target.block)
+        self.runner.accelerometers = reader_of(
+            target.accelerometers, self.loop.source, self.memory, target.rate, target.block
+        )
         width = self.loop.out.shape[1]
         used = [replace(card, count=min(card.count, width - card.first)) for card in cards if card.first < width]
         self.pacer = Pacer(self.runner, target, used, self._tell)
@@ -120,3 +118,30 @@ class Engine:
 
     def _tell(self, line: str) -> None:
         self.listener.notices.append(line)
+
+
+def _rehearse(setup: Setup) -> Setup | None:
+    """Load the kernels of what another engine plays; what they are loaded for, None where that cannot be played."""
+    options = _options(setup, tuple(output_channels(setup.target.floor)), None)
+    try:
+        KernelParts(Patch.loads(setup.patch, REGISTRY), setup.target, options).load(lambda progress: None)
+    except UnderfootError:
+        return None  # the one that takes over tells
+    return setup
+
+
+def _options(setup: Setup, channels: tuple[int, ...], sound_channel: int | None) -> LoopOptions:
+    """How the loop of a setup runs, on these channels."""
+    target = setup.target
+    return LoopOptions(
+        rate_hz=target.rate,
+        block=target.block,
+        channels=channels,
+        sound_channel=sound_channel,
+        scopes=setup.scopes,
+        folder=Path(setup.folder) if setup.folder else None,
+        equalisers=setup.equalisers,
+        plates=("accelerometer",) if is_simulated(target) else (),
+        simulation=simulation(target.simulation)[0],
+        measures=bool(target.accelerometers),
+    )

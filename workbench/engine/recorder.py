@@ -4,6 +4,7 @@ While it starts, or another starts in its place, the supervisor reads the rings,
 hands over what it has read.
 """
 
+import os
 import signal
 import sqlite3
 import time
@@ -109,7 +110,7 @@ class Recorder:
 
     def __init__(self, path: Path, about: dict[str, str], rings: dict[str, Ring]) -> None:
         """`rings` by the names of the recording's tables."""
-        if path.exists():
+        if os.path.exists(path):
             raise BadFile(f"{path} is there already; choose another name for the recording")
         self.path = path
         self.has_begun = False

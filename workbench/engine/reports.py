@@ -146,9 +146,9 @@ class Health:
     hold_s: float
     """By how much of that samples of hardware are set back because some of them are late."""
     stream_latency_s: float
-    """What the output stream adds: its part of the round trip where that was measured, else as it says of itself."""
+    """What the output stream adds: by the card's clock, else half of a measured round trip, else as it was asked."""
     round_trip_s: float
-    """The measured round trip of the card; 0 where it is not known."""
+    """The round trip of the card, as calibration or its own inputs measured it; 0 where it is not known."""
     frame: int
     """Session frames played."""
     peak: float
@@ -161,3 +161,7 @@ class Health:
     """How far the worst of them is from that now."""
     cards_drift_ppm: float = 0.0
     """How much faster its clock goes than the first card's."""
+    jumps: int = 0
+    """How often the card's inputs went on at another distance from its outputs: frames were lost without a word."""
+    clock_trip_s: float = 0.0
+    """The round trip by the card's clock, which stamps blocks as they come in and leave; 0 where it does not."""

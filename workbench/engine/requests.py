@@ -27,6 +27,13 @@ class Setup:
 
 
 @dataclass(frozen=True)
+class StandBy:
+    """Load the kernels of what another engine plays, so that it can be taken over at once."""
+
+    setup: Setup
+
+
+@dataclass(frozen=True)
 class CompileRequest:
     """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Compiled`.
 

@@ -6,14 +6,16 @@ silence where a value is not finite. Sample by sample, so that the result does n
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.array_tables import F1, addresses, borrow
 from underfoot.clock import FADE, RAMP
 from underfoot.engine.safety_lanes import ROWS, WORK, limit_group
 from underfoot.engine.safety_rows import ROW, STAGE, along, is_still
-from underfoot.kernels import kernel
+from underfoot.kernels import intrinsic, kernel
 
 DC_HZ = 5.0
 """Corner of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
@@ -40,6 +42,16 @@ SOUND = Limits(acceleration_per_unit=1.0)
 """Those of the channel for ears, which is given in parts of its full scale."""
 
 
+class SafetyMemory(NamedTuple):
+    """All that the kernel reads and writes beside what it is given, as `array_tables` hands it over."""
+
+    out: Annotated[np.ndarray, np.dtype(np.float32), 2]
+    rows: Annotated[np.ndarray, ROW, 1]
+    stage: Annotated[np.ndarray, STAGE, 1]
+    members: Annotated[np.ndarray, np.dtype(np.int64), 2]
+    work: F1
+
+
 class Safety:
     """The last stage for `limits`, one for each row; writes float32 [frame, channel] into `out`.
 
@@ -61,18 +73,32 @@ class Safety:
         self._stage["dc_pole"] = math.exp(-2.0 * math.pi * DC_HZ / rate_hz)
         for name, seconds in (("burst", BURST_SECONDS), ("rms", RMS_SECONDS), ("release", RELEASE_SECONDS)):
             self._stage[f"{name}_share"] = 1.0 - math.exp(-1.0 / (seconds * rate_hz))
-        self._stage["level"], self._stage["opening"] = (1.0, 1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)
+        self._stage["level"], self._stage["opening"] = (1.0, 1.0, 0.0, 1.0), (0.0, 0.0, -1.0, 1.0)
         self._peak = self._stage["peak"]
         self._level, self._opening = self._stage["level"], self._stage["opening"]
-        self._work, self._members = WORK.zeros().values, np.zeros((2, ROWS), np.int64)
+        self._memory = SafetyMemory(
+            self.out, self._rows, self._stage, np.zeros((2, ROWS), np.int64), WORK.zeros().values
+        )
+        self._where = addresses(self._memory)
 
     def rescale(self, row: int, acceleration_per_unit: float, frame: int) -> None:
         """Let full scale of a row be so many m/s^2, in a ramp of 10 ms from `frame` on."""
         _turn(self._rows["scale"][row : row + 1], 1.0 / acceleration_per_unit, frame, FADE)
 
     def level(self, gain: float, frame: int) -> None:
-        """Go to `gain`, 0 to 1, in a ramp from `frame` on; to silence if it is not a number."""
-        _turn(self._level, min(max(gain, 0.0), 1.0) if math.isfinite(gain) else 0.0, frame, RAMP)
+        """Go to `gain`, 0 to 1, in a ramp from `frame` on; to silence if it is not a number.
+
+        While nothing is let out it is there at once, as if it had always been: what is opened in the same frame would
+        begin at the level before.
+        """
+        gain = min(max(gain, 0.0), 1.0) if math.isfinite(gain) else 0.0
+        if not self.closed(frame):
+            _turn(self._level, gain, frame, RAMP)
+            return
+        before = _at(self._level, frame)
+        for state in (self._rows["dc_in"], self._rows["dc_out"]):  # of the DC block, which is linear
+            state *= gain / before if before > 0.0 else 0.0
+        self._level[0] = (gain, gain, frame, RAMP)
 
     def open(self, on: bool, frame: int) -> None:
         """Let sound out, or close, in a ramp of 10 ms from `frame` on. What is closing goes on as it was."""
@@ -111,8 +137,7 @@ class Safety:
         A row behind those of the tiles is sound, of full scale. `zero_rows` marks rows that are zero throughout. Rows
         on one channel add. Allocates nothing.
         """
-        groups = self._members, self._work
-        _limit(acceleration, zero_rows, self.out, self._rows, self._stage, groups, (frame, at, n))
+        _limit(self._where, acceleration, zero_rows, frame, at, n)
 
     def commanded(
         self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], out: NDArray[np.float32], frame: int,
@@ -138,9 +163,13 @@ def _rows(limits: list[Limits], channels: list[int]) -> NDArray[np.void]:
 
 def _turn(ramp: NDArray[np.void], target: float, frame: int, frames: int) -> None:
     """Let the one ramp in an array go to `target` from where it is at `frame`."""
+    ramp[0] = (_at(ramp, frame), target, frame, frames)
+
+
+def _at(ramp: NDArray[np.void], frame: int) -> float:
+    """Where the one ramp in an array is."""
     start, goal, begun, length = ramp[0].item()
-    now = start + (goal - start) * min(max((frame - begun) / length, 0.0), 1.0)
-    ramp[0] = (now, target, frame, frames)
+    return float(start + (goal - start) * min(max((frame - begun) / length, 0.0), 1.0))
 
 
 def limited(signal: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
@@ -160,19 +189,24 @@ def limited(signal: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
 _work_at = WORK.at
 
 
+@intrinsic
+def _memory_at(context: Any, where: Any) -> Any:
+    """The arrays at these addresses as `SafetyMemory`."""
+    return borrow(context, where, SafetyMemory)
+
+
 @kernel
 def _limit(
+    where: NDArray[np.int64],
     acceleration: NDArray[np.float64],
     zero_rows: NDArray[np.uint8],
-    out: NDArray[np.float32],
-    rows: NDArray[np.void],
-    stages: NDArray[np.void],
-    groups: tuple[NDArray[np.int64], NDArray[np.float64]],
-    stretch: tuple[int, int, int],
+    frame: int,
+    at: int,
+    n: int,
 ) -> None:
     """See `Safety.apply`. Rows are done in groups of neighbours, as far as they sound."""
-    members, work = groups[0], _work_at(groups[1], ())
-    frame, at, n = stretch
+    m = _memory_at(where)
+    out, rows, stages, members, work = m.out, m.rows, m.stage, m.members, _work_at(m.work, ())
     for i in range(at, at + n):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
@@ -189,12 +223,12 @@ def _limit(
             continue
         sounding += k < len(rows) - 1
         if count == ROWS or (count > 0 and row.adds):
-            limit_group(acceleration, out, rows, members, count, stages[0], work, stretch)
+            limit_group(acceleration, out, rows, members, count, stages[0], work, (frame, at, n))
             count = 0
         members[0, count] = k
         count += 1
     if count > 0:
-        limit_group(acceleration, out, rows, members, count, stages[0], work, stretch)
+        limit_group(acceleration, out, rows, members, count, stages[0], work, (frame, at, n))
     stages[0].sounding, stages[0].peak = sounding, 0.0
     for k in range(len(rows) - 1):
         stages[0].peak = max(stages[0].peak, rows[k].peak)

@@ -55,10 +55,11 @@ FIRST_LEVEL_DB = -20.0
 """The level of a first start: low, whatever is connected."""
 MOST_DEATHS, WITHIN_S = 4, 20.0
 """Processes that die more often than this are not started again."""
-COMPILER_AFTER_S = 3.0
-"""How long after the engine's start the compiler is started, unless it is needed sooner: first another engine loads."""
-RECORDER_END_S = 30.0
-"""How long the recorder may take to close its file."""
+SPARES_AFTER_S = 3.0
+"""How long after the first engine's start another is loaded that stands by, and the compiler is started, unless it is
+needed sooner: until then the processor is for what the person waits for."""
+RECORDER_END_S = 120.0
+"""How long the recorder may take to close its file: one that died on a busy machine is loaded again before that."""
 
 _SHARED = -1  # the ticket of what the compiler shares with an engine that starts: nobody waits for its answer
 
@@ -96,7 +97,7 @@ class Session:
         self._restarts = RestartLimit(MOST_DEATHS, WITHIN_S)
         self._setup: Setup | None = None  # what the engine was last told to play
         self._started = False  # whether it plays that
-        self._compiler_due = math.inf
+        self._spares_due = math.inf
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what can be played at once
         self._settle_s = 0.0
         self._begins_anew = False  # whether the patch that is compiled is to keep no states
@@ -143,7 +144,9 @@ class Session:
         self._restart_engine()
         if self.playing:
             self.repeats.poll(int(self.memory.status.get(Field.FRAME)))
-        if self._compiler is None and time.monotonic() > self._compiler_due:
+        if time.monotonic() > self._spares_due:
+            self._spares_due = math.inf
+            self._engine.stand_by(self._setup)
             self._start_compiler()
         self._restart_compiler()
         self._restart_recorder()
@@ -323,7 +326,7 @@ class Session:
         """Send requests to the compiler; one that is started here is given the preview that is awaited, too."""
         is_new = self._compiler is None
         if self._compiler is None:
-            self._compiler, self._compiler_due = ChildProcess("compiler", "underfoot.engine.compiler"), math.inf
+            self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
         for request in (*requests, *([self._preview_request] if is_new and self._preview_request else [])):
             self._compiler.send(request)
 
@@ -408,10 +411,10 @@ class Session:
         """Bring the engine what was changed while it loaded: until then nothing was sent, which nobody would take."""
         self._started = True
         self._parts_ready = dict.fromkeys(self._parts_ready, 0)
+        if self.level_db != setup.level_db:  # before it lets anything out
+            self._engine.send(Level(self.level_db))
         if self.playing != setup.playing:
             self._engine.send(Play(self.playing))
-        if self.level_db != setup.level_db:
-            self._engine.send(Level(self.level_db))
         if self.target.walker != setup.target.walker:
             self._engine.send(Walk(self.target.walker))
         for equaliser in self._equalisers.values():
@@ -438,9 +441,10 @@ class Session:
                     self._tell_recorder("channels", json.dumps(channels))
                     if self._setup is not None:
                         self._catch_up(self._setup)
-                    is_needed = self._preview_request is not None
-                    self._compiler_due = time.monotonic() + (0.0 if is_needed else COMPILER_AFTER_S)
-                    self._engine.stand_by()
+                    took_over = self._setup is not None and self._setup.since is not None
+                    self._spares_due = time.monotonic() + (0.0 if took_over else SPARES_AFTER_S)
+                    if self._preview_request is not None:
+                        self._start_compiler()
             self._reports.append(message)  # type: ignore[arg-type]
 
     def _record_of(self, frame: int, command: Command) -> RecordCommand | RecordMark:

@@ -115,7 +115,7 @@ class ResponseReader:
             first, rows = reader.read()
             begin, waiting = self._waiting[which]
             if len(rows):
-                follows = begin + len(waiting) == first
+                follows = len(waiting) and begin + len(waiting) == first  # mostly nothing waits, nothing is copied
                 self._waiting[which] = (begin, np.concatenate([waiting, rows])) if follows else (first, rows)
         (one, asked), (other, done) = self._waiting
         first = max(one, other)

@@ -73,6 +73,7 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Hear
             with _readable(path, f"command {kind[:60]!r}"):
                 command = from_text(kind, body)
             if isinstance(command, Swap):
+                _run_nodes(recording, command.patch)
                 Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
             loop.send(command, frame)
     return Rendered.of(loop, len(played))
@@ -81,9 +82,7 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Hear
 def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[Heard, ...]) -> Loop:
     """The loop of the recorded session, as it was before its first frame."""
     about = recording.about
-    if about.get("folder"):
-        used = Patch.unchecked(about["patch"], str(recording.path)).types.values()
-        run_needed(used, Path(about["folder"], recording.path.name))
+    _run_nodes(recording, about["patch"])
     source = RecordedForce(
         recording.forces(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
     )
@@ -101,6 +100,14 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
         simulation=TileParameters.loads(about["simulation"]) if about.get("simulation") else None,
     )
     return Loop(Patch.loads(about["patch"], registry, str(recording.path)), registry, source, options)
+
+
+def _run_nodes(recording: Recording, patch: bytes | str) -> None:
+    """Run the custom nodes of a patch that was played, if whoever started this process agreed to that."""
+    folder = recording.about.get("folder")
+    if folder:
+        used = Patch.unchecked(patch, str(recording.path)).types.values()
+        run_needed(used, Path(folder, recording.path.name))
 
 
 @contextmanager

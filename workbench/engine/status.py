@@ -27,10 +27,19 @@ class Field(IntEnum):
     CARDS_DELAY_S = auto()
     CARDS_OFFSET_S = auto()
     CARDS_DRIFT_PPM = auto()
+    JUMPS = auto()
+    CLOCK_TRIP_S = auto()
     REPORTED = auto()
 
 
-_WHOLE = {Field.RUNNING: bool, Field.XRUNS: int, Field.LOST: int, Field.FRAME: int, Field.AWAKE: int}
+_WHOLE: dict[Field, type] = {
+    Field.RUNNING: bool,
+    Field.XRUNS: int,
+    Field.LOST: int,
+    Field.FRAME: int,
+    Field.AWAKE: int,
+    Field.JUMPS: int,
+}
 _PANIC = 8 * len(Field)  # where the byte is
 
 

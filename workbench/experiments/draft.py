@@ -15,6 +15,8 @@ from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch import library
 from underfoot.patch.node import Registry
+from underfoot.patch.own_nodes import copy_needed
+from underfoot.patch.patch import Patch
 
 PATCHES = "patches"
 """The folder beside a person's own protocols in which the patches lie that they present."""
@@ -84,7 +86,7 @@ class Draft:
         return protocol
 
     def take_patch(self, path: Path) -> str:
-        """Copy a patch beside the protocol, so that it stays as it is: its name in the protocol.
+        """Copy a patch, and nodes that it needs beside it, beside the protocol: its name there. So it stays as it is.
 
         A copy that is there and says the same is used; one that says something else keeps its name.
         """
@@ -95,6 +97,9 @@ class Draft:
             if there.is_file() and read_file(there) != data:
                 continue
             make_folder(there.parent)
+            wrong = copy_needed(Patch.unchecked(data, str(path)).types.values(), path.parent, there.parent)
+            if wrong:
+                raise BadFile(f"{path} cannot be copied to {there}: {wrong[0]}")
             if not there.is_file():
                 write_file(there, data)
             return name

@@ -30,7 +30,8 @@ class Observer(ABC):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        cls.parameters = {name: value for name, value in vars(cls).items() if isinstance(value, Parameter)}
+        inherited = getattr(cls, "parameters", {})
+        cls.parameters = inherited | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
 
     def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage, place: float = 0.0) -> None:
         """`truth` are values of some parameters; what is of other observers is left alone. `place` is how far this
@@ -98,7 +99,7 @@ def uniform_bits(rate: float, stimuli: int) -> float:
 class Detector(Observer):
     """Feels a stimulus with a probability that rises with its level in dB as a cumulative normal."""
 
-    methods = ("staircases", "bayesian")
+    methods = ("staircases",)
     threshold_m_s2 = Number(thesis.THRESHOLD_M_S2, 0.001, 100.0, doc="Where it is felt half of the time.", unit="m/s^2")
     spread_db = Number(2.0, 0.1, 20.0, doc="Standard deviation of the threshold from trial to trial.", unit="dB")
     guesses = Number(0.02, 0.0, 0.5, doc="Share of yes where nothing is felt.")
@@ -107,7 +108,7 @@ class Detector(Observer):
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         level = trial.facts.get("level_db")
-        felt = 0.0 if level is None else _normal((float(level) - self._middle(trial)) / self.truth["spread_db"])
+        felt = 0.0 if level is None else _normal((float(level) - self._middle(trial)) / self._spread_db)
         guesses = self.truth["guesses"]
         yes = random.random() < guesses + (1.0 - guesses - self.truth["lapses"]) * felt
         if len(trial.intervals) < 2:
@@ -118,14 +119,15 @@ class Detector(Observer):
         return {"interval": FIRST if yes == comparison_first else SECOND}
 
     def truths(self) -> dict[str, float]:
-        named = self.given["followed"]
-        stimuli = [named] if isinstance(named, str) else named
         # Guesses and lapses move where the share of yes is a half, unless they are alike.
         guesses, lapses = self.truth["guesses"], self.truth["lapses"]
         share = (0.5 - guesses) / (1.0 - guesses - lapses)
-        shift = self.truth["spread_db"] * _normal_inverse(share) if "steps_db" in self.given else 0.0
-        found = {f"threshold {name}": self._middle_of(name) + shift for name in stimuli}
-        return found if "steps_db" in self.given else found | {"spread": self.truth["spread_db"]}
+        shift = self._spread_db * _normal_inverse(share)
+        return {f"threshold {name}": self._middle_of(name) + shift for name in self.given["followed"]}
+
+    @property
+    def _spread_db(self) -> float:
+        return float(self.truth["spread_db"])
 
     def _middle(self, trial: Trial) -> float:
         return self._middle_of(str(trial.facts["comparison"]))
@@ -134,6 +136,22 @@ class Detector(Observer):
         if self.given.get("standard"):
             return float(self.truth["equal_db"])
         return 20.0 * math.log10(self.truth["threshold_m_s2"] / self.protocol.stimuli[stimulus].level_m_s2)
+
+
+class SlopedDetector(Detector):
+    """The same where the spread is estimated, too. People differ in it: how often an interval of what is believed holds
+    one single truth says how near that is to the middle of what is thought of."""
+
+    methods = ("bayesian",)
+    spreads_differ = Number(0.5, 0.0, 2.0, doc="Standard deviation of the spread's logarithm from person to person.")
+
+    def truths(self) -> dict[str, float]:
+        name = self.given["followed"]
+        return {f"threshold {name}": self._middle_of(name), "spread": self._spread_db}
+
+    @property
+    def _spread_db(self) -> float:
+        return float(self.truth["spread_db"] * math.exp(self.truth["spreads_differ"] * self.place))
 
 
 class Discriminator(Observer):
@@ -259,18 +277,22 @@ class Foot(Observer):
 
 OBSERVERS: Mapping[str, type[Observer]] = {
     kind: observer
-    for observer in (Identifier, Detector, Discriminator, Rater, Labeller, Foot)
+    for observer in (Identifier, Detector, SlopedDetector, Discriminator, Rater, Labeller, Foot)
     for kind in observer.methods
 }
 """The observer of each method by its kind."""
 
 
-def check_truth(truth: Mapping[str, float]) -> None:
-    """Raise `BadValue` for a name that no observer has, or a value that cannot be."""
-    known = {name: p for observer in OBSERVERS.values() for name, p in observer.parameters.items()}
-    for name, value in truth.items():
+def truths_of(protocol: Protocol, truth: Mapping[str, float]) -> dict[str, tuple[Parameter, float]]:
+    """What can be said of the people who answer a protocol, by name, and what is true of them.
+
+    `BadValue` for a name in `truth` that none of them has, or a value that cannot be.
+    """
+    kinds = {stage.method.kind for stage in protocol.stages if stage.method is not None}
+    known = {name: one for kind in sorted(kinds) for name, one in OBSERVERS[kind].parameters.items()}
+    for name in truth:
         require(name in known, "truth", name, ", ".join(known))
-        known[name].check(value)
+    return {name: (one, one.check(truth.get(name, one.default))) for name, one in known.items()}
 
 
 class SimulatedParticipant:

@@ -15,10 +15,13 @@ from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
-from underfoot.experiments.stimuli import Stimulus
+from underfoot.experiments.stimuli import Stimulus, patch_path
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch.node import Registry
+from underfoot.patch.node_files import NodeFile, has_nodes
+from underfoot.patch.own_nodes import files_needed
+from underfoot.patch.patch import Patch
 
 FORMAT = "underfoot-protocol"
 VERSION = 1
@@ -33,6 +36,7 @@ def _told(text: str, label: str = "") -> msgspec.Meta:
     return msgspec.Meta(description=text, title=label or None)
 
 
+_PILOT_TRIALS, _PILOT_PAUSE_S = 2, 5.0
 END = "end"
 """What `Stage.next` says where the study ends behind a stage."""
 
@@ -49,8 +53,9 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     `seconds`), "level" (set to where `stimulus` is just felt), "trials" of a `method`, or a "pause" of `seconds`.
 
     In trials, `start` is what begins a presentation: a key, a step onto the tile, or two crossings of it (there and
-    back). Between trials `trial_pause_s` pass, between the intervals of one `interval_pause_s`, between blocks
-    `block_pause_s`, but `long_pause_s` after every `long_pause_every` blocks. `practice` is left out of the analysis.
+    back). With `most_trials` the stage ends after so many. Between trials `trial_pause_s` pass, between the intervals
+    of one `interval_pause_s`, between blocks `block_pause_s`, but `long_pause_s` after every `long_pause_every` blocks.
+    `practice` is left out of the analysis.
     With `foot` the answer can be given by stepping on the floor, too.
     `next` is the id of the stage behind it, "end" for none, "" for the one that follows in the list.
     """
@@ -68,6 +73,9 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         _told("A key, a step onto the tile, or crossing it there and back.", "Begun by"),
     ] = "key"
     plays: Annotated[int, msgspec.Meta(ge=1, le=1000), _told("How often it can be felt, by a key.")] = 1
+    most_trials: Annotated[
+        int, msgspec.Meta(ge=0, le=100_000), _told("Ends after so many trials; 0: after all of them.")
+    ] = 0
     feedback: Annotated[bool, _told("Whether the right answer is shown, where there is one.")] = False
     foot: FootAnswer | None = None
     seconds: Annotated[Seconds, _told("How long it lasts; 0 in learning: until the participant goes on.", "Lasts")] = (
@@ -88,8 +96,8 @@ FIELDS_OF_KIND: Mapping[str, tuple[str, ...]] = {
     "read": _WORDS,
     "learn": (*_WORDS, "seconds"),
     "level": (*_WORDS, "stimulus"),
-    "trials": ("title", "method", "start", "plays", "feedback", "practice", "foot", "trial_pause_s", "interval_pause_s",
-               "block_pause_s", "long_pause_s", "long_pause_every"),
+    "trials": ("title", "method", "most_trials", "start", "plays", "feedback", "practice", "foot", "trial_pause_s",
+               "interval_pause_s", "block_pause_s", "long_pause_s", "long_pause_every"),
     "pause": (*_WORDS, "seconds"),
 }  # fmt: skip
 """The fields of a stage that say something, by its kind; `id` and `next` every stage has."""
@@ -144,6 +152,10 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             at = at + 1 if not stage.next else following.get(stage.next, -1)
         return tuple(order.values())
 
+    def pilot(self) -> "Protocol":
+        """The same with two trials of each stage of trials, and short pauses, to be tried on oneself."""
+        return msgspec.structs.replace(self, title=f"{self.title}, pilot", stages=tuple(map(_pilot, self.stages)))
+
     # --- checks ---
 
     def check(self, registry: Registry, folder: Path | None = None) -> "Protocol":
@@ -171,7 +183,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         left_out = seen - {stage.id for stage in self.order()}
         if left_out:
             first = min(left_out)
-            raise BadValue(f"stages: no stage leads to {first!r}; name it in the next of another, or take it away")
+            raise BadValue(f"stages: no stage leads to {first!r}; name it in the next of another, or remove it")
         return self
 
     def _check_stage(self, place: str, stage: Stage, ids: set[str]) -> None:
@@ -234,6 +246,18 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         write_file(path, self.dumps())
 
 
+def node_files_of(path: Path) -> list[NodeFile]:
+    """The files of custom nodes that the patches of a protocol's file need, and that do not run yet."""
+    stimuli = parse(read_file(path), str(path), FORMAT, VERSION).get("stimuli")
+    found: dict[str, NodeFile] = {}
+    for stimulus in stimuli.values() if isinstance(stimuli, dict) else ():
+        name = stimulus.get("patch") if isinstance(stimulus, dict) else None
+        if isinstance(name, str) and name and has_nodes((patch := patch_path(name, path.parent)).parent):
+            used = Patch.unchecked(read_file(patch), str(patch)).types.values()
+            found |= {file.path: file for file in files_needed(used, patch.parent)}
+    return list(found.values())
+
+
 def _check_types_of_stimuli(raw: Mapping[str, Any], source: str) -> None:
     """Raise `BadFile` for a stimulus whose fields have wrong types, by its name, which the library does not tell."""
     stimuli = raw.get("stimuli")
@@ -242,6 +266,16 @@ def _check_types_of_stimuli(raw: Mapping[str, Any], source: str) -> None:
             msgspec.convert(stimulus, Stimulus)
         except msgspec.ValidationError as error:
             raise BadFile(f"{source}: $.stimuli.{name}{placed(error, stimulus).removeprefix('$')}") from None
+
+
+def _pilot(stage: Stage) -> Stage:
+    match stage.kind:
+        case "trials":
+            return msgspec.structs.replace(stage, most_trials=_PILOT_TRIALS)
+        case "pause":
+            return msgspec.structs.replace(stage, seconds=min(stage.seconds, _PILOT_PAUSE_S))
+        case _:
+            return stage
 
 
 def _check_questions(place: str, questions: tuple[Question, ...]) -> None:

@@ -23,7 +23,7 @@ from underfoot.nodes import REGISTRY
 
 MOST_PEOPLE = 1_000_000
 SHARES = (0.25, 0.5, 1.0)
-"""After which shares of the blocks estimates are made."""
+"""After which shares of the blocks estimates are made, or of the trials where there is one block."""
 
 Found = tuple[int, str, float, float, float, float, float]
 """Person, estimate, share of the trials, value, low, high, truth."""
@@ -90,10 +90,16 @@ def _estimates(
 ) -> Iterable[tuple[str, float, float, float]]:
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
         settings = settings_of(protocol, stage, Settings(bootstrap=bootstrap if share == 1.0 else 0))
-        last = max(int(row["block"]) for row in part)
-        kept = [row for row in part if int(row["block"]) <= max(round(share * last), 1)]
-        for one in ANALYSES[method].estimates(kept, settings):
+        for one in ANALYSES[method].estimates(_first(part, share), settings):
             yield one.name, one.value, one.low, one.high
+
+
+def _first(rows: Sequence[Row], share: float) -> Sequence[Row]:
+    """The first blocks of a stage; of one block the first trials."""
+    last = max(int(row["block"]) for row in rows)
+    if last == 1:
+        return rows[: max(round(share * len(rows)), 1)]
+    return [row for row in rows if int(row["block"]) <= max(round(share * last), 1)]
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ page.
 """
 
 import json
+import os
 import platform
 import sqlite3
 import zlib
@@ -26,7 +27,7 @@ from underfoot.documents import parse, placed
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
-from underfoot.experiments.study import Entry, Study
+from underfoot.experiments.study import Entry, Study, method_of
 from underfoot.files import replaced
 
 APPLICATION_ID = 0x55464558  # "UFEX"
@@ -94,10 +95,13 @@ class SessionFile:
     ) -> "SessionFile":
         """A new file of a checked protocol, whose patches lie in `folder`; `BadFile` where there is one already.
 
-        `about` is what else is to be kept: target, profile.
+        `about` is what else is to be kept: target, profile. `BadValue` where a method needs what is not installed.
         """
         path = Path(path)
-        if path.exists():
+        for stage in protocol.stages:
+            if stage.method is not None:
+                method_of(protocol, stage, participant)  # which says now, not at its first trial, what it lacks
+        if os.path.exists(path):
             raise BadFile(f"{path} is there already; go on with it, or choose another name for the session")
         known = {
             **(about or {}),

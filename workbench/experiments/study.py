@@ -102,6 +102,19 @@ class Study:
         """How far below the protocol's levels this participant is, 0 or less."""
         return self._gain_db
 
+    @property
+    def learned(self) -> tuple[str, ...]:
+        """The stimuli that can be tried in learning, by their number from 1: those of the next trials."""
+        stages = self.protocol.order()
+        here = next((k for k, stage in enumerate(stages) if stage.id == self._page.stage), 0)
+        for stage in stages[here:]:
+            if stage.method is not None:
+                method = METHODS[stage.method.kind]
+                given = method.checked(stage.method.parameters, self.protocol.stimuli)
+                named = next((value for name, value in given.items() if method.names_stimuli(name)), ())
+                return tuple(named) or tuple(self.protocol.stimuli)
+        return tuple(self.protocol.stimuli)
+
     def answer(self, values: Answers, facts: Mapping[str, Any] | None = None) -> Entry:
         """Answer the page and go on; what is to be kept of it. `BadValue` leaves all as it was."""
         page = self._page
@@ -148,7 +161,7 @@ class Study:
     # --- how it goes on ---
 
     def _begin(self) -> None:
-        self._at, self._attempt, self._gain_db = 0, 1, 0.0
+        self._at, self._attempt, self._answered, self._gain_db = 0, 1, 0, 0.0
         self._feedback, self._pause = "", 0.0
         self._method: Method | None = None
         self._page: Page
@@ -172,11 +185,12 @@ class Study:
                 return
         else:
             self._method.answer(entry.answers)
-            self._attempt = 1
+            self._attempt, self._answered = 1, self._answered + 1
             if stage.feedback:
                 self._feedback = self._method.feedback(page.trial, entry.answers)
             self._pause = _pause_s(stage, page.trial, self._method.trial)
-        if self._method is not None and self._method.trial is None:
+        if self._method is not None and (self._method.trial is None or self._answered == stage.most_trials > 0):
+            self._pause = 0.0
             self._at += 1
             self._open_stage()
         else:
@@ -184,7 +198,7 @@ class Study:
 
     def _open_stage(self) -> None:
         """Come to the stage that is now due: make its method, and its first page."""
-        self._attempt, self._method = 1, None
+        self._attempt, self._method, self._answered = 1, None, 0
         if self._at < len(self._stages):
             stage = self._stages[self._at]
             if stage.method is not None:
@@ -243,6 +257,8 @@ class Study:
         if self._at >= len(self._stages):
             return 1.0
         within = self._method.share if self._method is not None else 0.0
+        if most := self._stages[self._at].most_trials:
+            within = max(within, self._answered / most)
         weights = [_WEIGHT if stage.kind == "trials" else 1.0 for stage in self._stages]
         return (sum(weights[: self._at]) + within * weights[self._at]) / sum(weights)
 

@@ -74,6 +74,9 @@ BRIDGED_M_S = 0.5
 TOUCH_S = 0.08
 """No foot leaves so soon: what does is its heel, and the rest comes down on another tile up to `BEFORE_S` later."""
 
+LINGERS_S = 0.05
+"""So much longer than the rest of a foot that leaves may its toes be on the next tile."""
+
 TICK = 8
 """Looked at every so many of the samples that are kept, about 250 a second."""
 
@@ -237,7 +240,7 @@ class FootFinder:
     def _look(self, now: int) -> None:
         for load in list(self._on.values()):
             if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - AFTER_S:
-                at_s = jumped(load.track(), load.start_s)
+                at_s = jumped(load.track(), load.start_s, self._came_m(load))
                 at_s = self._relieved(load) if at_s is None else at_s
                 if at_s is not None:
                     self._divide(load, at_s)
@@ -259,13 +262,18 @@ class FootFinder:
 
     def _relieved(self, load: Load) -> float | None:
         """When one foot had left a load, and another came on: elsewhere on the tile, or with a load beside it."""
-        begin_s = self._now_s - HELD_S + 1.5 * BEFORE_S
-        found = relieved(load.track(), begin_s) if begin_s - load.start_s >= ROLLED_S else None
+        begin_s = max(self._now_s - HELD_S + 1.5 * BEFORE_S, load.start_s + ROLLED_S)
+        found = relieved(load.track(), begin_s)
         if found is None:
             return None
         least_s, moved = found
         begins = any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load))
         return least_s if moved or begins else None
+
+    def _came_m(self, load: Load) -> NDArray[np.float64]:
+        """Where the foot of a load came down, as far as is known: from there to the load it rolls."""
+        parts = [one for one in self._loads if one.foot == load.foot and len(one.track())] if load.foot else [load]
+        return min(parts or [load], key=lambda one: one.start_s).track()[0, 1:3]
 
     def _divide(self, load: Load, at_s: float) -> None:
         """From `at_s` on a load is another foot's: a load of its own."""
@@ -407,7 +415,7 @@ class FootFinder:
         return self._toes(load, mine, track, (ripe, over, rest_s))
 
     def _own(self, load: Load, until_s: float) -> NDArray[np.float64]:
-        """`loaded`, less a beginning elsewhere: the toes of a foot that left soon after."""
+        """`loaded`, less what is elsewhere than the rest: the toes of a foot that left soon after it began."""
         track = loaded(load, until_s)
         left_s = [
             other.end_s
@@ -416,8 +424,11 @@ class FootFinder:
             and self._touches[other.tile, load.tile]
             and load.start_s < other.end_s <= load.start_s + TOGETHER_S
         ]
-        own = track[track[:, 0] >= max(left_s)] if left_s else track
-        return own if len(own) and math.dist(own[0, 1:3], track[0, 1:3]) >= JUMP_M else track
+        at = int(np.searchsorted(track[:, 0], max(left_s, default=-math.inf) + LINGERS_S))
+        if at == 0:  # nothing is in doubt
+            return track
+        elsewhere_m = np.hypot(*(track[:at, 1:3] - track[at % len(track), 1:3]).T).max()
+        return track[at:] if elsewhere_m >= JUMP_M else track
 
     def _light(self, load: Load, parts: list[Load]) -> float | None:
         """`_judge` for a load too light to tell anything but where it is."""

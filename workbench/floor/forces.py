@@ -49,7 +49,7 @@ def floor_beside(path: str | Path) -> Path:
     >>> floor_beside("data/walk.csv").name
     'walk.floor.json'
     """
-    return Path(path).with_suffix(".floor.json")
+    return Path(path).parent / f"{Path(path).stem}.floor.json"
 
 
 def read_forces(path: str | Path, floor: Floor) -> ForceSeries:

@@ -5,6 +5,7 @@ the plate responds to its shaker, and `latency` how long that takes. Each part k
 measured error and its verdict; a part that is replaced goes to `earlier` and can be restored.
 """
 
+import os
 from collections.abc import Mapping
 from datetime import date
 from pathlib import Path
@@ -363,7 +364,7 @@ def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
     if not folder.is_dir():
         raise BadFile(f"{folder} is not a folder of profiles")
     paths = {tile: folder / f"{tile}.json" for tile in floor.ids}
-    return {tile: Profile.load(path) for tile, path in paths.items() if path.exists()}
+    return {tile: Profile.load(path) for tile, path in paths.items() if os.path.exists(path)}
 
 
 def round_trip_frames(profiles: Mapping[str, Profile], rate_hz: int, block: int) -> int:

@@ -21,6 +21,10 @@ JUMP_M, ASIDE_M, ONWARDS, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.06, 0.5, 0.15, 0.1
 the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a
 heel that strikes becomes a foot."""
 
+RISEN, RISEN_M = 1.5, 0.045
+"""Where the load meanwhile becomes so many times as large, `RISEN_M` will do, if it is not the way from where its foot
+came down: somebody has stepped on."""
+
 PASSED = 0.65
 """It is the next foot's from this share of its way on: later than half, for the first foot is still on it."""
 
@@ -137,26 +141,29 @@ def _line(track: Floats, begin_s: float, end_s: float, at_s: float) -> Floats:
     return np.stack([middle_m + speed * (at_s - middle_s), speed])
 
 
-def jumped(track: Floats, start_s: float) -> float | None:
-    """When the centroid of a load that began at `start_s` lately went from one foot to the next."""
+def jumped(track: Floats, start_s: float, came_m: Floats) -> float | None:
+    """When the centroid of a load that began at `start_s` lately went from one foot to the next.
+
+    `came_m` (2,) is where its foot came down, maybe on another tile.
+    """
     if track[-1, 0] - start_s < ROLLED_S + JUMP_S + AFTER_S:
         return None
     time_s = track[:, 0]
     begin, end = np.searchsorted(time_s, time_s[-1] - AFTER_S - JUMP_S), np.searchsorted(time_s, time_s[-1] - AFTER_S)
     towards = track[end, 1:3] - track[begin, 1:3]
-    if track[begin:, 3].min() < LOADED_N or not _is_jump(track, begin, towards):
+    place_m, length_m = track[begin, 1:3], float(np.hypot(*towards))
+    moved = length_m >= JUMP_M or (length_m >= ASIDE_M and _is_aside(place_m - track[0, 1:3], towards))
+    risen = length_m >= RISEN_M and track[end, 3] >= RISEN * track[begin, 3]
+    if track[begin:, 3].min() < LOADED_N or not (moved or (risen and _is_aside(place_m - came_m, towards))):
         return None
     along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
     return float(time_s[begin + int(np.argmax(along >= PASSED * along[-1]))])
 
 
-def _is_jump(track: Floats, begin: int, towards: Floats) -> bool:
-    """Whether a centroid that goes so far from sample `begin` on goes further than a foot's."""
-    length_m = float(np.hypot(*towards))
-    rolled = track[begin, 1:3] - track[0, 1:3]
-    if length_m >= JUMP_M or length_m < ASIDE_M:
-        return length_m >= JUMP_M
-    return float(towards @ rolled) < ONWARDS * length_m * max(float(np.hypot(*rolled)), ASIDE_M)
+def _is_aside(rolled: Floats, towards: Floats) -> bool:
+    """Whether a centroid that rolled so far, and then goes `towards`, goes another way."""
+    least_m = max(float(np.hypot(*rolled)), ASIDE_M)
+    return float(towards @ rolled) < ONWARDS * float(np.hypot(*towards)) * least_m
 
 
 def relieved(track: Floats, begin_s: float) -> tuple[float, bool] | None:
@@ -166,9 +173,9 @@ def relieved(track: Floats, begin_s: float) -> tuple[float, bool] | None:
     if begin >= len(track):
         return None
     least = begin + int(force_n[begin:].argmin())
-    most = float(force_n[:least].max(initial=0.0))
-    if force_n[-1] < force_n[least] + LOADED_N or force_n[least] > RELIEVED * most:
+    most, risen = float(force_n[:least].max(initial=0.0)), least + int(force_n[least:].argmax())
+    if force_n[risen] < force_n[least] + LOADED_N or force_n[least] > RELIEVED * most:
         return None
     was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED * most)]
-    moved = len(was) > 0 and math.dist(track[-1, 1:3], was[-1, 1:3]) >= MOVED_M
+    moved = len(was) > 0 and math.dist(track[risen, 1:3], was[-1, 1:3]) >= MOVED_M
     return float(track[least, 0]), moved

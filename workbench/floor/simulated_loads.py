@@ -54,14 +54,17 @@ HAND = np.dtype(
 
 def footfall_table(walks: Sequence[Sequence[gait.Footfall]]) -> NDArray[np.void]:
     """The footfalls of several people in one order of time: shape (footfalls,) of `FOOTFALL`."""
-    table = np.zeros(sum(map(len, walks)), FOOTFALL)
-    every = ((person, number, step) for person, steps in enumerate(walks) for number, step in enumerate(steps))
-    for row, (person, number, step) in zip(table, every, strict=True):
-        for name in ("start_s", "duration_s", "heel_x_m", "heel_y_m", "length_m", "breadth_m"):
-            row[name] = getattr(step, name)
-        row["cos_heading"], row["sin_heading"] = math.cos(step.heading_rad), math.sin(step.heading_rad)
-        row["extremes_n"] = step.peak1_n, step.valley_n, step.peak2_n
-        row["person"], row["number"], row["left"] = person, number, step.side == "left"
+    steps = [step for walk in walks for step in walk]
+    table = np.zeros(len(steps), FOOTFALL)
+    for name in ("start_s", "duration_s", "heel_x_m", "heel_y_m", "length_m", "breadth_m"):
+        table[name] = [getattr(step, name) for step in steps]
+    table["cos_heading"] = [math.cos(step.heading_rad) for step in steps]
+    table["sin_heading"] = [math.sin(step.heading_rad) for step in steps]
+    for k, name in enumerate(("peak1_n", "valley_n", "peak2_n")):
+        table["extremes_n"][:, k] = [getattr(step, name) for step in steps]
+    table["person"] = [person for person, walk in enumerate(walks) for _ in walk]
+    table["number"] = [number for walk in walks for number in range(len(walk))]
+    table["left"] = [step.side == "left" for step in steps]
     return table[np.argsort(table["start_s"], kind="stable")]
 
 

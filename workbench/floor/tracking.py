@@ -21,7 +21,7 @@ from underfoot.floor.running_median import (
     median_deviation,
     running_median,
 )
-from underfoot.kernels import kernel
+from underfoot.kernels import inlined, kernel
 
 Floats = NDArray[np.float64]
 
@@ -53,6 +53,7 @@ TILE = np.dtype(
         ("untared", np.bool_),
         ("quiet", np.int64),
         ("need", np.int64),
+        ("unladen", np.bool_),
         ("negative_s", np.float64),
         ("on", np.bool_),
         ("off_n", np.float64),
@@ -66,9 +67,9 @@ TILE = np.dtype(
 )
 """What is known of a tile. `noise_n` is brought up to date when it matters: where `noise_of` is not 0 it is that of so
 many values of the ring, the latest of them at place `noise_at`. `sum_n` is of `summed` samples, those since the last
-that was taken for baselines. `quiet` counts its thinned quiet samples in a row and `need` is how many a baseline wants.
-In contact: `token` numbers the loads of all tiles, and from `steady_s` on this one stayed between `low_n` and
-`high_n`."""
+that was taken for baselines. `quiet` counts its thinned quiet samples in a row and `need` is how many a baseline wants;
+an `unladen` tile's present sample is still to be counted. In contact: `token` numbers the loads of all tiles, and from
+`steady_s` on this one stayed between `low_n` and `high_n`."""
 
 STREAM = np.dtype(
     [
@@ -147,6 +148,7 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
         now_s = time_s[i]
         gap = stream.count > 0 and now_s - stream.time_s > stream.gap_s
         take = stream.count % stream.every == 0
+        newest, oldest = _window_ends(memory)
         for k in range(len(tiles)):
             tile = tiles[k]
             before_n = tile.load_n
@@ -168,7 +170,7 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                 elif now_s - tile.onset_s >= BLIP_S:
                     tile.quiet = 0
                 elif take and tile.quiet > 0:
-                    _slide(memory, k)
+                    _slide(memory, k, newest, oldest)
             if not tile.on:
                 on_n = ON_N
                 if not abs(tile.load_n) < ON_N:  # only then it matters what the noise is
@@ -176,13 +178,16 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                 if tile.load_n >= on_n:
                     happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
                     if take and tile.quiet > 0:  # should it be no foot, the quiet has no hole
-                        _slide(memory, k)
-                elif not lost and (take or tile.load_n <= -on_n):
-                    _update_baseline(memory, k, now_s, on_n, take)
+                        _slide(memory, k, newest, oldest)
+                elif not lost and tile.load_n <= -on_n:
+                    _renew_if_negative(memory, k, now_s, take)
                 elif not lost:  # most samples: a call that takes all memory would cost more than all else
                     tile.negative_s = math.nan
+                    tile.unladen = take
             if tile.on and not lost:
                 _locate(tile, plates[k], force_n[i, k])
+        if take:
+            _update_baselines(memory, newest, oldest)
         written = _write_rows(tiles, stream, now_s, rows, written)
         stream.taken += 1 if take else 0
         stream.count += 1
@@ -341,53 +346,63 @@ def _is_settled(tile: np.record, now_s: float) -> bool:
 
 
 @kernel
-def _update_baseline(memory: TrackerMemory, k: int, now_s: float, on_n: float, take: bool) -> None:
-    """Let a sample off contact into the baseline of tile k, unless the tile reads less than nothing."""
+def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) -> None:
+    """Tile k reads less than nothing: after a while it takes that as its baseline."""
     tile = memory.tiles[k]
-    if tile.load_n <= -on_n:
-        _forget_quiet(memory, k)
-        if math.isnan(tile.negative_s):
-            tile.negative_s = now_s
-        elif now_s - tile.negative_s >= NEGATIVE_S:
-            _renew_now(memory, k, take)
-        return
-    tile.negative_s = math.nan
-    if not take:
-        return
-    n = _slide(memory, k)
-    if tile.quiet >= tile.need:
-        ring, stream = memory.ring[k], memory.stream[0]
-        newest = (stream.taken - stream.guard) % len(ring)
+    _forget_quiet(memory, k)
+    if math.isnan(tile.negative_s):
+        tile.negative_s = now_s
+    elif now_s - tile.negative_s >= NEGATIVE_S:
+        _renew_now(memory, k, take)
+
+
+@kernel
+def _update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
+    """Let the present sample of each unladen tile into its baseline."""
+    for k in range(len(memory.tiles)):
+        tile = memory.tiles[k]
+        if not tile.unladen:
+            continue
+        tile.unladen = False
+        n = _slide(memory, k, newest, oldest)
+        if tile.quiet < tile.need:
+            continue
         for sensor in range(4):
             tile.base_n[sensor] = running_median(
-                memory.middles[k, sensor], memory.window[k, sensor], ring[:, sensor], newest, n
+                memory.middles[k, sensor], memory.window[k, sensor], memory.ring[k, :, sensor], newest, n
             )
         tile.noise_of, tile.noise_at = n, newest
         tile.untared = False
 
 
-@kernel
-def _slide(memory: TrackerMemory, k: int) -> int:
+@inlined
+def _window_ends(memory: TrackerMemory) -> tuple[int, int]:
+    """Where in the rings the value is that comes into the windows with the present sample, and the one that goes."""
+    stream, places = memory.stream[0], memory.ring.shape[1]
+    newest = stream.taken - stream.guard
+    return newest % places, (newest - memory.window.shape[2]) % places
+
+
+@inlined
+def _slide(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
     """Count a quiet sample of tile k, and let the one that is `guard` older into the baseline.
 
     Returns how many that has.
     """
-    tile, stream, ring, window = memory.tiles[k], memory.stream[0], memory.ring[k], memory.window[k]
+    tile, window = memory.tiles[k], memory.window[k]
     length = window.shape[1]
-    had = min(tile.quiet - stream.guard, length)
+    had = min(tile.quiet - memory.stream[0].guard, length)
     tile.quiet += 1
     if had < 0:
         return 0
-    comes = ring[(stream.taken - stream.guard) % len(ring)]
-    goes = ring[(stream.taken - stream.guard - length) % len(ring)]
     for sensor in range(4):
-        middle = memory.middles[k, sensor]
-        if had == length:
-            exchange(middle, window[sensor], goes[sensor], comes[sensor])
-        else:
+        middle, comes, goes = memory.middles[k, sensor], memory.ring[k, newest, sensor], memory.ring[k, oldest, sensor]
+        if had < length:
             if had == 0:
                 begin(middle)
-            insert(middle, window[sensor], comes[sensor])
+            insert(middle, window[sensor], comes)
+        elif comes != goes:
+            exchange(middle, window[sensor], goes, comes)
     return min(had + 1, length)
 
 

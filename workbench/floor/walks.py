@@ -1,13 +1,14 @@
 """Who walks: footsteps of persons, each with its side and how it follows the one before.
 
 A person is known from one footstep to the next, through the swing phase, by where the next step is due and when, and by
-what two steps of one person have in common: the mean force, which is the weight borne, and the time on the ground. A
-person who has not been seen for three seconds is somebody new.
+what two steps of one person have in common: the mean force, which is the weight borne, and the time on the ground.
+Steps of several people that end within 0.4 s are given to them together, so that all suit best. A person who has not
+been seen for three seconds is somebody new.
 """
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -61,6 +62,10 @@ FADES = 0.85
 WAIT_S, LATE_S = 0.8, 1.0
 """A step waits so long, after its end, for the next one to tell its side; contacts are told of up to `LATE_S` late."""
 
+TOGETHER, TOGETHER_S, MOST = 0.75, 0.4, 5
+"""Footfalls that end within this share of the quickest walker's step are of different persons, at most so long: whose
+they are is told together, of `MOST` at once."""
+
 LEARNS, ODD = 0.25, 1.25
 """How much a new step counts for what is usual of a person, and by which factor it may differ."""
 
@@ -69,8 +74,9 @@ class StepCounter:
     """Turns contacts, in the order in which they ended, into numbered steps of persons, with sides.
 
     A person's steps alternate. Which is which is told by how far each lies to the side of the last, seen along the way
-    in which both feet rolled, or else from the step before last. A step is given out as soon as its side is known, or
-    1.8 s after its end; the result does not depend on how contacts are cut into calls.
+    in which both feet rolled, or else from the step before last. Among several people it is told whose a step is 0.4 s
+    after its end, with the others that ended meanwhile. A step is given out as soon as its side is known, or 1.8 s
+    after its end, 2.2 s among several people; the result does not depend on how contacts are cut into calls.
     """
 
     def __init__(self, floor: Floor) -> None:
@@ -78,6 +84,7 @@ class StepCounter:
         self._count = 0
         self._people = 0
         self._walks: list[_Walk] = []
+        self._due: deque[_Footfall] = deque()
         self._waiting: deque[_Footfall] = deque()
 
     def feed(self, contacts: Iterable[Contact], now_s: float) -> list[Step]:
@@ -90,16 +97,13 @@ class StepCounter:
                 or contact.force_n.max() < LEAST_N
             ):
                 continue
-            footfall = _Footfall.of(contact, self._floor)
-            self._place(footfall)
-            if is_step(contact):
-                steps += self._ready(contact.end_s)
-                self._waiting.append(footfall)
-        return steps + self._ready(now_s - LATE_S)
+            self._due.append(_Footfall.of(contact, self._floor))
+            steps += self._place_until(contact.end_s)
+        return steps + self._place_until(now_s - LATE_S) + self._ready(now_s - LATE_S - self._together_s())
 
     def finish(self) -> list[Step]:
         """The steps that still waited for their side."""
-        return self._ready(math.inf)
+        return self._place_until(math.inf) + self._ready(math.inf)
 
     def person_at(self, start_s: float, place_m: tuple[float, float]) -> int:
         """The person whose next step a contact would be that began then and is there now; 0 for nobody known."""
@@ -116,12 +120,35 @@ class StepCounter:
             steps.append(replace(footfall.step, step=self._count, side=footfall.side, person=person))
         return steps
 
-    def _place(self, footfall: "_Footfall") -> None:
-        """The footfall as the next one of whoever it suits best, or as the first of somebody new."""
+    def _place_until(self, now_s: float) -> list[Step]:
+        """Place the footfalls of which all that ended soon after are known; the steps that are known by that."""
+        steps = []
+        while self._due:
+            footfall = self._due[0]
+            until_s = footfall.end_s + self._together_s()
+            if until_s > now_s:
+                break
+            self._place(footfall, [footfall, *(one for one in list(self._due)[1:] if one.end_s < until_s)])
+            self._due.popleft()
+            if footfall.is_whole:
+                steps += self._ready(footfall.end_s)
+                self._waiting.append(footfall)
+        return steps
+
+    def _together_s(self) -> float:
+        """Footfalls that end within so long are of different persons."""
+        if len(self._walks) < 2:
+            return 0.0  # nothing to choose from
+        return min(TOGETHER * min(walk.step_s for walk in self._walks), TOGETHER_S)
+
+    def _place(self, footfall: "_Footfall", together: Sequence["_Footfall"]) -> None:
+        """The footfall, the first of those that ended `together`, as the next one of whoever it suits best, with all of
+        these, or as the first of somebody new."""
         self._walks = [walk for walk in self._walks if footfall.end_s - walk.last.end_s <= GONE_S + LONGEST_S]
-        costs = [(walk.cost(footfall), place) for place, walk in enumerate(self._walks)]
-        if costs and min(costs)[0] < STRANGER:
-            walk = self._walks[min(costs)[1]]
+        costs = [[walk.cost(one) for walk in self._walks] for one in together[:MOST]]
+        place = _cheapest(costs)[1]
+        if place >= 0:
+            walk = self._walks[place]
         else:
             self._people += 1
             walk = _Walk(self._people)
@@ -375,6 +402,15 @@ class _Walk:
         if len(places) < 3 or steps > 1:
             return places[-1] + steps * (places[-1] - places[0]) / (len(places) - 1)
         return places[1] + (places[2] - places[0])
+
+
+def _cheapest(costs: list[list[float]], taken: frozenset[int] = frozenset()) -> tuple[float, int]:
+    """The least sum where each footfall (a row) goes to a walk of its own (a column), or to somebody new; and the walk
+    of the first, -1 for somebody new."""
+    if not costs:
+        return 0.0, -1
+    ways = [(cost, place) for place, cost in enumerate(costs[0]) if cost < STRANGER and place not in taken]
+    return min((cost + _cheapest(costs[1:], taken | {place})[0], place) for cost, place in [*ways, (STRANGER, -1)])
 
 
 def _borne(force_n: float, stance_s: float) -> NDArray[np.float64]:

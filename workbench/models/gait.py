@@ -6,6 +6,7 @@ ground gives its weight back exactly, so a footfall's impulse is weight times st
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -173,7 +174,11 @@ def footfalls(
     require(math.isfinite(start_s), "start_s", start_s, "a finite time")
     key = stream_key(seed, "walker")
     count = max(0, math.ceil((seconds - start_s) / walker.step_s) + 2)
-    steps = [_footfall(walker, points, step, key, start_s) for step in range(count)]
+    way = _Path(points)
+    steps = [
+        footfall_at(walker, way.at(step * walker.step_length_m), step, key, start_s + step * walker.step_s)
+        for step in range(count)
+    ]
     return [step for step in sorted(steps, key=lambda step: step.start_s) if start_s <= step.start_s < seconds]
 
 
@@ -242,26 +247,29 @@ def _raised_cosine(u: NDArray[np.float64]) -> NDArray[np.float64]:
     return 0.5 * (1.0 - np.cos(np.pi * np.clip(u, 0.0, 1.0)))
 
 
-def _footfall(walker: Walker, points: NDArray[np.float64], step: int, key: np.uint64, start_s: float) -> Footfall:
-    place = _along(points, step * walker.step_length_m)
-    return footfall_at(walker, place, step, key, start_s + step * walker.step_s)
+class _Path:
+    """A path of points that is walked there and back again, or round and round if it is closed."""
 
+    def __init__(self, points: NDArray[np.float64]) -> None:
+        edges = np.diff(points, axis=0)
+        lengths = np.hypot(edges[:, 0], edges[:, 1])
+        self._points, self._edges, self._lengths = points.tolist(), edges.tolist(), lengths.tolist()
+        self._ends: list[float] = np.cumsum(lengths).tolist()
+        self._total = float(lengths.sum())
+        self._is_closed = len(points) > 2 and bool((points[0] == points[-1]).all())
+        self._last = max((k for k, length in enumerate(self._lengths) if length > 0.0), default=0)
 
-def _along(points: NDArray[np.float64], distance: float) -> tuple[float, float, float]:
-    """Place and heading after `distance` along the path, there and back again, or round and round if it is closed."""
-    edges = np.diff(points, axis=0)
-    lengths = np.hypot(edges[:, 0], edges[:, 1])
-    total = float(lengths.sum())
-    if total == 0.0:
-        return float(points[0, 0]), float(points[0, 1]), 0.0
-    closed = len(points) > 2 and bool((points[0] == points[-1]).all())
-    place = distance % (total if closed else 2.0 * total)
-    back = place > total
-    if back:
-        place = 2.0 * total - place
-    ends = np.cumsum(lengths)
-    edge = min(int(np.searchsorted(ends, place, side="right")), int(np.flatnonzero(lengths)[-1]))
-    share = (place - (ends[edge] - lengths[edge])) / lengths[edge]
-    x, y = points[edge] + share * edges[edge]
-    heading = math.atan2(edges[edge, 1], edges[edge, 0]) + (math.pi if back else 0.0)
-    return float(x), float(y), heading
+    def at(self, distance: float) -> tuple[float, float, float]:
+        """Place and heading after a distance."""
+        if self._total == 0.0:
+            x, y = self._points[0]
+            return x, y, 0.0
+        place = distance % (self._total if self._is_closed else 2.0 * self._total)
+        back = place > self._total
+        if back:
+            place = 2.0 * self._total - place
+        edge = min(bisect_right(self._ends, place), self._last)
+        share = (place - (self._ends[edge] - self._lengths[edge])) / self._lengths[edge]
+        (x, y), (dx, dy) = self._points[edge], self._edges[edge]
+        heading = math.atan2(dy, dx) + (math.pi if back else 0.0)
+        return x + share * dx, y + share * dy, heading

@@ -14,7 +14,7 @@ from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import AskedError, Input, Output, node, prepared
 
-_TABLES = ArrayCache("slip-quantiles")
+_TABLES = ArrayCache("slip-quantiles-2")
 """Making one costs half a second in a process that has not loaded the solver's kernels yet."""
 
 

@@ -13,11 +13,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.clock import RAMP, SPAN
+from underfoot.clock import SPAN
 from underfoot.kernels import inlined, kernel
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import append, events_at
 from underfoot.patch.calls import call_run, call_tail, cycles
+from underfoot.patch.controls import fill_signal_controls, finish_ramps, read_controls
 from underfoot.patch.tables import ANY, GUARDED, Tables, tables_at
 
 SLEEP_INTERVAL = 4 * SPAN
@@ -33,7 +34,7 @@ _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
 def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     """Run `n` frames of the program whose tables are at `addresses`, the first of them session frame `frame`."""
     p = tables_at(where)
-    _fill_signal_controls(p, frame, n)
+    fill_signal_controls(p, frame, n)
     if p.no_sound[0] == 0:
         p.sound[:] = 0.0
         p.no_sound[0] = 1
@@ -58,7 +59,7 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
         _play(p, row, n)
         p.idle[row] = not ran
         row += 1
-    _finish_ramps(p, frame, n)
+    finish_ramps(p, frame, n)
 
 
 @kernel
@@ -91,34 +92,6 @@ def tail(where: NDArray[np.int64], k: int) -> float:
     """What a node puts out in its first row with no input, by its own word: 0 for most."""
     p = tables_at(where)
     return _tail(p, k, 0) if p.nodes[k].tail != 0 and p.output.shape[0] > 0 else 0.0
-
-
-@inlined
-def _fill_signal_controls(p: Tables, frame: int, n: int) -> None:
-    """Parameters that are signals: filled once when steady, frame by frame while they move."""
-    for j in range(p.signal_controls.size):
-        state = p.signal_moving[j]
-        if state == 0:
-            continue
-        at = p.buffer_at[p.signal_controls[j]]
-        begin, end, start = p.signal_ramp[j, 0], p.signal_ramp[j, 1], p.signal_start[j]
-        if state == 2 or frame >= start + RAMP:
-            for i in range(p.output.shape[1]):
-                p.buffers[at + i] = end
-            p.signal_moving[j] = 0
-            continue
-        for i in range(n):
-            p.buffers[at + i] = on_ramp(begin, end, frame + i - start)
-
-
-@kernel
-def on_ramp(begin: float, end: float, frames: int) -> float:
-    """A control `frames` after it was sent from `begin` to `end`."""
-    if frames >= RAMP:
-        return end
-    if frames <= 0:
-        return begin
-    return begin + (end - begin) * (frames / RAMP)
 
 
 @inlined
@@ -199,7 +172,7 @@ def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, inter
                 asleep = False
                 into_span = (frame + f) % SPAN
                 if by_span and 0 < into_span <= f:
-                    _read_controls(p, k, row, frame, f - into_span)
+                    read_controls(p, k, row, frame, f - into_span)
             f, interval = _run_awake(p, k, row, frame, f, interval, (by_span, first, n))
             if (frame + f) % SLEEP_INTERVAL == 0 and _may_sleep(p, k, row, frame + f, interval):
                 at = p.nodes[k].state_at + row * p.nodes[k].state_size
@@ -211,7 +184,7 @@ def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, inter
     p.asleep[k, row] = asleep
     last = n - 1 - (frame + n - 1) % SPAN
     if by_span and asleep and last >= 0:
-        _read_controls(p, k, row, frame, last)
+        read_controls(p, k, row, frame, last)
     return ran
 
 
@@ -240,7 +213,7 @@ def _run_awake(
         g = end_of_interval
         if by_span:
             if (frame + f) % SPAN == 0:
-                _read_controls(p, k, row, frame, f)
+                read_controls(p, k, row, frame, f)
             g = min(g, f + SPAN - (frame + f) % SPAN)
         else:
             g = _far(p, k, g, interval, first, n)
@@ -267,21 +240,6 @@ def _may_wake(p: Tables, k: int, row: int, intervals: int) -> bool:
         if len(_events(p, source + row * p.event_stride[source])) > 0:
             return True
     return False
-
-
-@inlined
-def _read_controls(p: Tables, k: int, row: int, frame: int, f: int) -> None:
-    """Controls of one row as they stand at frame `f` of the block, which begins a span."""
-    memory = p.nodes[k].control_memory + row * p.nodes[k].controls
-    for j in range(p.nodes[k].controls):
-        q = p.nodes[k].controls_at + j
-        buffer = p.drivers[q]
-        if buffer < 0:
-            p.control[memory + j] = on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame + f - p.ramp_start[q])
-        else:
-            value = p.buffers[p.buffer_at[buffer] + row * p.row_stride[buffer] + f]
-            if not math.isnan(value):
-                p.control[memory + j] = min(max(value, p.ramp[q, 2]), p.ramp[q, 3])
 
 
 @inlined
@@ -501,24 +459,3 @@ def _play(p: Tables, row: int, n: int) -> None:
         at = np.uint64(p.buffer_at[p.scopes[j]])
         for i in range(np.uint64(n)):
             p.scope[j, row, i] = p.buffers[at + i]
-
-
-@inlined
-def _finish_ramps(p: Tables, frame: int, n: int) -> None:
-    """Give all rows the controls as they stand at the last span edge of the block, and end what has arrived."""
-    last = frame + n - 1 - (frame + n - 1) % SPAN
-    if last < frame:
-        return
-    for k in range(p.nodes.shape[0]):
-        if p.moving[k] == 0:
-            continue
-        moving = False
-        for j in range(p.nodes[k].controls):
-            q = p.nodes[k].controls_at + j
-            if p.drivers[q] >= 0:
-                continue
-            moving |= last < p.ramp_start[q] + RAMP
-            for row in range(p.output.shape[0]):
-                value = on_ramp(p.ramp[q, 0], p.ramp[q, 1], last - p.ramp_start[q])
-                p.control[p.nodes[k].control_memory + row * p.nodes[k].controls + j] = value
-        p.moving[k] = moving

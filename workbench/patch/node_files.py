@@ -1,4 +1,4 @@
-"""Files with a node of one's own, `nodes/TYPE.py` beside a patch, as bytes; and those that this process has run.
+"""Files with a custom node, `nodes/TYPE.py` beside a patch, as bytes; and those that this process has run.
 
 Nothing is imported here, so that a process that starts others does not load numpy before them.
 """

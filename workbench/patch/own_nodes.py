@@ -1,4 +1,4 @@
-"""Nodes in files of one's own: `nodes/TYPE.py` beside a patch. None is run before a person has agreed to it.
+"""Custom nodes in files beside a patch, `nodes/TYPE.py`. None is run before a person has agreed to it.
 
 Which file has which node is told by its name alone, so that nothing has to be run to know. What is run are the bytes
 that were agreed to, in this process and in every process that it starts: the file is not read a second time.
@@ -12,9 +12,9 @@ from pathlib import Path
 from types import ModuleType
 
 from underfoot.errors import BadFile
-from underfoot.files import read_file
+from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import NodeType, Port, Registry, installed_nodes, node
-from underfoot.patch.node_files import FOLDER, RUNNING, NodeFile
+from underfoot.patch.node_files import FOLDER, RUNNING, NodeFile, has_nodes
 
 LARGEST = 1_000_000
 """Bytes that such a file may have."""
@@ -41,7 +41,7 @@ def node_files(folder: Path | None) -> list[NodeFile]:
     >>> node_files(Path("there is none"))
     []
     """
-    if folder is None:
+    if folder is None or not has_nodes(folder):
         return []
     registry = installed_nodes()
     free = [path for path in sorted((folder / FOLDER).glob("*.py")) if _is_own(path.stem, registry)]
@@ -92,25 +92,56 @@ def run_received(files: Iterable[NodeFile]) -> None:
             run_file(file)
 
 
+def files_needed(used: Iterable[str], folder: Path | None) -> list[NodeFile]:
+    """The files beside patches in `folder` that have nodes of these types, but for those that run already."""
+    types = unknown_types(used)
+    wanted = [file for file in node_files(folder) if file.type in types] if types else []
+    return [file for file in wanted if (known := RUNNING.get(file.type)) is None or known.source != file.source]
+
+
 def run_needed(used: Iterable[str], path: Path) -> None:
     """Run the files that the patch in the file `path` needs, if whoever started this process has agreed to that.
 
     `used` are the types of its nodes. `BadFile` where nobody has, or for two different files of one name.
     """
-    types = unknown_types(used)
-    wanted = [file for file in node_files(path.parent) if file.type in types] if types else []
-    fresh = [file for file in wanted if (known := RUNNING.get(file.type)) is None or known.source != file.source]
+    fresh = files_needed(used, path.parent)
+    for file in fresh:
+        if other := running_elsewhere(file):
+            raise BadFile(f"{file.path} and {other} are two different nodes of one name; use their patches one by one")
     if fresh and not _consent["all"]:
         files = ", ".join(file.path for file in fresh[:3])
         raise BadFile(
             f"{path} needs {files}, which runs with your rights; look at it, then allow it: --run-code on the command "
-            "line, a question where the window opens the patch"
+            "line, a question in the window"
         )
     for file in fresh:
-        if file.type in RUNNING:
-            other = RUNNING[file.type].path
-            raise BadFile(f"{file.path} and {other} are two different nodes of one name; use their patches one by one")
         run_file(file)
+
+
+def running_elsewhere(file: NodeFile) -> str:
+    """The path of another file whose node of the same name runs; "" where there is none."""
+    known = RUNNING.get(file.type)
+    return "" if known is None or known.path == file.path else known.path
+
+
+def copy_needed(used: Iterable[str], before: Path | None, after: Path) -> list[str]:
+    """Copy the files that a patch of these types needs, from beside it in the folder `before` to beside it in `after`.
+
+    A node that runs is copied as it runs. A file that is there stays. Returns, each in words, what does not lie there
+    as it is needed.
+    """
+    there = {file.type: file for file in node_files(after)}
+    known = {file.type: file for file in node_files(before)} | RUNNING
+    wrong = []
+    for type in unknown_types(used):
+        name = f"{FOLDER}/{type}.py"
+        if type not in known:
+            wrong += [] if type in there else [f"{name} does not lie beside it: copy it there"]
+        elif type not in there:
+            write_file(make_folder(after / FOLDER) / f"{type}.py", known[type].source)
+        elif before != after and there[type].source != known[type].source:
+            wrong.append(f"{name} beside it is another one, and stays")
+    return wrong
 
 
 # --- nodes that are not run ---

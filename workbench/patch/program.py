@@ -6,17 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from underfoot.array_tables import addresses
 from underfoot.clock import RATE_HZ
 from underfoot.errors import BadValue, require
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import EVENTS, append
 from underfoot.parameters import Number
-from underfoot.patch import driver, tables
+from underfoot.patch import driver
 from underfoot.patch.building import HOSTS, Builder, Part
+from underfoot.patch.controls import on_ramp
 from underfoot.patch.guards import guarded
 from underfoot.patch.heard import as_heard
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.tables import ALL
 
 _COUNT = list(EVENTS.parts).index("count")
 """Where a list of events says how many there are."""
@@ -69,11 +72,11 @@ class Program:
         made = Builder(patch, parts, self.tiles, self.scope_names, rate=rate, block=block, seed=seed).build()
         self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
         self._struck, self._lists, self.hosts = made.struck, made.lists, made.hosts
-        self._where = tables.addresses(self.tables)
+        self._where = addresses(self.tables)
         nodes = self.tables.nodes
-        self._stirred = set(np.flatnonzero((nodes["sleep_rule"] == tables.ALL) & (nodes["tail"] != 0)).tolist())
+        self._stirred = set(np.flatnonzero((nodes["sleep_rule"] == ALL) & (nodes["tail"] != 0)).tolist())
         """Nodes that a moved number wakes: with it, they may have something to say without an input."""
-        for k in np.flatnonzero(nodes["sleep_rule"] == tables.ALL).tolist():
+        for k in np.flatnonzero(nodes["sleep_rule"] == ALL).tolist():
             if driver.tail(self._where, k) > driver.INAUDIBLE:
                 self.tables.asleep[k] = 0
         # No frames, and an event for nobody: these load their kernels, so that the first block and strike need not.
@@ -123,12 +126,12 @@ class Program:
             q = self._controls[k, name]
             if k in self._stirred:
                 p.asleep[k], p.idle[:] = 0, 0
-            p.ramp[q, 0] = driver.on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame - p.ramp_start[q])
+            p.ramp[q, 0] = on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame - p.ramp_start[q])
             p.ramp[q, 1], p.ramp_start[q] = value, frame
             p.moving[k] = 1
         elif (k, name) in self._signals:
             q = self._signals[k, name]
-            p.signal_ramp[q, 0] = driver.on_ramp(p.signal_ramp[q, 0], p.signal_ramp[q, 1], frame - p.signal_start[q])
+            p.signal_ramp[q, 0] = on_ramp(p.signal_ramp[q, 0], p.signal_ramp[q, 1], frame - p.signal_start[q])
             p.signal_ramp[q, 1], p.signal_start[q], p.signal_moving[q] = value, frame, 1
 
     def strike(self, id: str, tile: str, time: float, strength: float, duration: float = 0.0) -> None:
@@ -237,7 +240,7 @@ class Program:
                     getattr(old.tables, table)[old_ids[j, name]],
                     getattr(old.tables, start)[old_ids[j, name]],
                 )
-                now = driver.on_ramp(theirs[0], theirs[1], frame - began)
+                now = on_ramp(theirs[0], theirs[1], frame - began)
                 target = self._values[k][name]
                 if now != target:
                     getattr(self.tables, table)[ids[k, name], :2] = now

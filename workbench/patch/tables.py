@@ -1,9 +1,10 @@
 """A program as arrays: what each holds, and how all of them are handed to compiled code at once."""
 
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from underfoot.array_tables import B1, B2, F1, F2, F3, I1, I2, U2, borrow
 from underfoot.kernels import intrinsic
 
 NODE = np.dtype(
@@ -21,15 +22,7 @@ NODE = np.dtype(
 )
 """What the driver knows of a node: how many of each it has, and where they begin in the tables."""
 
-B1 = Annotated[np.ndarray, np.dtype(np.uint8), 1]
-B2 = Annotated[np.ndarray, np.dtype(np.uint8), 2]
-F1 = Annotated[np.ndarray, np.dtype(np.float64), 1]
-F2 = Annotated[np.ndarray, np.dtype(np.float64), 2]
-F3 = Annotated[np.ndarray, np.dtype(np.float64), 3]
-I1 = Annotated[np.ndarray, np.dtype(np.int64), 1]
-I2 = Annotated[np.ndarray, np.dtype(np.int64), 2]
 N1 = Annotated[np.ndarray, NODE, 1]
-U2 = Annotated[np.ndarray, np.dtype(np.uint64), 2]
 
 
 class Tables(NamedTuple):
@@ -90,56 +83,6 @@ class Tables(NamedTuple):
 ALL, ANY, GUARDED = range(3)
 """What lets a row sleep: all watched inputs zero and nothing left in it; any of them zero; or all of them, whatever is
 left in it, because nobody would hear it."""
-
-
-def declared(kind: type) -> tuple[tuple[str, Any, int], ...]:
-    """Name, type and dimensions of each array of a named tuple, of its annotations."""
-    return tuple((name, *hint.__metadata__) for name, hint in get_type_hints(kind, include_extras=True).items())
-
-
-def addresses(tables: Any) -> np.ndarray:
-    """Where the arrays of a named tuple are: int64 [table, (address, three dimensions)], as compiled code takes them.
-
-    Handing over some forty arrays one by one would cost more than running a small patch. Who has the addresses keeps
-    the arrays.
-    """
-    for array, (name, dtype, dimensions) in zip(tables, declared(type(tables)), strict=True):
-        assert array.dtype == dtype, name
-        assert array.ndim == dimensions, name
-        assert array.flags.c_contiguous, name
-    return np.array([(a.ctypes.data, *a.shape, *([1] * (3 - a.ndim))) for a in tables], np.int64)
-
-
-def borrow(context: Any, where: Any, kind: type) -> Any:
-    """What an intrinsic gives that makes a named tuple of the arrays at these addresses; they are not counted."""
-    from llvmlite import ir
-    from numba import from_dtype, types
-    from numba.np.arrayobj import populate_array
-
-    arrays = [types.Array(from_dtype(dtype), dimensions, "C") for _, dtype, dimensions in declared(kind)]
-    result = types.NamedTuple(arrays, kind)
-
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        table = context.make_array(signature.args[0])(context, builder, args[0])
-        word = context.get_value_type(types.intp)
-
-        def entry(i: int) -> Any:
-            return builder.load(builder.gep(table.data, [ir.Constant(ir.IntType(64), i)]))
-
-        made = []
-        for row, one in enumerate(arrays):
-            array = context.make_array(one)(context, builder)
-            shape = [entry(4 * row + 1 + d) for d in range(one.ndim)]
-            size = ir.Constant(word, context.get_abi_sizeof(context.get_data_type(one.dtype)))
-            strides = [size]
-            for length in reversed(shape[1:]):
-                strides.insert(0, builder.mul(strides[0], length))
-            data = builder.inttoptr(entry(4 * row), context.get_data_type(one.dtype).as_pointer())
-            populate_array(array, data, shape, strides, size, None)
-            made.append(array._getvalue())
-        return context.make_tuple(builder, signature.return_type, made)
-
-    return result(where), code
 
 
 @intrinsic

@@ -7,6 +7,7 @@ Where frames are missing between blocks there is a gap, and `gaps` lists it. Bes
 """
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
@@ -49,10 +50,10 @@ class Writer:
     """
 
     def __init__(self, path: Path, about: dict[str, str], resume: bool = False) -> None:
-        if path.exists() and not resume:
+        if os.path.exists(path) and not resume:
             raise BadFile(f"{path} is there already; choose another name for the recording")
         try:
-            if not path.exists():
+            if not os.path.exists(path):
                 _create(path, about)
             self._base = sqlite3.connect(path, isolation_level=None)
             self._base.execute("pragma journal_mode = wal")

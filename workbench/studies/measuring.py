@@ -29,11 +29,13 @@ class Presented:
     """Session seconds at which the last one's vibration began; NaN where there was none."""
     facts: dict[str, Any] = field(default_factory=dict)
     stretches: list[Stretch] = field(default_factory=list)
+    _awaited: list[tuple[int, tuple[int, int, int], NDArray[np.intp]]] = field(default_factory=list)
+    """Intervals, frames and tiles of which accelerometers have not said all: a card's come up to a second late."""
 
     def begin_anew(self) -> None:
         """The trial is presented again, or for the first time: what was measured before gives way."""
         self.plays += 1
-        self.facts, self.stretches = {}, []
+        self.facts, self.stretches, self._awaited = {}, [], []
 
     def measure(self, presenter: Presenter, watch: FloorWatch, interval: int, by_foot: bool) -> None:
         """Take down an interval that has just ended; `by_foot`: its time counts from the first force of a step."""
@@ -60,19 +62,28 @@ class Presented:
         names, heard = tuple(tiles[k] for k in sounding), played[:, sounding]
         self.stretches.append(Stretch("vibration", interval, first / rate, float(rate), names, heard))
         loaded = np.nanargmax(forces.sum(axis=2).max(axis=0)) if most > 0.0 else 0
-        self._keep_measured(presenter, interval, (round(begin_s * rate), end), np.union1d(sounding, loaded))
+        frames = round(begin_s * rate), round(self.first_s * rate), end
+        self._awaited.append((interval, frames, np.union1d(sounding, loaded)))
+        if presenter.measured_until >= end_s * rate:
+            self.complete(presenter)
+
+    def complete(self, presenter: Presenter) -> None:
+        """Take down what accelerometers said of the intervals; when the answer is there, they have said it all."""
+        for interval, frames, tiles in self._awaited:
+            self._keep_measured(presenter, interval, frames, tiles)
+        self._awaited = []
 
     def _keep_measured(
-        self, presenter: Presenter, interval: int, frames: tuple[int, int], tiles: NDArray[np.intp]
+        self, presenter: Presenter, interval: int, frames: tuple[int, int, int], tiles: NDArray[np.intp]
     ) -> None:
-        """What accelerometers said of these tiles, those that were to vibrate and the one that was stood on."""
+        """What was said of these tiles, those that were to vibrate and the one that was stood on."""
         target = presenter.session.target
-        first, measured = presenter.measured(*frames)
+        first, measured = presenter.measured(frames[0], frames[2])
         there = [k for k in tiles if len(measured) and np.isfinite(measured[:, k]).all()]
         if not there:
             return
         heard = measured[:, there]
-        begin = max(round(self.first_s * target.rate) - first, 0)
+        begin = max(frames[1] - first, 0)
         peak = float(np.abs(heard[begin:]).max(initial=0.0))
         self.facts["measured_m_s2"] = max(float(f"{peak:.5g}"), self.facts.get("measured_m_s2", 0.0))
         names = tuple(target.floor.tiles[k].id for k in there)

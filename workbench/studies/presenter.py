@@ -17,7 +17,9 @@ from underfoot.patch.patch import Patch
 IDLE = Patch(title="between stimuli")
 AUDIBLE = 1e-5
 """Of full scale: more is vibration. A fade of 480 frames begins below it."""
-_KEPT_S = 60.0
+PRESENTED_S, WAITED_S = 60.0, 10.0
+"""So much is kept of what was played while something is presented, and while nothing is: a second of 36 tiles is
+14 MB."""
 
 
 class Presenter:
@@ -78,15 +80,20 @@ class Presenter:
                 case Notice(said) if "not played" in said:
                     self.trouble = said
 
-    def read(self) -> None:
-        """Take what was played and measured since the last call."""
-        self._played.read()
-        self._measured.read()
+    def read(self, keep_s: float = PRESENTED_S) -> None:
+        """Take what was played and measured since the last call; the last `keep_s` of it stay."""
+        self._played.read(keep_s)
+        self._measured.read(keep_s)
 
     @property
     def end_frame(self) -> int:
         """The frame behind the last that was read."""
         return self._played.end_frame
+
+    @property
+    def measured_until(self) -> int:
+        """The frame behind the last of which accelerometers said something; 0 where nothing measures."""
+        return self._measured.end_frame
 
     def played(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
         """Frames that were played from `first` to before `end`, in m/s^2 [frame, tile], and the number of the first."""
@@ -105,22 +112,22 @@ class Presenter:
 
 
 class _Kept:
-    """The last minute of what a ring brings, frame by frame."""
+    """The last of what a ring brings, frame by frame."""
 
     def __init__(self, reader: VibrationReader, tiles: int, rate: int) -> None:
-        self._reader, self._tiles, self._frames = reader, tiles, round(_KEPT_S * rate)
+        self._reader, self._tiles, self._rate = reader, tiles, rate
         self._parts: deque[tuple[int, NDArray[np.float32]]] = deque()
 
     @property
     def end_frame(self) -> int:
         return self._parts[-1][0] + len(self._parts[-1][1]) if self._parts else 0
 
-    def read(self) -> None:
+    def read(self, keep_s: float) -> None:
         first, frames = self._reader.read()
         if not len(frames):
             return
         self._parts.append((first, frames.copy()))
-        oldest = first + len(frames) - self._frames
+        oldest = first + len(frames) - round(keep_s * self._rate)
         while self._parts and self._parts[0][0] + len(self._parts[0][1]) < oldest:
             self._parts.popleft()
 

@@ -20,12 +20,11 @@ from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
 from underfoot.errors import BadValue, require
 from underfoot.experiments.method import Method
-from underfoot.experiments.methods import METHODS
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.questions import YES
+from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.store import SessionFile
-from underfoot.experiments.study import Page, Study, method_of
+from underfoot.experiments.study import AGREED, Page, Study, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
 from underfoot.studies.equipment import Equipment
@@ -34,7 +33,8 @@ from underfoot.studies.foot_answers import FootAnswers, require_fields
 from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP
 from underfoot.studies.measuring import Presented
 from underfoot.studies.phase import Phase
-from underfoot.studies.presenter import IDLE, Presenter
+from underfoot.studies.presenter import IDLE, PRESENTED_S, WAITED_S, Presenter
+from underfoot.studies.stimulus_patches import StimulusPatches
 from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
 
 CROSSINGS = 2
@@ -58,7 +58,8 @@ class Runner:
         require_on_floor(protocol, session.target.floor)
         require_fields(protocol, session.target.floor)
         self.session, self.file, self.protocol = session, file, protocol
-        self._folder, self._clock = folder, clock
+        self._clock = clock
+        self._stimuli = StimulusPatches(protocol, session.registry, folder)
         self._equipment = equipment or Equipment()
         self.study: Study = file.study(protocol)
         target = session.target
@@ -72,7 +73,7 @@ class Runner:
         self.news: list[str] = []
         """What the experimenter should know, the newest last."""
         self._before = (session.patch, session.level_db, session.playing)
-        self._unprepared = list(self._patches())
+        self._unprepared = self._stimuli.kinds()
         self._interval, self._due = 0, 0.0
         self._armed_s = math.inf
         self._presented = Presented()
@@ -117,18 +118,6 @@ class Runner:
         return again and self._presented.plays < self.page.plays
 
     @property
-    def learned(self) -> tuple[str, ...]:
-        """The stimuli that can be tried in learning, by their number from 1: those of the next trials."""
-        stages = self.protocol.order()
-        here = next((k for k, stage in enumerate(stages) if stage.id == self.page.stage), 0)
-        for stage in stages[here:]:
-            if stage.method is not None:
-                given = METHODS[stage.method.kind].checked(stage.method.parameters, self.protocol.stimuli)
-                named = next((v for name, v in given.items() if METHODS[stage.method.kind].names_stimuli(name)), ())
-                return tuple(named) or tuple(self.protocol.stimuli)
-        return tuple(self.protocol.stimuli)
-
-    @property
     def target(self) -> FloorTarget | None:
         """The button on the floor that can be pressed now."""
         return self._floor_target if self.phase is Phase.PRESENTING else None
@@ -145,7 +134,7 @@ class Runner:
         """Go on, with what the session has reported since the last call."""
         several = list(reports)
         self.presenter.take(several)
-        self.presenter.read()
+        self.presenter.read(PRESENTED_S if self.phase is Phase.PRESENTING else WAITED_S)
         self._equipment.forces(self.watch.read())
         for report in several:
             if isinstance(report, ProcessDied) and report.process == "engine":
@@ -178,15 +167,25 @@ class Runner:
         """On the page of the level: let its stimulus go to so many dB re the protocol's, at once."""
         stage = self.protocol.stage(self.page.stage)
         require(stage.kind == "level", "page", stage.kind, "that of the level")
-        patch = self.protocol.stimuli[stage.stimulus].at(min(gain_db, 0.0), self.session.registry, self._folder)
-        self.presenter.want(patch)
+        self.presenter.want(self._stimuli.at(stage.stimulus, min(gain_db, 0.0)))
         self._playing_until = math.inf
 
     def answer(self, values: Answers) -> None:
-        """Answer the page, and keep the answer; `BadValue` where it cannot be, or comes too early."""
+        """Answer the page, and keep the answer; `BadValue` where it cannot be, or comes too early.
+
+        Who does not agree to take part stops the study; when that was is among the notes.
+        """
         allowed = self.phase in (Phase.PAGE, Phase.ANSWERING)
         require(allowed, "phase", str(self.phase), "a page to answer, or the end of a presentation")
-        self._take_answer(values, {})
+        if self.page.kind == "consent" and values.get(AGREED) == NO:
+            self.stop("the participant does not agree to take part")
+        else:
+            self._take_answer(values, {})
+
+    def end_pause(self) -> None:
+        """Go on before a pause has lasted as long as the protocol says; how much of it was left is kept."""
+        require(self.phase is Phase.PAUSE, "phase", str(self.phase), "a pause")
+        self._keep({}, {"left_s": round(self.seconds_left, 1)})
 
     def spoil(self, reason: str) -> None:
         """Leave the trial that is shown unanswered, for a reason, and present it again."""
@@ -413,6 +412,7 @@ class Runner:
         if answers["selected"] == YES:
             self._selected = (target, self._clock() + SELECTED_S)
         self._measure()
+        self._presented.complete(self.presenter)
         self._keep(answers, dict(self._presented.facts), pause_s=target.pause_s)
 
     def _method(self) -> Method:
@@ -422,6 +422,7 @@ class Runner:
 
     def _take_answer(self, values: Answers, facts: Mapping[str, Any]) -> None:
         """Keep an answer with what is known of its trial, and how long it took."""
+        self._presented.complete(self.presenter)
         known = {**self._presented.facts, **facts}
         if self.phase is Phase.ANSWERING:
             known |= {"response_s": round(self._clock() - self._presented.ended, 4), "plays": self._presented.plays}
@@ -461,30 +462,14 @@ class Runner:
             else:
                 self._open_page()
 
-    # --- stimuli ---
-
     @property
     def _intervals(self) -> tuple[Presentation, ...]:
         trial = self.study.page.trial
         return trial.intervals if trial is not None else ()
 
     def _patch(self, presentation: Presentation) -> Patch:
-        """The patch of a presentation, at the participant's level; `BadValue` beyond the protocol's limit."""
-        if presentation.stimulus == NOTHING:
-            return IDLE
-        stimulus = self.protocol.stimuli[presentation.stimulus]
-        gain_db = presentation.gain_db + self.study.gain_db
-        peak, limit = stimulus.peak_m_s2(gain_db), self.protocol.limit_m_s2
-        require(peak <= limit * (1.0 + 1e-9), presentation.stimulus, round(peak, 3), f"up to {limit:g} m/s^2")
-        return stimulus.at(gain_db, self.session.registry, self._folder)
-
-    def _patches(self) -> list[Patch]:
-        """One patch for each kind of program that the stimuli need."""
-        found: dict[tuple[Any, ...], Patch] = {}
-        for stimulus in self.protocol.stimuli.values():
-            patch = stimulus.at(0.0, self.session.registry, self._folder)
-            found.setdefault((tuple((n.id, n.type) for n in patch.nodes), patch.wires), patch)
-        return [patch for patch in found.values() if patch.nodes]
+        """At the participant's level."""
+        return self._stimuli.presented(presentation, self.study.gain_db)
 
     def _tile(self) -> str:
         """The tile that is loaded most: where somebody stands."""

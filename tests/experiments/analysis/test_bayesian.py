@@ -9,8 +9,11 @@ pytest.importorskip("questplus")
 
 
 def test_before_the_first_answer_95_percent_of_all_levels_and_spreads_are_believed():
-    """Levels of -2 to 2 dB by 1 reach half a step further; spreads of 0.5 to 8 dB, half a doubling."""
+    """Levels of -2 to 2 dB by 1 reach half a step further; 13 spreads of 0.5 to 8 dB, a sixth of a doubling."""
     given = {"range_db": (-2.0, 2.0), "step_db": 1.0}
     threshold, spread = bayesian.estimates([], Settings(given))
     assert (threshold.low, threshold.high) == pytest.approx((-2.375, 2.375))
-    assert (spread.low, spread.high) == pytest.approx((0.5 * 2.0 ** (-0.5 + 0.125), 8.0 * 2.0 ** (0.5 - 0.125)))
+    left_out = 0.025 * 13 / 3.0
+    ends = 0.5 * 2.0 ** (left_out - 1.0 / 6.0), 8.0 * 2.0 ** (1.0 / 6.0 - left_out)
+    assert (spread.low, spread.high) == pytest.approx(ends)
+    assert (threshold.value, spread.value) == pytest.approx((0.0, 2.0))

@@ -62,6 +62,25 @@ def test_fiellers_interval_of_the_pse_holds_it_as_often_as_it_says():
     assert held / 400 == pytest.approx(0.95, abs=0.035)
 
 
+def test_the_pse_has_no_bias_where_the_slope_is_known_to_rise():
+    """Over normal intercepts and slopes, added up on a grid, its mean is the true ratio; the plain one's is not."""
+    slope, pse, middle, deviation = 0.018, 151.6, 94.0, 0.005
+    covariance = ((0.25, -0.0023), (-0.0023, deviation**2))
+    steps = np.linspace(-6.0, 6.0, 2401)
+    means = {"plain": 0.0, "unbiased": 0.0}
+    weights = np.exp(-0.5 * steps**2) / np.exp(-0.5 * steps**2).sum()
+    for step, weight in zip(steps, weights, strict=True):
+        found = slope + deviation * step
+        if found <= 0.0:
+            continue  # a curve that falls: one in 6000
+        mean_intercept = -slope * pse + covariance[0][1] / deviation**2 * (found - slope)
+        curve = psychometric.Curve(mean_intercept, found, covariance=covariance)  # both are linear in the intercept
+        means["plain"] += weight * curve.pse
+        means["unbiased"] += weight * curve.unbiased_pse(middle)
+    assert means["unbiased"] == pytest.approx(pse, abs=0.1)
+    assert abs(means["plain"] - pse) > 2.0
+
+
 def test_a_slope_that_may_be_none_leaves_the_pse_open():
     pse, _, _ = psychometric.estimates(X, [9, 11, 10, 10, 9, 11, 10], TWENTY, bootstrap=0)
     assert (pse.low, pse.high) == (-np.inf, np.inf)

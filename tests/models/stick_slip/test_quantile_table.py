@@ -1,9 +1,11 @@
 """The table of slips holds the joint distribution to the asked error, also where slips do not end."""
 
+import math
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.stats import kstest, norm
 
 from underfoot.errors import BadValue
 from underfoot.kernels import kernel
@@ -85,18 +87,27 @@ def test_the_outermost_quantile_levels_give_slips():
             assert np.isfinite(look_up(table, first, second)).all()
 
 
-def test_slips_that_last_are_taken_to_end_at_last():
-    values = (0.54, 0.033, 0.15, 0.0)
-    survival = solved(*values).survival
-    durations, _ = looked_up(slip_table(*values))
-    assert survival > 0.5
-    assert (durations > LONGEST - 1e-9).mean() == pytest.approx(survival, abs=1e-3)
+def test_slips_that_last_are_taken_to_end_at_last_where_a_block_at_rest_is():
+    zeta, noise, x0, v0 = 0.54, 0.033, 0.15, 0.0
+    slip = solved(zeta, noise, x0, v0)
+    durations, distances = looked_up(slip_table(zeta, noise, x0, v0))
+    last = durations > LONGEST - 1e-9
+    assert slip.survival > 0.5
+    assert last.mean() == pytest.approx(slip.survival, abs=1e-3)
+    assert difference(durations[~last], durations.size, slip.duration) < 1e-3
+    assert difference(distances[~last], durations.size, slip.distance) < 1e-3
+    sticks = ~last & (distances >= 0.0)
+    assert difference((durations + distances)[sticks], durations.size, slip.period) < 1e-3
+    assert slip.lasting_positions().weights.sum() == pytest.approx(slip.survival, abs=1e-6)
+    # The belt stops so few in a period that the rest is nearly as without one: normal, of the variance noise / zeta.
+    free = norm(x0, math.sqrt(noise / zeta))
+    assert kstest(distances[last], free.cdf).statistic < 0.01
 
 
 def test_a_slip_that_never_ends_is_a_table_too():
-    durations, distances = looked_up(slip_table(2.0, 1e-3, 0.5), 1000)
+    durations, distances = looked_up(slip_table(2.0, 1e-3, 0.5))
     assert (durations == LONGEST).all()
-    assert not distances.any()
+    assert kstest(distances, norm(0.5, math.sqrt(1e-3 / 2.0)).cdf).statistic < 1e-3
 
 
 def test_a_smaller_error_takes_a_larger_table():

@@ -310,4 +310,4 @@ def test_undo_says_what_it_takes_back(workspace, qtbot):
     assert workspace.redo_action.text() == "Redo: move 3 nodes"
     with qtbot.waitSignal(workspace.said) as said:
         workspace.redo_action.trigger()
-    assert said.args == ["Done again: move 3 nodes"]
+    assert said.args == ["Redone: move 3 nodes"]

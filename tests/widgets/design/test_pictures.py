@@ -144,6 +144,10 @@ def test_harmonics_are_drawn_over_in_one_drag_and_typed_below(selected):
     QTest.keyClick(editor.field, KEY.Key_Return)
     assert now(desk, "harmonics") == (1.0, -0.5)
     assert editor.bars.values() == [1.0, -0.5]
+    editor.field.selectAll()
+    QTest.keyClicks(editor.field, "0,5; -0,25")
+    QTest.keyClick(editor.field, KEY.Key_Return)
+    assert now(desk, "harmonics") == (0.5, -0.25)
 
 
 def test_a_point_of_a_curve_is_dragged_between_its_neighbours(selected):

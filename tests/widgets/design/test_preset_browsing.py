@@ -1,4 +1,4 @@
-"""Presets in the window: heard, opened as an edit, saved as one's own, and found again."""
+"""Presets in the window: heard, opened as an edit, saved, and found again."""
 
 import pytest
 from PySide6.QtCore import QPointF, Qt

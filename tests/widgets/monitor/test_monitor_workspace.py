@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QLabel
 
 from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.floor.layout import default_floor
+from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.session.footstep_tracker import FootstepTracker, ForceUpdate
@@ -213,7 +214,7 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
     assert asked.x[loudest] == 200.0
     assert asked.y[loudest] == pytest.approx(0.0, abs=0.2)
     assert done.y[loudest] - asked.y[loudest] == pytest.approx(6.0, abs=0.1)
-    said = next(label.text() for label in monitor.findChildren(QLabel) if label.text().startswith("asked"))
+    said = next(one.full_text for one in monitor.findChildren(ElidedLabel) if one.full_text.startswith("asked"))
     assert "asked 1 m/s², done 2 (+6.0 dB, 0 % unexplained)" in said
     assert "noticed by 100 %; perceived stiffness: not covered" in said
     qtbot.keyClick(monitor, Qt.Key.Key_L)
@@ -223,7 +224,7 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
 def test_a_tile_that_does_not_do_what_it_is_told_is_marked_on_the_map(monitor):
     before = monitor.map.grab().toImage()
     vibrate(monitor, [1.0, 1.0, 1.0, 0.1])
-    assert monitor.watch.astray().tolist() == [False, False, False, True]
+    assert monitor.tile_levels.astray().tolist() == [False, False, False, True]
     assert monitor.map.grab().toImage() != before
 
 

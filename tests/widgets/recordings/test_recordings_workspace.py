@@ -15,6 +15,7 @@ from windows import quiet_window
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 from underfoot.widgets.recordings.exporting import ExportDialog
+from underfoot.widgets.recordings.recording_list import Summaries
 from underfoot.widgets.recordings.workspace import RecordingsWorkspace
 from underfoot.widgets.session.settings import Settings
 
@@ -76,19 +77,19 @@ def test_the_list_says_when_how_long_on_which_floor_and_is_searched(desk, folder
     for name in ("monday", "tuesday"):
         shutil.copy(walk, folder / f"{name}.underfoot")
     (folder / "notes.txt").write_text("no recording")
-    desk.library.look()
-    items = [desk.library.list.item(row) for row in range(desk.library.list.count())]
+    desk.recordings.look()
+    items = [desk.recordings.list.item(row) for row in range(desk.recordings.list.count())]
     assert sorted(item.text().split("\n")[0] for item in items) == ["monday", "tuesday"]
     qtbot.waitUntil(lambda: all("6 s" in item.text() and "1 × 2" in item.text() for item in items), timeout=LONG_MS)
-    qtbot.keyClicks(desk.library.search, "tues")
+    qtbot.keyClicks(desk.recordings.search, "tues")
     assert [item.text().split("\n")[0] for item in items if not item.isHidden()] == ["tuesday"]
 
 
 def test_a_click_opens_and_what_was_found_is_there_the_next_time(desk, folder, walk, qtbot):
     shutil.copy(walk, folder / "monday.underfoot")
-    desk.library.look()
-    place = desk.library.list.visualItemRect(desk.library.list.item(0)).center()
-    qtbot.mouseClick(desk.library.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    desk.recordings.look()
+    place = desk.recordings.list.visualItemRect(desk.recordings.list.item(0)).center()
+    qtbot.mouseClick(desk.recordings.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
     qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
     assert desk.title.text() == "monday"
     qtbot.waitUntil(lambda: bool(desk.content.steps) and not desk.surveyor.is_busy, timeout=LONG_MS)
@@ -173,6 +174,18 @@ def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
     qtbot.waitUntil(lambda: opened.axis.view.step == 0, timeout=LONG_MS)
 
 
+def test_next_and_last_step_go_from_the_cursor_and_from_the_table_too(opened, qtbot):
+    starts_s = [one.step.start_s for one in opened.content.steps]
+    opened.axis.set_cursor(0.5 * (starts_s[3] + starts_s[4]))
+    opened.steps.table.setFocus()
+    for key, step in ((Qt.Key.Key_Period, 4), (Qt.Key.Key_Period, 5), (Qt.Key.Key_Comma, 4)):
+        qtbot.keyClick(opened.steps.table, key)
+        assert opened.axis.cursor_s == starts_s[step]
+    opened.axis.set_cursor(0.5 * (starts_s[3] + starts_s[4]))
+    qtbot.keyClick(opened.steps.table, Qt.Key.Key_Comma)
+    assert opened.axis.cursor_s == starts_s[3]
+
+
 def test_steps_are_sorted_filtered_and_copied(opened):
     table, panel = opened.steps.table, opened.steps
     column = 9  # the loading rate
@@ -194,19 +207,19 @@ def test_one_is_deleted_only_when_that_was_said(desk, folder, walk, qtbot, monke
     shutil.copy(walk, path)
     desk.open_file(path)
     qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
-    monkeypatch.setattr("underfoot.widgets.recordings.library.QFile.moveToTrash", lambda name: (False, ""))
-    qtbot.mouseClick(desk.library.delete, Qt.MouseButton.LeftButton)
-    box = desk.library.findChild(QMessageBox)
+    monkeypatch.setattr("underfoot.widgets.recordings.recording_list.QFile.moveToTrash", lambda name: (False, ""))
+    qtbot.mouseClick(desk.recordings.delete, Qt.MouseButton.LeftButton)
+    box = desk.recordings.findChild(QMessageBox)
     qtbot.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
     assert path.exists()
     for _ in ("to the trash", "for good, where there is none"):
-        if not any(one.isVisible() for one in desk.library.findChildren(QMessageBox)):
-            qtbot.mouseClick(desk.library.delete, Qt.MouseButton.LeftButton)
-        box = next(one for one in desk.library.findChildren(QMessageBox) if one.isVisible())
+        if not any(one.isVisible() for one in desk.recordings.findChildren(QMessageBox)):
+            qtbot.mouseClick(desk.recordings.delete, Qt.MouseButton.LeftButton)
+        box = next(one for one in desk.recordings.findChildren(QMessageBox) if one.isVisible())
         qtbot.mouseClick(box.button(QMessageBox.StandardButton.Ok), Qt.MouseButton.LeftButton)
     assert not path.exists()
     assert desk.content is None
-    assert desk.library.list.count() == 0
+    assert desk.recordings.list.count() == 0
 
 
 def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
@@ -251,3 +264,12 @@ def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_pat
     qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
     assert str(walk) in window.settings.recordings
     desk.close_down()
+
+
+def test_a_list_that_is_closed_reads_no_more(qtbot, tmp_path):
+    summaries = Summaries()
+    with qtbot.waitSignal(summaries.failed):
+        summaries.read([tmp_path / "nothing.underfoot"])
+    summaries.close()
+    with qtbot.assertNotEmitted(summaries.failed, wait=50):
+        summaries.read([tmp_path / "nothing.underfoot"])

@@ -2,8 +2,8 @@
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
-from windows import design, dialog_of, hiss, quiet_window
+from PySide6.QtWidgets import QMessageBox, QToolButton
+from windows import choose_file, design, dialog_of, hiss, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
@@ -81,15 +81,6 @@ def test_two_windows_keep_their_work_apart(tmp_path):
 def test_settings_that_cannot_be_read_are_the_first_ones(tmp_path, text):
     (tmp_path / "settings.json").write_text(text)
     assert Settings.load(tmp_path) == Settings()
-
-
-def choose_file(window, path, open_dialog):
-    """Choose a file in the dialog that `open_dialog` opens."""
-    open_dialog()
-    dialog = dialog_of(window, QFileDialog)
-    dialog.setDirectory(str(path.parent))
-    dialog.selectFile(path.name)
-    dialog.accept()
 
 
 def test_sound_files_are_stored_relative_to_the_patch_and_stay_the_same_files(qtbot, tmp_path):

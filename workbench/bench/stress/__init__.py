@@ -10,7 +10,19 @@ from importlib import import_module
 from underfoot.bench.stress.tried import Scale, Tell, Tried
 from underfoot.errors import require
 
-ROWS = ("kills", "damage", "datagrams", "full_disk", "surroundings", "sinks", "endurance", "whole_floor")
+ROWS = (
+    "kills",
+    "damage",
+    "datagrams",
+    "full_disk",
+    "surroundings",
+    "sinks",
+    "endurance",
+    "full_duplex",
+    "two_clocks",
+    "whole_floor",
+    "trials",
+)
 """The rows, which are modules of this package."""
 
 _USUAL = Scale()

@@ -6,7 +6,10 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, wait
+from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -18,57 +21,99 @@ from underfoot.bench.stress.whole_files import KINDS, Kind, refusal
 TIMES = 300
 LONGEST_S = 2.0
 """Processor time that a file may take."""
-_KEPT = "damaged"
+SHARE = 500
+"""Files that a process tries at a stretch."""
 
 
 def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
-    """A line for each kind; a file that goes wrong is told with how it goes wrong."""
-    for name, kind in KINDS.items():
-        tell(f"stress: damaged files, {name}")
-        with tempfile.TemporaryDirectory() as folder:
-            yield _tried(name, kind, Path(folder), scale, tell)
+    """A line for each kind; a file that goes wrong is told with how it goes wrong.
+
+    Of more than `SHARE` files every core takes its shares. After `seconds` none is begun any more.
+    """
+    times = scale.count(TIMES)
+    if times <= SHARE:
+        for name in KINDS:
+            tell(f"stress: damaged files, {name}")
+            yield _line(name, [_tried(name, times, (scale.seed, 0))], tell)
+        return
+    counts = [min(SHARE, times - at) for at in range(0, times, SHARE)]
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        for place, name in enumerate(KINDS):
+            tell(f"stress: damaged files, {name}")
+            began = time.monotonic()
+            shares = [pool.submit(_tried, name, count, (scale.seed, k)) for k, count in enumerate(counts)]
+            wait(shares, None if scale.seconds is None else scale.seconds / len(KINDS))
+            done = [share.result() for share in shares if not share.cancel()]
+            yield _line(name, done, tell)
+            tell(f"stress: {place + 1} of {len(KINDS)} kinds, {time.monotonic() - began:.0f} s")
 
 
-def _tried(name: str, kind: Kind, folder: Path, scale: Scale, tell: Tell) -> Tried:
-    draw = np.random.default_rng(scale.seed)
-    whole = folder / "whole"
-    kind.write(whole)
-    text = refusal(kind, whole)
-    if text is not None:
-        return Tried(name, 1, f"a whole file is refused: {text}", False)
-    times, refused, longest_s, wrong, lines = scale.count(TIMES), 0, 0.0, 0, set()
-    data, before = whole.read_bytes(), handles()
-    for number in range(times):
-        path = folder / _KEPT
-        path.write_bytes(_damaged(kind, data, path, draw))
-        began = time.process_time()
-        fault = ""
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                said = refusal(kind, path)
-        except Exception as error:  # the point of the row: nothing but a refusal may come
-            where = traceback.extract_tb(error.__traceback__)[-1]
-            fault = f"{type(error).__name__} in {Path(where.filename).name}, line {where.lineno}: {str(error)[:80]!r}"
-        else:
-            refused += said is not None
-            fault = _fault_of(said)
-        spent_s = time.process_time() - began
-        longest_s = max(longest_s, spent_s)
-        if spent_s > LONGEST_S:
-            fault = fault or f"took {spent_s:.1f} s"
-        if fault:
-            wrong += 1
-            if fault not in lines:
-                lines.add(fault)
-                tell(f"stress: damaged {name}, file {number} of seed {scale.seed}: {fault}")
-        for beside in folder.glob(f"{_KEPT}*"):
-            beside.unlink()
-    gc.collect()
-    left = handles() - before
-    found = f"{refused} refused in one line, {times - refused - wrong} read, {wrong} otherwise; "
-    found += f"{longest_s:.2f} s at most, {left} handles left"
-    return Tried(name, times, found, wrong == 0 and left <= 0)
+@dataclass(frozen=True)
+class _Found:
+    """What came of so many files: how many were refused and went wrong, and in what ways."""
+
+    times: int
+    refused: int
+    wrong: int
+    longest_s: float
+    left: int
+    lines: tuple[str, ...]
+
+
+def _line(name: str, found: Sequence[_Found], tell: Tell) -> Tried:
+    times, refused, wrong, left = (
+        sum(getattr(one, of) for one in found) for of in ("times", "refused", "wrong", "left")
+    )
+    for line in sorted({line for one in found for line in one.lines}):
+        tell(f"stress: damaged {name}: {line}")
+    longest_s = max((one.longest_s for one in found), default=0.0)
+    text = f"{refused} refused in one line, {times - refused - wrong} read, {wrong} otherwise; "
+    text += f"{longest_s:.2f} s at most, {left} handles left"
+    return Tried(name, times, text, times > 0 and wrong == 0 and left <= 0)
+
+
+def _tried(name: str, times: int, seed: tuple[int, int]) -> _Found:
+    """Damage a whole file so many times, as this seed draws, and read what comes of it."""
+    kind, draw = KINDS[name], np.random.default_rng(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder, "whole")
+        kind.write(whole)
+        text = refusal(kind, whole)
+        if text is not None:
+            return _Found(1, 0, 1, 0.0, 0, (f"a whole file is refused: {text}",))
+        data, before, path = whole.read_bytes(), handles(), Path(folder, "damaged")
+        refused, wrong, longest_s = 0, 0, 0.0
+        lines: dict[str, str] = {}
+        for number in range(times):
+            path.write_bytes(_damaged(kind, data, path, draw))
+            said, fault, spent_s = _read(kind, path)
+            refused += said is not None and not fault
+            wrong += bool(fault)
+            longest_s = max(longest_s, spent_s)
+            if fault:
+                lines.setdefault(fault, f"{fault} (file {number} of seed {seed})")
+            for beside in path.parent.glob(f"{path.name}*"):
+                beside.unlink()
+        gc.collect()
+        return _Found(times, refused, wrong, longest_s, handles() - before, tuple(lines.values()))
+
+
+def _read(kind: Kind, path: Path) -> tuple[str | None, str, float]:
+    """What a file is refused with, if it is; what is wrong with that, if anything; and the processor time it took."""
+    began, said = time.process_time(), None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            said = refusal(kind, path)
+    except Exception as error:  # the point of the row: nothing but a refusal may come
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        fault = f"{type(error).__name__} in {Path(where.filename).name}, line {where.lineno}: {str(error)[:80]!r}"
+    else:
+        fault = _fault_of(said)
+    spent_s = time.process_time() - began
+    if spent_s > LONGEST_S:
+        fault = fault or f"took {spent_s:.1f} s"
+    return said, fault, spent_s
 
 
 def _damaged(kind: Kind, data: bytes, path: Path, draw: np.random.Generator) -> bytes:

@@ -4,7 +4,7 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,7 +18,9 @@ _START_S = 10.0
 
 
 class NullSink:
-    """A PulseAudio server of its own with a sink that goes nowhere."""
+    """A PulseAudio server of its own with a sink that goes nowhere; `module` is what makes the sink."""
+
+    module = "module-null-sink norewinds=1"
 
     def __init__(self, folder: Path, name: str, channels: int) -> None:
         self.folder, self.name, self.channels = folder / name, name, channels
@@ -29,11 +31,10 @@ class NullSink:
 
     def start(self) -> None:
         """Have the sound card be there, or there again."""
-        sink = f"sink_name={self.name} format=float32le rate=48000 norewinds=1"
-        sink += f" channels={self.channels} channel_map={self.places}"
         options = ["-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1", "--disable-shm=1"]
         modules = ["-L", f"module-native-protocol-unix auth-anonymous=1 socket={self.socket}"]
-        modules += ["-L", f"module-null-sink {sink}"]
+        sink = f"sink_name={self.name} format=float32le rate=48000 channels={self.channels} channel_map={self.places}"
+        modules += ["-L", f"{self.module} {sink}"]
         here = os.environ | {"XDG_RUNTIME_DIR": str(self.folder), "PULSE_RUNTIME_PATH": str(self.folder / "pulse")}
         with (self.folder / "pulseaudio.log").open("ab") as log:
             self._server = subprocess.Popen(["pulseaudio", *options, *modules], stdout=log, stderr=log, env=here)
@@ -63,6 +64,13 @@ def is_possible() -> bool:
 def null_sinks(folder: Path, channels: Mapping[str, int]) -> Iterator[tuple[list[NullSink], dict[str, str]]]:
     """A sink for each name, and the environment in which PortAudio has it; the first is its default device, too."""
     sinks = [NullSink(folder, name, count) for name, count in channels.items()]
+    with served(folder, sinks) as environment:
+        yield sinks, environment
+
+
+@contextmanager
+def served(folder: Path, sinks: Sequence[NullSink]) -> Iterator[dict[str, str]]:
+    """Start sinks that lie in a folder: the environment in which PortAudio has them."""
     client, alsa = folder / "client.conf", folder / "asound.conf"
     client.write_text("autospawn = no\nenable-shm = no\nenable-memfd = no\n")
     of = [f'type pulse\n server "unix:{sink.socket}"' for sink in sinks]
@@ -80,7 +88,7 @@ def null_sinks(folder: Path, channels: Mapping[str, int]) -> Iterator[tuple[list
     try:
         for sink in sinks:
             sink.start()
-        yield sinks, environment
+        yield environment
     finally:
         for sink in sinks:
             sink.stop()

@@ -146,6 +146,25 @@ class Program:
         return found
 
 
+class Stillness:
+    """Tells whether processes have waited, without running, for a second of looks: what they had to load is loaded."""
+
+    def __init__(self) -> None:
+        self._seen: dict[int, tuple[int, float]] = {}
+        """The processor time that each had taken, and since when it is that."""
+
+    def of(self, pid: int) -> bool:
+        """Look at one."""
+        try:
+            found = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            return False
+        spent, now = int(found[11]) + int(found[12]), time.monotonic()
+        if found[0] != "S" or self._seen.get(pid, (-1, now))[0] != spent:
+            self._seen[pid] = (spent, now)
+        return now - self._seen[pid][1] > _STILL_S
+
+
 def _has_begun(record: Path) -> bool:
     """Whether the log beside a recording has blocks in it."""
     log = record.with_name(f"{record.name}-wal")

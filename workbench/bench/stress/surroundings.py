@@ -28,8 +28,9 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
         homes = {name: str(nowhere / "home") for name in ("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")}
         tell("stress: no home")
         yield _same("a home that cannot be", _rendered(folder, homes), wanted)
-        german = {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "LC_NUMERIC": "de_DE.UTF-8"}
-        yield _same("a locale with decimal commas", _rendered(folder, german), wanted)
+        german = _german(folder / "locales")
+        how = "a locale with decimal commas" if "LOCPATH" in german else "the name of a locale that is not installed"
+        yield _same(how, _rendered(folder, german), wanted)
         yield _same("a locale without UTF-8", _rendered(folder, {"LC_ALL": "C", "PYTHONUTF8": "0"}), wanted)
         for name in _NAMES:
             below = folder / name
@@ -40,6 +41,18 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
         yield _together(folder, wanted)
         tell("stress: no cache; this compiles all kernels anew")
         yield _same("a cache that cannot be", _rendered(folder, {"UNDERFOOT_CACHE": str(nowhere)}), wanted)
+
+
+def _german(folder: Path) -> dict[str, str]:
+    """The environment of a German, with the locale itself where this system can make it: few have it."""
+    named = {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"}
+    folder.mkdir()
+    try:
+        made = ["localedef", "-f", "UTF-8", "-i", "de_DE", str(folder / "de_DE.UTF-8")]
+        done = subprocess.run(made, capture_output=True).returncode == 0
+    except OSError:
+        done = False
+    return named | {"LOCPATH": str(folder)} if done else named
 
 
 def _command(patch: str, out: str) -> list[str]:

@@ -4,6 +4,7 @@ The window is open on Monitor, off the screen, in a process of its own; four peo
 what 36 tiles send; the sound cards are null sinks of 18 channels. Without PulseAudio the engine runs by a clock.
 """
 
+import itertools
 import json
 import os
 import subprocess
@@ -45,6 +46,7 @@ class Watched:
     lines: list[dict[str, Any]] = field(default_factory=list)
     memory_mb: list[float] = field(default_factory=list)
     cpu_s: list[dict[str, float]] = field(default_factory=list)
+    busy_s: list[float] = field(default_factory=list)
     at_s: list[float] = field(default_factory=list)
 
     def add(self, line: dict[str, Any], pids: dict[str, int]) -> None:
@@ -52,6 +54,7 @@ class Watched:
         self.at_s.append(time.monotonic())
         self.memory_mb.append(sum(map(_own_mb, pids.values())))
         self.cpu_s.append({name: _cpu_s(pid) for name, pid in pids.items()})
+        self.busy_s.append(_busy_s())
 
 
 def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
@@ -133,7 +136,7 @@ def _judged(watched: Watched, has_cards: bool) -> Iterator[Tried]:
     found = f"load {load.mean():.2f} in the mean, {load.max():.2f} at most of half a second"
     xruns = played[-1]["xruns"] - played[0]["xruns"]
     where = "two cards of 18 channels" if has_cards else "no cards: PulseAudio is missing"
-    found += f"; {xruns} blocks late; {where}"
+    found += f"; {xruns} blocks late{_lateness(watched)}; {where}"
     yield Tried("the engine: 36 tiles, coarse gravel, plates", seconds, found, not xruns)
     held, stream = (1e3 * np.median([line[name] for line in played]) for name in ("latency_s", "stream_latency_s"))
     offset = 1e3 * max(abs(line["cards_offset_s"]) for line in played)
@@ -149,16 +152,34 @@ def _judged(watched: Watched, has_cards: bool) -> Iterator[Tried]:
     yield _recorded(Path(lines[-1]["recording"]), lines[-1]["frame"])
 
 
+def _lateness(watched: Watched) -> str:
+    """When blocks were late: the worst five seconds, of what is played, and who used most of a core in each."""
+    counts = [line["xruns"] for line in watched.lines]
+    late = [(after - before, at) for at, (before, after) in enumerate(itertools.pairwise(counts), 1)]
+    told = []
+    for count, at in sorted(((count, at) for count, at in late if count and at > _SETTLED), reverse=True)[:5]:
+        before, now = watched.cpu_s[at - 1], watched.cpu_s[at]
+        used_s = {name: cpu_s - before.get(name, 0.0) for name, cpu_s in now.items()}
+        most = max(used_s, key=lambda name: used_s[name])
+        share = 100.0 * used_s[most] / max(watched.at_s[at] - watched.at_s[at - 1], 1e-3)
+        told.append(f"{count} at {watched.lines[at]['frame'] / 48_000.0:.0f} s ({most} {share:.0f} %)")
+    return f": {', '.join(told)}" if told else ""
+
+
 def _remembered(watched: Watched) -> Tried:
-    memory_mb, passed_s = watched.memory_mb[_SETTLED:], watched.at_s[-1] - watched.at_s[_SETTLED]
+    memory_mb = watched.memory_mb[_SETTLED:]
     grown, later = memory_mb[-1] - memory_mb[0], memory_mb[-1] - memory_mb[len(memory_mb) // 2]
-    used = {
-        name: (cpu_s - watched.cpu_s[_SETTLED].get(name, cpu_s)) / max(passed_s, 1.0)
-        for name, cpu_s in watched.cpu_s[-1].items()
-    }
-    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in used.items())
-    found = f"{memory_mb[-1]:.0f} MB, {grown:+.0f} MB, of which {later:+.0f} in the second half; of a core: {shares}"
-    return Tried("memory and cores of all processes", len(used), found, later <= MORE_MB)
+    begin, end = watched.cpu_s[_SETTLED], watched.cpu_s[-1]
+    used_s = {name: cpu_s - begin.get(name, cpu_s) for name, cpu_s in end.items()}
+    played_s = (watched.lines[-1]["frame"] - watched.lines[_SETTLED]["frame"]) / 48_000.0
+    passed_s = watched.at_s[-1] - watched.at_s[_SETTLED]
+    # Of what is played, for that is what has to be done in time: where cores are short, less is played.
+    shares = ", ".join(f"{name} {100.0 * one / max(played_s, 1.0):.0f} %" for name, one in used_s.items())
+    found = f"{memory_mb[-1]:.0f} MB, {grown:+.0f} MB, of which {later:+.0f} in the second half; "
+    found += f"a core's time for what was played: {shares}"
+    others_s = watched.busy_s[-1] - watched.busy_s[_SETTLED] - sum(used_s.values())
+    found += f"; other programs had {max(others_s, 0.0) / max(passed_s, 1.0):.1f} of {os.cpu_count()} cores"
+    return Tried("memory and cores of all processes", len(used_s), found, later <= MORE_MB)
 
 
 def _recorded(path: Path, frames: int) -> Tried:
@@ -184,3 +205,13 @@ def _cpu_s(pid: int) -> float:
     except OSError:
         return 0.0
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _busy_s() -> float:
+    """Seconds that all cores together have worked since the machine was started; 0 where that is not told."""
+    try:
+        first = Path("/proc/stat").read_text().split("\n", 1)[0].split()
+    except OSError:
+        return 0.0
+    user, nice, system = map(int, first[1:4])
+    return (user + nice + system) / os.sysconf("SC_CLK_TCK")

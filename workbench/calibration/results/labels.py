@@ -11,6 +11,8 @@ _UNITS = {
 }  # fmt: skip
 """Units as the names of figures have them, behind what they are of."""
 _WORDS = {
+    "round_trip_99_ms": "round_trip,_99 %",
+    "round_trip_worst_ms": "round_trip,_worst",
     "bound_percent": "least_error_of_any_static_curve",
     "memory_error_percent": "error,_hysteresis_compensated",
     "creep_percent_decade": "creep_a_decade_of_time",

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from underfoot.errors import BadFile
-from underfoot.exchange.clip import bursts, clip_of, told
+from underfoot.exchange.clip import BURST_S, bursts, clip_of, told
 from underfoot.exchange.foreign import Seconds, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
@@ -21,6 +21,11 @@ LONGEST_S, CURVE_POINTS = 30.0, 16
 """A continuous event lasts at most so long, and a curve has at most so many points."""
 DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5, "AttackTime": 0.0, "DecayTime": 0.0, "ReleaseTime": 0.0}
 """What parameters of an event are that it does not give; Sustained is 1."""
+LEAST_IMPACT, SHARE_FELT, ATTACK_S, REBOUND = 0.1, 0.1, 8e-3, 0.1
+"""An impact is so strong at least; it is looked at down to this share of its top, is there so soon, and then falls."""
+SHORTEST_S, LONGEST_IMPACT_S = 12e-3, 30e-3
+"""It is about as long as the 22 ms of a transient, which cannot say how long it is; for so long nothing is felt before
+it, and nothing else from where it begins."""
 _FINE_S = 5e-3
 _SILENT = frozenset(("Version", "Created"))
 _CURVES = {"HapticIntensityControl": 1.0, "HapticSharpnessControl": 0.0}
@@ -82,32 +87,65 @@ class Ahap(msgspec.Struct, frozen=True, rename="pascal"):
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
-    """Write what the tile that moves most does: continuous events, and curves of intensity and sharpness."""
+    """Write what the tile that moves most does: transients for short impacts, continuous events for all else.
+
+    Curves of intensity and sharpness move both.
+    """
     clip = clip_of(export)
-    points = clip.points.copy()
+    points, impacts = clip.points.copy(), _impacts(clip.points)
+    for first, last in impacts:
+        # A transient is as strong as the curves are where it begins, so these stand still there.
+        points[first:last, 1:] = points[first + int(points[first:last, AMPLITUDE].argmax()), 1:]
     points[:, AMPLITUDE] = np.sqrt(points[:, AMPLITUDE].clip(0.0, 1.0))
     points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
+    pattern = [_event("HapticTransient", float(points[first, 0])) for first, _ in impacts]
+    for start, end in _rests(points[:, 0], impacts):
+        for at in np.arange(start, end, LONGEST_S).tolist():
+            pattern.append(_event("HapticContinuous", at, min(LONGEST_S, end - at)))
     points = lean(points, 0.01, 0.02)
-    end = float(points[-1, 0])
-    parameters = [_parameter("HapticIntensity", 1.0), _parameter("HapticSharpness", 0.0)]
-    pattern: list[dict[str, Any]] = [
-        {
-            "Event": {
-                "Time": start,
-                "EventType": "HapticContinuous",
-                "EventDuration": round(min(LONGEST_S, end - start), 6),
-                "EventParameters": parameters,
-            }
-        }
-        for start in np.arange(0.0, max(end, HOP_S), LONGEST_S).tolist()
-    ]
     pattern += _curves("HapticIntensityControl", points[:, [0, AMPLITUDE]])
     pattern += _curves("HapticSharpnessControl", points[:, [0, FREQUENCY]])
     description = f"{scale_in_words(clip.full_m_s2)}; sharpness 0 to 1 is {LOW_HZ:g} to {HIGH_HZ:g} Hz"
     metadata = {"Project": export.patch.title, "Created": "Underfoot", "Description": description}
     document = {"Version": 1.0, "Metadata": metadata, "Pattern": pattern}
     write_file(path, json.dumps(document, indent=1).encode())
-    return told(export, clip, _voices(convert(document, path, Ahap), path)[0])
+    said = f"short impacts as transients: {len(impacts)}; how long each is, and how it falls, is the player's"
+    return (*told(export, clip, _voices(convert(document, path, Ahap), path)[0]), *([said] if impacts else []))
+
+
+def _impacts(points: Array) -> list[tuple[int, int]]:
+    """Where short impacts are: the first point of each, and the one behind its last.
+
+    Each is one hump of the envelope, as far as that is above a tenth of its top, and stands alone: a transient would
+    cover what is near, as it does between grains of gravel.
+    """
+    amplitude, apart = points[:, AMPLITUDE], round(BURST_S / HOP_S)
+    found: list[tuple[int, int]] = []
+    for top in np.flatnonzero(amplitude >= LEAST_IMPACT).tolist():
+        quiet = np.flatnonzero(amplitude < SHARE_FELT * amplitude[top])
+        first = int(quiet[quiet < top].max(initial=-1)) + 1
+        last = int(quiet[quiet > top].min(initial=amplitude.size))
+        hump = amplitude[first:last]
+        is_top = top == first + int(hump.argmax()) and (top - first) * HOP_S <= ATTACK_S
+        falls = np.diff(hump[top - first :]).max(initial=0.0) <= REBOUND * amplitude[top]
+        near = np.concatenate([amplitude[max(first - apart, 0) : first], amplitude[last : first + apart]])
+        is_alone = near.max(initial=0.0) < SHARE_FELT * amplitude[top]
+        if is_top and is_alone and falls and SHORTEST_S <= hump.size * HOP_S <= LONGEST_IMPACT_S:
+            found.append((first, last))
+    return found
+
+
+def _rests(time_s: Array, impacts: list[tuple[int, int]]) -> list[tuple[float, float]]:
+    """Beginning and end of what lies between the impacts."""
+    edges = [0.0, *(float(time_s[min(at, time_s.size - 1)]) for impact in impacts for at in impact)]
+    edges.append(max(float(time_s[-1]), HOP_S))
+    return [(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True) if end > start]
+
+
+def _event(kind: str, time_s: float, duration_s: float | None = None) -> dict[str, Any]:
+    parameters = [_parameter("HapticIntensity", 1.0), _parameter("HapticSharpness", 0.0)]
+    length = {} if duration_s is None else {"EventDuration": round(duration_s, 6)}
+    return {"Event": {"Time": round(time_s, 6), "EventType": kind, **length, "EventParameters": parameters}}
 
 
 def _parameter(name: str, value: float) -> dict[str, Any]:
@@ -220,5 +258,6 @@ FORMAT = Format(
     frozenset(("title",)),
     write,
     read,
-    note=f"one tile; frequencies {LOW_HZ:g} to {HIGH_HZ:g} Hz as sharpness",
+    note="one tile; short impacts as transients, without their length; "
+    f"frequencies {LOW_HZ:g} to {HIGH_HZ:g} Hz as sharpness",
 )

@@ -1,5 +1,6 @@
 """A folder to be handed on, or the same as a zip: the patch, the files that it plays, the floor and its profiles."""
 
+import os
 import tempfile
 import zipfile
 from collections.abc import Collection, Iterator
@@ -38,7 +39,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 def _write_folder(parts: dict[str, bytes], path: Path) -> None:
     """Beside its place, and moved there once it is whole."""
     with written(path):
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+        if os.path.exists(path) and (not path.is_dir() or any(path.iterdir())):
             raise BadFile(f"{path} is there already; allowed: a new or an empty folder")
         with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.absolute().parent) as holder:
             whole = Path(holder, "whole")

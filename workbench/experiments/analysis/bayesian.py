@@ -29,21 +29,21 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
         values = np.asarray(quest.param_domain[parameter], np.float64)
         believed = np.asarray(quest.marginal_posterior[parameter], np.float64)
         if parameter == "mean":
-            low, high = _interval(values, believed)
-        else:  # the spreads that are thought of double from one to the next
-            low, high = (math.exp(end) for end in _interval(np.log(values), believed))
-        found.append(Estimate(estimate, float(quest.param_estimate[parameter]), low, high, "dB"))
+            value, low, high = _believed(values, believed)
+        else:  # the spreads that are thought of grow by the same factor from one to the next
+            value, low, high = (math.exp(one) for one in _believed(np.log(values), believed))
+        found.append(Estimate(estimate, value, low, high, "dB"))
     return found
 
 
-def _interval(values: NDArray[np.float64], believed: NDArray[np.float64]) -> tuple[float, float]:
-    """Between what 95 % of the belief lies; a value stands for all from half way to the one before to half way to the
-    next."""
+def _believed(values: NDArray[np.float64], believed: NDArray[np.float64]) -> tuple[float, float, float]:
+    """The mean of a belief, and between what 95 % of it lies; a value stands for all from half way to the one before to
+    half way to the next."""
     half = 0.5 * np.diff(values)
     edges = np.concatenate([[values[0] - half[0]], values[:-1] + half, [values[-1] + half[-1]]])
     below = np.concatenate([[0.0], np.cumsum(believed)])
     low, high = np.interp((0.025, 0.975), below, edges)
-    return float(low), float(high)
+    return float(values @ believed), float(low), float(high)
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:

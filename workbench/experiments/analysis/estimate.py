@@ -56,10 +56,10 @@ def mixed_share_interval(name: str, shares: Sequence[tuple[int, int]]) -> Estima
 
 
 def share_interval(name: str, count: int, of: int) -> Estimate:
-    """A share with Wilson's 95 % interval (statsmodels)."""
-    from underfoot.experiments.analysis.libraries import statsmodels
-
+    """A share with Wilson's 95 % interval (SciPy)."""
     if of == 0:
         return Estimate(name, math.nan)
-    low, high = statsmodels("stats.proportion").proportion_confint(count, of, method="wilson")
-    return Estimate(name, count / of, float(low), float(high))
+    from scipy.stats import binomtest
+
+    interval = binomtest(count, of).proportion_ci(method="wilson")
+    return Estimate(name, count / of, float(interval.low), float(interval.high))

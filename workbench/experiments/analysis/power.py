@@ -1,13 +1,14 @@
 """What simulated participants say of a study before the first real one: a table and pictures of bias and spread."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis.findings import Cell, Findings, Table
 from underfoot.experiments.simulation import Summary
+from underfoot.parameters import Parameter
 
 GROUPS = (10, 20, 40)
 """So many people, for whose mean the standard error is told."""
@@ -15,8 +16,11 @@ _COLOURS = ("vibration", "force", "contact", "events", "muted")
 _MOST_LINES = 5
 
 
-def power_of(summaries: Sequence[Summary], people: int) -> Findings:
-    """A table of every estimate, and pictures of spread against trials and of standard error against people."""
+def power_of(
+    summaries: Sequence[Summary], people: int, truths: Mapping[str, tuple[Parameter, float]] | None = None
+) -> Findings:
+    """A table of every estimate, one of what is true of the people, and pictures of spread against trials and of
+    standard error against people."""
     found = Findings(f"{people} simulated participants")
     whole = [one for one in summaries if one.share == 1.0]
     rows: tuple[tuple[Cell, ...], ...] = tuple(
@@ -30,6 +34,8 @@ def power_of(summaries: Sequence[Summary], people: int) -> Findings:
         "is how often 95 % intervals hold their person's truth."
     )
     found.tables.append(Table("Estimates beside the truth", columns, rows, note))
+    if truths:
+        found.tables.append(_people(truths))
     for name in dict.fromkeys(one.name.split(" ")[0] for one in whole):
         of_kind = [one for one in whole if one.name.split(" ")[0] == name][:_MOST_LINES]
         found.drawings.append(_against_trials([one.name for one in of_kind], summaries))
@@ -37,6 +43,15 @@ def power_of(summaries: Sequence[Summary], people: int) -> Findings:
     missing = [one for one in whole if one.missing > 0.0]
     found.remarks += [f"{one.name}: {one.missing:.1%} of the people have no estimate." for one in missing]
     return found
+
+
+def _people(truths: Mapping[str, tuple[Parameter, float]]) -> Table:
+    lines = tuple((name, value, getattr(one, "unit", ""), one.doc) for name, (one, value) in truths.items())
+    differ = [name for name, (_, value) in truths.items() if name.endswith("_differ") and value > 0.0]
+    note = "All people are alike; they differ only in what they answer by chance."
+    if differ:
+        note = f"People differ: {', '.join(differ)}. At 0 they are all alike."
+    return Table("The simulated people", ("what is true", "value", "unit", "what it is"), lines, note)
 
 
 def _against_trials(names: Sequence[str], summaries: Sequence[Summary]) -> Drawing:

@@ -4,8 +4,8 @@ The regression is statsmodels' (a generalised linear model with the probit link)
 maximised by SciPy, which a probit link alone cannot do. Intervals come of a parametric bootstrap, in which data are
 drawn from the fitted curve and fitted again, or, at once, of the regression's covariance: Wald's for slope and
 intercept, and for the PSE, which is a ratio, Fieller's (Some problems in interval estimation, 1954). The PSE itself is
-estimated as Beale does ratios (Some uses of computers in operational research, 1962): minus intercept over slope, as it
-is, is drawn upwards by the few curves whose slope is nearly none.
+estimated as Andrews and Armstrong do ratios (Quantitative Economics 8, 2017), without bias where the denominator's sign
+is known: minus intercept over slope, as it is, is drawn upwards by the few curves whose slope is nearly none.
 """
 
 import math
@@ -55,6 +55,23 @@ class Curve:
         normal = ndtr(self.intercept + self.slope * np.asarray(x, np.float64))
         return np.asarray(self.lapse + (1.0 - 2.0 * self.lapse) * normal)
 
+    def unbiased_pse(self, middle: float) -> float:
+        """Where the curve is a half, without bias; the plain ratio without a covariance.
+
+        Of a normal slope with deviation s, Mills' ratio of slope / s, over s, has the mean 1 / true slope. The height
+        of the curve at a `middle` of levels, less what goes with the slope, does not depend on it: their product has
+        no bias.
+        """
+        from scipy.special import erfcx
+
+        (vii, vis), (_, vss) = self.covariance
+        if not (math.isfinite(vii + vis) and 0.0 < vss < math.inf):
+            return self.pse
+        deviation, height = math.sqrt(vss), self.intercept + self.slope * middle
+        mills = math.sqrt(0.5 * math.pi) * float(erfcx(abs(self.slope) / deviation / math.sqrt(2.0)))
+        share = (vis + middle * vss) / vss
+        return middle - math.copysign(mills / deviation, self.slope) * (height - share * self.slope) - share
+
 
 def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, with_lapses: bool = False) -> Curve:
     """The curve of `yes` answers out of `of` at each level `x`; also shares, `of` 1.
@@ -82,7 +99,7 @@ def estimates(
     Bootstrap curves that cannot be fitted are left out. With lapses there is no interval without draws.
     """
     curve = fit(x, yes, of, with_lapses)
-    pse = _pse(curve, float(np.mean(np.asarray(x, np.float64))))
+    pse = curve.unbiased_pse(float(np.mean(np.asarray(x, np.float64))))
     if bootstrap == 0:
         plain, slope, intercept = _by_covariance(curve)
         return replace(plain, value=pse), slope, intercept
@@ -98,16 +115,6 @@ def estimates(
         value = getattr(curve, name)
         found.append(Estimate(name, value, *_bias_corrected(value, [getattr(one, name) for one in again])))
     return replace(found[0], value=pse), found[1], found[2]
-
-
-def _pse(curve: Curve, middle: float) -> float:
-    """Beale's estimate of where the curve is a half, about a `middle` of levels; the plain one without covariance."""
-    (vii, vis), (_, vss) = curve.covariance
-    there, slope = curve.intercept + curve.slope * middle, curve.slope
-    if slope == 0.0 or not math.isfinite(vii + vis + vss):
-        return curve.pse
-    both = vis + middle * vss
-    return middle - (there + both / slope) / slope / (1.0 + vss / slope**2)
 
 
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:

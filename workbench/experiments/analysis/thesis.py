@@ -1,4 +1,4 @@
-"""What the thesis "Walking on virtual ground" prints of its own studies, to be drawn beside one's own.
+"""What the thesis "Walking on virtual ground" prints of its own studies, to be drawn beside new results.
 
 Tables and figures by their numbers there; where it contradicts itself, what its own data say.
 """

@@ -18,7 +18,8 @@ from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
 if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
 
-_SD_DB = (0.5, 1.0, 2.0, 4.0, 8.0)
+_SD_DB = tuple(0.5 * 2.0 ** (k / 3.0) for k in range(13))
+"""Spreads that are thought of: 0.5 to 8 dB, three to a doubling."""
 _LAPSES = (0.0, 0.02, 0.05)
 
 

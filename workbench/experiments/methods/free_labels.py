@@ -15,7 +15,9 @@ class FreeLabels(ListedMethod):
     """Words for each stimulus; afterwards somebody sorts them by hand, in the table of trials."""
 
     kind, name = "free-labels", "Free labels"
-    about = "Each stimulus is named in words of one's own; the words are sorted afterwards, and the sorts counted."
+    about = (
+        "Each stimulus is named in the participant's own words; the words are sorted afterwards, and the sorts counted."
+    )
     named = StimulusNames((), doc="What is named.")
     repeats = Count(1, 1, 100, doc="How often each one comes.")
     question = Text("What does it remind you of?", doc="What is asked after each one.")

@@ -48,9 +48,12 @@ def solve(block: BlockOnBelt, t_end: float, error: float) -> Panels:
     """
     block, t_end, error = require_slip(block, t_end, error)
     target = error
-    for _ in range(4):
-        panels, residual = _Solver(block, t_end, target).run()
-        if _ERROR_TO_RESIDUAL * residual <= error:
+    for left in reversed(range(4)):
+        solver = _Solver(block, t_end, target)
+        panels, residual = solver.run()
+        # A tail's growth is the worst that can be: it is a reason to try again, and none to refuse.
+        growth = solver.growth_in_tail if left else 1.0
+        if _ERROR_TO_RESIDUAL * residual * growth <= error:
             return Panels(panels.table.copy(), panels.weights.copy(), panels.rates.copy())
         target *= 0.25
     raise BadValue(f"error is {error!r}; allowed for these values: above {_ERROR_TO_RESIDUAL * residual:.1e}")
@@ -69,6 +72,8 @@ class _Solver:
         self.shortest_lag = shortest_time(block)
         self.growth = 32.0
         """By how much the last Legendre coefficients are expected to grow when a panel is twice as long."""
+        self.growth_in_tail = 1.0
+        """By how much an error of the hazard rate grows while the exponential tail lasts."""
 
     def run(self) -> tuple[Panels, float]:
         """The panels, and the largest residual, a probability."""
@@ -88,6 +93,8 @@ class _Solver:
             time, length = self.advance(time, length)
             if hazard := constant_hazard(self.buffer, self.block, time, self.t_end, self.error):
                 residual = self.residual()
+                lasts = min(math.exp(-1.0) / hazard, self.t_end - time)
+                self.growth_in_tail = max(1.0, self.block.w0 * lasts * (1.0 - self.buffer.ended))
                 append_exponential(self.buffer, time, self.t_end, hazard)
                 return self.buffer.panels(), residual
         return self.buffer.panels(), self.residual()

@@ -19,6 +19,7 @@ from underfoot.models.signals.random import uniform
 
 if TYPE_CHECKING:
     from underfoot.models.stick_slip.mixture import NormalMixture
+    from underfoot.models.stick_slip.slip_distribution import SlipDistribution
     from underfoot.models.stick_slip.tabulated import Distribution
 
 LONGEST = 800.0
@@ -48,12 +49,16 @@ def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: flo
 
     number("error", error, 3e-4, 0.1, "3e-4 to 0.1")
     solved = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, v0), LONGEST, error)
-    slip = replace(solved, error=0.25 * error)  # tabulated more densely than its own error needs
-    levels, times = _duration_quantiles(slip.duration)
-    count = 2 + math.ceil(1.5 / math.sqrt(error))
-    points_per_component = max(6.0, 0.2 / math.sqrt(error))
-    ends = (slip.end_positions(float(t)) for t in times[:-1])
+    dense = error * min(1.0, (error / 1e-3) ** 1.5)  # next to a small error what lies between the rows counts more
+    slip = replace(solved, error=0.25 * dense)  # tabulated more densely than its own error needs
+    some_last = slip.survival > slip.error
+    levels, times = _duration_quantiles(slip.duration, some_last)
+    count = 2 + math.ceil(1.5 / math.sqrt(dense))
+    points_per_component = max(6.0, 0.2 / math.sqrt(dense))
+    ends = [slip.end_positions(float(t)) for t in (times[:-2] if some_last else times[:-1])]
     rows = _filled([_distance_quantiles(positions, x0, count, points_per_component) for positions in ends], count)
+    if some_last:
+        rows = np.vstack([rows, _lasting_distances(slip, count, points_per_component)])
     guide = np.searchsorted(levels, np.arange(_GUIDES) / _GUIDES, side="right") - 1
     table = np.concatenate([[0.0, times.size, count], guide, levels, times, rows.ravel()])
     table[MEAN] = _mean_distance(table)
@@ -88,12 +93,15 @@ def look_up(table: Floats, first: float, second: float) -> tuple[float, float]:
     return duration, (1.0 - y) * near + y * far
 
 
-def _duration_quantiles(duration: "Distribution") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Quantile levels from 0 to 1 and durations; the last level stands for all that still lasts."""
+def _duration_quantiles(duration: "Distribution", some_last: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Quantile levels from 0 to 1 and durations; where `some_last`, the last two durations are `LONGEST`, for those."""
     cdf, times = duration.cdf, duration.points
     begin = int(np.flatnonzero(cdf == 0.0)[-1])
     end = int(np.flatnonzero(cdf < cdf[-1])[-1]) + 2 if cdf[-1] > 0.0 else begin + 1
-    return np.append(cdf[begin:end], 1.0), np.append(times[begin:end], LONGEST)
+    levels, times = cdf[begin:end], times[begin:end]
+    if some_last:
+        return np.append(levels, (levels[-1], 1.0)), np.append(times, (LONGEST, LONGEST))
+    return np.append(levels, 1.0), np.append(times, LONGEST)
 
 
 def _distance_quantiles(
@@ -103,13 +111,26 @@ def _distance_quantiles(
 
     `points_per_component`: how densely the CDF is read.
     """
-    from underfoot.models.stick_slip.mixture import density_and_cdf
-
     means, widths, weights = positions
     if weights.sum() <= 1e-9:
         return None
     margin = 5.0 * widths[0]
     x = np.linspace(means[0] - margin, means[-1] + margin, int(points_per_component * (means.size + 10)))
+    return _quantiles_at(positions, x, x0, count)
+
+
+def _lasting_distances(slip: "SlipDistribution", count: int, points_per_component: float) -> NDArray[np.float64]:
+    """Distances, rising, at `count` quantile levels, of slips that last for `LONGEST`, up to there."""
+    positions = slip.lasting_positions()
+    reach = 6.0 * positions.widths[0]  # of all blocks, had nothing stopped them
+    x = positions.means[0] + np.linspace(-reach, reach, int(60.0 * points_per_component))
+    return _quantiles_at(positions, x, slip.block.x0, count)
+
+
+def _quantiles_at(positions: "NormalMixture", x: NDArray[np.float64], x0: float, count: int) -> NDArray[np.float64]:
+    """Distances from x0, rising, at `count` quantile levels of `positions`, whose CDF is read at `x`."""
+    from underfoot.models.stick_slip.mixture import density_and_cdf
+
     cdf = density_and_cdf(positions, x)[1]
     rising = np.maximum.accumulate(np.maximum(cdf, 0.0)) + np.linspace(0.0, 1e-12 * cdf[-1], x.size)
     levels = np.sin(0.5 * math.pi * np.linspace(0.0, 1.0, count)) ** 2

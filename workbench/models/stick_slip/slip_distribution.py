@@ -10,7 +10,7 @@ from underfoot.arguments import number
 from underfoot.kernels import kernel
 from underfoot.models.stick_slip.first_passage import solve
 from underfoot.models.stick_slip.mixture import NormalMixture, density_and_cdf, normal_cdf, normal_density
-from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip
+from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, transition
 from underfoot.models.stick_slip.panels import (
     GAUSS_NODES,
     GAUSS_WEIGHTS,
@@ -62,7 +62,15 @@ class SlipDistribution:
     @cached_property
     def distance(self) -> Distribution:
         """Distribution of the slip's distance d = x0 - x, m (8.4, 8.16); negative where it ends ahead of its start."""
-        _, positions = self._components
+        return self._distance_of(self._components[1], self.survival)
+
+    @cached_property
+    def distance_in_the_end(self) -> Distribution:
+        """Distribution of the distance of all slips, those that still last at `t_end` taken to end then, m."""
+        both = zip(self._components[1], self.lasting_positions(), strict=True)
+        return self._distance_of(NormalMixture(*map(np.concatenate, both)), 0.0)
+
+    def _distance_of(self, positions: NormalMixture, unobserved: float) -> Distribution:
         distances = positions._replace(means=self.block.x0 - positions.means)
         means, widths, weights = distances
         ends = (float((means - 6.0 * widths).min()), float((means + 6.0 * widths).max())) if means.size else (0.0, 0.0)
@@ -71,7 +79,7 @@ class SlipDistribution:
             ends,
             _quantiles(means, weights),
             0.25 * self.error,
-            self.survival,
+            unobserved,
             "distance, m",
         )
 
@@ -81,7 +89,9 @@ class SlipDistribution:
         times, (means, widths, weights) = self._components
         belt_velocity = self.block.belt_velocity
         periods = times + (self.block.x0 - means) / belt_velocity
-        high = float((periods + 6.0 * widths / belt_velocity).max(initial=0.0))
+        table = self.panels.table
+        last = float((table["start"] + table["length"]).max(initial=0.0))  # a tail's panel is long behind its last node
+        high = last + float((self.block.x0 - means + 6.0 * widths).max(initial=0.0)) / belt_velocity
         return tabulate(
             lambda points: _period_density_and_cdf(self.panels, belt_velocity, self.block.x0, points),
             (0.0, high),
@@ -118,6 +128,24 @@ class SlipDistribution:
         count = int(panel["components"])
         means = panel["first"] + panel["speed"] * elapsed + panel["spacing"] * np.arange(count)
         return NormalMixture(means, np.full(count, panel["width"]), basis @ self._weights(panel))
+
+    def lasting_positions(self) -> NormalMixture:
+        """Where blocks are at `t_end` whose slips still last then; the weights sum to `survival`.
+
+        That is where all blocks would be, had nothing stopped them, less where those would be that have been stopped.
+        """
+        w0, zeta, noise, belt_velocity, x0, v0 = self.block
+        free = transition(w0, zeta, noise, self.t_end)
+        mean = free.a_xx * x0 + free.a_xv * v0
+        times, (means, widths, weights) = self._components
+        known, place = np.unique(times, return_inverse=True)
+        later = [transition(w0, zeta, noise, max(self.t_end - time, 1e-12 / w0)) for time in known]
+        a_xx, a_xv, s_xx = (np.array([getattr(one, name) for one in later])[place] for name in ("a_xx", "a_xv", "s_xx"))
+        return NormalMixture(
+            np.append(mean, a_xx * means + a_xv * belt_velocity),
+            np.sqrt(np.append(free.s_xx, s_xx + (a_xx * widths) ** 2)),
+            np.append(1.0, -weights),
+        )
 
     def _weights(self, panel: np.void) -> NDArray[np.float64]:
         """[node, component]."""

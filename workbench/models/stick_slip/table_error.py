@@ -35,11 +35,12 @@ def error_found(values: Mapping[str, Any]) -> float:
     _draw_evenly(work(values)(), drawn)
     durations, distances = drawn.T
     slip = _solved(*_numbers(values))
-    sticks = distances >= 0.0
+    ended = durations < LONGEST * (1.0 - 1e-12)  # which a straight line between two of them rounds to
     return max(
-        _difference(durations, slip.duration),
-        _difference(distances, slip.distance),
-        _difference((durations + distances)[sticks], slip.period),
+        _difference(durations[ended], slip.duration),
+        _difference(distances[ended], slip.distance),
+        _difference((durations + distances)[ended & (distances >= 0.0)], slip.period),
+        _difference(distances, slip.distance_in_the_end),
     )
 
 

@@ -48,10 +48,13 @@ class Summaries(QObject):
         super().__init__(parent)
         self._thread: threading.Thread | None = None
         self._stops = threading.Event()
+        self._is_closed = False
 
     def read(self, paths: Sequence[Path]) -> None:
-        """Read these instead of those that were asked for before."""
+        """Read these instead of those that were asked for before; nothing once it is closed."""
         self.stop()
+        if self._is_closed:
+            return
         self._stops = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(list(paths), self._stops), name="recordings")
         self._thread.start()
@@ -61,6 +64,11 @@ class Summaries(QObject):
         self._stops.set()
         if self._thread is not None:
             self._thread.join()
+
+    def close(self) -> None:
+        """Read no more for good: whoever still wants to look when the window closes starts no thread."""
+        self._is_closed = True
+        self.stop()
 
     def _run(self, paths: list[Path], stops: threading.Event) -> None:
         for path in paths:
@@ -72,7 +80,7 @@ class Summaries(QObject):
                 self.failed.emit(path, str(error))
 
 
-class Library(QWidget):
+class RecordingList(QWidget):
     """The recordings there are, newest first; one is chosen."""
 
     chosen = Signal(object)
@@ -159,7 +167,7 @@ class Library(QWidget):
 
     def close_down(self) -> None:
         """End the thread."""
-        self.summaries.stop()
+        self.summaries.close()
 
     # --- files ---
 
@@ -223,6 +231,11 @@ class Library(QWidget):
 
     def _items(self) -> list[QListWidgetItem]:
         return [self.list.item(row) for row in range(self.list.count())]
+
+    def take_colours(self) -> None:
+        """Draw the pictures anew."""
+        for summary in self._known.values():
+            self._show(summary)
 
     def _take(self, summary: Summary) -> None:
         self._known[summary.path] = summary

@@ -1,0 +1,60 @@
+"""What can be undone goes on after the window was closed and opened anew."""
+
+import pytest
+from design_samples import REGISTRY, sample
+
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.undo import KEPT, Document
+
+
+def read():
+    """The sample as it comes from a file."""
+    return Patch.loads(sample().dumps(), REGISTRY)
+
+
+def edited(count):
+    document = Document(read())
+    for i in range(count):
+        id = document.patch.nodes[0].id
+        document.edit(document.patch.move({id: (8.0 * (i + 1), 8.0)}), f"Move {i}")
+    return document
+
+
+def test_undo_and_redo_go_on_after_a_new_start(qapp, tmp_path):
+    first = edited(5)
+    first.stack.undo()
+    first.stack.undo()
+    first.keep(tmp_path / "undo.json")
+    second = Document(first.patch)
+    said = []
+    second.changed.connect(said.append)
+    second.take_up(tmp_path / "undo.json", REGISTRY)
+    assert second.patch == first.patch
+    assert said == []
+    assert (second.stack.undoText(), second.stack.redoText()) == ("Move 2", "Move 3")
+    for act in ("redo", "redo", "undo", "undo", "undo", "undo", "undo"):
+        getattr(first.stack, act)()
+        getattr(second.stack, act)()
+        assert second.patch.dumps() == first.patch.dumps()
+    assert second.patch == read()
+    assert not (tmp_path / "undo.json").exists()
+
+
+def test_of_many_edits_the_last_are_kept(qapp, tmp_path):
+    first = edited(KEPT + 3)
+    first.keep(tmp_path / "undo.json")
+    second = Document(first.patch)
+    second.take_up(tmp_path / "undo.json", REGISTRY)
+    assert second.stack.count() == KEPT
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"at": 0, "steps": []}', '{"at": 9, "steps": [{}]}', "\x00"])
+def test_what_cannot_be_read_or_leads_elsewhere_is_let_go(qapp, tmp_path, text):
+    (tmp_path / "undo.json").write_text(text)
+    document = Document(sample())
+    document.take_up(tmp_path / "undo.json", REGISTRY)
+    assert document.stack.count() == 0
+    assert not (tmp_path / "undo.json").exists()
+    edited(2).keep(tmp_path / "undo.json")
+    document.take_up(tmp_path / "undo.json", REGISTRY)
+    assert document.stack.count() == 0

@@ -1,0 +1,128 @@
+"""All wires that rest, as one item: drawn once into a picture of the view, from which it is painted again."""
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import QPainter, QPainterPath, QPixmap, QRegion, QTransform
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+from underfoot.patch.patch import Wire
+from underfoot.widgets.design.items import WireItem
+
+SETTLE_MS = 250
+"""A wire that has not moved for so long is drawn into the picture."""
+FEW = 12
+"""With more changed wires than these, all is drawn anew: that is quicker than a region of many rectangles."""
+EDGE_PX = 2
+"""How far antialiasing reaches beyond a wire's bounds."""
+
+
+class RestingWires(QGraphicsItem):
+    """Paints the wires of a scene that do not move. A wire that is dragged along, or lit up, paints itself."""
+
+    def __init__(self, wires: Mapping[Wire, WireItem], area: QRectF) -> None:
+        super().__init__()
+        self._wires, self._area = wires, area
+        self._moving: set[WireItem] = set()
+        self._picture = QPixmap()
+        self._seen = QTransform()
+        self._changed: list[QRectF] = []
+        self._settling = QTimer(interval=SETTLE_MS, singleShot=True)
+        self._settling.timeout.connect(self.settle)
+        self.setZValue(-1.0)
+        self.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
+        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemUsesExtendedStyleOption)
+
+    def lift(self, wire: WireItem) -> None:
+        """The wire begins to move: it paints itself from now on, until it rests again."""
+        if wire not in self._moving:
+            self._moving.add(wire)
+            self.renew(wire.boundingRect())
+            wire.set_resting(False)
+        self._settling.start()
+
+    def settle(self) -> None:
+        """Take in the wires that were lifted."""
+        for wire in self._moving:
+            if wire.scene() is not None:
+                wire.set_resting(True)
+                self.renew(wire.boundingRect())
+        self._moving.clear()
+
+    def renew(self, area: QRectF) -> None:
+        """Draw what lies in this part of the scene anew."""
+        if len(self._changed) <= FEW:
+            self._changed.append(area)
+        self.update(area)
+
+    def forget(self) -> None:
+        """Draw all anew."""
+        self._picture = QPixmap()
+        self.update()
+
+    # --- Qt ---
+
+    def boundingRect(self) -> QRectF:
+        return self._area
+
+    def shape(self) -> QPainterPath:
+        """Nothing that a mouse could meet: each wire is met by itself."""
+        return QPainterPath()
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        seen = painter.worldTransform()
+        if widget is None:
+            self._draw(painter, [self._area])
+            return
+        self._redraw(self._stale(seen, widget.size(), widget.devicePixelRatioF()))
+        ratio = widget.devicePixelRatioF()
+        part = seen.mapRect(option.exposedRect).toAlignedRect() & widget.rect()
+        painter.setWorldTransform(QTransform())
+        painter.drawPixmap(QRectF(part), self._picture, QRectF(part.topLeft() * ratio, part.size() * ratio))
+
+    def _stale(self, seen: QTransform, size: QSize, ratio: float) -> QRegion:
+        """What of the picture is not as it is to be seen, in the view's pixels; what only went aside is moved there."""
+        all_of_it = QRect(0, 0, size.width(), size.height())
+        is_same = self._picture.size() == size * ratio and self._picture.devicePixelRatio() == ratio
+        before, self._seen = self._seen, seen
+        aside = QPointF(seen.dx() - before.dx(), seen.dy() - before.dy()) * ratio
+        by = aside.toPoint()
+        is_moved_only = (before.m11(), before.m22()) == (seen.m11(), seen.m22()) and QPointF(by) == aside
+        changed, self._changed = self._changed, []
+        if not is_same or not is_moved_only or len(changed) > FEW:
+            if not is_same:
+                self._picture = QPixmap(size * ratio)
+                self._picture.setDevicePixelRatio(ratio)
+            return QRegion(all_of_it)
+        stale = QRegion()
+        if not by.isNull():
+            kept = QRect(all_of_it).translated((aside / ratio).toPoint())
+            self._picture.scroll(by.x(), by.y(), QRect(self._picture.rect()))
+            stale = QRegion(all_of_it) - QRegion(kept.adjusted(1, 1, -1, -1))
+        for area in changed:
+            stale += seen.mapRect(area).toAlignedRect().adjusted(-EDGE_PX, -EDGE_PX, EDGE_PX, EDGE_PX)
+        return stale & all_of_it
+
+    def _redraw(self, stale: QRegion) -> None:
+        if stale.isEmpty():
+            return
+        parts: list[QRect] = list(stale)  # type: ignore[call-overload]
+        is_all = parts[0].size() * self._picture.devicePixelRatio() == self._picture.size()
+        if is_all:
+            self._picture.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(self._picture)
+        if not is_all:
+            painter.setClipRegion(stale)
+            painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Clear)
+            painter.fillRect(stale.boundingRect(), Qt.GlobalColor.transparent)
+            painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setWorldTransform(self._seen)
+        back = self._seen.inverted()[0]
+        self._draw(painter, [back.mapRect(QRectF(part)) for part in parts])
+        painter.end()
+
+    def _draw(self, painter: QPainter, areas: list[QRectF]) -> None:
+        for wire in self._wires.values():
+            if wire.is_resting and wire.isVisible() and any(map(wire.boundingRect().intersects, areas)):
+                wire.paint_line(painter)

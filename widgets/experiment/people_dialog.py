@@ -1,0 +1,98 @@
+"""Who is simulated: how many people, their seed, and what is true of them."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+
+from underfoot.errors import BadValue
+from underfoot.experiments.observers import truths_of
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.simulation import Conditions
+from underfoot.parameters import Count, Parameter
+from underfoot.widgets import theme
+from underfoot.widgets.experiment.field_rows import FieldRows
+
+
+class _General:
+    """What is chosen in every study."""
+
+    people = Count(100, 1, 10_000, doc="How many people take part.")
+    seed = Count(1, 0, 2**31, doc="The same seed: the same people.")
+
+
+_GENERAL: Mapping[str, Parameter] = {"people": _General.people, "seed": _General.seed}
+
+
+@dataclass(frozen=True)
+class SimulatedPeople:
+    """So many people under these conditions."""
+
+    count: int = 100
+    conditions: Conditions = field(default_factory=Conditions)
+
+
+class PeopleDialog(QDialog):
+    """Edits who is simulated for a protocol; Use hands it to `use`."""
+
+    def __init__(
+        self,
+        use: Callable[[SimulatedPeople], object],
+        protocol: Protocol,
+        people: SimulatedPeople,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Simulated people")
+        self._use = use
+        given = dict(people.conditions.truth)
+        truths = truths_of(protocol, given)
+        self._truths: dict[str, Parameter] = {name: one for name, (one, _) in truths.items()}
+        self._values: dict[str, Any] = {"people": people.count, "seed": people.conditions.seed}
+        self._values |= {name: value for name, (_, value) in truths.items()}
+        self.rows = FieldRows({**_GENERAL, **self._truths}, self._values)
+        self.note = theme.label("", "alarm")
+        self.note.setWordWrap(True)
+        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.usual = self.buttons.addButton("Defaults", QDialogButtonBox.ButtonRole.ResetRole)
+        self.take = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.take.setDefault(True)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setSpacing(2 * theme.GRID)
+        words = theme.label("What is true of everybody who is simulated; estimates are held against it.", "muted")
+        for part in (words, self.rows, self.note):
+            column.addWidget(part)
+        column.addStretch(1)
+        column.addWidget(self.buttons)
+        self.resize(100 * theme.GRID, 0)
+        self.take.clicked.connect(self._give)
+        self.usual.clicked.connect(self._give_usual)
+        self.buttons.rejected.connect(self.reject)
+
+    def _give(self) -> None:
+        try:
+            found = {name: one.check(self._values[name]) for name, one in {**_GENERAL, **self._truths}.items()}
+        except BadValue as error:
+            self.note.setText(str(error))
+            return
+        changed = {name: found[name] for name, one in self._truths.items() if found[name] != one.default}
+        self._use(SimulatedPeople(found["people"], Conditions(found["seed"], truth=tuple(changed.items()))))
+        self.accept()
+
+    def _give_usual(self) -> None:
+        self._use(SimulatedPeople())
+        self.accept()
+
+
+def words_of(people: SimulatedPeople) -> str:
+    """What a button that simulates them says.
+
+    >>> words_of(SimulatedPeople(40, Conditions(truth=(("lapses", 0.1),))))
+    'Simulate 40 people, with your settings'
+    """
+    own = ", with your settings" if people.conditions.truth else ""
+    return f"Simulate {people.count} {'person' if people.count == 1 else 'people'}{own}"

@@ -1,0 +1,62 @@
+"""What can be done with results beside the analysis: other files analysed, and trials written."""
+
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFileDialog, QMenu, QPushButton, QWidget
+
+from underfoot.studies.results import FORMS
+from underfoot.widgets.controls.file_dialog import file_dialog
+
+_WORDS = {"CSV": "Write all trials as CSV…", "BIDS": "Write BIDS…", "report": "Write a report…"}
+_FILES = "Sessions and tables of trials (*.session *.csv)"
+
+
+class ResultsButton(QPushButton):
+    """A button with a menu. `files_chosen` brings files to analyse, `place_chosen` a form and where to write it."""
+
+    files_chosen = Signal(list)
+    place_chosen = Signal(str, Path)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Results", parent)
+        self.setToolTip("Analyse other files; write trials for other programs")
+        menu = QMenu(self)
+        menu.addAction("Analyse files…", self._ask_files)
+        menu.addSeparator()
+        self._writing = [self._writing_action(menu, form) for form in FORMS]
+        self.setMenu(menu)
+
+    def enable_writing(self, has_sessions: bool) -> None:
+        """Whether there is something to be written."""
+        for action in self._writing:
+            action.setEnabled(has_sessions)
+
+    def _writing_action(self, menu: QMenu, form: str) -> QAction:
+        action = menu.addAction(_WORDS[form])
+        action.triggered.connect(lambda: self._ask_place(form))
+        return action
+
+    def _ask_files(self) -> None:
+        dialog = file_dialog(self.window(), "Sessions, or tables of trials", "", _FILES)
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFiles)
+        dialog.filesSelected.connect(lambda paths: self.files_chosen.emit([Path(path) for path in paths]))
+        self._open(dialog)
+
+    def _ask_place(self, form: str) -> None:
+        if form == "CSV":
+            dialog = file_dialog(self.window(), "A table of all trials", "trials.csv", "Tables (*.csv)")
+            dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+            dialog.setDefaultSuffix("csv")
+        else:
+            dialog = file_dialog(self.window(), f"A folder for the {form}")
+            dialog.setFileMode(QFileDialog.FileMode.Directory)
+            dialog.setOption(QFileDialog.Option.ShowDirsOnly)
+        dialog.fileSelected.connect(lambda path: self.place_chosen.emit(form, Path(path)))
+        self._open(dialog)
+
+    @staticmethod
+    def _open(dialog: QFileDialog) -> None:
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()

@@ -1,0 +1,202 @@
+"""A study that runs on a person: the runner, the experimenter's desk, and the participant's window."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QGuiApplication
+
+from underfoot.engine.commands import PressTile, Walk
+from underfoot.engine.reports import Report
+from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
+from underfoot.experiments.store import SessionFile
+from underfoot.files import make_folder
+from underfoot.studies.equipment import Equipment, EquipmentChoice
+from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.target import Stand
+from underfoot.widgets.experiment.background import Background
+from underfoot.widgets.experiment.desk import Desk
+from underfoot.widgets.experiment.findings import answers_so_far
+from underfoot.widgets.experiment.participant_window import ParticipantWindow
+from underfoot.widgets.experiment.simulated_foot import SimulatedFoot, may_step
+from underfoot.widgets.experiment.studies import StudyFile
+from underfoot.widgets.session.controller import SessionController
+
+LEAST_ANSWERED = 4
+"""From so many trials on what they say is drawn while a study runs."""
+
+
+class RunningStudy(QObject):
+    """At most one at a time, on the window's session. `background` computes what the answers so far say."""
+
+    said = Signal(str)
+    left = Signal()
+    """It was ended for now."""
+
+    def __init__(self, desk: Desk, background: Background) -> None:
+        super().__init__(desk)
+        self.desk, self._background = desk, background
+        self.runner: Runner | None = None
+        self.window_of_participant: ParticipantWindow | None = None
+        self._controller: SessionController | None = None
+        self._walked, self._drawn = False, 0
+        self._foot = SimulatedFoot()
+        self._connect()
+
+    @property
+    def is_on(self) -> bool:
+        """Whether a study runs."""
+        return self.runner is not None
+
+    def begin(
+        self, controller: SessionController, study: StudyFile, participant: str, path: Path, choice: EquipmentChoice
+    ) -> None:
+        """Begin or go on with a participant's session in the file `path`; `UnderfootError` where that cannot be.
+
+        Where the window has no session to lend, nothing runs.
+        """
+        make_folder(path.parent)
+        file = SessionFile.open(path) if path.exists() else _created(path, study, participant, controller.target)
+        session = controller.lend()
+        if session is None:
+            file.close()
+            return
+        equipment = Equipment()
+        try:
+            floor = session.target.floor
+            equipment = choice.opened(study.protocol.sounds, floor, session.force_rate_hz)
+            self.runner = Runner(session, file, study.protocol, study.folder, equipment)
+        except UnderfootError:
+            equipment.close()
+            file.close()
+            controller.take_back()
+            raise
+        self._controller, self._walked, self._drawn = controller, session.target.walker, 0
+        session.send(Walk(False))
+        self.desk.begin(floor, f"{study.protocol.title}  ·  {participant}", session.target.kind == "simulator")
+
+    def stop(self, why: str) -> None:
+        """Silence; what was presented begins anew when it goes on."""
+        if self.runner is not None:
+            self.runner.stop(why)
+
+    def show_participant(self) -> None:
+        """Open the participant's window on the last of the other screens; beside this one where there is none."""
+        if self.runner is None:
+            return
+        if self.window_of_participant is None:
+            made = ParticipantWindow(Stand.of(self.runner.protocol))
+            made.answered.connect(self._answer)
+            made.slid.connect(self._slide)
+            made.go_wanted.connect(self._go)
+            made.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
+            made.closed.connect(self._window_closed)
+            self.window_of_participant = made
+        others = [screen for screen in QGuiApplication.screens() if screen is not self.desk.screen()]
+        if others:
+            self.window_of_participant.show_on(others[-1])
+        else:
+            self.window_of_participant.resize(1000, 700)
+            self.window_of_participant.show()
+            self.window_of_participant.activateWindow()
+        self.window_of_participant.show_runner(self.runner)
+
+    def leave(self) -> None:
+        """End the session for now; it can be gone on with."""
+        runner, self.runner = self.runner, None
+        if self.window_of_participant is not None:
+            self.window_of_participant.close()
+        if runner is None or self._controller is None:
+            return
+        if self._controller.session is not None:
+            self._foot.leave(runner)
+            runner.session.send(Walk(self._walked))
+        runner.close_file()
+        self._controller.take_back()
+        self.left.emit()
+
+    def take(self, reports: list[Report]) -> None:
+        """What the session has reported."""
+        if self.runner is not None:
+            self._do(lambda runner: runner.poll(reports))
+
+    def tick(self) -> None:
+        """Go on, and show where it stands."""
+        if self.runner is None:
+            return
+        self._do(lambda runner: runner.poll(()))
+        self._foot.tick(self.runner)
+        self.desk.show_runner(self.runner)
+        self._draw_answers(self.runner)
+        if self.window_of_participant is not None:
+            self.window_of_participant.show_runner(self.runner)
+
+    def _draw_answers(self, runner: Runner) -> None:
+        """Analyse what was answered so far, in a thread, whenever something was."""
+        study, entries = runner.study, list(runner.study.entries)
+        answered = sum(entry.trial is not None and not entry.spoiled for entry in entries)
+        if answered < LEAST_ANSWERED or answered == self._drawn or self._background.is_busy:
+            return
+        self._drawn = answered
+        self._background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))
+
+    def _do(self, what: Callable[[Runner], object]) -> None:
+        """Do something with the runner; what hinders it is said."""
+        if self.runner is None:
+            return
+        try:
+            what(self.runner)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+
+    def _go(self) -> None:
+        """Begin a presentation, or continue with a page that asks nothing."""
+        runner = self.runner
+        if runner is None:
+            return
+        if runner.may_play:
+            self._do(lambda r: r.start())
+        elif may_step(runner):
+            self._foot.step(runner)
+        elif runner.phase is Phase.PAGE and not runner.page.asks:
+            self._do(lambda r: r.answer({}))
+        elif runner.phase is Phase.END:
+            self.leave()
+
+    def _answer(self, values: dict[str, Any]) -> None:
+        if self.runner is not None and self.runner.page.kind == "learn":
+            self._do(lambda runner: runner.play(runner.study.learned[values["number"] - 1]))
+        else:
+            self._do(lambda runner: runner.answer(values))
+
+    def _slide(self, name: str, value: float) -> None:
+        if self.runner is not None and self.runner.page.kind == "level":
+            self._do(lambda runner: runner.set_level(value))
+
+    def _press(self, tile: str, x_m: float, y_m: float, force_n: float) -> None:
+        self._do(lambda runner: runner.session.send(PressTile(tile, x_m, y_m, force_n)))
+
+    def _window_closed(self) -> None:
+        self.window_of_participant = None
+
+    def _connect(self) -> None:
+        desk = self.desk
+        desk.next_wanted.connect(self._go)
+        desk.end_pause_wanted.connect(lambda: self._do(lambda runner: runner.end_pause()))
+        desk.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the experimenter")))
+        desk.go_on_wanted.connect(lambda: self._do(lambda runner: runner.go_on()))
+        desk.spoil_wanted.connect(lambda why: self._do(lambda runner: runner.spoil(why)))
+        desk.repeat_wanted.connect(lambda why: self._do(lambda runner: runner.repeat_last(why)))
+        desk.note_given.connect(lambda text: self._do(lambda runner: runner.note(text)))
+        desk.window_wanted.connect(self.show_participant)
+        desk.leave_wanted.connect(self.leave)
+        desk.answered.connect(self._answer)
+        desk.slid.connect(self._slide)
+        desk.pressed.connect(self._press)
+
+
+def _created(path: Path, study: StudyFile, participant: str, target: Target) -> SessionFile:
+    about = {"target": f"{target.kind}:{target.source}", "profiles": target.profiles}
+    return SessionFile.create(path, study.protocol, participant, study.folder, about)

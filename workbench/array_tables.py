@@ -1,0 +1,64 @@
+"""Many arrays as one named tuple, handed to compiled code by their addresses: call by call, that costs least."""
+
+from typing import Annotated, Any, get_type_hints
+
+import numpy as np
+
+B1 = Annotated[np.ndarray, np.dtype(np.uint8), 1]
+B2 = Annotated[np.ndarray, np.dtype(np.uint8), 2]
+F1 = Annotated[np.ndarray, np.dtype(np.float64), 1]
+F2 = Annotated[np.ndarray, np.dtype(np.float64), 2]
+F3 = Annotated[np.ndarray, np.dtype(np.float64), 3]
+I1 = Annotated[np.ndarray, np.dtype(np.int64), 1]
+I2 = Annotated[np.ndarray, np.dtype(np.int64), 2]
+U2 = Annotated[np.ndarray, np.dtype(np.uint64), 2]
+
+
+def declared(kind: type) -> tuple[tuple[str, Any, int], ...]:
+    """Name, type and dimensions of each array of a named tuple, of its annotations."""
+    return tuple((name, *hint.__metadata__) for name, hint in get_type_hints(kind, include_extras=True).items())
+
+
+def addresses(tables: Any) -> np.ndarray:
+    """Where the arrays of a named tuple are: int64 [table, (address, three dimensions)], as compiled code takes them.
+
+    Handing over some forty arrays one by one would cost more than running a small patch. Who has the addresses keeps
+    the arrays.
+    """
+    for array, (name, dtype, dimensions) in zip(tables, declared(type(tables)), strict=True):
+        assert array.dtype == dtype, name
+        assert array.ndim == dimensions, name
+        assert array.flags.c_contiguous, name
+    return np.array([(a.ctypes.data, *a.shape, *([1] * (3 - a.ndim))) for a in tables], np.int64)
+
+
+def borrow(context: Any, where: Any, kind: type) -> Any:
+    """What an intrinsic gives that makes a named tuple of the arrays at these addresses; they are not counted."""
+    from llvmlite import ir
+    from numba import from_dtype, types
+    from numba.np.arrayobj import populate_array
+
+    arrays = [types.Array(from_dtype(dtype), dimensions, "C") for _, dtype, dimensions in declared(kind)]
+    result = types.NamedTuple(arrays, kind)
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        table = context.make_array(signature.args[0])(context, builder, args[0])
+        word = context.get_value_type(types.intp)
+
+        def entry(i: int) -> Any:
+            return builder.load(builder.gep(table.data, [ir.Constant(ir.IntType(64), i)]))
+
+        made = []
+        for row, one in enumerate(arrays):
+            array = context.make_array(one)(context, builder)
+            shape = [entry(4 * row + 1 + d) for d in range(one.ndim)]
+            size = ir.Constant(word, context.get_abi_sizeof(context.get_data_type(one.dtype)))
+            strides = [size]
+            for length in reversed(shape[1:]):
+                strides.insert(0, builder.mul(strides[0], length))
+            data = builder.inttoptr(entry(4 * row), context.get_data_type(one.dtype).as_pointer())
+            populate_array(array, data, shape, strides, size, None)
+            made.append(array._getvalue())
+        return context.make_tuple(builder, signature.return_type, made)
+
+    return result(where), code

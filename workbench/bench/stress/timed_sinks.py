@@ -1,0 +1,73 @@
+"""Sound cards that are not there, with clocks of their own: sinks of PulseAudio into pipes, read at a set rate.
+
+A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock.
+"""
+
+import os
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.bench.stress.null_sinks import NullSink
+from underfoot.clock import RATE_HZ
+
+_EVERY_S = 0.003
+_START_S = 10.0
+
+
+class TimedSink(NullSink):
+    """A card whose clock is `ppm` fast, and that keeps what its first channel played.
+
+    `starved` counts the frames at which there was nothing to read: on a busy machine the server was late.
+    """
+
+    def __init__(self, folder: Path, name: str, channels: int, ppm: float) -> None:
+        super().__init__(folder, name, channels)
+        self.rate_hz = RATE_HZ * (1.0 + 1e-6 * ppm)
+        self.module = f"module-pipe-sink file={self.folder / 'played'}"
+        self.starved = 0
+        self._began_s = 0.0
+        self._heard: list[NDArray[np.float32]] = []
+        self._over = threading.Event()
+        self._clock = threading.Thread(target=self._read, name=f"clock of {name}")
+
+    def start(self) -> None:
+        super().start()
+        end = time.monotonic() + _START_S
+        while not (self.folder / "played").exists() and time.monotonic() < end:
+            time.sleep(0.02)
+        self._clock.start()
+
+    def stop(self) -> None:
+        self._over.set()
+        self._clock.join()
+        super().stop()
+
+    def heard(self) -> tuple[float, NDArray[np.float32]]:
+        """When the first frame was played, in seconds of the system's clock, and the first channel (frames,) so far."""
+        return self._began_s, np.concatenate([*self._heard, np.zeros(0, np.float32)])
+
+    def _read(self) -> None:
+        pipe, size = os.open(self.folder / "played", os.O_RDONLY | os.O_NONBLOCK), 4 * self.channels
+        read, part = 0, b""
+        while not self._over.wait(_EVERY_S):
+            if not read:  # the clock starts with what is played first
+                self._began_s = time.monotonic() - _EVERY_S
+            due = int((time.monotonic() - self._began_s) * self.rate_hz) - read
+            while due > 0:
+                try:
+                    data = part + os.read(pipe, due * size - len(part))
+                except BlockingIOError:
+                    break
+                frames = len(data) // size
+                part = data[frames * size :]
+                self._heard.append(np.frombuffer(data, "<f4", frames * self.channels)[:: self.channels].copy())
+                read, due = read + frames, due - frames
+            if read and due > 0:
+                # A card plays silence where it has nothing, and its clock goes on.
+                self._heard.append(np.zeros(due, np.float32))
+                self.starved, read = self.starved + due, read + due
+        os.close(pipe)

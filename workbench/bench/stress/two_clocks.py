@@ -1,0 +1,107 @@
+"""Ten minutes on two sound cards of 18 channels, the second of which has a clock that is 200 ppm fast.
+
+How far the second card is off is told by the program, and found besides in what both cards played: a tone, the same on
+all tiles, of which each card's clock gives the phase.
+"""
+
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.bench.stress.null_sinks import is_possible, served
+from underfoot.bench.stress.timed_sinks import TimedSink
+from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.bench.stress.whole_files import tone
+from underfoot.clock import RATE_HZ
+from underfoot.engine.commands import Level, Play
+from underfoot.engine.reports import Health
+from underfoot.engine.session import Session
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+
+USUAL_S, PPM, CHANNELS = 600.0, 200.0, 18
+MOST_OFF_S, MOST_WRONG_PPM = 1e-3, 20.0
+"""The second card stays so near to its delay, as is told and as is heard; and its clock is told so well."""
+TONE_HZ, STRETCH_S, SETTLED_S, BUFFER_S = 20.0, 0.5, 20.0, 0.04
+_TICK_S, _WAIT_S = 0.05, 120.0
+
+
+def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+    """Ten minutes, or `seconds`, after the first twenty seconds; nothing where there is no PulseAudio."""
+    if not is_possible():
+        tell("stress: two_clocks needs PulseAudio")
+        return
+    seconds = scale.length_s(USUAL_S)
+    with tempfile.TemporaryDirectory() as made:
+        sinks = [TimedSink(Path(made), name, CHANNELS, ppm) for name, ppm in (("left", 0.0), ("right", PPM))]
+        with served(Path(made), sinks) as environment, mock.patch.dict(os.environ, environment):
+            told = _played(seconds, tell)
+        yield _judged(told, sinks, seconds)
+
+
+def _played(seconds: float, tell: Tell) -> list[Health]:
+    """Let a session play a tone on 36 tiles; how it was, twenty times a second, once both clocks have settled."""
+    sound = "; ".join(f"{name}={CHANNELS}" for name in ("left", "right"))
+    target = Target(default_floor(6, 6), sound=sound, block=256, latency_s=BUFFER_S)
+    session, found = Session(target, tone(TONE_HZ), REGISTRY), list[Health]()
+    try:
+        session.start()
+        for command in (Level(0.0), Play(True)):
+            session.send(command)
+        end, next_s = time.monotonic() + _WAIT_S + 2.0 * seconds, 0.0
+        while session.health.frame < (SETTLED_S + seconds) * RATE_HZ and time.monotonic() < end:
+            session.poll()
+            time.sleep(_TICK_S)
+            health = session.health
+            if health.frame >= SETTLED_S * RATE_HZ:
+                found.append(health)
+            if health.frame >= next_s * RATE_HZ:
+                off_ms, ppm = 1e3 * health.cards_offset_s, health.cards_drift_ppm
+                tell(f"stress: {next_s:.0f} s played, {health.xruns} xruns, {off_ms:+.3f} ms off, {ppm:+.0f} ppm")
+                next_s += 30.0
+    finally:
+        session.close()
+    return found
+
+
+def _judged(told: list[Health], sinks: list[TimedSink], seconds: float) -> Tried:
+    what = f"two cards of {CHANNELS} channels, clocks {PPM:g} ppm apart"
+    if not told:
+        return Tried(what, 0, "it did not play", False)
+    xruns = told[-1].xruns - told[0].xruns
+    off_s = np.abs([health.cards_offset_s for health in told])
+    ppm = float(np.median([health.cards_drift_ppm for health in told]))
+    first, second = sinks
+    heard_s = apart_s(first, second, len(told) * _TICK_S)
+    moved_s = np.abs(heard_s - np.median(heard_s)).max() if len(heard_s) else np.inf
+    found = f"{xruns} xruns; told {1e3 * off_s.max():.2f} ms off at most, {ppm:.0f} ppm; "
+    found += f"heard {1e3 * moved_s:.2f} ms off at most, at {1e3 * told[-1].cards_delay_s:.1f} ms behind; "
+    found += f"late servers: {sum(sink.starved for sink in sinks)} frames"
+    good = max(off_s.max(), moved_s) <= MOST_OFF_S and abs(ppm - PPM) <= MOST_WRONG_PPM
+    return Tried(what, round(seconds), found, not xruns and good)
+
+
+def apart_s(first: TimedSink, second: TimedSink, seconds: float) -> NDArray[np.float64]:
+    """How much later than the first the second card played the tone, at half seconds of the last `seconds`."""
+    end_s = min(began_s + len(sound) / sink.rate_hz for sink in (first, second) for began_s, sound in (sink.heard(),))
+    at_s = np.arange(end_s - 2.0 - seconds, end_s - 2.0, STRETCH_S)
+    phases = [_phases(sink, at_s) for sink in (first, second)]
+    return np.unwrap(phases[0] - phases[1]) / (2.0 * np.pi * TONE_HZ)
+
+
+def _phases(sink: TimedSink, at_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The phase of the tone that a card played, in stretches from `at_s` (n,) on, seconds of the system's clock."""
+    began_s, sound = sink.heard()
+    count = round(STRETCH_S * sink.rate_hz)
+    found = []
+    for begin in np.round((at_s - began_s) * sink.rate_hz).astype(int):
+        time_s = began_s + np.arange(begin, begin + count) / sink.rate_hz
+        found.append(np.angle(sound[begin : begin + count] @ np.exp(-2j * np.pi * TONE_HZ * time_s)))
+    return np.array(found)

@@ -1,0 +1,64 @@
+"""How far what accelerometers hear on a card's inputs is behind what was played, and where that changed.
+
+A sound server that is late loses frames without a word, or repeats silence; what is heard from then on lies at another
+distance. The played signal is known, so the distance is where the two correlate best.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEAST_MATCH = 0.6
+"""Correlation, of at most 1, below which nothing is said: the tile is silent, or is shaken by something else."""
+_BETTER = 0.25
+"""By how much the match must be better than at the present distance. A steady tone matches at each of its periods as
+well; then nothing has changed."""
+NEAR_S = 0.0005
+"""A change that is smaller is the plate's: its phase follows the load on it."""
+
+
+def delay_of(
+    played: NDArray[np.float32], heard: NDArray[np.float32], expected: int, near: int, is_new: bool = False
+) -> int | None:
+    """How many frames after it was played `heard` (n,) came in: as `expected`, or else; None where that is not told.
+
+    `played` (n + most,) is what was played meanwhile, and for `most` frames before; `most` is the largest delay that is
+    found. A change by no more than `near` is not told, unless the expected one `is_new`: found beside a jump.
+
+    >>> played = np.random.default_rng(1).standard_normal(6000).astype(np.float32)
+    >>> [delay_of(played, 0.1 * played[at : at + 4000], 1000, 24) for at in (1000, 990, 489)]
+    [1000, 1000, 1511]
+    """
+    most = len(played) - len(heard)
+    size = 1 << (len(played) - 1).bit_length()
+    product = np.fft.irfft(np.fft.rfft(played, size) * np.conj(np.fft.rfft(heard, size)), size)[: most + 1]
+    energy = np.cumsum(np.append(0.0, played.astype(np.float64) ** 2))
+    of_played = energy[len(heard) :] - energy[: -len(heard)]
+    # Where little was played anything would match.
+    least = max(0.01 * float(of_played.max()), 1e-12)
+    match = product / np.sqrt(np.maximum(of_played, least) * max(float(np.dot(heard, heard)), 1e-12))
+    best, first = int(np.argmax(match)), max(most - expected - near, 0)
+    around = match[first : most - expected + near + 1]
+    if match[best] < LEAST_MATCH:
+        return None
+    if not len(around) or match[best] >= around.max() + _BETTER:
+        return most - best
+    return most - first - int(np.argmax(around)) if is_new else expected
+
+
+def split(before: NDArray[np.float32], behind: NDArray[np.float32], heard: NDArray[np.float32], extra: int = 0) -> int:
+    """Up to which frame `heard` (n,) is as `before` has it; from `extra` frames later on it is as `behind` has it.
+
+    >>> played = np.random.default_rng(1).standard_normal(6000).astype(np.float32)
+    >>> early, late = played[1000:5000], played[1511:5511]
+    >>> split(early, late, 0.1 * np.append(early[:1234], late[1234:]))
+    1234
+    """
+    at = 0
+    for _ in range(3):  # the gain from one to the other is known once the place is, nearly
+        rest = min(at + extra, len(heard))
+        played = np.concatenate([before[:at], behind[rest:]])
+        gain = float(np.dot(played, np.append(heard[:at], heard[rest:]))) / max(float(np.dot(played, played)), 1e-12)
+        errors = [np.append(0.0, np.cumsum((heard - gain * one).astype(np.float64) ** 2)) for one in (before, behind)]
+        rests = np.minimum(np.arange(len(heard) + 1) + extra, len(heard))
+        at = int(np.argmin(errors[0] - errors[1][rests]))
+    return at

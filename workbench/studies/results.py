@@ -1,0 +1,111 @@
+"""The trials of sessions and tables: read for the analysis, and written for other programs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from underfoot.errors import BadValue
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.findings import Findings
+from underfoot.experiments.analysis.report import write_page
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.exchange import read_csv, write_bids, write_csv
+from underfoot.experiments.physio import write_physio
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile
+from underfoot.experiments.table import Row, rows_of
+from underfoot.records.recording import is_recording
+
+FORMS = ("CSV", "BIDS", "report")
+"""As what the trials of sessions can be written."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """All trials of some files, the protocol that the sessions among them share, and those sessions.
+
+    `left_out` are sessions that were begun with another version of the protocol.
+    """
+
+    title: str
+    rows: tuple[Row, ...]
+    protocol: Protocol | None
+    sessions: tuple[Path, ...]
+    left_out: tuple[Path, ...] = ()
+
+    def write_csv(self, path: Path) -> None:
+        """Write all trials, a row each."""
+        write_csv(path, self.rows)
+
+    def write_bids(self, folder: Path) -> None:
+        """Write a BIDS data set: behavioural files, and force and vibration of each trial of the sessions."""
+        write_bids(folder, self.rows, self.title, self.protocol)
+        for path in self.sessions:
+            file = SessionFile.open(path)
+            try:
+                write_physio(folder, file, self.title)
+            finally:
+                file.close()
+
+    def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
+        """Write a page with these findings, `analysis.html`."""
+        people = ", ".join(dict.fromkeys(str(row["participant"]) for row in self.rows))
+        write_page(folder / "analysis.html", self.title, findings, [("participants", people)])
+
+
+def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Results:
+    """The trials of session files and of CSVs.
+
+    With a `protocol`, sessions of another one are left out; without, all must be of the first one's, or `BadValue`.
+    """
+    rows: list[Row] = []
+    sessions, left_out = list[Path](), list[Path]()
+    shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
+    for path in paths:
+        if not is_recording(path):
+            rows += read_csv(path)
+            continue
+        file = SessionFile.open(path)
+        try:
+            known = file.about["protocol"]
+            if text and known != text:
+                if protocol is None:
+                    raise BadValue(f"{path} is of another protocol than {sessions[0]}; analyse them one by one")
+                left_out.append(path)
+                continue
+            if shared is None:
+                shared, text = file.stored_protocol(), known
+            rows += rows_of(shared, file.participant, file.entries())
+            sessions.append(path)
+        finally:
+            file.close()
+    title = shared.title if shared is not None else paths[0].stem
+    return Results(title, tuple(rows), shared, tuple(sessions), tuple(left_out))
+
+
+def analysed_files(paths: Sequence[Path], protocol: Protocol | None) -> list[Findings]:
+    """What sessions and tables of trials say; sessions of another version of a `protocol` are left out, and named."""
+    results = results_of(paths, protocol)
+    findings = analysed(results.rows, results.protocol, Settings())
+    findings[0].remarks += _left_out(results)
+    return findings
+
+
+def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Protocol) -> list[Findings]:
+    """Write the trials of sessions as one of `FORMS`, to a file or folder; a sentence that says so."""
+    results = results_of(paths, protocol)
+    match form:
+        case "CSV":
+            results.write_csv(where)
+        case "BIDS":
+            results.write_bids(where)
+        case _:
+            results.write_report(where, analysed(results.rows, results.protocol, Settings()))
+    people = len({row["participant"] for row in results.rows})
+    words = f"{form[0].upper()}{form[1:]} of {len(results.rows)} trials, participants: {people}. It is in {where}"
+    return [Findings("Written", remarks=[words, *_left_out(results)])]
+
+
+def _left_out(results: Results) -> list[str]:
+    names = ", ".join(path.stem for path in results.left_out)
+    return [f"Begun with another version of the protocol, left out: {names}."] if names else []

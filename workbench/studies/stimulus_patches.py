@@ -1,0 +1,42 @@
+"""The patches of a study's stimuli, as they are played to one participant."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from underfoot.errors import require
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.trials import NOTHING, Presentation
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.studies.presenter import IDLE
+
+
+@dataclass(frozen=True)
+class StimulusPatches:
+    """Those of a protocol; its patch files lie in `folder`."""
+
+    protocol: Protocol
+    registry: Registry
+    folder: Path | None
+
+    def presented(self, presentation: Presentation, gain_db: float) -> Patch:
+        """The patch of a presentation, `gain_db` for its participant; `BadValue` beyond the protocol's limit."""
+        if presentation.stimulus == NOTHING:
+            return IDLE
+        stimulus = self.protocol.stimuli[presentation.stimulus]
+        total_db = presentation.gain_db + gain_db
+        peak, limit = stimulus.peak_m_s2(total_db), self.protocol.limit_m_s2
+        require(peak <= limit * (1.0 + 1e-9), presentation.stimulus, round(peak, 3), f"up to {limit:g} m/s^2")
+        return self.at(presentation.stimulus, total_db)
+
+    def at(self, stimulus: str, gain_db: float) -> Patch:
+        """The patch of a stimulus, so many dB re the protocol's level."""
+        return self.protocol.stimuli[stimulus].at(gain_db, self.registry, self.folder)
+
+    def kinds(self) -> list[Patch]:
+        """One patch for each kind of program that the stimuli need."""
+        found: dict[tuple[object, ...], Patch] = {}
+        for stimulus in self.protocol.stimuli:
+            patch = self.at(stimulus, 0.0)
+            found.setdefault((tuple((node.id, node.type) for node in patch.nodes), patch.wires), patch)
+        return [patch for patch in found.values() if patch.nodes]
