@@ -4,7 +4,8 @@ import numpy as np
 from on_screen import show
 from polling import Poll
 from PySide6.QtCore import QCoreApplication
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -59,11 +60,18 @@ def until_it_plays(window):
 
 
 def choose_file(window, path, open_dialog):
-    """Choose a file in the dialog that `open_dialog` opens."""
+    """Type a file's name into the dialog that `open_dialog` opens.
+
+    The line has the focus first, as under a hand: what the dialog does with a name hangs on that, and the focus of a
+    dialog that has just been opened comes sooner or later.
+    """
     open_dialog()
     dialog = dialog_of(window, QFileDialog)
-    dialog.setDirectory(str(path.parent))
-    dialog.selectFile(path.name)
+    line = dialog.findChild(QLineEdit, "fileNameEdit")
+    dialog.activateWindow()
+    assert QTest.qWaitForWindowActive(dialog, LONG_MS)
+    line.setFocus()
+    line.setText(str(path))
     dialog.accept()
 
 

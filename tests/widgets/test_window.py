@@ -7,8 +7,8 @@ from functools import partial
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QLabel, QLineEdit, QMessageBox, QPushButton
-from windows import LONG_MS, Heard, calibrate, design, dialog_of, hiss, monitor, quiet_window
+from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMessageBox, QPushButton
+from windows import LONG_MS, Heard, calibrate, choose_file, design, dialog_of, hiss, monitor, quiet_window
 
 from underfoot.calibration.result import Result
 from underfoot.engine.commands import TileEqualiser
@@ -189,11 +189,7 @@ def test_save_writes_the_file_and_takes_the_mark_away(window, qtbot, place):
 
 
 def test_save_as_asks_for_a_file(window, qtbot, tmp_path):
-    window.actions_by_name["save as"].trigger()
-    dialog = dialog_of(window, QFileDialog)
-    dialog.setDirectory(str(tmp_path))
-    dialog.selectFile("other.json")
-    dialog.accept()
+    choose_file(window, tmp_path / "other.json", window.actions_by_name["save as"].trigger)
     assert Patch.load(tmp_path / "other.json", REGISTRY).title == "Hiss"
     assert window.settings.recent[0] == str(tmp_path / "other.json")
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from on_screen import choose
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QPushButton
-from windows import LONG_MS, calibrate, design, dialog_of, quiet_window
+from PySide6.QtWidgets import QPushButton
+from windows import LONG_MS, calibrate, choose_file, design, dialog_of, quiet_window
 
 from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.simulated_floor import SimulatedFloor
@@ -79,11 +79,7 @@ def test_a_simulated_tile_from_a_file_is_looked_at_first(qtbot, tmp_path):
     bad.write_text('{"format": "underfoot-simulation", "version": 1, "sensors": {"creep": 2}}')
     TileParameters().save(tmp_path / "mine.json")
     for name in ("bad.json", "mine.json"):
-        choose(window.transport.target, "Simulated tile", "Open…")
-        dialog = dialog_of(window, QFileDialog)
-        dialog.setDirectory(str(tmp_path))
-        dialog.selectFile(name)
-        dialog.accept()
+        choose_file(window, tmp_path / name, lambda: choose(window.transport.target, "Simulated tile", "Open…"))
         if name == "bad.json":
             assert "sensors, creep is 2" in window.status.message
             dialog_of(window, FileTrouble).close()
