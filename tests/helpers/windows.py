@@ -4,7 +4,6 @@ import numpy as np
 from on_screen import show
 from polling import Poll
 from PySide6.QtCore import QCoreApplication
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from underfoot.engine.target import Target
@@ -62,16 +61,22 @@ def until_it_plays(window):
 def choose_file(window, path, open_dialog):
     """Type a file's name into the dialog that `open_dialog` opens.
 
-    The line has the focus first, as under a hand: what the dialog does with a name hangs on that, and the focus of a
-    dialog that has just been opened comes sooner or later.
+    Without the focus in its line the dialog takes what is selected in its list, and a dialog that has just been opened
+    gets the focus sooner or later.
     """
     open_dialog()
     dialog = dialog_of(window, QFileDialog)
     line = dialog.findChild(QLineEdit, "fileNameEdit")
-    dialog.activateWindow()
-    assert QTest.qWaitForWindowActive(dialog, LONG_MS)
-    line.setFocus()
+
+    def has_focus():
+        dialog.activateWindow()
+        line.setFocus()
+        QCoreApplication.processEvents()
+        return line.hasFocus()
+
+    Poll()(has_focus, "the line has the focus", seconds=LONG_MS / 1000)
     line.setText(str(path))
+    assert dialog.selectedFiles() == [str(path)]
     dialog.accept()
 
 
