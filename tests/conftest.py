@@ -7,8 +7,12 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes")
+
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")
 
 _BLOCKS = Path("/dev/shm")
 _OURS = f"underfoot_{os.getpid()}_"

@@ -70,7 +70,7 @@ def test_dc_is_blocked_and_what_is_felt_is_not():
     assert abs(out[-1]) < 1e-7
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(
         st.one_of(

@@ -12,7 +12,7 @@ from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from underfoot.clock import FADE
 from underfoot.engine.commands import Level, Panic, PressTile, Pulse, Set, Strike, Swap, Tare, Walk
-from underfoot.engine.reports import Notice, Preview, ProcessDied
+from underfoot.engine.reports import Notice, Outlines, Preview, ProcessDied
 from underfoot.engine.safety import PANIC
 from underfoot.engine.session_replay import replay
 from underfoot.errors import BadValue
@@ -176,6 +176,15 @@ def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(pla
     assert [preview.ticket for preview in playing.of(Preview)] == [ticket]
     session.edit(patch_of(("noise.out", "tile-output.acceleration")))
     playing.done(Swap)
+
+
+def test_outlines_of_several_nodes_come_with_their_ticket(playing):
+    session = playing.session
+    playing.until(lambda: "compiler" in session.pids)
+    ticket = session.outline(session.patch, ["tone"], 0.9)
+    playing.until(lambda: playing.of(Outlines), "the outlines come")
+    assert playing.of(Outlines)[0].ticket == ticket
+    assert np.abs(playing.of(Outlines)[0].signals["tone.out"]).max() > 0.0
 
 
 def test_what_must_not_reach_the_engine_is_refused_here(until):

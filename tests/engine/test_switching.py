@@ -9,6 +9,7 @@ from underfoot.clock import FADE
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import CancelStart, Play, PressTile, Set, Start, Strike, Swap, from_text, to_text
 from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.outlines import outlines
 from underfoot.engine.preview import longest_s, previewed
 from underfoot.engine.render import render
 from underfoot.engine.reports import COMMANDED, MEASURED
@@ -198,16 +199,36 @@ def test_a_preview_lasts_until_the_patch_has_come_to_its_end():
     tacton = preset("tacton-ws1")
     sink = next(node.id for node in tacton.nodes if node.type == "tile-output")
     force_n, signals, _ = previewed(tacton, (f"{sink}.played",), "t1", 0.0, RATE, measures=True)
-    sounding = np.flatnonzero(np.abs(signals["played"]) > 1e-3)
+    sounding = np.flatnonzero(np.abs(signals[f"{sink}.played"]) > 1e-3)
     assert 1.7 < sounding[-1] / RATE < len(force_n) / RATE < 2.2  # three bars of 0.6 s
-    assert {len(signals[name]) for name in ("played", COMMANDED, MEASURED)} == {len(force_n)}
-    np.testing.assert_allclose(signals[COMMANDED][RATE // 10 :], signals["played"][RATE // 10 :], atol=1e-5)
+    assert {len(signals[name]) for name in (f"{sink}.played", COMMANDED, MEASURED)} == {len(force_n)}
+    np.testing.assert_allclose(signals[COMMANDED][RATE // 10 :], signals[f"{sink}.played"][RATE // 10 :], atol=1e-5)
 
 
 def test_a_preview_without_an_end_lasts_a_step_and_one_that_was_chosen_as_long_as_was_said():
     assert longest_s(hum()) == 0.9
     assert len(previewed(hum(), ("tone.out",), "t1", 0.0, RATE)[0]) == round(0.9 * RATE)
     assert len(previewed(hum(), ("tone.out",), "t1", 2.0, RATE)[0]) == 2 * RATE
+
+
+def test_outlines_are_the_extremes_of_what_previews_of_each_node_show():
+    patch = preset("material-gravel-coarse")
+    bank = next(node.id for node in patch.nodes if node.type == "drawn-bank")
+    bundle = next(node.id for node in patch.nodes if node.type == "fibre-bundle")
+    signals, events = outlines(patch, (bank, bundle, "no such node"), "t1", 0.896, RATE)
+    _, frames, rows = previewed(patch, (f"{bank}.out", f"{bundle}.events"), "t1", 0.896, RATE)
+    stretches, found = frames[f"{bank}.out"].reshape(256, 168), signals[f"{bank}.out"].reshape(256, 2)
+    assert found.max() > 0.1
+    np.testing.assert_array_equal(found.min(axis=1), stretches.min(axis=1))
+    np.testing.assert_array_equal(found.max(axis=1), stretches.max(axis=1))
+    assert events[f"{bundle}.events"][:, 1].max() == rows[f"{bundle}.events"][:, 1].max() > 0.0
+    assert len(events[f"{bundle}.events"]) <= 256
+
+
+def test_a_node_that_cannot_be_rendered_hides_no_other_ones_outline():
+    patch = hum().add("wav-player", REGISTRY, file="not there.wav")
+    signals, _ = outlines(patch, ("tone", "wav-player"), "t1", 0.9, RATE)
+    assert list(signals) == ["tone.out"]
 
 
 @pytest.mark.parametrize("blocks", [[64], [7], [1, 500, 33, 3000]])

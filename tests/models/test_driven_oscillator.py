@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
@@ -38,7 +38,6 @@ def test_heavy_damping_keeps_the_slow_motion_exact(gamma):
     assert c[1] == pytest.approx((math.exp(-slow) - math.exp(-fast)) / (fast - slow), rel=1e-11)
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 1e3), st.floats(0.0, 1e3))
 def test_the_free_motion_never_gains_energy(kappa, gamma):
     response, slope, first, _ = frame_response(kappa, gamma)

@@ -21,7 +21,7 @@ LINE = [(0.0, 0.0), (5.0, 0.0)]
 forces = st.floats(0.9, 2.0)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(forces, st.floats(0.2, 0.85), forces)
 def test_the_force_has_its_three_extremes_and_no_others(peak1, valley, peak2):
     p = np.linspace(0, 1, 10001)
@@ -41,7 +41,7 @@ def test_outside_the_contact_there_is_no_force():
     np.testing.assert_array_equal(vertical_force([-10.0, -1e-9, 1.0 + 1e-9, 10.0], 1.1, 0.7, 1.1), 0.0)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(forces, st.floats(0.2, 0.9), forces)
 def test_the_mean_force_is_the_integral(peak1, valley, peak2):
     area, _ = integrate.quad(vertical_force, 0, 1, (peak1, valley, peak2), epsabs=1e-10, points=[0.22, 0.5, 0.77])
@@ -138,7 +138,7 @@ def test_variation_is_as_large_as_it_says():
 points = st.floats(-0.3, 0.3)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(points, points, st.floats(-500, 2000), st.floats(0, 2 * np.pi), st.floats(0.3, 3.0), st.permutations(range(4)))
 def test_corner_forces_add_up_and_balance_at_the_place(x, y, force, angle, shape, order):
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

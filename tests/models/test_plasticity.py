@@ -100,7 +100,6 @@ def test_a_slow_ramp_slips_as_far_as_statics_say():
 # The energies
 
 
-@settings(deadline=None)
 @given(st.floats(1.0, 1e4), st.floats(1e3, 1e8), st.floats(0.0, 1.0))
 def test_energy_and_displacement_are_each_others_inverse(force, stiffness, share):
     energy = share * 0.5 * force**2 / stiffness
@@ -236,7 +235,7 @@ def test_the_tail_bounds_what_is_left_and_waits_for_the_renewal():
     assert len(events) == 0
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(data=st.data())
 def test_every_finite_force_is_answered_by_finite_values(data):
     changes = {

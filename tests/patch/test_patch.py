@@ -5,7 +5,7 @@ import string
 
 import msgspec
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from underfoot.errors import BadFile, BadValue, UnderfootError
@@ -13,7 +13,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch import library
 from underfoot.patch.patch import FORMAT, FURTHEST, VERSION, Patch, PlacedNode
 
-ROUGHLY = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+ROUGHLY = settings(max_examples=150)
 
 
 def chain():

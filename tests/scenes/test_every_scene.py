@@ -102,7 +102,7 @@ def contacts(draw):
 
 
 @KINDS
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(st.lists(contacts(), min_size=1, max_size=30), st.integers(0, 1000))
 def test_contacts_may_come_jump_and_vanish_as_they_like(kind, all_contacts, seed):
     scene = kind(LARGE, seed=seed)

@@ -1,6 +1,6 @@
 """Between the Design workspace and what is heard of it: slots A and B, one node alone, again and again."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import numpy as np
 import platformdirs
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.engine.reports import COMMANDED, Preview
+from underfoot.engine.reports import COMMANDED, Outlines, Preview
 from underfoot.errors import UnderfootError
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
@@ -101,6 +101,17 @@ class SlotListening(QObject):
                 self._listening.set_loop_length(len(preview.force_n) / preview.rate_hz)
         if self._open_patch.other is not None:
             self.renewal_wanted.emit()
+
+    def take_outlines(self, outlines: Outlines, nodes: Set[str]) -> None:
+        """Learn how loud these nodes are."""
+        for name, values in outlines.signals.items():
+            node, _, port = name.partition(".")
+            if node in nodes:
+                self._peaks.setdefault(node, {})[port] = float(np.abs(np.nan_to_num(values)).max(initial=0.0))
+        for name, rows in outlines.events.items():
+            node, _, port = name.partition(".")
+            if node in nodes:
+                self._peaks.setdefault(node, {})[port] = float(rows[:, 1].max(initial=0.0))
 
     def patch_changed(self, patch: Patch, changed: Iterable[str]) -> None:
         """These nodes of the patch that is edited do something else now."""

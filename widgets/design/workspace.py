@@ -3,13 +3,12 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
-from underfoot.engine.reports import Costs, Fault, Health, Laws, Preview
+from underfoot.engine.reports import Costs, Fault, Health, Laws, Outlines, Preview
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
@@ -27,7 +26,7 @@ from underfoot.widgets.design.preset_panel import PresetPanel
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.side_panel import SidePanel
 from underfoot.widgets.design.slot_listening import OTHER, SlotListening
-from underfoot.widgets.design.stretch import event_rows, pick
+from underfoot.widgets.design.small_plots import SmallPlots
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
@@ -36,8 +35,8 @@ _NATIVE = QKeySequence.SequenceFormat.NativeText
 
 SOON_MS = 10
 """Edits in a row, as from a slider, ask for one preview."""
-IDLE_MS = 500
-"""When nothing was edited for so long, the small plots of other nodes are renewed one by one."""
+IDLE_MS = 150
+"""When nothing was edited for so long, the small plots of the other nodes are renewed."""
 UNDO_FILE = "undo.json"
 PATIENCE_MS = 5000
 """A preview that has not come by then is asked for again: whoever renders it may not have been there yet."""
@@ -76,12 +75,11 @@ class DesignWorkspace(Workspace):
         self._loading = False
         self._previewed = ""
         self._waiting = ""
-        self._stale: list[str] = []
-        self._reach: dict[str, tuple[float, float]] = {}
         self.palette_panel = Palette(registry, self)
         self.side = SidePanel(self.palette_panel, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
         self.canvas = Canvas(self.document, registry, self)
+        self.small_plots = SmallPlots(self.canvas)
         self.inspector = Inspector(registry, self)
         self.preview = PreviewPanel(self)
         self.listen_bar = ListenBar(self)
@@ -93,7 +91,7 @@ class DesignWorkspace(Workspace):
         self._again = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._again.timeout.connect(self._ask_again)
         self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
-        self._idle.timeout.connect(self._renew_one)
+        self._idle.timeout.connect(self._renew)
         group = self.document.group
         self.undo_action = self._history("Undo", QKeySequence.StandardKey.Undo, self.undo)
         self.redo_action = self._history("Redo", QKeySequence.StandardKey.Redo, self.redo)
@@ -121,12 +119,16 @@ class DesignWorkspace(Workspace):
         controller.bridge.health.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
         controller.previewed.connect(self.show_preview)
+        controller.outlined.connect(self.show_outlines)
         controller.lawful.connect(self.show_laws)
         controller.errors_measured.connect(self.inspector.show_errors)
         self.preview_wanted.connect(
             lambda node, tile, laws: controller.request_preview(
                 self.patch(), node, tile, self.listen_bar.seconds, laws=laws
             )
+        )
+        self.small_plots.wanted.connect(
+            lambda nodes: controller.request_outlines(self.patch(), nodes, self.preview_tile(), self.listen_bar.seconds)
         )
         self.errors_wanted.connect(lambda node: controller.measure_errors(self.patch(), node))
         self.slots = SlotListening(self.canvas, self.hearing, self.preview, self.listen_bar, context)
@@ -210,9 +212,16 @@ class DesignWorkspace(Workspace):
             self._idle.start()
             return
         if not preview.error:
-            self._show_curve(node, preview)
+            self.small_plots.show_preview(node, preview)
         if node == self._previewed:
             self.preview.show_preview(preview)
+        self._idle.start()
+
+    def show_outlines(self, outlines: Outlines) -> None:
+        """Show what the nodes in view do."""
+        shown = self.small_plots.show_outlines(outlines)
+        if self.slots is not None:
+            self.slots.take_outlines(outlines, shown)
         self._idle.start()
 
     def show_laws(self, laws: Laws) -> None:
@@ -323,6 +332,8 @@ class DesignWorkspace(Workspace):
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
         self.preview.laws_wanted.connect(self._tile_changed)
+        self.small_plots.late.connect(self._idle.start)
+        self.small_plots.reach_changed.connect(self.inspector.show_reach)
         self.inspector.errors_toggled.connect(self._ask)  # which stops what is being measured, or leads to it
         self.listen_bar.length_chosen.connect(self._tile_changed)
         self.listen_bar.overlay_wanted.connect(self.preview.overlay)
@@ -334,7 +345,7 @@ class DesignWorkspace(Workspace):
         """All previews were of another tile or length: ask for the selected node's, then for the small plots."""
         if self.slots is not None:
             self.slots.forget()
-        self._stale = [node.id for node in self.patch().nodes]
+        self.small_plots.renew(node.id for node in self.patch().nodes)
         self._soon.start()
         self._idle.start()
 
@@ -363,7 +374,8 @@ class DesignWorkspace(Workspace):
         if self.slots is not None:
             self.slots.patch_changed(patch, changed)
         ids = {node.id for node in patch.nodes}
-        self._stale = [id for id in self._stale if id in ids and id not in changed] + sorted(changed)
+        self.small_plots.keep_only(ids)
+        self.small_plots.renew(changed)
         if self._previewed not in ids:
             self._choose_previewed(self.canvas.selected_ids())
         elif self._previewed in changed:
@@ -421,6 +433,7 @@ class DesignWorkspace(Workspace):
     def _want(self, id: str) -> None:
         self._waiting = id
         self._again.start()
+        self.small_plots.forget_request()
         if id.startswith(OTHER):
             self.other_wanted.emit(id.removeprefix(OTHER), self.preview_tile())
             return
@@ -437,48 +450,25 @@ class DesignWorkspace(Workspace):
             self._waiting = ""
 
     def _idle_again(self) -> None:
-        if self._stale:
+        if self.small_plots.are_stale:
             self._idle.start()
 
-    def _renew_one(self) -> None:
-        """Ask for what a comparison needs, then for the small plot of one node that is in view and has changed.
+    def _renew(self) -> None:
+        """Ask for what a comparison needs, then for the small plots of the nodes in view that have changed.
 
         Last, when nothing else is wanted, for the selected node's run time over error.
         """
-        if self._waiting or self._soon.isActive():
+        if self._waiting or self._soon.isActive() or self.small_plots.is_waiting:
             return
         needed = self.slots.needed_preview(self._previewed) if self.slots is not None else ""
         if needed:
             self._want(needed)
             return
-        seen = set(self.canvas.visible_ids())
-        id = next((id for id in self._stale if id in seen and id != self._previewed), "")
-        if id:
-            self._stale.remove(id)
-            self._want(id)
-        elif self.inspector.errors is not None and self.inspector.errors.wants_curve:
+        if self.small_plots.ask(but_not=self._previewed):
+            return
+        if self.inspector.errors is not None and self.inspector.errors.wants_curve:
             self.inspector.errors.begin()
             self.errors_wanted.emit(self._previewed)
-
-    def _show_curve(self, node: str, preview: Preview) -> None:
-        item = self.canvas.patch_scene.nodes.get(node)
-        if item is None or not item.face.outputs:
-            return
-        if node in self._stale:
-            self._stale.remove(node)
-        for row in item.face.outputs:
-            if row.port.kind == "signal":
-                values = np.asarray(pick(preview.signals, node, row.port.name), float)
-                if values.size:
-                    self._reach[f"{node}.{row.port.name}"] = (float(values.min()), float(values.max()))
-        self.inspector.show_reach(self._reach)
-        port = item.face.outputs[0].port
-        if port.kind == "event":
-            events = event_rows(pick(preview.events, node, port.name))
-            frames = max(preview.force_n.shape[0], 1)
-            self.canvas.patch_scene.show_curve(node, np.column_stack([events[:, 0] / frames, events[:, 1]]))
-        else:
-            self.canvas.patch_scene.show_curve(node, np.asarray(pick(preview.signals, node, port.name), float))
 
 
 def _name_step(action: QAction, word: str, text: str) -> None:

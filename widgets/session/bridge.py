@@ -11,6 +11,7 @@ from underfoot.engine.reports import (
     Fault,
     Laws,
     Notice,
+    Outlines,
     Preview,
     ProcessDied,
     Started,
@@ -40,6 +41,8 @@ class Bridge(QObject):
     """`Fault`: a node produced a value that is not finite."""
     previewed = Signal(object)
     """`Preview`, as it was asked for."""
+    outlined = Signal(object)
+    """`Outlines`, as they were asked for."""
     lawful = Signal(object)
     """`Laws` of the node that was previewed."""
     errors_measured = Signal(object)
@@ -149,6 +152,8 @@ class Bridge(QObject):
                 self.costs.emit(report)
             case Preview():
                 self.previewed.emit(report)
+            case Outlines():
+                self.outlined.emit(report)
             case Laws():
                 self.lawful.emit(report)
             case ErrorCurveDrawn():

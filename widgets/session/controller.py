@@ -1,7 +1,7 @@
 """The session that the window plays: on which target, whether sound is let out, at what level, and into which file."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, ErrorCurveDrawn, Laws, Preview, Started
+from underfoot.engine.reports import SOUND_CARD, ErrorCurveDrawn, Laws, Outlines, Preview, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
@@ -51,6 +51,8 @@ class SessionController(QObject):
     """`ErrorCurveDrawn` of the node whose errors were asked for last, again after each point."""
     previewed = Signal(object, str)
     """The `Preview` that was asked for last, and its node."""
+    outlined = Signal(object)
+    """The `Outlines` that were asked for last."""
     _closed = Signal()
     _made = Signal(object)
     _failed = Signal(str)
@@ -80,6 +82,7 @@ class SessionController(QObject):
         self.played_as: Callable[[Patch], Patch] = as_it_is
         """What this session plays for the window's patch: that with what other programs asked for."""
         self._preview_ticket, self._preview_node, self._errors_ticket = 0, "", 0
+        self._outlines_ticket = 0
         self._worker: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
@@ -89,6 +92,7 @@ class SessionController(QObject):
         self._failed.connect(self._fall_back)
         self.bridge.started.connect(self._end_silent_start)
         self.bridge.previewed.connect(self._take_preview)
+        self.bridge.outlined.connect(self._take_outlines)
         self.bridge.lawful.connect(self._take_laws)
         self.bridge.errors_measured.connect(self._take_errors)
 
@@ -368,10 +372,19 @@ class SessionController(QObject):
             )
             self._preview_node = name or node
 
+    def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: str, seconds: float) -> None:
+        """Ask what nodes of a patch do in one step on a tile, in few points: `outlined` brings the newest."""
+        if self.session is not None:
+            self._outlines_ticket = self.session.outline(without_missing(patch, self._registry), nodes, seconds, tile)
+
     def measure_errors(self, patch: Patch, node: str) -> None:
         """Have the run time over error of a node measured until anything else is asked for: `errors_measured` says."""
         if self.session is not None:
             self._errors_ticket = self.session.measure_errors(without_missing(patch, self._registry), node)
+
+    def _take_outlines(self, outlines: Outlines) -> None:
+        if outlines.ticket == self._outlines_ticket:
+            self.outlined.emit(outlines)
 
     def _take_laws(self, laws: Laws) -> None:
         if laws.ticket == self._preview_ticket:

@@ -14,9 +14,10 @@ from underfoot.drawing import Drawing
 from underfoot.engine.kernel_loading import KernelParts
 from underfoot.engine.levels import headroom_db
 from underfoot.engine.loop import LoopOptions
+from underfoot.engine.outlines import outlines
 from underfoot.engine.preview import DRIVE, previewed
-from underfoot.engine.reports import Compiled, ErrorCurveDrawn, Laws, Preview
-from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, PreviewRequest
+from underfoot.engine.reports import Compiled, ErrorCurveDrawn, Laws, Outlines, Preview
+from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch.heard import as_heard
@@ -24,12 +25,12 @@ from underfoot.patch.patch import Patch
 
 
 def run(connection: Connection) -> None:
-    """The process's main function; returns when the connection ends. Of several preview requests, the newest counts."""
+    """The process's main function; returns when the connection ends. Of requests for pictures the newest counts."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     try:
         while True:
             request = connection.recv()
-            while isinstance(request, PreviewRequest) and connection.poll():
+            while isinstance(request, PreviewRequest | OutlinesRequest) and connection.poll():
                 request = connection.recv()
             if isinstance(request, CompileRequest):
                 connection.send(_compiled(request, connection.send))
@@ -37,6 +38,8 @@ def run(connection: Connection) -> None:
                 connection.send(_preview(request))
                 if request.laws and not connection.poll():
                     connection.send(_laws(request))
+            elif isinstance(request, OutlinesRequest):
+                connection.send(_outlines(request))
             elif isinstance(request, ErrorCurveRequest):
                 _measure_errors(request, connection)
     except (EOFError, OSError):
@@ -72,7 +75,23 @@ def _preview(request: PreviewRequest) -> Preview:
         return Preview(request.ticket, request.rate, np.zeros(0, np.float32), {}, str(error))
     drive_peak = float(np.abs(signals.pop(DRIVE, np.zeros(0))).max(initial=0.0))
     headroom = headroom_db(drive_peak) if drive_peak > 0.0 else None
-    return Preview(request.ticket, request.rate, force_n, signals, events=events, headroom_db=headroom)
+    signals = {_port(name): frames for name, frames in signals.items()}
+    rows = {_port(name): found for name, found in events.items()}
+    return Preview(request.ticket, request.rate, force_n, signals, events=rows, headroom_db=headroom)
+
+
+def _port(name: str) -> str:
+    """The port of an output "node.port"; other names as they are."""
+    return name.rpartition(".")[2]
+
+
+def _outlines(request: OutlinesRequest) -> Outlines:
+    try:
+        patch = Patch.loads(request.patch, REGISTRY)
+        signals, events = outlines(patch, request.nodes, request.tile, request.seconds, request.rate, request.folder)
+    except UnderfootError:
+        return Outlines(request.ticket, {}, {})
+    return Outlines(request.ticket, signals, events)
 
 
 def _measure_errors(request: ErrorCurveRequest, connection: Connection) -> None:

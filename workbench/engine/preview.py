@@ -40,7 +40,7 @@ def previewed(
     0 seconds are until the patch has come to its own end: until all of its nodes sleep after the step, and at most
     `LONGEST_S`.
 
-    By port: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
+    By scope: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
     `measures`, there are `COMMANDED`, `MEASURED` and `DRIVE` among the signals: what is asked of a simulated tile of
     the usual kind, and what it does, m/s^2; and what drives it, through `equalisers`, of full scale.
     """
@@ -81,8 +81,8 @@ def previewed(
     )
     return (
         force_n,
-        {_port(name): frames_of[:frames] for name, frames_of in signals.items()} | (done if measures else {}),
-        {_port(name): np.concatenate(found) for name, found in events.items()},
+        {name: frames_of[:frames] for name, frames_of in signals.items()} | (done if measures else {}),
+        {name: np.concatenate(found) for name, found in events.items()},
     )
 
 
@@ -123,7 +123,3 @@ def one_step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.floa
     source = Replay(ForceSeries(time_s, corners_n[:, None, :], FORCE_HZ), floor, rate_hz)
     frames = np.arange(round(seconds * rate_hz))
     return np.interp(frames / rate_hz, time_s, force_n).astype(np.float32), source
-
-
-def _port(scope: str) -> str:
-    return scope.partition(".")[2]

@@ -104,6 +104,19 @@ class Preview:
 
 
 @dataclass(frozen=True)
+class Outlines:
+    """What several nodes do for one step on one tile, in few points; by "node.port".
+
+    Of a signal the least and the largest value of each of at most 256 stretches, one after the other; of events rows of
+    (time as a share of the whole, strength), the strongest of each stretch. A node that cannot be rendered is left out.
+    """
+
+    ticket: int
+    signals: dict[str, NDArray[np.floating]]
+    events: dict[str, NDArray[np.floating]]
+
+
+@dataclass(frozen=True)
 class Laws:
     """The laws of a node, drawn; follows the `Preview` of the same ticket. `error` says why there are none."""
 
@@ -126,7 +139,19 @@ class ErrorCurveDrawn:
     error: str = ""
 
 
-Report = ErrorCurveDrawn | Laws | Started | CommandApplied | Fault | Costs | ProcessDied | Notice | Compiling | Preview
+Report = (
+    ErrorCurveDrawn
+    | Laws
+    | Started
+    | CommandApplied
+    | Fault
+    | Costs
+    | ProcessDied
+    | Notice
+    | Compiling
+    | Preview
+    | Outlines
+)
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,19 @@ class PreviewRequest:
 
 
 @dataclass(frozen=True)
+class OutlinesRequest:
+    """Render what several nodes do in one step, for small pictures; answered with `Outlines`."""
+
+    ticket: int
+    patch: bytes
+    nodes: tuple[str, ...]
+    tile: str
+    seconds: float
+    rate: float
+    folder: str = ""
+
+
+@dataclass(frozen=True)
 class ErrorCurveRequest:
     """Measure the run time over error of a node; answered with `ErrorCurveDrawn` again and again, until another request
     comes."""

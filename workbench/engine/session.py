@@ -7,6 +7,7 @@ import atexit
 import json
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -42,7 +43,7 @@ from underfoot.engine.reports import (
     Report,
     Started,
 )
-from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, PreviewRequest, Setup
+from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz
@@ -256,6 +257,19 @@ class Session:
             self._compiler.send(self._preview_request)
         elif self._started:
             self._start_compiler()
+        return self._ticket
+
+    def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
+        """Ask what nodes do in one step, in few points: `Outlines` of this ticket follow, unless a preview is wanted.
+
+        `seconds` as in `preview`.
+        """
+        self._ticket += 1
+        tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
+        if self._compiler is not None:
+            self._compiler.send(
+                OutlinesRequest(self._ticket, patch.dumps(), tuple(nodes), tile, seconds, self.target.rate, folder)
+            )
         return self._ticket
 
     def measure_errors(self, patch: Patch, node: str) -> int:

@@ -5,7 +5,7 @@ import zlib
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from made_frames import frames_of, packed, rows, stuffed
 
@@ -24,7 +24,6 @@ def parsed(*pieces, form="auto"):
 
 
 @pytest.mark.parametrize("write", [encode, csv_lines])
-@settings(deadline=None)
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=12))
 def test_any_pieces_give_the_same_frames(write, lengths):
     sent = rows(8, tiles=3)
@@ -216,7 +215,6 @@ def test_a_long_silence_is_no_new_beginning():
     assert not got["epoch"].any()
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_counts_are_those_of_a_list_and_a_set(data):
     """An order of frames of which none is older than 60, with losses and doubles, of two tiles."""

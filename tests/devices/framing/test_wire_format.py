@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from made_frames import packed, stuffed
 
@@ -16,7 +16,6 @@ SHORT = st.integers(0, 0xFFFF)
 FRAME = st.tuples(SHORT, SHORT, st.integers(0, 0xFFFF_FFFF), SHORT, SHORT, SHORT, SHORT)
 
 
-@settings(deadline=None)
 @given(st.lists(FRAME, min_size=1, max_size=5))
 def test_frames_are_what_the_contract_says(rows):
     assert wire_format.encode(rows) == b"".join(stuffed(packed(row)) + b"\0" for row in rows)
@@ -32,7 +31,6 @@ def test_frames_of_zeros_and_of_none(row):
     assert data.index(0) == wire_format.STUFFED_BYTES
 
 
-@settings(deadline=None)
 @given(st.lists(FRAME, min_size=1, max_size=5))
 def test_lines_hold_the_same_numbers(rows):
     lines = wire_format.csv_lines(rows).decode().splitlines()
@@ -45,7 +43,6 @@ def test_no_frames_are_no_bytes():
     assert len(wire_format.samples_of([])) == 0
 
 
-@settings(deadline=None)
 @given(st.lists(FRAME, min_size=1, max_size=5))
 def test_records_hold_the_same_numbers(rows):
     samples = wire_format.samples_of(rows)

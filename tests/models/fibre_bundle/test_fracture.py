@@ -406,7 +406,7 @@ def test_a_wholly_broken_bundle_holds_its_strain_until_it_is_renewed():
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("law", THRESHOLDS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_every_finite_load_is_answered_by_finite_values(model, law, data):
     box = {

@@ -190,7 +190,7 @@ def test_reloading_below_the_former_load_breaks_nothing():
     assert (events[:, 0] < 5000).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_an_unloaded_grid_comes_to_rest_within_its_bound(data):
     changes = {
@@ -211,7 +211,7 @@ def test_an_unloaded_grid_comes_to_rest_within_its_bound(data):
     assert len(events) == 0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(data=st.data())
 def test_every_finite_input_is_answered_by_finite_values(data):
     changes = {

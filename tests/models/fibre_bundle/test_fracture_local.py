@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -35,7 +35,6 @@ def searched(limits, locality):
     return found
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.floats(0.1, 10.0), min_size=1, max_size=12, unique_by=lambda value: round(value, 3)),
     st.sampled_from([0.0, 0.3, 1.0]),

@@ -133,7 +133,7 @@ def test_other_rates(rate_hz):
     assert np.abs(found[inside]).max() < 0.5
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.integers(0, 2**32 - 1),
     st.sampled_from(["tile", "walk", "sparse", "noise", "zeros"]),

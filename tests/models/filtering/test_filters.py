@@ -95,7 +95,7 @@ rates = st.sampled_from([8000.0, 44100.0, 48000.0, 192000.0])
 states = st.tuples(st.floats(-10, 10), st.floats(-10, 10))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.sampled_from(KINDS), rates, st.floats(1e-4, 0.49), st.floats(0.05, 100.0), states)
 def test_the_tail_bounds_all_that_is_still_to_come(kind, rate, share, q, start):
     frequency = share * rate

@@ -73,7 +73,7 @@ def test_any_split_gives_the_same_bits(block):
     np.testing.assert_array_equal(in_blocks.values, at_once.values)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(st.tuples(st.floats(0, 4000), st.floats(0, 2), st.floats(0, 0.05)), min_size=1, max_size=8),
     st.floats(0, 0.02),

@@ -57,7 +57,7 @@ def test_accuracy_holds_beside_multiples_of_pi():
             assert abs(y[0] - sum_of_sines(np.longdouble(phase) / RATE, TEN)) < 1e-13
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.floats(-0.5, 0.5))
 def test_sine_and_cosine_of_any_turn(turns):
     pi = 4 * np.arctan(np.longdouble(1))
@@ -105,7 +105,7 @@ def test_harmonics_at_half_the_rate_and_above_are_left_out_and_told(f0_hz, left)
     assert np.abs(y - exact).max() < 1e-12
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.floats(1e-3, 1e6), st.integers(1, 500))
 def test_the_highest_audible_harmonic_lies_just_below_half_the_rate(f0_hz, count):
     left = audible_harmonics(f0_hz, count, RATE)

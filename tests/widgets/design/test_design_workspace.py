@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from underfoot import nodes
 from underfoot.drawing import Drawing, Series
-from underfoot.engine.reports import Costs, Fault, Laws, Preview
+from underfoot.engine.reports import Costs, Fault, Laws, Outlines, Preview
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch
@@ -155,15 +155,26 @@ def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
         QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
     assert wanted.args == ["hum", "t2", False]
     assert workspace.preview.pad.tile.id == "t2"
-    workspace.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
-    small = {wanted.args[0]}
-    for _ in range(2):
-        with qtbot.waitSignal(workspace.preview_wanted) as wanted:
-            pass
-        assert wanted.args[1] == "t2"
-        small.add(wanted.args[0])
-        workspace.show_preview(Preview(3, 48000.0, np.ones(4800), {}, "no signal"), wanted.args[0])
-    assert len(small) == 3
+    with qtbot.waitSignal(workspace.small_plots.wanted) as wanted:
+        workspace.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    assert {*wanted.args[0], "hum"} == {node.id for node in workspace.patch().nodes}
+
+
+def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_again(workspace, qtbot):
+    others = {node.id for node in workspace.patch().nodes} - {"hum"}
+    with qtbot.waitSignal(workspace.preview_wanted):
+        workspace.canvas.patch_scene.select(["hum"])
+    with qtbot.waitSignal(workspace.small_plots.wanted) as wanted:
+        workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    assert set(wanted.args[0]) == others
+    workspace.inspector.edited.emit("step", "threshold", 60.0, "")
+    reached = []
+    workspace.small_plots.reach_changed.connect(lambda reach: reached.append(dict(reach)))
+    outlines = Outlines(1, {"push.force": np.array([-2.0, 3.0])}, {"step.onset": np.array([[0.5, 1.0]])})
+    with qtbot.waitSignal(workspace.small_plots.wanted) as wanted:
+        workspace.show_outlines(outlines)
+    assert reached[-1]["push.force"] == (-2.0, 3.0)
+    assert wanted.args[0] == ["step"]
 
 
 def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
