@@ -47,8 +47,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def _from_docs(name: str) -> str:
-    """A page of the project's top folder, with its links to docs/ as they are from there."""
-    return (ROOT / name).read_text(encoding="utf-8").replace("](docs/", "](")
+    """A page of the project's top folder, with its links to other pages as they are from there."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    return text.replace("](docs/", "](").replace("](CONTRIBUTING.md)", "](contributing.md)")
 
 
 def _notebook(name: str) -> str:

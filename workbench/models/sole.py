@@ -3,10 +3,10 @@ perceived stiffness (docs/models.md#what-the-sole-feels).
 
 The displacement threshold is flat from 20 to 40 Hz, and U-shaped from 40 to 250 Hz (Gu and Griffin 2011, Somatosens.
 Mot. Res. 28:86-93, who have shapes for toe, ball and heel); its level is 1.2 um at 200 Hz (Kowalzik et al. 1996, Foot
-Ankle Int. 17:629-634). Both pressed a small probe on a bare sole. A whole sole feels less: thresholds of small probes
-and of larger areas must not be compared (Gu and Griffin 2013), and the thesis's walkers in hard shoes noticed the
-texture of 300 Hz at 0.46 m/s^2 (6.4.2). So there are two thresholds of one shape: `barefoot` at the probe's level, and
-`shoe` at the level that makes the thesis's stimulus just noticeable.
+Ankle Int. 17:629-634). Both pressed a small probe on a bare sole. A whole sole detects smaller vibrations: thresholds
+of small probes and of larger areas must not be compared (Gu and Griffin 2013), and the thesis's walkers in hard shoes
+noticed the texture of 300 Hz at 0.46 m/s^2 (6.4.2). So there are two thresholds of one shape: `barefoot` at the
+probe's level, and `shoe` at the level that makes the thesis's stimulus just noticeable.
 """
 
 import math
