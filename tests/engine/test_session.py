@@ -178,6 +178,14 @@ def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(pla
     playing.done(Swap)
 
 
+def test_a_level_that_is_set_while_the_engine_loads_is_the_one_it_begins_with(until):
+    with live(hum(tone=SINE), until, start=False) as playing:
+        playing.session.start()
+        playing.session.send(Level(-60.0))
+        playing.until(lambda: playing.end >= 24_000, "half a second is played")
+    assert 0.0 < max(np.abs(frames).max() for _, frames in playing.parts) < 1e-3
+
+
 def test_outlines_of_several_nodes_come_with_their_ticket(playing):
     session = playing.session
     playing.until(lambda: "compiler" in session.pids)

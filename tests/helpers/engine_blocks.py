@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from underfoot.engine.process import Engine
 from underfoot.engine.requests import Setup
 from underfoot.engine.session_memory import SessionMemory
+from underfoot.engine.status import Field
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 
@@ -17,7 +18,9 @@ def engine_of(patch, scopes=(), **target):
     """An engine, the connection to it, and the memory that it writes."""
     ours, theirs = multiprocessing.Pipe()
     memory = SessionMemory.create(len(FLOOR.tiles), 48_000, 1000.0)
-    engine = Engine(theirs, Setup(Target(FLOOR, **target), patch.dumps(), scopes, "", memory.names, 0, True, 0.0))
+    engine = Engine(theirs, Setup(Target(FLOOR, **target), patch.dumps(), scopes, "", memory.names, 0))
+    memory.status.put(Field.PLAYING, 1.0)
+    engine.begin()
     try:
         yield engine, ours, memory
     finally:

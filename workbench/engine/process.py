@@ -81,9 +81,6 @@ class Engine:
         frame = next_span(setup.frame + round(passed_s * target.rate))
         self.memory.skip(frame)
         self.loop = Loop(patch, REGISTRY, source_of(target, frame), replace(options, frame=frame))
-        self.loop.send(Level(setup.level_db))
-        if setup.playing:
-            self.loop.send(Play(True))
         self.runner = BlockRunner(self.loop, self.memory)
         self.runner.accelerometers = reader_of(
             target.accelerometers, self.loop.source, self.memory, target.rate, target.block
@@ -94,6 +91,14 @@ class Engine:
         self.listener = CommandListener(connection, self.runner, self.pacer.leave)
         if isinstance(self.loop.source, SimulatedFloor):
             self.listener.notices.extend(self.loop.source.notices)
+
+    def begin(self) -> tuple[float, bool]:
+        """Set the level, dB, and play if that is wanted, both as of now: kernels took a while to load."""
+        level_db, playing = self.memory.status.get(Field.LEVEL_DB), bool(self.memory.status.get(Field.PLAYING))
+        self.loop.send(Level(level_db))
+        if playing:
+            self.loop.send(Play(True))
+        return level_db, playing
 
     def run(self) -> None:
         """Play until the supervisor says `Quit` or goes away."""
@@ -108,7 +113,7 @@ class Engine:
         self.memory.status.put(Field.RUNNING, 1.0)
         forces_from = "the simulator" if kind == "simulator" else kind
         where = SOUND_CARD if self.pacer.has_stream else f"{forces_from}, without sound"
-        self._connection.send(Started(where, notice, os.getpid(), tuple(self.loop.channels)))
+        self._connection.send(Started(where, notice, os.getpid(), tuple(self.loop.channels), *self.begin()))
         self.listener.start()
         self.pacer.run()
         self.memory.status.put(Field.RUNNING, 0.0)

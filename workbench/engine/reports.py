@@ -16,13 +16,16 @@ SOUND_CARD = "sound card"
 class Started:
     """The engine runs: what it plays on, in words, and why it is not what was asked for, if so.
 
-    `channels` has that of each tile, or -1 for a tile that is silent because the sound card has none for it.
+    `channels` has that of each tile, or -1 for a tile that is silent because the sound card has none for it. The engine
+    begins with `level_db` and `playing`.
     """
 
     where: str
     notice: str = ""
     process: int = 0
     channels: tuple[int, ...] = ()
+    level_db: float = 0.0
+    playing: bool = True
 
 
 @dataclass(frozen=True)

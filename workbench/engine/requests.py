@@ -20,8 +20,6 @@ class Setup:
     folder: str
     memory: MemoryNames
     frame: int
-    playing: bool
-    level_db: float
     equalisers: tuple[TileEqualiser, ...] = ()
     since: float | None = None
 

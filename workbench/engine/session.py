@@ -89,6 +89,8 @@ class Session:
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
         self.vibration, self.scope = VibrationReader(self.memory.vibration), VibrationReader(self.memory.scope)
         self.response = ResponseReader(self.memory.commanded, self.memory.measured)
+        self.memory.status.put(Field.LEVEL_DB, self.level_db)
+        self.memory.status.put(Field.PLAYING, self.playing)
         self.force = ForceReader(self.memory.force)
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None
@@ -196,8 +198,10 @@ class Session:
         match command:
             case Play(on):
                 self.playing = on
+                self.memory.status.put(Field.PLAYING, on)
             case Level(db):
                 self.level_db = db
+                self.memory.status.put(Field.LEVEL_DB, db)
             case Walk(on):
                 self.target = replace(self.target, walker=on)
             case TileEqualiser(tile):
@@ -265,11 +269,9 @@ class Session:
         `seconds` as in `preview`.
         """
         self._ticket += 1
-        tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
+        wanted = patch.dumps(), tuple(nodes), tile or self.target.floor.tiles[0].id, seconds
         if self._compiler is not None:
-            self._compiler.send(
-                OutlinesRequest(self._ticket, patch.dumps(), tuple(nodes), tile, seconds, self.target.rate, folder)
-            )
+            self._compiler.send(OutlinesRequest(self._ticket, *wanted, self.target.rate, str(self.folder or "")))
         return self._ticket
 
     def measure_errors(self, patch: Patch, node: str) -> int:
@@ -414,20 +416,18 @@ class Session:
             folder=str(self.folder or ""),
             memory=self.memory.names,
             frame=frame,
-            playing=self.playing,
-            level_db=self.level_db,
             equalisers=tuple(self._equalisers.values()),
             since=since,
         )
         self._engine.send(self._setup)
 
-    def _catch_up(self, setup: Setup) -> None:
-        """Bring the engine what was changed while it loaded: until then nothing was sent, which nobody would take."""
+    def _catch_up(self, setup: Setup, started: Started) -> None:
+        """Send the engine what was changed while it loaded: until then nothing was sent, which nobody would take."""
         self._started = True
         self._parts_ready = dict.fromkeys(self._parts_ready, 0)
-        if self.level_db != setup.level_db:  # before it lets anything out
+        if self.level_db != started.level_db:
             self._engine.send(Level(self.level_db))
-        if self.playing != setup.playing:
+        if self.playing != started.playing:
             self._engine.send(Play(self.playing))
         if self.target.walker != setup.target.walker:
             self._engine.send(Walk(self.target.walker))
@@ -451,10 +451,10 @@ class Session:
                         self._start_compiler(CompileRequest(_SHARED, patch, self.target, folder, from_end=True))
                     self._report_compiling("engine", message)
                     continue
-                case Started(channels=channels):
+                case Started(channels=channels) as started:
                     self._tell_recorder("channels", json.dumps(channels))
                     if self._setup is not None:
-                        self._catch_up(self._setup)
+                        self._catch_up(self._setup, started)
                     took_over = self._setup is not None and self._setup.since is not None
                     self._spares_due = time.monotonic() + (0.0 if took_over else SPARES_AFTER_S)
                     if self._preview_request is not None:

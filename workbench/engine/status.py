@@ -10,7 +10,8 @@ from underfoot.engine.shared_blocks import new_block
 
 
 class Field(IntEnum):
-    """The numbers in shared memory: those of `Health`, and the frame before which every command was reported."""
+    """The numbers in shared memory: those of `Health`, the frame before which every command was reported, and what an
+    engine begins with: the output level, and whether it plays."""
 
     RUNNING = 0
     LOAD = auto()
@@ -30,6 +31,8 @@ class Field(IntEnum):
     JUMPS = auto()
     CLOCK_TRIP_S = auto()
     REPORTED = auto()
+    LEVEL_DB = auto()
+    PLAYING = auto()
 
 
 _WHOLE: dict[Field, type] = {
@@ -40,6 +43,7 @@ _WHOLE: dict[Field, type] = {
     Field.AWAKE: int,
     Field.JUMPS: int,
 }
+_OF_HEALTH = tuple(field for field in Field if field < Field.REPORTED)
 _PANIC = 8 * len(Field)  # where the byte is
 
 
@@ -89,10 +93,9 @@ class Status:
         self._numbers[[Field.RUNNING, Field.LOAD, Field.PEAK, Field.AWAKE]] = 0.0
 
     def health(self) -> Health:
-        """All numbers."""
+        """The numbers that are of interest outside."""
         numbers = dict(zip(Field, self._numbers.tolist(), strict=True))
-        del numbers[Field.REPORTED]
-        return Health(**{field.name.lower(): _WHOLE.get(field, float)(value) for field, value in numbers.items()})
+        return Health(**{field.name.lower(): _WHOLE.get(field, float)(numbers[field]) for field in _OF_HEALTH})
 
     def close(self) -> None:
         """Let go of the memory; the one who created it removes it."""
