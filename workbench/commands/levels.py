@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("patches", metavar="[PATCH]...", type=FILE, nargs=-1)
-@click.option("--profile", type=FILE, help="Profile of the tile that plays; by default it is not calibrated.")
-@click.option("--simulation", type=FILE, help="What the simulated tile is made of: a parameter file.")
+@click.option("--profile", type=FILE, help="Profile of the tile; by default none.")
+@click.option("--simulation", type=FILE, help="Parameter file of the simulated tile.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | None, as_json: bool) -> None:
-    """What is asked of a tile, what it does and what a sole feels, in one adult step; by default of all presets."""
+    """Report commanded, measured and felt levels of one adult step; by default for all presets."""
     from underfoot.engine.levels import levels_of
     from underfoot.floor.profile import Profile
     from underfoot.floor.tile_parameters import TileParameters
