@@ -27,10 +27,12 @@ if TYPE_CHECKING:
     help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or "
     "a force CSV, a recording, or a C3D file.",
 )
-@click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; beside a force CSV it is found by itself.")
+@click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
 @click.option("--recording", type=click.Path(path_type=Path), help="Recording to open; `underfoot FILE` does the same.")
-@click.option("--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace here, and exit.")
+@click.option(
+    "--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace in this folder, and exit."
+)
 @click.pass_context
 def cli(
     context: click.Context,

@@ -26,7 +26,7 @@ class AnalyseOptions:
 @click.command()
 @click.argument("sessions", metavar="SESSION...", type=FILE, nargs=-1, required=True)
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
-@click.option("--csv", type=FILE, help="Write all trials, a row each.")
+@click.option("--csv", type=FILE, help="Write all trials, one per row.")
 @click.option("--bids", type=FILE, help="Folder for BIDS: behavioural files, and force and vibration of each trial.")
 @click.option("--bootstrap", type=click.IntRange(0, 100_000), default=399, show_default=True,
               help="Draws for intervals of curves; 0: at once, from the regression's covariance.")  # fmt: skip

@@ -30,13 +30,15 @@ class BenchOptions:
 
 
 @click.command()
-@click.option("--quick", is_flag=True, help="In about five minutes. In full: minutes per table, at most ten per node.")
-@click.option("--short", is_flag=True, help="Only what takes how long, in about twenty seconds.")
 @click.option(
-    "--compare", type=FILE, help="JSON of an earlier run: name what got slower or faster since, and by how much."
+    "--quick", is_flag=True, help="Take about five minutes. The full run takes minutes per table, at most ten per node."
 )
+@click.option("--short", is_flag=True, help="Measure run times only, in about twenty seconds.")
+@click.option("--compare", type=FILE, help="JSON of an earlier run; list what got slower or faster, and by how much.")
 @click.option("--report", type=FILE, help="Folder for a page with pictures, the figures as JSON, and what failed.")
-@click.option("--figures", type=FILE, help="Folder for the thesis's figures drawn anew; nothing else is measured.")
+@click.option(
+    "--figures", type=FILE, help="Folder for reproductions of the thesis's figures; nothing else is measured."
+)
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the random points and patches.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @click.option(
@@ -44,18 +46,18 @@ class BenchOptions:
     is_flag=False,
     flag_value="",
     metavar="[ROW]",
-    help="Kill, damage and flood on purpose, and nothing else; one row of the table, or all of them.",
+    help="Run stress tests only: one row of the table, or all.",
 )
-@click.option("--times", type=click.IntRange(1), help="With --stress: how often each thing is tried.")
-@click.option("--seconds", type=click.FloatRange(0.1, 1e6), help="With --stress: how long what takes time goes on.")
+@click.option("--times", type=click.IntRange(1), help="With --stress: number of attempts.")
+@click.option("--seconds", type=click.FloatRange(0.1, 1e6), help="With --stress: duration of rows that take time.")
 @click.option(
     "--cluster",
     metavar="TCP://HOST:PORT",
-    help="Scheduler of a Dask cluster for what is no time: errors and bounds of models. Times are measured here.",
+    help="Scheduler of a Dask cluster that computes errors and bounds of models; times are measured on this computer.",
 )
 @grouped(BenchOptions)
 def bench(options: BenchOptions) -> None:
-    """What every model reaches, run time against error beside naive methods, a large floor's cost, and stability."""
+    """Benchmark models, run time against error, large floors, and stability."""
     report, figures = options.report, options.figures
     if options.cluster is not None and (options.short or figures is not None or options.stress is not None):
         raise BadValue("--cluster is for the whole bench, in full or --quick; times are measured on one computer")

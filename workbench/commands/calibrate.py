@@ -38,7 +38,7 @@ class Calibrations(click.Group):
 
 @click.group(cls=Calibrations)
 def calibrate() -> None:
-    """Calibrate a tile: readings to newtons, newtons to places, and signals to accelerations."""
+    """Calibrate a tile: forces, contact centroid, vibration, and latency."""
 
 
 def command_of(declared: "type[Calibration]") -> click.Command:

@@ -32,18 +32,18 @@ class ConvertOptions:
 
 @click.command()
 @click.argument("source", metavar="IN", type=FILE, required=False)
-@click.option("-o", "--output", type=FILE, help="What is written; its suffix says which format. A patch ends in .json.")
-@click.option("--format", default="", help="Which format, where the suffix leaves it open.")
-@click.option("--tile", default="", help="The one tile that is written; by default all, or the one that moves most.")
-@click.option("--seconds", type=float, help="Length; by default as long as something vibrates, at most 5 s.")
+@click.option("-o", "--output", type=FILE, help="Output file; its suffix selects the format. A patch ends in .json.")
+@click.option("--format", default="", help="Format, if the suffix is ambiguous.")
+@click.option("--tile", default="", help="Write only this tile; by default all, or the one that moves most.")
+@click.option("--seconds", type=float, help="Length; by default until vibration ends, at most 5 s.")
 @click.option("--force", help='Force CSV, or "none"; by default one step over one tile.')
-@click.option("--floor", type=FILE, help="Floor JSON: a walker walks on it; it is taken along to a shared folder.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files, to be taken along.")
+@click.option("--floor", type=FILE, help="Floor JSON for a simulated walker; copied into a shared folder.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles, copied into a shared folder.")
 @RUN_CODE
-@click.option("--formats", is_flag=True, help="List the formats: what is written, what is read, what is lost.")
+@click.option("--formats", is_flag=True, help="List the formats, with directions and losses.")
 @grouped(ConvertOptions)
 def convert(options: ConvertOptions) -> None:
-    """Turn IN into -o OUT: a patch into a format of another program, or a file of such a program into a patch."""
+    """Convert IN to -o OUT: a patch to another program's format, or another program's file to a patch."""
     if options.formats:
         print(_list())
         return

@@ -34,17 +34,17 @@ class CostOptions:
 @click.command()
 @click.argument("patch", type=FILE)
 @click.option("--floor", type=FILE, help="Floor JSON; by default four tiles.")
-@click.option("--feet", type=int, help="Tiles with a foot on them, which steps once a second; by default all.")
+@click.option("--feet", type=int, help="Number of tiles with a foot that steps once a second; by default all.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: equalisers, curves of sensors.")
-@click.option("--simulated", is_flag=True, help="With the plates of a simulated floor, as a session on one has them.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: equalisers, sensor curves.")
+@click.option("--simulated", is_flag=True, help="Include the plates of a simulated floor, as in a session on one.")
 @click.option("--outside-files", is_flag=True, help="Let the patch read sound files outside its own folder.")
 @RUN_CODE
-@click.option("--curve", metavar="NODE", help="Run time over error of this node; nothing else is measured.")
+@click.option("--curve", metavar="NODE", help="Plot run time against error of this node only.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @grouped(CostOptions)
 def cost(options: CostOptions) -> None:
-    """What each stage of a block and each node of PATCH takes, on how many tiles it is awake, and when it sleeps.
+    """Measure the run time of each stage and node of PATCH, and when nodes sleep.
 
     With --curve, what a node takes at several asked errors, and which errors come of them: measured in this process,
     and kept until node or code changes.

@@ -18,9 +18,9 @@ PLACES = {
 
 
 @click.command()
-@click.option("--remove", is_flag=True, help="Take it out of the menu again.")
+@click.option("--remove", is_flag=True, help="Remove it from the menu.")
 def desktop(remove: bool) -> None:
-    """Put Underfoot into the menu of this desktop, for recordings and patches, too (Linux)."""
+    """Add Underfoot to the desktop menu, and register its file types (Linux)."""
     from underfoot.errors import UnderfootError
 
     if not sys.platform.startswith("linux"):

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("patch", type=FILE)
 @click.argument("node", required=False)
-@click.option("-o", "--output", type=FILE, help="Folder for a picture of each law.")
+@click.option("-o", "--output", type=FILE, help="Folder for a plot of each distribution.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print all points as JSON.")
 def distribution(patch: Path, node: str | None, output: Path | None, as_json: bool) -> None:
-    """The distributions that NODE of PATCH draws from: how long slips last, how large events are, and so on.
+    """Print the distributions that NODE of PATCH draws from, such as slip durations and event sizes.
 
-    Without NODE: of every node that has laws.
+    Without NODE: of every node that has distributions.
     """
     from underfoot.drawing.svg import svg
     from underfoot.files import make_folder, write_file

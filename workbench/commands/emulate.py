@@ -72,28 +72,34 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command()
 @_sender_options
-@click.option("--floor", type=FILE, help="Floor JSON; 2 x 2 tiles by default. Beside a force CSV it finds itself.")
+@click.option("--floor", type=FILE, help="Floor JSON; by default 2 x 2 tiles. Found automatically beside a force CSV.")
 @click.option("--tile", type=int, help="Send only this tile of the floor, counted from 0.")
-@click.option("--force", type=FILE, help="Force CSV, once, or over and over for --seconds; by default a walker walks.")
-@click.option("--rate", type=float, help="Samples a second of every tile; 1000 or the file's by default.")
+@click.option(
+    "--force", type=FILE, help="Force CSV, played once, or repeatedly for --seconds; by default a simulated walker."
+)
+@click.option("--rate", type=float, help="Samples per second of every tile; by default 1000, or the file's rate.")
 @click.option("--sensors", type=FILE, help='Simulated sensors instead of ideal ones: a parameter file, or "default".')
-@click.option("--acceleration", type=FILE, help="WAV of m/s^2, a channel a tile: what accelerometers send beside.")
-@click.option("--full-scale", type=float, default=98.1, show_default=True, help="Of the accelerometers, m/s^2.")
-@click.option("--csv-lines", is_flag=True, help="Lines of text instead of binary frames.")
+@click.option(
+    "--acceleration", type=FILE, help="WAV of acceleration in m/s^2, one channel per tile, to send with the forces."
+)
+@click.option(
+    "--full-scale", type=float, default=98.1, show_default=True, help="Full scale of the accelerometers, m/s^2."
+)
+@click.option("--csv-lines", is_flag=True, help="Send lines of text instead of binary frames.")
 @click.option("--lost", type=float, default=0.0, help=f"Frames that are not sent: {_SHARE}.")
 @click.option("--doubled", type=float, default=0.0, help=f"Frames that are sent twice: {_SHARE}.")
 @click.option("--reordered", type=float, default=0.0, help=f"Frames sent behind the next of their tile: {_SHARE}.")
 @click.option("--corrupted", type=float, default=0.0, help=f"Frames of which bytes are wrong: {_SHARE}.")
 @click.option("--late", type=float, default=0.0, help=f"Frames sent behind 20 more of their tile: {_SHARE}.")
-@click.option("--unplug", multiple=True, metavar="AT:FOR", help="Unplug at this second, for so many; may be repeated.")
-@click.option("--drift", type=float, default=0.0, help="By how many ppm the tiles' clock is slow.")
+@click.option("--unplug", multiple=True, metavar="AT:FOR", help="Unplug at second AT for FOR seconds; repeatable.")
+@click.option("--drift", type=float, default=0.0, help="Lag of the tiles' clock, ppm.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of walker, sensors and faults.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @grouped(EmulateOptions)
 def emulate(options: EmulateOptions) -> None:
-    """Send what tiles send, as hardware does, until Ctrl-C or for --seconds.
+    """Emulate tiles, until Ctrl-C or for --seconds.
 
-    Ideal sensors read 1000 counts at rest and 20 counts a newton. Faults are counted, and said at the end.
+    Ideal sensors read 1000 counts at rest and 20 counts per newton. Faults are counted, and reported at the end.
     """
     from underfoot.devices.emulation.emulator import Emulator, TileClock
 

@@ -22,13 +22,13 @@ class _Formats(click.Command):
 
 @click.command(cls=_Formats)
 @click.argument("recording", type=FILE)
-@click.option("-o", "--output", type=FILE, required=True, help="File to write; its suffix says the format.")
+@click.option("-o", "--output", type=FILE, required=True, help="File to write; its suffix selects the format.")
 @click.option(
     "--vibration",
     type=click.Choice(["commanded", "measured", "vibration"]),
     default="measured",
     show_default=True,
-    help="What goes into a format with room for one kind: m/s^2 asked or done, or the drive.",
+    help="The kind of vibration for formats that hold one: commanded or measured m/s^2, or the drive.",
 )
 def export(recording: Path, output: Path, vibration: str) -> None:
     """Write RECORDING for other programs."""

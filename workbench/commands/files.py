@@ -24,7 +24,7 @@ RUN_CODE = click.option(
     is_flag=True,
     expose_value=False,
     callback=_agree,
-    help="Run nodes in files beside a patch (nodes/TYPE.py): they are programs, with your rights.",
+    help="Run node files beside a patch (nodes/TYPE.py). They are programs with your permissions.",
 )
 """The option of every command that reads patches."""
 

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("patches", metavar="[PATCH]...", type=FILE, nargs=-1)
-@click.option("--profile", type=FILE, help="Profile of the tile that plays; by default it is not calibrated.")
-@click.option("--simulation", type=FILE, help="What the simulated tile is made of: a parameter file.")
+@click.option("--profile", type=FILE, help="Profile of the tile; by default none.")
+@click.option("--simulation", type=FILE, help="Parameter file of the simulated tile.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | None, as_json: bool) -> None:
-    """What is asked of a tile, what it does and what a sole feels, in one adult step; by default of all presets."""
+    """Report commanded, measured and felt levels of one adult step; by default for all presets."""
     from underfoot.engine.levels import levels_of
     from underfoot.floor.profile import Profile
     from underfoot.floor.tile_parameters import TileParameters
@@ -43,7 +43,7 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
 def _table(found: "dict[str, PatchLevels]") -> list[str]:
     """A line a patch."""
     width = max(len(name) for name in found)
-    head = f"{'':{width}}  {'asked, m/s²':>15} {'done, m/s²':>15} {'under foot':>15}"
+    head = f"{'':{width}}  {'commanded, m/s²':>15} {'measured, m/s²':>15} {'under foot':>15}"
     lines = [f"{head} {'in band':>8} {'felt':>7} {'headroom':>9} {'noticed':>8} {'like':>11}"]
     for name, one in found.items():
         columns = " ".join(f"{_words(level):>15}" for level in (one.commanded, one.measured, one.under_foot))
@@ -55,12 +55,12 @@ def _table(found: "dict[str, PatchLevels]") -> list[str]:
         like = "not covered" if one.feels_like_n_mm is None else f"{one.feels_like_n_mm:.0f} N/mm"
         lines.append(f"{name:{width}}  {columns} {share:>8} {felt:>7} {headroom:>9} {noticed:>8} {like:>11}")
     lines.append(
-        "asked, done: peak and RMS of the loudest 0.2 s; in band: done, 50 to 750 Hz; felt: over what a sole in a"
+        "peak and RMS of the loudest 0.2 s; in band: share of measured energy, 50 to 750 Hz; felt: level above the"
     )
-    lines.append("hard shoe feels; headroom: of the drive, below the limiter; noticed: by how many people in such")
     lines.append(
-        "shoes; like: what a plate of 90 N/mm feels like with it, where table 6.3 covers that, up to 0.86 m/s²"
+        "threshold in a hard shoe; headroom: drive below the limiter; noticed: share of people in such shoes who notice"
     )
+    lines.append("it; like: stiffness that a plate of 90 N/mm feels like, where table 6.3 covers it, up to 0.86 m/s²")
     return lines
 
 

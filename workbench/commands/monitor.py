@@ -50,19 +50,21 @@ class MonitorOptions:
     """
 )
 @click.argument("source")
-@click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
-@click.option("--steps", type=FILE, help="CSV file to write: a line for each footstep.")
-@click.option("--contacts", type=FILE, help="CSV file to write: a line for each contact at each sample.")
-@click.option("--patch", type=FILE, help="Patch that the session plays meanwhile.")
+@click.option("--floor", type=FILE, help="Floor JSON; found automatically beside a force CSV.")
+@click.option("--steps", type=FILE, help="CSV file to write: one line per footstep.")
+@click.option("--contacts", type=FILE, help="CSV file to write: one line per contact and sample.")
+@click.option("--patch", type=FILE, help="Patch to play during the session.")
 @RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
-@click.option("--sensor-rate", type=float, help="Samples per second of tiles of hardware; 1000 by default.")
-@click.option("--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; none without.')
-@click.option("--accelerometers", default="", metavar="LIST", help=f"{FORM}; with spaces between. Tells what they say.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@click.option("--sensor-rate", type=float, help="Samples per second of hardware tiles; by default 1000.")
+@click.option("--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; by default none.')
+@click.option(
+    "--accelerometers", default="", metavar="LIST", help=f"{FORM}, separated by spaces. Reports what they measure."
+)
 @click.option("--seconds", type=float, help="Stop after this long.")
-@click.option("--pace", is_flag=True, help="Play a file back in real time instead of as fast as it goes.")
-@click.option("--json", "as_json", is_flag=True, help="Print each footstep as a line of JSON.")
+@click.option("--pace", is_flag=True, help="Play a file in real time instead of as fast as possible.")
+@click.option("--json", "as_json", is_flag=True, help="Print each footstep as one line of JSON.")
 @grouped(MonitorOptions)
 def monitor(options: MonitorOptions) -> None:
     """Print footsteps as they happen."""

@@ -9,9 +9,9 @@ from underfoot.errors import BadValue
 
 @click.command()
 @click.argument("type", required=False)
-@click.option("--json", "as_json", is_flag=True, help="All of it as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 def nodes(type: str | None, as_json: bool) -> None:
-    """The node reference: every node with its ports and parameters, or one TYPE."""
+    """Print the node reference: every node with its ports and parameters, or one TYPE."""
     from underfoot.nodes import REGISTRY
     from underfoot.patch.reference import reference, text
 

@@ -28,16 +28,16 @@ class PlateOptions:
 
 @click.command()
 @click.option("--footsteps", type=FILE, help="CSV of footsteps: position,footstep,force_n,displacement_mm.")
-@click.option("-o", "--output", type=FILE, help="Write the calibration that they give.")
-@click.option("--report", type=FILE, help="Folder for a page with pictures and the lines of all footsteps.")
+@click.option("-o", "--output", type=FILE, help="Write the calibration.")
+@click.option("--report", type=FILE, help="Folder for a page with pictures and a table of all footsteps.")
 @click.option("--port", help="Serial port of a plate to move.")
 @click.option("--calibration", type=FILE, help="Its calibration.")
-@click.option("--stiffness", type=float, help="Move it to this stiffness, N/mm; nobody may stand on it.")
-@click.option("--emulate", is_flag=True, help="Be a plate on a pseudo-terminal, whose name is printed, until Ctrl-C.")
+@click.option("--stiffness", type=float, help="Move the plate to this stiffness, N/mm. Nobody may stand on it.")
+@click.option("--emulate", is_flag=True, help="Emulate a plate on a pseudo-terminal, and print its name, until Ctrl-C.")
 @click.option("--json", "as_json", is_flag=True, help="Print the calibration as JSON.")
 @grouped(PlateOptions)
 def plate(options: PlateOptions) -> None:
-    """The variable stiffness plate: calibrate it from footsteps, move it, or emulate one."""
+    """Calibrate, move or emulate a variable stiffness plate."""
     if options.emulate:
         _emulate()
     elif options.footsteps is not None:

@@ -70,28 +70,30 @@ class RenderOptions:
 @click.option("--rate", type=float, help=f"Frames per second; {RATE_HZ} by default.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block; the output is the same.")
 @click.option("--seed", type=int, help="Seed instead of the patch's own.")
-@click.option("--force", help='Force CSV, recording, C3D file, or "none" for an empty floor; else a walker walks.')
-@click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files: how each is driven.")
-@click.option("--simulation", type=FILE, help="What simulated tiles are made of: a parameter file.")
-@click.option("--measured", type=FILE, help="WAV file of what simulated accelerometers measure, m/s^2, one a tile.")
+@click.option(
+    "--force", help='Force CSV, recording, C3D file, or "none" for an empty floor; by default a simulated walker.'
+)
+@click.option("--floor", type=FILE, help="Floor JSON; found automatically beside a force CSV.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: how each is driven.")
+@click.option("--simulation", type=FILE, help="Parameter file of the simulated tiles.")
+@click.option("--measured", type=FILE, help="WAV file of simulated accelerometers, m/s^2, one channel per tile.")
 @click.option("--under-foot", type=FILE, help="WAV file of the simulated acceleration under the foot, m/s^2.")
 @click.option(
     "--set",
     "settings",
     metavar="NODE.PARAMETER=VALUE,...",
     multiple=True,
-    help="Values instead of the patch's own; several make a file each, several --set every combination.",
+    help="Values instead of the patch's own. Several values make one file each, several --set every combination.",
 )
-@click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster that renders several.")
+@click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster for several renderings.")
 @click.option("--outside-files", is_flag=True, help="Let patches read sound files outside their own folders.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:
-    """Play PATCH (a patch, or a recording of a session) offline, as fast as it goes; several at once on all cores.
+    """Render PATCH (a patch or a recording) offline; several on all cores.
 
-    A PATCH that is a folder stands for all patches in it. What several make goes into a folder, with a manifest.
+    If PATCH is a folder, all its patches are rendered. Several results go into a folder, with a manifest.
     """
     from underfoot.engine.parameter_grid import grid_of
 

@@ -22,7 +22,7 @@ class PressingRig:
     """Options of a rig whose tile is pressed: by the simulator, or by a person on hardware."""
 
     target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which presses), {target_forms()}.", "")
-    cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120.", "")
+    cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO, such as 9.1:0.05:120.", "")
 
     @property
     def is_simulated(self) -> bool:
@@ -61,8 +61,8 @@ class ShakingRig:
     """Options of a rig whose shaker plays and whose accelerometer records: simulated, or through a sound card."""
 
     target: str = option(f"Measure on this target instead: {_SHAKERS}.", "")
-    output_device: str = option("Sound card of --target sound; the default one without.", "", "--output")
-    input_device: str = option("Sound card of the accelerometer; the default one without.", "", "--input")
+    output_device: str = option("Sound card of --target sound; by default the system's.", "", "--output")
+    input_device: str = option("Sound card of the accelerometer; by default the system's.", "", "--input")
     input_channel: int = option("Channel of the accelerometer, from 0.", 0)
 
     @property

@@ -48,25 +48,31 @@ class SceneOptions:
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("--target", default="simulator", show_default=True, help="Where forces come from, as for `monitor`.")
-@click.option("--floor", type=FILE, help="Floor JSON of the target; the default floor without.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' calibration files.")
-@click.option("--sound", help='Sound device; "default" for the system\'s. None: nothing is heard or felt.')
-@click.option("--seconds", type=float, help="Stop after this long; without, at Ctrl-C.")
-@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="A parameter of the scene.")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True, help="Seed of its draws.")
-@click.option("--record", type=FILE, help="Record the session to this file.")
-@click.option("--film", type=FILE, help="GIF film to write of what was to be seen; it needs --seconds, at most 60.")
-@click.option("--picture", type=FILE, help="PNG picture to write of how it looked at the end.")
+@click.option("--target", default="simulator", show_default=True, help="Source of forces, as for `monitor`.")
+@click.option("--floor", type=FILE, help="Floor JSON of the target; by default the default floor.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
+@click.option("--seconds", type=float, help="Stop after this long; by default at Ctrl-C.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Parameter of the scene.")
 @click.option(
-    "--width", type=click.IntRange(64, 1920), default=480, show_default=True, help="Pixels of film and picture."
+    "--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True, help="Seed of the random draws."
 )
-@click.option("--measure", is_flag=True, help="Press simulated tiles, and tell how late the floor answers.")
+@click.option("--record", type=FILE, help="Record the session to this file.")
+@click.option("--film", type=FILE, help="GIF film of the scene to write; needs --seconds, at most 60.")
+@click.option("--picture", type=FILE, help="PNG picture to write of the scene at the end.")
+@click.option(
+    "--width",
+    type=click.IntRange(64, 1920),
+    default=480,
+    show_default=True,
+    help="Width of film and picture in pixels.",
+)
+@click.option("--measure", is_flag=True, help="Press simulated tiles, and report the response latency.")
 @grouped(SceneOptions)
 def scene(options: SceneOptions) -> None:
-    """Let the scene NAME play on the floor, and print what happens. Without NAME, list the scenes.
+    """Play the scene NAME on the floor, and print what happens. Without NAME, list the scenes.
 
-    A scene is a surface to look at and to act on. In the window it is shown on a projector (Ctrl+6).
+    A scene is an interactive surface. The window can show it on a projector (Ctrl+6).
     """
     from underfoot.scenes import discover
     from underfoot.scenes.scene import values_of

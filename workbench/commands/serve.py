@@ -48,27 +48,27 @@ class ServeOptions:
 
 
 @click.command(
-    help=f"""Tell other programs of contacts and steps, and play what they ask for (docs/network.md).
+    help=f"""Send contacts and steps to other programs, and take cues from them (docs/network.md).
 
     TARGET is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
-    or a force CSV. Each way is HOST:PORT, or "off"; HOST is an IPv4 address or localhost.
+    or a force CSV. Each address is HOST:PORT, or "off"; HOST is an IPv4 address or localhost.
     """
 )
 @click.argument("target")
-@click.option("--floor", type=FILE, help="Floor JSON; beside a force CSV it is found by itself.")
-@click.option("--patch", type=FILE, help="Patch that the floor plays of its own; none by default.")
+@click.option("--floor", type=FILE, help="Floor JSON; found automatically beside a force CSV.")
+@click.option("--patch", type=FILE, help="The floor's own patch; by default none.")
 @RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: readings to newtons.")
+@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @click.option("--sound", help='Sound device to play on: a name, or "default"; none by default.')
 @click.option("--level", type=float, default=-20.0, show_default=True, help="Output level in dB of full scale.")
-@click.option("--tuio", default="127.0.0.1:3333", show_default=True, help="Where TUIO 1.1 cursors go.")
-@click.option("--tuio2", default="off", show_default=True, help="Where TUIO 2.0 pointers go.")
-@click.option("--listen", default="127.0.0.1:9700", show_default=True, help="Where cues are taken.")
-@click.option("--send", default="127.0.0.1:9701", show_default=True, help="Where contacts, steps, health, marks go.")
-@click.option("--lsl", is_flag=True, help="Streams of the Lab Streaming Layer, too.")
-@click.option("--lsl-marks", is_flag=True, help="Take samples of all LSL streams of the type Markers for marks.")
-@click.option("--serial-marks", default="off", metavar="PORT", help="Take lines of a serial port for marks.")
+@click.option("--tuio", default="127.0.0.1:3333", show_default=True, help="Address for TUIO 1.1 cursors.")
+@click.option("--tuio2", default="off", show_default=True, help="Address for TUIO 2.0 pointers.")
+@click.option("--listen", default="127.0.0.1:9700", show_default=True, help="Address at which to listen for cues.")
+@click.option("--send", default="127.0.0.1:9701", show_default=True, help="Address for contacts, steps, health, marks.")
+@click.option("--lsl", is_flag=True, help="Send LSL streams too.")
+@click.option("--lsl-marks", is_flag=True, help="Take samples of all LSL streams of the type Markers as marks.")
+@click.option("--serial-marks", default="off", metavar="PORT", help="Take lines of a serial port as marks.")
 @click.option("--seconds", type=float, help="Stop after this long.")
 @grouped(ServeOptions)
 def serve(options: ServeOptions) -> None:

@@ -43,17 +43,17 @@ class TileDesignOptions:
 @click.option("--modulus", metavar="LOW:HIGH", help="Young's modulus, GPa; 1:220 by default.")
 @click.option("--thickness", metavar="LOW:HIGH", help="Thickness, mm; 5:50 by default.")
 @click.option("--stiffness", help="textbook, thesis (sandwiches with the tile's facings) or solid.")
-@click.option("--density", type=float, help="Of the whole plate, kg/m^3; the tile's own by default.")
-@click.option("--most-mass", type=float, help="The plate's, kg; 0.6 by default.")
-@click.option("--most-sag", type=float, help="Deflection of the middle under the load, mm; 0.2 by default.")
-@click.option("--least-mode", type=float, help="First mode, edges held, Hz; 1000 by default.")
+@click.option("--density", type=float, help="Density of the whole plate, kg/m^3; by default the tile's own.")
+@click.option("--most-mass", type=float, help="Maximum mass of the plate, kg; by default 0.6.")
+@click.option("--most-sag", type=float, help="Maximum deflection of the middle under the load, mm; by default 0.2.")
+@click.option("--least-mode", type=float, help="Minimum first mode, edges held, Hz; by default 1000.")
 @click.option("--load", type=float, help="N; 1000 by default.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @grouped(TileDesignOptions)
 def tile(options: TileDesignOptions) -> None:
-    """Resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values.
+    """Compute resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values.
 
-    With --search: which plates a tile could have, as a table and, in the report, a picture.
+    With --search: list suitable plates for a tile, with a picture in the report.
     """
     from underfoot.floor.layout import Floor
     from underfoot.floor.tile_parameters import TileParameters

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 class TileOptions:
     """Options that say which tile is calibrated, and what becomes of the result."""
 
-    floor: Path | None = option("Floor JSON that has the tile and its sensors; the default floor without.", None)
-    tile: str = option("Which tile; by default the only one of the file, or the floor's first.", "")
-    serial: str = option("The tile's serial number, kept in its profile.", "")
-    operator: str = option("Who measured, for the report; by default the name of this account.", "")
+    floor: Path | None = option("Floor JSON with the tile and its sensors; by default the default floor.", None)
+    tile: str = option("The tile; by default the only one in the file, or the floor's first.", "")
+    serial: str = option("The tile's serial number, stored in its profile.", "")
+    operator: str = option("Operator's name for the report; by default the account name.", "")
     seed: int = option("Seed of the simulated tile and hand.", 1)
-    profile: Path | None = option("Profile JSON to read and to write; its other parts stay.", None)
+    profile: Path | None = option("Profile JSON to read and write; its other parts are kept.", None)
     report: Path | None = option("Folder for a page with pictures, figures and raw data.", None)
     as_json: bool = option("Print all figures as JSON.", False, "--json")
 

@@ -34,7 +34,7 @@ class Results:
     left_out: tuple[Path, ...] = ()
 
     def write_csv(self, path: Path) -> None:
-        """Write all trials, a row each."""
+        """Write all trials, one per row."""
         write_csv(path, self.rows)
 
     def write_bids(self, folder: Path) -> None:

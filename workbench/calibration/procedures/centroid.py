@@ -58,7 +58,7 @@ class CentroidCalibration(Calibration):
     file_options = ("presses",)
     requires = "fsr"
 
-    presses: Path | None = option("CSV of loads at known places: tile,x_m,y_m,force_n,r1,r2,r3,r4.", None)
+    presses: Path | None = option("CSV of loads at known positions: tile,x_m,y_m,force_n,r1,r2,r3,r4.", None)
     quick: bool = option("Nine places instead of fifty, on a target.", False)
 
     def procedure(self, setup: Setup) -> "CentroidProcedure":

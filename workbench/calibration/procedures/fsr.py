@@ -57,10 +57,8 @@ class FsrCalibration(Calibration):
     rig = PRESSING
     file_options = ("pairs",)
 
-    pairs: Path | None = option("CSV of readings beside a reference: time_s,tile,sensor,reading,force_n.", None)
-    divider_ohm: float | None = option(
-        "Resistor in series with a sensor; the law R = Rs/F + R0 is tried then, too.", None
-    )
+    pairs: Path | None = option("CSV of readings with reference forces: time_s,tile,sensor,reading,force_n.", None)
+    divider_ohm: float | None = option("Resistor in series with a sensor; also tries the law R = Rs/F + R0.", None)
     divider_falling: bool = option("The reading falls with force.", False)
 
     def check(self, target: str) -> None:

@@ -37,15 +37,15 @@ class LatencyCalibration(Calibration):
         "its accelerometer. With the result, what is measured stands at the moment at which it was asked for, and the "
         "latency that is shown is a measured one."
     )
-    summary = "Measure how long the sound card takes, there and back."
+    summary = "Measure the round-trip latency of the sound card."
     rig = SHAKING
     file_options = ("played", "recorded")
 
     played: Path | None = option("WAV of the clicks as they were played.", None)
-    recorded: Path | None = option("WAV of what came back, from the same moment on, at the same rate.", None)
-    clicks: int = option("How many clicks a target plays.", 1000)
-    block: int = option("Frames in a block of the sound device, as the engine plays.", 128)
-    level: float | None = option("How loud a target plays, of full scale: 0.01 to 0.9.", None)
+    recorded: Path | None = option("WAV of the recorded clicks, from the same moment, at the same rate.", None)
+    clicks: int = option("Number of clicks that a target plays.", 1000)
+    block: int = option("Frames per block of the sound device, as in the engine.", 128)
+    level: float | None = option("Level on a target, in full scale: 0.01 to 0.9.", None)
 
     def procedure(self, setup: Setup) -> "LatencyProcedure":
         return LatencyProcedure(setup.tile, setup.rate_hz)

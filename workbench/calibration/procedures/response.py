@@ -55,11 +55,13 @@ class ResponseCalibration(Calibration):
     file_options = ("sweep", "recorded")
 
     sweep: Path | None = option("WAV of the sweep as it was played: one pass, or several with silence between.", None)
-    recorded: Path | None = option("WAV of what the accelerometer recorded of it, at the same rate.", None)
+    recorded: Path | None = option("WAV of the accelerometer's recording, at the same rate.", None)
     channel: int | None = option("Channel of --recorded, from 0; by default the one that holds the sweep.", None)
-    sensitivity: float | None = option("m/s^2 at full scale of the input; 1 for files, 100 on a target.", None)
+    sensitivity: float | None = option(
+        "m/s^2 at full scale of the input; by default 1 for files, 100 on a target.", None
+    )
     order: int = option("Order of the equaliser: even, 2 to 24.", 14)
-    level: float | None = option("How loud a target plays, of full scale: 0.01 to 0.45.", None)
+    level: float | None = option("Level on a target, in full scale: 0.01 to 0.45.", None)
     no_loads: bool = option("Leave out the sweeps with a person on the tile, and with a foot on a corner.", False)
 
     def check(self, target: str) -> None:

@@ -24,7 +24,7 @@ class PtySender(Sender):
     """A pseudo-terminal under a name that stays, as a real port's does when it is plugged in again."""
 
     option, option_value = "pty", ""
-    help = "On a pseudo-terminal; its name is printed."
+    help = "Use a pseudo-terminal, and print its name."
     powers_tiles = True
 
     def __init__(self) -> None:

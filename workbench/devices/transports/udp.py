@@ -73,7 +73,7 @@ class UdpTransport(Transport):
     """
 
     scheme, address_form = "udp", "HOST:PORT"
-    help = "datagrams that arrive at this address"
+    help = "datagrams received at this address"
     label = "UDP"
     title = "Tiles over UDP"
     dialog_help = "HOST:PORT to listen at. 0.0.0.0 listens to all networks of this computer."
