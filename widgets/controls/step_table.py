@@ -5,14 +5,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QRect, QSortFilterProxyModel, Qt
-from PySide6.QtGui import QColor, QGuiApplication, QKeyEvent, QKeySequence, QPainter, QPalette, QResizeEvent
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QEvent,
+    QModelIndex,
+    QPersistentModelIndex,
+    QRect,
+    QSortFilterProxyModel,
+    Qt,
+)
+from PySide6.QtGui import QGuiApplication, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QTableView,
     QWidget,
 )
@@ -56,13 +61,26 @@ COLUMNS = (
 )
 """The columns of the step table in files (docs/contracts.md#files)."""
 
+TEXT_COLUMNS = ("tile", "side")
+SIDES = tuple(
+    Qt.AlignmentFlag.AlignVCenter
+    | (Qt.AlignmentFlag.AlignLeft if column.name in TEXT_COLUMNS else Qt.AlignmentFlag.AlignRight)
+    for column in COLUMNS
+)
+"""Where the text of each column stands in its cells."""
+
+NOT_KNOWN = "–"
+
 SORTING = Qt.ItemDataRole.UserRole
 """The role of a cell's value, by which rows are put in order."""
 
 MOST_STEPS = 10_000
 """So many steps are kept."""
 
+_SPIKE = " !"
+_LOADING = [column.name for column in COLUMNS].index("loading_kn_s")
 _MARGIN_PX = 4
+_MOST_PICTURES = 200
 _LARGEST = 9999.0
 """What a column has room for, unless somebody makes it wider."""
 _Index = QModelIndex | QPersistentModelIndex
@@ -74,6 +92,8 @@ class StepModel(QAbstractTableModel):
     def __init__(self, most: int = MOST_STEPS) -> None:
         super().__init__()
         self.steps: list[Step] = []
+        self.texts: list[tuple[str, ...]] = []
+        """What is shown of each step, by column."""
         self._most = most
 
     def add(self, steps: Sequence[Step]) -> None:
@@ -83,17 +103,19 @@ class StepModel(QAbstractTableModel):
         surplus = len(self.steps) + len(steps) - self._most
         if surplus > 0:
             self.beginRemoveRows(QModelIndex(), 0, surplus - 1)
-            del self.steps[:surplus]
+            del self.steps[:surplus], self.texts[:surplus]
             self.endRemoveRows()
         first = len(self.steps)
         self.beginInsertRows(QModelIndex(), first, first + len(steps) - 1)
         self.steps.extend(steps)
+        self.texts.extend(_texts(step) for step in steps)
         self.endInsertRows()
 
     def clear(self) -> None:
         """Remove all steps."""
         self.beginResetModel()
         self.steps.clear()
+        self.texts.clear()
         self.endResetModel()
 
     def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
@@ -111,7 +133,7 @@ class StepModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             return column.doc
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _side(column)
+            return SIDES[section]
         return None
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
@@ -120,29 +142,12 @@ class StepModel(QAbstractTableModel):
         if role == SORTING:
             return getattr(step, column.name)
         if role == Qt.ItemDataRole.DisplayRole:
-            return _shown(getattr(step, column.name), column) + (" !" if spike else "")
+            return self.texts[index.row()][index.column()]
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _side(column)
-        if role == Qt.ItemDataRole.ForegroundRole and (spike or getattr(step, column.name) == "unknown"):
-            return QColor(theme.FORCE if spike else theme.MUTED)
+            return SIDES[index.column()]
         if role == Qt.ItemDataRole.ToolTipRole and spike:
             return "The first peak is the impact transient: it rises more steeply than weight is taken on."
         return None
-
-
-class _Cells(QStyledItemDelegate):
-    """Paints a cell's text and no more: each step moves all rows, and a style takes long for so many cells."""
-
-    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: _Index) -> None:
-        area: QRect = option.rect
-        state: QStyle.StateFlag = option.state
-        palette: QPalette = option.palette
-        is_selected = bool(state & QStyle.StateFlag.State_Selected)
-        if is_selected:
-            painter.fillRect(area, palette.highlight())
-        text = palette.highlightedText() if is_selected else palette.text()
-        painter.setPen(index.data(Qt.ItemDataRole.ForegroundRole) or text.color())
-        painter.drawText(area.adjusted(_MARGIN_PX, 0, -_MARGIN_PX, 0), _side(COLUMNS[index.column()]), index.data())
 
 
 class StepTable(QTableView):
@@ -160,7 +165,6 @@ class StepTable(QTableView):
         self._order.setSourceModel(self.steps)
         self._order.setSortRole(SORTING)
         self.setModel(self._order)
-        self.setItemDelegate(_Cells(self))
         if sortable:
             self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
             self.setSortingEnabled(True)
@@ -176,9 +180,12 @@ class StepTable(QTableView):
         header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)
         for number, column in enumerate(COLUMNS):  # once: to fit them to what is seen takes as long as to paint it
-            widest = "right" if _is_text(column) else _shown(_LARGEST, column)
+            widest = "right" if column.name in TEXT_COLUMNS else _shown(_LARGEST, column)
             room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
             header.resizeSection(number, max(header.sectionSizeHint(number), room))
+        self._pictures: dict[tuple[tuple[str, ...], bool, float], QPixmap] = {}
+        header.sectionResized.connect(self._pictures.clear)
+        header.sectionMoved.connect(self._pictures.clear)
         self._follows = not sortable
         self._end = 0
         bar = self.verticalScrollBar()
@@ -209,6 +216,39 @@ class StepTable(QTableView):
         """Write the steps as CSV."""
         with step_table(path) as write:
             write(self.steps.steps)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw rows from pictures: each step moves all of them, and cells take long to be painted one by one."""
+        painter = QPainter(self.viewport())
+        first, last = self.rowAt(0), self.rowAt(self.viewport().height() - 1)
+        for row in range(max(first, 0), (last if last >= 0 else self._order.rowCount() - 1) + 1):
+            texts = self.steps.texts[self._order.mapToSource(self._order.index(row, 0)).row()]
+            key = texts, self.selectionModel().isRowSelected(row), self.devicePixelRatioF()
+            if key not in self._pictures:
+                self._pictures[key] = self._paint_row(*key)
+            painter.drawPixmap(-self.horizontalOffset(), self.rowViewportPosition(row), self._pictures[key])
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if hasattr(self, "_pictures"):
+            self._pictures.clear()  # of other colours, or in another font
+
+    def _paint_row(self, texts: tuple[str, ...], is_selected: bool, ratio: float) -> QPixmap:
+        if len(self._pictures) >= _MOST_PICTURES:
+            self._pictures.clear()
+        header, height = self.horizontalHeader(), self.verticalHeader().defaultSectionSize()
+        picture = QPixmap(math.ceil(ratio * header.length()), math.ceil(ratio * height))
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(self.palette().highlight().color() if is_selected else Qt.GlobalColor.transparent)
+        painter = QPainter(picture)
+        painter.setFont(self.font())
+        for column, text in enumerate(texts):
+            plain = self.palette().highlightedText().color() if is_selected else theme.TEXT
+            painter.setPen(theme.FORCE if text.endswith(_SPIKE) else theme.MUTED if text == NOT_KNOWN else plain)
+            left, width = header.sectionPosition(column) + _MARGIN_PX, header.sectionSize(column) - 2 * _MARGIN_PX
+            painter.drawText(QRect(left, 0, width, height), SIDES[column], text)
+        painter.end()
+        return picture
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.matches(QKeySequence.StandardKey.Copy):
@@ -265,11 +305,18 @@ class WholeRows(QWidget):
         self._table.setGeometry(0, 0, self.width() - theme.GRID, beside + rows * row)
 
 
+def _texts(step: Step) -> tuple[str, ...]:
+    texts = [_shown(getattr(step, column.name), column) for column in COLUMNS]
+    if step.spike:
+        texts[_LOADING] += _SPIKE
+    return tuple(texts)
+
+
 def _shown(value: str | float, column: Column) -> str:
     if isinstance(value, str):
-        return "–" if value == "unknown" else value
+        return NOT_KNOWN if value == "unknown" else value
     if not math.isfinite(value):
-        return "–"
+        return NOT_KNOWN
     return f"{value:,.{column.decimals}f}".replace(",", "\u202f").replace("-", "−")
 
 
@@ -277,12 +324,3 @@ def _cell(value: str | float) -> str:
     if isinstance(value, float):
         return f"{value:.10g}" if math.isfinite(value) else ""
     return str(value)
-
-
-def _is_text(column: Column) -> bool:
-    return column.name in ("tile", "side")
-
-
-def _side(column: Column) -> Qt.AlignmentFlag:
-    side = Qt.AlignmentFlag.AlignLeft if _is_text(column) else Qt.AlignmentFlag.AlignRight
-    return side | Qt.AlignmentFlag.AlignVCenter
