@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QHideEvent,
@@ -84,7 +84,8 @@ class FloorMap(QWidget):
         self._choice = ""
         self._pressing = ""
         self._background: QPixmap | None = None
-        self._faded: tuple[object, QPixmap] | None = None  # trails that were left, and what they were drawn of
+        self._left: dict[int, tuple[QPoint, QPixmap]] = {}
+        """Pictures of trails whose contact has gone, and their places."""
         self._step_tile = ""
         self._step_timer = QTimer(self, singleShot=True, interval=STEP_MS)
         self._step_timer.timeout.connect(lambda: self.show_step(""))
@@ -157,9 +158,11 @@ class FloorMap(QWidget):
         """Lengthen the trails of contacts by where they have been."""
         for id in [id for id, trail in self._trails.items() if trail[-1][0] < rows.time_s[0] - TRAIL_S]:
             del self._trails[id]
+            self._left.pop(id, None)
         for id in np.unique(rows.contact):
             path = rows.select(rows.contact == id)
             path = path.select(np.diff(np.floor(path.time_s / _TRAIL_STEP_S), prepend=-1.0) > 0.0)
+            self._left.pop(int(id), None)
             points = zip(path.time_s.tolist(), path.x_m.tolist(), path.y_m.tolist(), strict=True)
             self._trails.setdefault(int(id), deque(maxlen=round(TRAIL_S / _TRAIL_STEP_S))).extend(points)
 
@@ -276,7 +279,8 @@ class FloorMap(QWidget):
         if self._background is None:
             self._transform = self.to_screen()
             self._polygons = [_polygon(tile.corners_m(), self._transform) for tile in self._floor.tiles]
-            self._background, self._faded = self._paint_background(), None
+            self._background = self._paint_background()
+            self._left.clear()
         painter.drawPixmap(0, 0, self._background)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_loads(painter)
@@ -329,9 +333,9 @@ class FloorMap(QWidget):
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
                 painter.fillRect(bar, QColor(theme.VIBRATION))
 
-    def _empty_picture(self) -> QPixmap:
+    def _empty_picture(self, size: QSize) -> QPixmap:
         ratio = self.devicePixelRatioF()
-        picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
+        picture = QPixmap(math.ceil(ratio * size.width()), math.ceil(ratio * size.height()))
         picture.setDevicePixelRatio(ratio)
         picture.fill(Qt.GlobalColor.transparent)
         return picture
@@ -339,7 +343,7 @@ class FloorMap(QWidget):
     def _paint_background(self) -> QPixmap:
         """What does not move: tiles, their names, and a scale."""
         assert self._floor is not None
-        picture = self._empty_picture()
+        picture = self._empty_picture(self.size())
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(theme.font(theme.SMALL_PX))
@@ -371,26 +375,36 @@ class FloorMap(QWidget):
         painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), quantity(length_m, "m"))
 
     def _paint_trails(self, painter: QPainter) -> None:
-        """The trails of the last seconds. Those whose contact has gone only fade: they are a picture between steps."""
+        """The trails of the last seconds. One whose contact has gone is a picture that fades."""
         tips = {contact.id: (self._now_s, contact.x_m, contact.y_m) for contact in self._contacts if contact.id}
-        left = [list(trail) for id, trail in self._trails.items() if id not in tips]
-        shown = int(self._now_s / TRAIL_S * _FADES), [(line[0], line[-1]) for line in left]
-        if self._faded is None or self._faded[0] != shown:
-            self._faded = shown, self._empty_picture()
-            on_picture = QPainter(self._faded[1])
-            on_picture.setRenderHint(QPainter.RenderHint.Antialiasing)
-            for line in left:
-                self._paint_trail(on_picture, line)
-            on_picture.end()
-        painter.drawPixmap(0, 0, self._faded[1])
-        for id, tip in tips.items():
-            if id in self._trails:
-                self._paint_trail(painter, [*self._trails[id], tip])
+        for id, trail in self._trails.items():
+            if id in tips:
+                self._left.pop(id, None)
+                self._paint_trail(painter, [*trail, tips[id]])
+                continue
+            if id not in self._left:
+                self._left[id] = self._picture_of(list(trail))
+            place, picture = self._left[id]
+            painter.setOpacity(min(max(1.0 - (self._now_s - trail[-1][0]) / TRAIL_S, 0.0), 1.0))
+            painter.drawPixmap(place, picture)
+        painter.setOpacity(1.0)
+
+    def _picture_of(self, line: _Trail) -> tuple[QPoint, QPixmap]:
+        """A trail as it is at its end, and the place of its picture."""
+        places = QPolygonF([self._transform.map(QPointF(x, y)) for _, x, y in line])
+        area = places.boundingRect().adjusted(-2.0, -2.0, 2.0, 2.0).toAlignedRect()
+        picture = self._empty_picture(area.size())
+        painter = QPainter(picture)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.translate(-area.topLeft())
+        self._paint_trail(painter, line)
+        painter.end()
+        return area.topLeft(), picture
 
     def _paint_trail(self, painter: QPainter, line: _Trail) -> None:
         """A trail in pieces that fade."""
         green = QColor(theme.CONTACT)
-        ages = [min(max(int((self._now_s - time_s) / TRAIL_S * _FADES), 0), _FADES) for time_s, _, _ in line]
+        ages = [min(max(int((line[-1][0] - time_s) / TRAIL_S * _FADES), 0), _FADES) for time_s, _, _ in line]
         places = [self._transform.map(QPointF(x, y)) for _, x, y in line]
         begin = 0
         for end in range(1, len(line)):
