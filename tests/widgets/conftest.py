@@ -28,6 +28,14 @@ def _tracking_is_loaded():
     assert FootstepTracker(default_floor(), 48_000.0, 1000.0).wait_for_kernels(300.0)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _trash_of_tests(tmp_path_factory):
+    """What tests delete goes to a trash of theirs, in a folder that is made when the first one is."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("home") / "share"))
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _no_leaked_widgets(qapp):
     """A window that a test leaves behind fails it."""
