@@ -5,6 +5,8 @@ PYTHON ?= python3
 # Modules are kept as bytecode: every process that a session or a test starts would compile them again.
 export PYTHONDONTWRITEBYTECODE :=
 BIN := .venv/bin
+# A test that hangs is ended (pyproject.toml), and its process with it: it is not tried again in another.
+TWO := --numprocesses 2 --dist loadfile --max-worker-restart 0
 TOUR := underfoot-tour
 RUN_PACKAGES := libgl1 libegl1 libxkbcommon0 libfontconfig1 libdbus-1-3 libglib2.0-0 libxkbcommon-x11-0 \
 	libxcb-cursor0 libxcb-icccm4 libxcb-keysyms1 libxcb-shape0 libportaudio2 fonts-dejavu-core
@@ -25,10 +27,10 @@ run: .venv/ready
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then exec $(BIN)/underfoot; else $(MAKE) --no-print-directory tour; fi
 
 test: lint
-	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest $(TWO)
 
 check: lint
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(QUICK)
+	$(BIN)/python -m pytest $(TWO) $(QUICK)
 
 lint: .venv/ready .venv/ready-test as-installed
 	$(BIN)/ruff check --quiet .

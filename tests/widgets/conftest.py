@@ -1,6 +1,7 @@
 """What tests of widgets share: no screen, the theme, and nothing that outlives its test."""
 
 import os
+from functools import partial
 
 import pytest
 
@@ -9,14 +10,26 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication, QDialog
 
+PATIENCE_MS = 120_000
+"""How long something is waited for where nothing else is said: a busy machine may take its time."""
+
 
 @pytest.fixture(scope="session")
 def qapp(qapp):
-    """The application, as `underfoot.__main__` opens it."""
+    """The application, as `underfoot.__main__` opens it, but for cursors: they do not blink in pictures."""
     from underfoot.widgets import theme
 
     theme.apply(qapp)
+    qapp.setCursorFlashTime(0)
     return qapp
+
+
+@pytest.fixture
+def qtbot(qtbot):
+    """As ever, with patience."""
+    for name in ("waitUntil", "waitSignal", "waitSignals", "waitExposed", "waitActive"):
+        setattr(qtbot, name, partial(getattr(qtbot, name), timeout=PATIENCE_MS))
+    return qtbot
 
 
 @pytest.fixture(scope="session", autouse=True)
