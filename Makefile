@@ -51,7 +51,8 @@ bench-short: .venv/ready
 .PHONY: as-installed
 as-installed:
 	@mkdir -p .venv/as-installed/underfoot
-	@ln -sfn $(CURDIR)/workbench/* $(CURDIR)/widgets $(CURDIR)/presets $(CURDIR)/assets .venv/as-installed/underfoot/
+	@find "$(CURDIR)/workbench" -mindepth 1 -maxdepth 1 ! -name __pycache__ -exec ln -sfn {} .venv/as-installed/underfoot/ ';'
+	@ln -sfn "$(CURDIR)/widgets" "$(CURDIR)/presets" "$(CURDIR)/assets" .venv/as-installed/underfoot/
 
 # With no display: what the window would show, as files.
 .PHONY: tour
