@@ -35,7 +35,7 @@ check: lint
 lint: .venv/ready .venv/ready-test as-installed
 	$(BIN)/ruff check --quiet .
 	$(BIN)/ruff format --check --quiet .
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers 2
 
 docs: .venv/ready .venv/ready-docs as-installed
 	$(BIN)/mkdocs build --quiet
