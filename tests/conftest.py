@@ -1,5 +1,6 @@
 """What all tests share: nothing that a test starts outlives it. Fixtures of several files are in `helpers/`."""
 
+import gc
 import multiprocessing
 import os
 import threading
@@ -8,6 +9,14 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+gc.disable()  # what is collected stays: to look for rubbish in it takes a third of the collection's time
+
+
+def pytest_collection_finish(session):
+    gc.freeze()
+    gc.enable()
+
 
 pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes")
 

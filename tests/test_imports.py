@@ -6,8 +6,6 @@ import sys
 from functools import cache
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {"underfoot": "workbench", "underfoot.widgets": "widgets", "underfoot.presets": "presets"}
 
@@ -135,12 +133,12 @@ def test_every_part_has_its_level():
         assert sum(part(module) in parts for parts in LEVELS) == 1, module
 
 
-@pytest.mark.parametrize("module", SOURCES)
-def test_imports_run_down(module):
-    ours = {name for name in imported(module) if name.partition(".")[0] == "underfoot"}
-    assert ours <= SOURCES.keys()
-    wrong = [name for name in ours if level(name) > level(module)]
-    assert not wrong, f"{module} imports {wrong}, which stand above it"
+def test_imports_run_down():
+    ours = {module: {one for one in imported(module) if one.partition(".")[0] == "underfoot"} for module in SOURCES}
+    for module, names in ours.items():
+        assert names <= SOURCES.keys(), module
+    above = {module: [name for name in names if level(name) > level(module)] for module, names in ours.items()}
+    assert not {module: names for module, names in above.items() if names}
 
 
 def test_every_part_of_the_widgets_has_its_level():
@@ -149,14 +147,14 @@ def test_every_part_of_the_widgets_has_its_level():
         assert sum(widget_part(module) in parts for parts in WIDGET_LEVELS) == 1, module
 
 
-@pytest.mark.parametrize("module", WIDGETS)
-def test_imports_of_widgets_run_down_and_no_workspace_knows_another(module):
-    ours = [name for name in imported(module) if name in WIDGETS]
-    wrong = [name for name in ours if widget_level(name) > widget_level(module)]
-    assert not wrong, f"{module} imports {wrong}, which stand above it"
-    if widget_part(module) in WORKSPACES:
-        others = [name for name in ours if widget_part(name) in WORKSPACES - {widget_part(module)}]
-        assert not others, f"{module} imports {others}, which are of another workspace"
+def test_imports_of_widgets_run_down_and_no_workspace_knows_another():
+    def is_wrong(module, name):
+        others = WORKSPACES - {widget_part(module)} if widget_part(module) in WORKSPACES else ()
+        return widget_level(name) > widget_level(module) or widget_part(name) in others
+
+    ours = {module: [name for name in imported(module) if name in WIDGETS] for module in WIDGETS}
+    wrong = {module: [name for name in names if is_wrong(module, name)] for module, names in ours.items()}
+    assert not {module: names for module, names in wrong.items() if names}
 
 
 def test_there_is_no_cycle():
@@ -169,10 +167,11 @@ def test_there_is_no_cycle():
             del waiting[module]
 
 
-@pytest.mark.parametrize("module", WITHOUT_A_SCREEN)
-def test_nothing_names_qt_and_only_the_door_names_the_window(module):
-    named = [name for name in imported(module) if name.startswith(QT)]
-    assert not named or (module == "underfoot.__main__" and named == ["underfoot.widgets.application"])
+def test_nothing_names_qt_and_only_the_door_names_the_window():
+    named = {module: [name for name in imported(module) if name.startswith(QT)] for module in WITHOUT_A_SCREEN}
+    assert {module: names for module, names in named.items() if names} == {
+        "underfoot.__main__": ["underfoot.widgets.application"]
+    }
 
 
 def test_importing_the_package_loads_nothing_of_it():

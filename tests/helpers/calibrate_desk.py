@@ -11,7 +11,6 @@ from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
 from underfoot.widgets.session.settings import Settings
 
 LEFT = Qt.MouseButton.LeftButton
-SLOW_MS = 10_000
 
 
 class Desk:
@@ -48,7 +47,7 @@ class Desk:
         self.qtbot.mouseClick(widget, LEFT)
 
     def wait(self, holds):
-        self.qtbot.waitUntil(lambda: bool(holds()), timeout=SLOW_MS)
+        self.qtbot.waitUntil(lambda: bool(holds()))
 
     def begin(self):
         self.click(self.workspace.overview.begin)

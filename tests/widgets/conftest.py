@@ -1,6 +1,7 @@
 """What tests of widgets share: no screen, the theme, and nothing that outlives its test."""
 
 import os
+from functools import partial
 
 import pytest
 
@@ -9,14 +10,26 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication, QDialog
 
+PATIENCE_MS = 120_000
+"""How long something is waited for where nothing else is said: a busy machine may take its time."""
+
 
 @pytest.fixture(scope="session")
 def qapp(qapp):
-    """The application, as `underfoot.__main__` opens it."""
+    """The application, as `underfoot.__main__` opens it, but for cursors: they do not blink in pictures."""
     from underfoot.widgets import theme
 
     theme.apply(qapp)
+    qapp.setCursorFlashTime(0)
     return qapp
+
+
+@pytest.fixture
+def qtbot(qtbot):
+    """As ever, with patience."""
+    for name in ("waitUntil", "waitSignal", "waitSignals", "waitExposed", "waitActive"):
+        setattr(qtbot, name, partial(getattr(qtbot, name), timeout=PATIENCE_MS))
+    return qtbot
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -26,6 +39,14 @@ def _tracking_is_loaded():
     from underfoot.widgets.session.footstep_tracker import FootstepTracker
 
     assert FootstepTracker(default_floor(), 48_000.0, 1000.0).wait_for_kernels(300.0)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _trash_of_tests(tmp_path_factory):
+    """What tests delete goes to a trash of theirs, in a folder that is made when the first one is."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("home") / "share"))
+        yield
 
 
 @pytest.fixture(autouse=True)

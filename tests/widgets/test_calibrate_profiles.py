@@ -5,11 +5,8 @@ from calibrate_desk import LEFT
 from calibrate_samples import MIDDLE
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import (
-    QDialogButtonBox,
-    QFileDialog,
-    QLineEdit,
-)
+from PySide6.QtWidgets import QLineEdit
+from windows import choose_file
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -72,11 +69,7 @@ def test_floors_keep_their_profiles_apart(desk):
 
 
 def _choose_folder(desk, folder):
-    desk.click(desk.wizard.reporting)
-    dialog = next(found for found in desk.workspace.findChildren(QFileDialog) if found.isVisible())
-    dialog.findChild(QLineEdit).setText(str(folder))
-    box = dialog.findChild(QDialogButtonBox)
-    desk.click(next(b for b in box.buttons() if box.buttonRole(b) == QDialogButtonBox.ButtonRole.AcceptRole))
+    choose_file(desk.workspace, folder, lambda: desk.click(desk.wizard.reporting))
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 

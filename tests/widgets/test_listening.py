@@ -50,10 +50,13 @@ def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot, monk
     key(bench, Qt.Key.Key_L)
     assert bench.listen_bar.loop.isChecked()
     before = len(bench.swaps)
-    qtbot.waitUntil(lambda: len(bench.swaps) > before + 3, timeout=LONG_MS)
-    asked = [(swap.command.from_frame, swap.frame) for swap in bench.swaps[before + 1 :]]
-    assert {(later[0] - earlier[0]) % (0.4 * 48_000) for earlier, later in pairwise(asked)} == {0.0}
-    assert sum(frame == due for due, frame in asked) >= 1  # a machine under load may build one too late
+
+    def asked():
+        return [(swap.command.from_frame, swap.frame) for swap in bench.swaps[before + 1 :]]
+
+    # A machine under load may build some too late.
+    qtbot.waitUntil(lambda: len(asked()) > 2 and any(frame == due for due, frame in asked()), timeout=LONG_MS)
+    assert {(later[0] - earlier[0]) % (0.4 * 48_000) for earlier, later in pairwise(asked())} == {0.0}
     key(bench, Qt.Key.Key_L)
     assert not window.listening.is_looping
 

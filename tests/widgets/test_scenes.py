@@ -102,8 +102,8 @@ def test_the_projection_is_true_to_scale_follows_keys_and_closes_by_escape(scene
     scene = start(scenes, qtbot, "touch-widgets")
     qtbot.mouseClick(scenes.panel.project, LEFT)
     view = scenes.projection
-    qtbot.waitUntil(view.isVisible)
     screen = view.screen()
+    qtbot.waitUntil(lambda: view.isActiveWindow() and view.size() == screen.size())
     px_per_m = 1e3 * screen.geometry().width() / screen.physicalSize().width()
 
     def places():

@@ -355,8 +355,10 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     assert said.frame / 48_000.0 == pytest.approx(asked_s, abs=0.3)
     before_s = recordings.axis.length_s
     qtbot.waitUntil(lambda: recordings.axis.length_s > before_s, timeout=LONG_MS)
+    surveyed = []
+    recordings.surveyor.progressed.connect(surveyed.append)
     window.controller.record(False)
-    qtbot.waitUntil(lambda: recordings.surveyor.is_busy, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: bool(surveyed) or recordings.surveyor.is_busy, timeout=LONG_MS)
     window.show_workspace("Design")
     recordings.close_down()
     qtbot.waitUntil(

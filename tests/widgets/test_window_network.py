@@ -55,9 +55,9 @@ def test_a_press_on_a_tile_is_a_cursor(window, served, client, qtbot):
         x, y = tile.centre_m
         return any(abs(at[0] - x / box_m) + abs(at[1] - 1.0 + y / box_m) < 0.02 for at in hear().values() if at)
 
-    qtbot.waitUntil(is_there, timeout=20_000)
+    qtbot.waitUntil(is_there)
     session.send(PressTile(tile.id, 0.0, 0.0, 0.0))
-    qtbot.waitUntil(lambda: not is_there(), timeout=20_000)
+    qtbot.waitUntil(lambda: not is_there())
     assert window.network.counts.sent > 0
 
 
@@ -84,7 +84,7 @@ def test_cues_end_when_nothing_is_served_any_more(window, served, client, qtbot)
 
 def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, client, qtbot):
     client.say(served, "/underfoot/panic")
-    qtbot.waitUntil(lambda: not window.controller.playing, timeout=20_000)
+    qtbot.waitUntil(lambda: not window.controller.playing)
     assert "Panic" in window.status.message
     window.controller.lend()
     client.say(served, "/underfoot/mark", "m", 8)

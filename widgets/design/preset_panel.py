@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QFile, QTimer, Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QMessageBox, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.library import Preset, all_presets, ranked
 from underfoot.widgets import theme
+from underfoot.widgets.controls.trash import moved_to_trash
 from underfoot.widgets.design.node_list import SearchField
 from underfoot.widgets.design.preset_list import PresetList, in_words
 from underfoot.widgets.design.preset_pictures import PresetPictures
@@ -187,6 +188,6 @@ class PresetPanel(QWidget):
 
     def _remove(self, preset: Preset) -> None:
         self.end_hearing()
-        if not QFile.moveToTrash(str(preset.path)):
+        if not moved_to_trash(preset.path):
             self.said.emit(f"{preset.path} could not be moved to the trash; delete it by hand")
         self.refresh()

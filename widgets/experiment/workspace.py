@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from PySide6.QtCore import QFile, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
 from underfoot.errors import UnderfootError
@@ -18,6 +18,7 @@ from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.trash import moved_to_trash
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import Background, Task
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
@@ -234,7 +235,7 @@ class ExperimentWorkspace(Workspace):
             ask_to_delete(self.window(), title, len(sessions_of(self.root, study)), lambda: self._delete(study))
 
     def _delete(self, study: StudyFile) -> None:
-        if not QFile.moveToTrash(str(study.path)):
+        if not moved_to_trash(study.path):
             self.said.emit(f"{study.path} could not be moved to the trash; delete it by hand")
             return
         place = self.studies.index(study)

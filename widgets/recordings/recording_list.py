@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QFile, QObject, QSize, Qt, Signal
+from PySide6.QtCore import QObject, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -25,6 +25,7 @@ from underfoot.floor.layout import Floor, default_floor
 from underfoot.records.recording import is_recording
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.trash import moved_to_trash
 from underfoot.widgets.plots.painting import polygon
 from underfoot.widgets.recordings.lanes import time_in_words
 
@@ -186,8 +187,7 @@ class RecordingList(QWidget):
 
     def _delete(self, path: Path) -> None:
         self.deleted.emit(path)
-        QFile.moveToTrash(str(path))
-        if not path.exists():
+        if moved_to_trash(path):
             self.said.emit(f"{path.name} is in the trash.")
             self.look()
         else:

@@ -5,7 +5,11 @@ import pytest
 from underfoot.experiments.analysis import bayesian
 from underfoot.experiments.analysis.settings import Settings
 
-pytest.importorskip("questplus")
+
+@pytest.fixture(autouse=True, scope="module")
+def _questplus():
+    """Loads pandas, too: not while tests are collected."""
+    pytest.importorskip("questplus")
 
 
 def test_before_the_first_answer_95_percent_of_all_levels_and_spreads_are_believed():

@@ -45,7 +45,7 @@ def click(qtbot, menu, *words):
         into = action.menu()
         QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(action).center())
         if into is not None:
-            qtbot.waitUntil(into.isVisible, timeout=10_000)
+            qtbot.waitUntil(into.isVisible)
         menu = into
     for open_menu in [w for w in QApplication.topLevelWidgets() if isinstance(w, QMenu)]:
         open_menu.close()

@@ -126,6 +126,11 @@ def test_only_ones_own_can_be_deleted_and_only_after_a_question(panel, qtbot, ow
     assert "Humming" in box.text()
     qtbot.keyClick(box, Qt.Key.Key_Escape)
     assert (own / "humming.json").exists()
+    qtbot.keyClick(panel.list, Qt.Key.Key_Delete)
+    box = next(box for box in panel.findChildren(QMessageBox) if box.isVisible())
+    qtbot.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
+    assert not (own / "humming.json").exists()
+    assert names(panel) == []
 
 
 def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):

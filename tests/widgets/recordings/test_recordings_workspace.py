@@ -207,7 +207,7 @@ def test_one_is_deleted_only_when_that_was_said(desk, folder, walk, qtbot, monke
     shutil.copy(walk, path)
     desk.open_file(path)
     qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
-    monkeypatch.setattr("underfoot.widgets.recordings.recording_list.QFile.moveToTrash", lambda name: (False, ""))
+    monkeypatch.setattr("underfoot.widgets.recordings.recording_list.moved_to_trash", lambda path: False)
     qtbot.mouseClick(desk.recordings.delete, Qt.MouseButton.LeftButton)
     box = desk.recordings.findChild(QMessageBox)
     qtbot.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)

@@ -109,9 +109,8 @@ def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
     followed.noticed.connect(said.append)
     with qtbot.waitSignal(followed.started, timeout=LONG_MS):
         os.kill(playing.started().process, signal.SIGKILL)
-    assert len(said) == 1
-    assert "engine stopped" in said[0]
-    assert "patch goes on playing" in said[0]
+    (stopped,) = (line for line in said if "engine stopped" in line)  # a busy machine may have more to say
+    assert "patch goes on playing" in stopped
     with qtbot.waitSignal(followed.forces, timeout=LONG_MS):
         pass
 

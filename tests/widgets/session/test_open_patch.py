@@ -18,7 +18,7 @@ def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
     edited = hiss().set("noise", "amplitude", 4.0, REGISTRY)
     design(first).document.edit(edited, "Set amplitude")
     kept = tmp_path / "unsaved" / "work-0.json"
-    qtbot.waitUntil(kept.exists, timeout=10_000)
+    qtbot.waitUntil(kept.exists)
     # As the system would after a crash: the lock is free, the work is still there.
     first.open_patch.autosave.close()
     second = quiet_window(qtbot, tmp_path)

@@ -35,7 +35,7 @@ def test_what_is_in_the_other_slot_survives_a_crash(two, qtbot, tmp_path):
     assert two.open_patch.is_saved
     assert not two.open_patch.is_all_saved
     two.open_patch.keep()
-    qtbot.waitUntil((tmp_path / "unsaved" / "work-0.json").exists, timeout=10_000)
+    qtbot.waitUntil((tmp_path / "unsaved" / "work-0.json").exists)
     two.open_patch.autosave.close()
     second = quiet_window(qtbot, tmp_path)
     assert design(second).patch() == hiss()
