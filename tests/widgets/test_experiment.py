@@ -124,10 +124,35 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     answers = [entry.answers for entry in bench.entries()]
     assert answers[:2] == [{"agreed": "yes"}, {"age": 31}]
     assert [round(answer["rating"], 3) for answer in answers[2:]] == [52.0, 52.0]
-    bench.click(bench.workspace.desk.leave)
+    bench.wait(lambda: bench.workspace.desk.next.text() == "Back to the studies")
+    bench.click(bench.workspace.desk.next)
     assert bench.person is None
-    assert bench.workspace.stack.currentWidget() is bench.workspace.overview
-    assert bench.workspace.overview.begin.text() == "Go on"
+    overview = bench.workspace.overview
+    assert bench.workspace.stack.currentWidget() is overview
+    assert overview.participant.text() == ""  # the next session is another's
+    assert overview.state.text() == "P1 has come to the end of the study. The answers are kept."
+
+
+def test_what_nobody_answered_is_asked_for_and_units_may_be_typed(bench):
+    mass = {"name": "mass", "text": "What do you weigh?", "kind": "number", "low": 30, "high": 200, "unit": "kg"}
+    foot = {"name": "foot", "text": "With which foot?", "kind": "choice", "options": ["right", "left"]}
+    bench.choose(stages=[rated()], participant=[mass, foot], stimuli={"WC": CONSTANT})
+    bench.until(Phase.PAGE)
+    bench.wait(lambda: bench.person.form.fields)
+    person = bench.person
+    bench.click(person.go)
+    assert person.hint.text() == "Please answer: What do you weigh? (30 to 200 kg)"
+    bench.qtbot.keyClicks(person.form.fields["mass"], "7 stone")
+    bench.click(person.go)
+    assert person.hint.text() == "What do you weigh? The answer is '7 stone'; allowed: 30 to 200 kg"
+    person.form.fields["mass"].clear()
+    bench.qtbot.keyClicks(person.form.fields["mass"], "70,5 kg")
+    bench.click(person.go)
+    assert person.hint.text() == "Please answer: With which foot? (right, left)"
+    assert not bench.runner.study.entries
+    bench.click(person.form.buttons[1])
+    bench.click(person.go)
+    assert bench.runner.study.entries[0].answers == {"mass": 70.5, "foot": "left"}
 
 
 def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):

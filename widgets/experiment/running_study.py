@@ -32,8 +32,8 @@ class RunningStudy(QObject):
     """At most one at a time, on the window's session. `background` computes what the answers so far say."""
 
     said = Signal(str)
-    left = Signal()
-    """It was ended for now."""
+    left = Signal(str)
+    """It was ended for now: the participant who has come to the end of the study, or ""."""
 
     def __init__(self, desk: Desk, background: Background) -> None:
         super().__init__(desk)
@@ -115,7 +115,7 @@ class RunningStudy(QObject):
             runner.session.send(Walk(self._walked))
         runner.close_file()
         self._controller.take_back()
-        self.left.emit()
+        self.left.emit(runner.study.participant if runner.study.is_done else "")
 
     def take(self, reports: list[Report]) -> None:
         """What the session has reported."""

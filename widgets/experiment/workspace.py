@@ -376,11 +376,15 @@ class ExperimentWorkspace(Workspace):
             self.desk.setFocus()
             self.running.show_participant()
 
-    def _show_choice(self) -> None:
-        """The session was ended for now."""
+    def _show_choice(self, done: str) -> None:
+        """The session was ended for now, or `done` is who has come to its end: the next id is another's."""
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
+        if done:
+            self.overview.participant.clear()
         self._show()
+        if done:
+            self.overview.state.setText(f"{done} has come to the end of the study. The answers are kept.")
 
     def _connect(self) -> None:
         self.list.chosen.connect(self.choose)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.errors import BadValue
-from underfoot.quantities import parse_quantity
+from underfoot.experiments.questions import typed_answer
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
@@ -157,31 +157,16 @@ class _Terminal:
 
 
 def answers_of(asks: Any, line: str) -> dict[str, Any]:
-    """The answers of a line: one for each question, separated by semicolons; an empty one is the default.
+    """The answers of a line: one for each question, separated by semicolons; an empty one is none.
 
-    >>> from underfoot.experiments.questions import ask, yes_or_no
+    >>> from underfoot.experiments.questions import yes_or_no
     >>> answers_of((yes_or_no("felt", "Did you?"),), "y")
     {'felt': 'yes'}
     """
     parts = [part.strip() for part in line.split(";")] if len(asks) > 1 else [line.strip()]
     if len(parts) > max(len(asks), 1):
         raise BadValue(f"{len(parts)} answers are given; allowed: {len(asks)}, separated by semicolons")
-    return {one.name: _value(one, part) for one, part in zip(asks, parts, strict=False) if part}
-
-
-def _value(ask: Any, text: str) -> Any:
-    if ask.kind == "choice":
-        options = ask.options
-        if text.isdecimal() and 0 < int(text) <= len(options):
-            return options[int(text) - 1]
-        begun = [option for option in options if option.startswith(text)]
-        return begun[0] if len(begun) == 1 else text
-    if ask.kind in ("number", "count"):
-        try:
-            return parse_quantity(text) if ask.kind == "number" else int(text)
-        except ValueError:
-            raise ask.refuse(text) from None
-    return text
+    return {one.name: typed_answer(one, part) for one, part in zip(asks, parts, strict=False) if part}
 
 
 def _ask(asks: Any, kind: str) -> None:
