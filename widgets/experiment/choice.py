@@ -234,5 +234,5 @@ def facts_of(protocol: Protocol) -> str:
             number = min(number or stage.most_trials, stage.most_trials)
         count = f"{number} trials" if number is not None else "as many trials as it takes"
         practice = ", practice" if stage.practice else ""
-        lines.append(f"{method.name.lower()}: {count}{practice}, begun by {stage.start}")
+        lines.append(f"{method.name[0].lower()}{method.name[1:]}: {count}{practice}, begun by {stage.start}")
     return "  ·  ".join(lines)

@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QProgressBar, QPushButton,
 
 from underfoot.floor.layout import Floor
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
-from underfoot.widgets.experiment.simulated_foot import may_step
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 

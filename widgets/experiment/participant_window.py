@@ -5,14 +5,15 @@ from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QPaintEvent,
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.simulated_foot import may_step
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, Stand
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
-from underfoot.widgets.experiment.simulated_foot import SPACE_STEPS, may_step
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
 WIDTH_PX = 960
+SPACE_STEPS = "Space steps on the simulated floor."
 _MARGIN_M = 0.05
 _USUAL_PX_PER_M = 96.0 / 0.0254
 
@@ -187,7 +188,7 @@ def _title(runner: Runner) -> str:
         return "Stopped"
     if page.trial is None:
         return page.title
-    if runner.phase is Phase.ANSWERING and page.title in {one.doc for one in page.asks}:
+    if runner.phase is Phase.ANSWERING:
         return ""  # the question says it
     if len(page.trial.intervals) > 1 and runner.phase is not Phase.ANSWERING:
         return f"{'First' if runner.interval == 1 else 'Second'} one"

@@ -15,12 +15,12 @@ from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder
 from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import Stand
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.desk import Desk
 from underfoot.widgets.experiment.findings import answers_so_far
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
-from underfoot.widgets.experiment.simulated_foot import SimulatedFoot, may_step
 from underfoot.widgets.experiment.studies import StudyFile
 from underfoot.widgets.session.controller import SessionController
 

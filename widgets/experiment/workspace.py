@@ -380,6 +380,7 @@ class ExperimentWorkspace(Workspace):
         """The session was ended for now, or `done` is who has come to its end: the next id is another's."""
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
+        self.overview.participant.setFocus()
         if done:
             self.overview.participant.clear()
         self._show()

@@ -1,9 +1,9 @@
 """On the simulated floor a key can do what a foot would, so that nobody looks for the map first."""
 
 from underfoot.engine.commands import PressTile
-from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.phase import Phase
+from underfoot.studies.runner import Runner
 
-SPACE_STEPS = "Space steps on the simulated floor."
 _FOOT_N, _STEP_S = 600.0, 0.3
 
 
