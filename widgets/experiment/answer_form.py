@@ -156,6 +156,7 @@ class AnswerForm(QWidget):
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
             button.setCheckable(len(self._asks) > 1)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # where it is gone, the focus would go to another
             button.clicked.connect(lambda _=False, value=option, b=button: self._choose(one, value, mine, b))
             button.setChecked(isinstance(one, OpenChoice) and option == one.default)
             mine.append(button)

@@ -5,7 +5,7 @@ import time
 import numpy as np
 from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.floor.layout import Floor
 from underfoot.studies.runner import Phase, Runner
@@ -75,6 +75,8 @@ class Desk(QWidget):
             QPushButton("Present again"),
             QPushButton("Repeat the last"),
         )
+        for button in (self.next, self.pause, self.window_button, self.leave, self.note, self.spoil, self.repeat):
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # behind a click, Space begins a trial and stops nothing
         self.map, self.drawings = FloorMap(), DrawingColumn()
         self._began_at, self._began_share = 0.0, 0.0
         self._form_key = ""
@@ -124,7 +126,11 @@ class Desk(QWidget):
         key = f"{page.key} {asking}"
         if key != self._form_key:
             self._form_key = key
+            focus = QApplication.focusWidget()
+            had_focus = focus is not None and self.form.isAncestorOf(focus)
             self.form.show_asks(asks_of(runner) if asking else ())
+            if had_focus:
+                self.setFocus()  # or the next button has it
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)
