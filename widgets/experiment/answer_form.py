@@ -185,14 +185,16 @@ class AnswerForm(QWidget):
         value.setAlignment(Qt.AlignmentFlag.AlignCenter)
         value.setFont(theme.font(self._text_px))
 
-        def moved(place: float) -> None:
-            found = one.value(place)
+        def stands(found: float) -> None:
             self._chosen[one.name] = found
             value.setText(quantity(round(found, 2), one.unit) if one.unit else "")
-            self.changed.emit(one.name, found)
+
+        def moved(place: float) -> None:
+            stands(one.value(place))
+            self.changed.emit(one.name, one.value(place))
 
         slider.set_place(one.position(one.default))
-        self._chosen[one.name] = one.default  # where it stands, for all to see
+        stands(one.default)
         slider.moved.connect(moved)
         self.sliders[one.name] = slider
         column.addWidget(slider)
