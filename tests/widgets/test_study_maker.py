@@ -256,7 +256,8 @@ def test_a_stimulus_keeps_its_place_in_the_stages_under_another_name(made):
     assert protocol.stages[0].method.parameters["standard"] == "loud"
 
 
-def test_ones_own_is_edited_again_and_deleted_after_asking(made):
+def test_ones_own_is_edited_again_and_deleted_after_asking(made, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(made.folder))  # where the trash is
     made.click(made.workspace.list.new)
     made.keep()
     path = made.workspace.study.path

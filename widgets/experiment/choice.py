@@ -179,6 +179,8 @@ class StudyOverview(QWidget):
     def show_busy(self, text: str) -> None:
         """Say what is being computed, which can be stopped; "" for nothing."""
         self.simulate.setText("Stop" if text else self._simulate_words)
+        if text and self.analyse.hasFocus():
+            self.simulate.setFocus()  # or, as it cannot be used now, the focus leaves the page
         self.analyse.setEnabled(self._can_analyse and not text)
         for button in (self.people, self.results):
             button.setEnabled(not text)

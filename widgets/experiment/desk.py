@@ -109,7 +109,7 @@ class Desk(QWidget):
         self.news.setText(runner.news[-1] if runner.news else "")
         self.news.setVisible(bool(runner.news))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
-        self.pause.setEnabled(not is_over)
+        self.pause.setVisible(not is_over)
         self.leave.setVisible(not is_over)
         self.next.setText({Phase.PAUSE: END_PAUSE, Phase.END: CLOSE}.get(phase, "Next"))
         goes_on = phase is Phase.PAGE and not page.asks

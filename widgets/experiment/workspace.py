@@ -189,7 +189,7 @@ class ExperimentWorkspace(Workspace):
         goes_on = is_id(person) and session_path(self.root, self._study, person).exists()
         why_not = "" if has_session else "The session is not open yet."
         if person and not is_id(person):
-            why_not = "An id has letters, digits, - and _; names are not asked for."
+            why_not = "An id has up to 40 letters, digits, - and _; names are not asked for."
         self.overview.show_way(has_session, has_session and is_id(person), goes_on, why_not)
 
     def _ask_protocol(self) -> None:
