@@ -29,6 +29,25 @@ def said(*arguments):
     return str(result.exception)
 
 
+def in_terminal(command, typed, folder=None):
+    """The exit status of a command, each of whose lines is `typed` once what it waits for was printed."""
+    left = iter(typed)
+    with subprocess.Popen(
+        [sys.executable, "-u", "-m", "underfoot", *command],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+    ) as child:
+        waits, line = next(left)
+        for text in child.stdout:
+            if waits and waits in text:
+                child.stdin.write(f"{line}\n")
+                child.stdin.flush()
+                waits, line = next(left, ("", ""))
+    return child.returncode
+
+
 def made_session(path, name="detection-threshold", person=0):
     """A session file that a simulated participant has answered."""
     protocol = preset_protocol(name)
@@ -86,23 +105,34 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     protocol = tmp_path / "a.json"
     protocol.write_text(protocol_text(stages=stages, stimuli={"TD": TD, "X": {}}, present_s=0.1))
     command = ["experiment", str(protocol), "--participant", "P7", "--session", str(tmp_path / "p7.session")]
-    typed = iter((("agree", "yes"), ("press Enter", ""), ("How was it", "much"), ("allowed: 0 (least) to 100", "40"),
-                  ("press Enter", ""), ("How was it", "60")))  # fmt: skip
-    heard = []
-    with subprocess.Popen(
-        [sys.executable, "-u", "-m", "underfoot", *command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as child:
-        waits, line = next(typed)
-        for text in child.stdout:
-            heard.append(text)
-            if waits and waits in text:
-                child.stdin.write(f"{line}\n")
-                child.stdin.flush()
-                waits, line = next(typed, ("", ""))
-    assert child.returncode == 0, "".join(heard)
+    typed = (("agree", "yes"), ("press Enter", ""), ("How was it", "much"), ("allowed: 0 (least) to 100", "40"),
+                  ("press Enter", ""), ("How was it", "60"))  # fmt: skip
+    assert in_terminal(command, typed) == 0
     file = SessionFile.open(tmp_path / "p7.session")
     assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {"rating": 40.0}, {"rating": 60.0}]
     file.close()
+
+
+def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_path):
+    protocol = tmp_path / "a.json"
+    stage = {"id": "main", "kind": "trials", "start": "step"}
+    stage["method"] = {"kind": "rating", "parameters": {"blocks": 30}}
+    protocol.write_text(protocol_text(stages=[stage], present_s=0.1))
+    typed = (("Enter steps", ""), ("How was it", "40"), ("Enter steps", ""), ("How was it", "60"))
+    assert in_terminal(["experiment", str(protocol), "--pilot"], typed, tmp_path) == 0
+    file = SessionFile.open(tmp_path / "a-pilot" / "1.session")
+    assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
+    assert all(entry.facts["most_force_n"] > 300.0 for entry in file.entries())
+    file.close()
+
+
+def test_conditions_of_a_table_are_simulated(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("stimulus,like,level_m_s2\nsoft,TD,0.2\nloud,TD,0.6\n")
+    arguments = ("experiment", "detection-threshold", "--simulate", 2, "--processes", 1, "--conditions")
+    assert {"soft", "loud"} <= set(run(*arguments, path).stdout.split())
+    path.write_text("stimulus,like,level_m_s2\nsoft,TD,faint\n")
+    assert f"{path}, line 2: level_m_s2 is 'faint'; allowed: a number" in said(*arguments, path)
 
 
 def test_what_cannot_be_is_one_line(tmp_path):

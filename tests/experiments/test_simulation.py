@@ -3,10 +3,12 @@
 import math
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
-from made_studies import preset_protocol
+from made_studies import made_protocol, preset_protocol
+from scipy.stats import binomtest
 
 from underfoot.drawing.svg import svg
 from underfoot.errors import BadMeasurement, BadValue
@@ -38,6 +40,30 @@ def test_estimates_lie_around_the_truth(name):
         assert math.isfinite(one.truth), one.name
         allowed = max(4.0 * one.spread_of(people), 0.05 * abs(one.truth), 0.25 if "threshold" in one.name else 0.02)
         assert abs(one.median - one.truth) <= allowed + one.spread * 0.4, one
+
+
+@pytest.mark.parametrize("standard", ["gravel", ""])
+def test_two_patches_without_a_number_are_compared_by_the_share_that_is_judged_more(standard):
+    """A binomial's mean and spread: 40 trials of 0.6, and of 0.58 where a fifth of the answers are at chance."""
+    parameters = {"standard": standard, "comparisons": ["snow"], "blocks": 40, "judged_more": "not chosen"}
+    made = made_protocol("constant-stimuli", parameters, {"gravel": {"patch": "gravel"}, "snow": {"patch": "snow"}})
+    for mistakes, share in ((0.0, 0.6), (0.2, 0.58)):
+        how = Conditions(truth=(("judged_more", 0.6), ("mistakes", mistakes)))
+        found = [one for job in jobs_of(made, Path(), 60, how, 60) for one in simulate(job)]
+        (whole,) = [one for one in summaries(found) if one.share == 1.0]
+        assert whole.name == "share snow"
+        assert whole.truth == pytest.approx(share)
+        assert abs(whole.bias) < 4.0 * math.sqrt(share * (1.0 - share) / 40 / 60)
+        assert whole.spread == pytest.approx(math.sqrt(share * (1.0 - share) / 40), rel=0.3)
+    rows, _ = simulated_rows(made, 0, 1, {})
+    (findings,) = analysed(rows, made, Settings())
+    (line,) = findings.tables[0].rows
+    judged = sum((row.get("felt") == "yes") or (row.get("interval") not in (None, row.get("comparison_at")))
+                 for row in rows)  # fmt: skip
+    assert line[:5] == ("S1", "snow", standard, judged, 40)
+    p = binomtest(judged, 40).pvalue
+    assert line[8] == pytest.approx(p) if standard else math.isnan(line[8])
+    assert [one.title for one in findings.drawings] == ["Judged more, so far"]
 
 
 def test_the_same_people_come_of_any_jobs_in_any_order():

@@ -74,6 +74,15 @@ def test_answers_are_checked_and_a_wrong_one_leaves_all_as_it_was():
     assert study.page == page
 
 
+def test_what_was_not_answered_is_no_answer():
+    study = Study(made_protocol("rating", {"blocks": 1}), "P1")
+    with pytest.raises(BadValue, match=r"Please answer: .* \(0 .* to 100"):
+        study.answer({})
+    assert not study.entries
+    named = Study(made_protocol("free-labels", {"sorts": "knock, hum"}), "P1")
+    assert named.answer({"label": "a knock"}).answers == {"label": "a knock", "sort": "not sorted"}
+
+
 def test_pauses_come_behind_blocks_and_long_ones_in_their_turn():
     study = Study(preset_protocol("compliance-rating"), "P1")
     pauses = [(page.seconds, page.stage) for page in walked(study) if page.kind == "pause"]

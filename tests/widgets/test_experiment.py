@@ -124,10 +124,35 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     answers = [entry.answers for entry in bench.entries()]
     assert answers[:2] == [{"agreed": "yes"}, {"age": 31}]
     assert [round(answer["rating"], 3) for answer in answers[2:]] == [52.0, 52.0]
-    bench.click(bench.workspace.desk.leave)
+    bench.wait(lambda: bench.workspace.desk.next.text() == "Back to the studies")
+    bench.click(bench.workspace.desk.next)
     assert bench.person is None
-    assert bench.workspace.stack.currentWidget() is bench.workspace.overview
-    assert bench.workspace.overview.begin.text() == "Go on"
+    overview = bench.workspace.overview
+    assert bench.workspace.stack.currentWidget() is overview
+    assert overview.participant.text() == ""  # the next session is another's
+    assert overview.state.text() == "P1 has come to the end of the study. The answers are kept."
+
+
+def test_what_nobody_answered_is_asked_for_and_units_may_be_typed(bench):
+    mass = {"name": "mass", "text": "What do you weigh?", "kind": "number", "low": 30, "high": 200, "unit": "kg"}
+    foot = {"name": "foot", "text": "With which foot?", "kind": "choice", "options": ["right", "left"]}
+    bench.choose(stages=[rated()], participant=[mass, foot], stimuli={"WC": CONSTANT})
+    bench.until(Phase.PAGE)
+    bench.wait(lambda: bench.person.form.fields)
+    person = bench.person
+    bench.click(person.go)
+    assert person.hint.text() == "Please answer: What do you weigh? (30 to 200 kg)"
+    bench.qtbot.keyClicks(person.form.fields["mass"], "7 stone")
+    bench.click(person.go)
+    assert person.hint.text() == "What do you weigh? The answer is '7 stone'; allowed: 30 to 200 kg"
+    person.form.fields["mass"].clear()
+    bench.qtbot.keyClicks(person.form.fields["mass"], "70,5 kg")
+    bench.click(person.go)
+    assert person.hint.text() == "Please answer: With which foot? (right, left)"
+    assert not bench.runner.study.entries
+    bench.click(person.form.buttons[1])
+    bench.click(person.go)
+    assert bench.runner.study.entries[0].answers == {"mass": 70.5, "foot": "left"}
 
 
 def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
@@ -204,14 +229,29 @@ def test_where_words_are_typed_control_and_space_play_again(bench):
 
 
 def test_the_experimenter_ends_a_pause_with_the_button(bench):
-    bench.choose(stages=[{"id": "rest", "kind": "pause", "seconds": 3600.0}])
+    bench.choose(stages=[{"id": "rest", "kind": "pause", "seconds": 3600.0}, rated()], stimuli={"WC": CONSTANT})
     bench.until(Phase.PAUSE)
     desk = bench.workspace.desk
     bench.wait(lambda: desk.next.text() == "End the pause")
     bench.qtbot.keyClick(desk, Qt.Key.Key_Space)  # too easily hit
     assert bench.runner.phase is Phase.PAUSE
     bench.click(desk.next)
+    bench.until(Phase.READY)
+    bench.wait(lambda: desk.next.text() == "Next")
+    bench.qtbot.keyClick(bench.window.focusWidget(), Qt.Key.Key_Space)  # with one keyboard, it is the participant's
+    bench.until(Phase.PRESENTING, Phase.ANSWERING)
+
+
+def test_on_the_simulated_floor_space_presses_the_button_that_is_shown(bench):
+    parameters = {"widths_m": [0.1], "distances_m": [0.05], "bearings_deg": [0.0], "repeats": 1, "sessions": 1,
+                  "origin_m": [0.1525, 0.1525], "visible_s": 60.0, "pause_s": 0.1}  # fmt: skip
+    bench.choose(stages=[rated() | {"method": {"kind": "target-selection", "parameters": parameters}}])
+    bench.wait(lambda: bench.runner.target is not None and bench.person._target is not None)
+    bench.key(Qt.Key.Key_Space)
     bench.until(Phase.END)
+    (entry,) = bench.entries()
+    assert entry.answers["selected"] == "yes"
+    bench.wait(lambda: not bench.runner.watch.is_loaded)  # the foot is off again
 
 
 def test_stop_note_and_present_again_by_the_experimenter(bench):

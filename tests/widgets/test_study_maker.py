@@ -7,6 +7,7 @@ from made_studies import TD, protocol_text
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QPushButton
+from windows import choose_file, dialog_of
 
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.protocol import FIELDS_OF_KIND, Protocol, Sounds, Stage
@@ -255,7 +256,8 @@ def test_a_stimulus_keeps_its_place_in_the_stages_under_another_name(made):
     assert protocol.stages[0].method.parameters["standard"] == "loud"
 
 
-def test_ones_own_is_edited_again_and_deleted_after_asking(made):
+def test_ones_own_is_edited_again_and_deleted_after_asking(made, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(made.folder))  # where the trash is
     made.click(made.workspace.list.new)
     made.keep()
     path = made.workspace.study.path
@@ -298,3 +300,29 @@ def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
     made.qtbot.keyClick(again.maker, Qt.Key.Key_S, CTRL)
     assert made.protocols() == ["half-done.json"]
     assert not kept.exists()
+
+
+def test_stimuli_come_from_a_table_after_asking(made):
+    workspace, maker = made.workspace, made.maker
+    made.click(workspace.list.new)
+    made.page(2)
+    table = made.folder / "trials.csv"
+    table.write_text("stimulus,like,level_m_s2,place\nheel,A,2,back\ntoe,A,1,front\n")
+    choose_file(workspace, table, lambda: made.click(maker.stimuli.table))
+    box = dialog_of(workspace, QMessageBox)
+    assert box.text().startswith("Present the 2 lines of trials.csv in the place of A, nothing?")
+    made.click(next(button for button in box.buttons() if button.text() == "Present them"))
+    made.page(3)
+    made.click(maker.save)
+    saved = workspace.study.protocol
+    assert {name: (one.level_m_s2, one.factors) for name, one in saved.stimuli.items()} == {
+        "heel": (2.0, {"place": "back"}),
+        "toe": (1.0, {"place": "front"}),
+    }
+    assert saved.stages[0].method.parameters["rated"] == ["heel", "toe"]
+    made.click(workspace.list.new)
+    made.page(2)
+    table.write_text("stimulus,like\nheel,B\n")
+    maker.stimuli.take_table(table)
+    assert made.said[-1] == f"{table}, line 2: like is 'B'; allowed: a stimulus of the protocol (A, nothing)"
+    assert list(maker.draft.raw["stimuli"]) == ["A", "nothing"]

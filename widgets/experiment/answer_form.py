@@ -7,9 +7,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
-from underfoot.experiments.questions import Scale, ask
+from underfoot.experiments.questions import OpenChoice, Scale, ask, needs_answer, typed_answer, unanswered
 from underfoot.parameters import Choice, Count, Number, Parameter
-from underfoot.quantities import parse_quantity, quantity
+from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
 from underfoot.widgets import theme
 from underfoot.widgets.controls.slider import Slider
@@ -66,7 +66,7 @@ class AnswerForm(QWidget):
             return f"Press a number from 1 to {last}, or click." if last > 2 else "Press 1 or 2, or click."
         if len(self.sliders) == 1:
             return "Left and Right move it. Return answers."
-        return "Press Return to go on."
+        return "Press Return to go on, or click."
 
     def show_asks(self, asks: Sequence[Parameter]) -> None:
         """Ask this now, in the place of what was asked before."""
@@ -83,18 +83,12 @@ class AnswerForm(QWidget):
 
     def give(self) -> None:
         """Answer with what is chosen and typed."""
-        values: dict[str, Any] = dict(self._chosen)
-        for one in self._asks:
-            if one.name in self.fields:
-                text = self.fields[one.name].text().strip()
-                if text or one.kind == "text":
-                    values[one.name] = _typed(one, text)
         try:
-            checked = {one.name: one.check(values.get(one.name, one.default)) for one in self._asks}
+            values = {one.name: self._given(one) for one in self._asks}
         except BadValue as error:
             self.refused.emit(str(error))
             return
-        self.answered.emit(checked)
+        self.answered.emit(values)
 
     def key(self, key: int, text: str) -> bool:
         """What a key does: a number chooses, arrows move the only slider. Whether it did something."""
@@ -108,6 +102,23 @@ class AnswerForm(QWidget):
             slider.moved.emit(slider.place())
             return True
         return False
+
+    def _given(self, one: Parameter) -> Any:
+        """What answers this; `BadValue`, with its line ready to be typed in, where nothing does."""
+        field = self.fields.get(one.name)
+        if field is None:
+            if one.name not in self._chosen and needs_answer(one):
+                raise unanswered(one)
+            return self._chosen.get(one.name, one.default)
+        text = field.text().strip()
+        try:
+            if not text and needs_answer(one):
+                raise unanswered(one)
+            return typed_answer(one, text)
+        except BadValue:
+            field.setFocus()
+            field.selectAll()
+            raise
 
     def _one(self, one: Parameter) -> QWidget:
         box = QWidget()
@@ -145,7 +156,9 @@ class AnswerForm(QWidget):
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
             button.setCheckable(len(self._asks) > 1)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # where it is gone, the focus would go to another
             button.clicked.connect(lambda _=False, value=option, b=button: self._choose(one, value, mine, b))
+            button.setChecked(isinstance(one, OpenChoice) and option == one.default)
             mine.append(button)
             row.addWidget(button)
         self.buttons += mine
@@ -172,13 +185,16 @@ class AnswerForm(QWidget):
         value.setAlignment(Qt.AlignmentFlag.AlignCenter)
         value.setFont(theme.font(self._text_px))
 
-        def moved(place: float) -> None:
-            found = one.value(place)
+        def stands(found: float) -> None:
             self._chosen[one.name] = found
             value.setText(quantity(round(found, 2), one.unit) if one.unit else "")
-            self.changed.emit(one.name, found)
+
+        def moved(place: float) -> None:
+            stands(one.value(place))
+            self.changed.emit(one.name, one.value(place))
 
         slider.set_place(one.position(one.default))
+        stands(one.default)
         slider.moved.connect(moved)
         self.sliders[one.name] = slider
         column.addWidget(slider)
@@ -186,10 +202,3 @@ class AnswerForm(QWidget):
         value.setVisible(bool(one.unit))
         column.addWidget(value)
         return box
-
-
-def _typed(one: Parameter, text: str) -> Any:
-    try:
-        return int(text) if one.kind == "count" else parse_quantity(text) if one.kind == "number" else text
-    except ValueError:
-        return text  # which the parameter refuses, and says why

@@ -179,6 +179,8 @@ class StudyOverview(QWidget):
     def show_busy(self, text: str) -> None:
         """Say what is being computed, which can be stopped; "" for nothing."""
         self.simulate.setText("Stop" if text else self._simulate_words)
+        if text and self.analyse.hasFocus():
+            self.simulate.setFocus()  # or, as it cannot be used now, the focus leaves the page
         self.analyse.setEnabled(self._can_analyse and not text)
         for button in (self.people, self.results):
             button.setEnabled(not text)
@@ -234,5 +236,5 @@ def facts_of(protocol: Protocol) -> str:
             number = min(number or stage.most_trials, stage.most_trials)
         count = f"{number} trials" if number is not None else "as many trials as it takes"
         practice = ", practice" if stage.practice else ""
-        lines.append(f"{method.name.lower()}: {count}{practice}, begun by {stage.start}")
+        lines.append(f"{method.name[0].lower()}{method.name[1:]}: {count}{practice}, begun by {stage.start}")
     return "  ·  ".join(lines)

@@ -5,17 +5,17 @@ import time
 import numpy as np
 from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.floor.layout import Floor
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
-from underfoot.widgets.experiment.simulated_foot import may_step
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
-END_PAUSE = "End the pause"
+END_PAUSE, CLOSE = "End the pause", "Back to the studies"
 _LIVE_S = 0.1
 """What was measured is told of so long."""
 _WORDS = {
@@ -55,6 +55,8 @@ class Desk(QWidget):
             label.setWordWrap(True)
         self.progress = QProgressBar()
         self.progress.setRange(0, 1000)
+        self.progress.setTextVisible(False)
+        self.progress.setFixedHeight(theme.GRID)
         self.progress.setAccessibleName("How much is done")
         self.form = AnswerForm()
         self.next, self.pause, self.window_button, self.leave = (
@@ -73,6 +75,8 @@ class Desk(QWidget):
             QPushButton("Present again"),
             QPushButton("Repeat the last"),
         )
+        for button in (self.next, self.pause, self.window_button, self.leave, self.note, self.spoil, self.repeat):
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # behind a click, Space begins a trial and stops nothing
         self.map, self.drawings = FloorMap(), DrawingColumn()
         self._began_at, self._began_share = 0.0, 0.0
         self._form_key = ""
@@ -95,19 +99,21 @@ class Desk(QWidget):
         self.progress.setValue(round(1000 * page.share))
         number = f"trial {page.trial.number} of block {page.trial.block}" if page.trial is not None else ""
         attempt = f"attempt {page.attempt}" if page.attempt > 1 else ""
-        self.page.setText(_joined(page.stage or "the end", number, attempt))
+        self.page.setText(_joined(page.stage or "The end: every answer is kept.", number, attempt, f"{page.share:.0%}"))
         seconds = f"{runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
         left = _left(page.share - self._began_share, page.share, self._began_at)
-        now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else str(phase)
+        is_over = phase is Phase.END
+        now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if is_over else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
         self.live.setText(_felt(runner))
         self.news.setText(runner.news[-1] if runner.news else "")
         self.news.setVisible(bool(runner.news))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
-        self.next.setText(END_PAUSE if phase is Phase.PAUSE else "Next")
-        self.next.setEnabled(
-            phase is Phase.PAUSE or runner.may_play or may_step(runner) or (phase is Phase.PAGE and not page.asks)
-        )
+        self.pause.setVisible(not is_over)
+        self.leave.setVisible(not is_over)
+        self.next.setText({Phase.PAUSE: END_PAUSE, Phase.END: CLOSE}.get(phase, "Next"))
+        goes_on = phase is Phase.PAGE and not page.asks
+        self.next.setEnabled(phase in (Phase.PAUSE, Phase.END) or runner.may_play or may_step(runner) or goes_on)
         self.spoil.setEnabled(page.trial is not None)
         self._show_form(runner)
         self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
@@ -120,7 +126,11 @@ class Desk(QWidget):
         key = f"{page.key} {asking}"
         if key != self._form_key:
             self._form_key = key
+            focus = QApplication.focusWidget()
+            had_focus = focus is not None and self.form.isAncestorOf(focus)
             self.form.show_asks(asks_of(runner) if asking else ())
+            if had_focus:
+                self.setFocus()  # or the next button has it
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)

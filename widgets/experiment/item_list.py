@@ -33,7 +33,7 @@ class ItemList(QWidget):
             QPushButton("Up"),
             QPushButton("Down"),
         )
-        buttons = QGridLayout()
+        self.buttons = buttons = QGridLayout()
         buttons.setSpacing(theme.GRID // 2)
         for place, (button, key, says) in enumerate(
             (

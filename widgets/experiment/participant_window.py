@@ -1,18 +1,19 @@
-"""The participant's own window: big, calm and dark, on the second screen or the projector."""
+"""The participant's own window: big and calm, on the second screen or the projector."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QPaintEvent, QScreen
-from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.simulated_foot import may_step
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, Stand
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
-from underfoot.widgets.experiment.simulated_foot import SPACE_STEPS, may_step
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
 WIDTH_PX = 960
+SPACE_STEPS = "Space steps on the simulated floor."
 _MARGIN_M = 0.05
 _USUAL_PX_PER_M = 96.0 / 0.0254
 
@@ -20,7 +21,7 @@ _USUAL_PX_PER_M = 96.0 / 0.0254
 class ParticipantWindow(QWidget):
     """Shows a runner's page. Space or Return begins and continues, numbers and arrows answer, Escape stops.
 
-    What can be felt again is played by Space, and given by Return.
+    What can be felt again is played by Space, and given by Return. Buttons do the same for who has no keys.
     """
 
     answered = Signal(dict)
@@ -44,6 +45,11 @@ class ParticipantWindow(QWidget):
         self._on_floor = False
         self.title, self.text, self.clock, self.hint = (theme.label() for _ in range(4))
         self.form, self.foot = AnswerForm(TEXT_PX), FootFieldsView()
+        self.go = QPushButton()
+        self.go.setFont(theme.font(TEXT_PX))
+        self.go.setStyleSheet("padding: 12px 32px")
+        self.go.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys are for the page
+        self.go.clicked.connect(self._go_on)
         column = QVBoxLayout(self)
         column.setAlignment(Qt.AlignmentFlag.AlignCenter)
         column.setSpacing(3 * theme.GRID)
@@ -52,7 +58,7 @@ class ParticipantWindow(QWidget):
             label.setWordWrap(True)
             label.setAlignment(Qt.AlignmentFlag.AlignCenter)
             label.setFixedWidth(WIDTH_PX)
-        for part in (self.title, self.text, self.clock, self.form, self.foot, self.hint):
+        for part in (self.title, self.text, self.clock, self.form, self.foot, self.go, self.hint):
             part.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
             column.addWidget(part, 0, Qt.AlignmentFlag.AlignHCenter)
         for part in (self.form, self.foot):
@@ -84,6 +90,9 @@ class ParticipantWindow(QWidget):
             first = next(iter(self.form.fields.values()), None)
             (first or self).setFocus()
             self.hint.setText(_what_now(runner, self.form))
+            words = _go_words(runner, self.form)
+            self.go.setText(words)
+            self.go.setVisible(bool(words))
         self._plays_again = phase is Phase.ANSWERING and runner.may_play
         self.foot.show_answers(runner.foot)
         if runner.hint or may_step(runner):
@@ -109,13 +118,16 @@ class ParticipantWindow(QWidget):
             case Qt.Key.Key_Space if self._plays_again:
                 self.go_wanted.emit()
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
-                if self.form.is_to_give:
-                    self.form.give()
-                else:
-                    self.go_wanted.emit()
+                self._go_on()
             case key:
                 if not self.form.key(int(key), event.text()):
                     super().keyPressEvent(event)
+
+    def _go_on(self) -> None:
+        if self.form.is_to_give:
+            self.form.give()
+        else:
+            self.go_wanted.emit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         super().closeEvent(event)
@@ -123,7 +135,7 @@ class ParticipantWindow(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor("black"))
+        painter.fillRect(self.rect(), QColor("black" if self._on_floor else theme.GROUND))  # projectors light the floor
         if not self._on_floor:
             return
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -134,7 +146,7 @@ class ParticipantWindow(QWidget):
         if self._selected is not None:
             self._draw_disc(painter, self._selected, SELECTED_M)
         if self._target is not None:
-            painter.setBrush(QColor(theme.FORCE))
+            painter.setBrush(QColor(theme.colours("dark")["force"]))
             self._draw_disc(painter, self._target, self._target.width_m)
 
     def place(self, x_m: float, y_m: float) -> QPointF:
@@ -176,7 +188,7 @@ def _title(runner: Runner) -> str:
         return "Stopped"
     if page.trial is None:
         return page.title
-    if runner.phase is Phase.ANSWERING and page.title in {one.doc for one in page.asks}:
+    if runner.phase is Phase.ANSWERING:
         return ""  # the question says it
     if len(page.trial.intervals) > 1 and runner.phase is not Phase.ANSWERING:
         return f"{'First' if runner.interval == 1 else 'Second'} one"
@@ -194,11 +206,20 @@ def _text(runner: Runner) -> str:
     return page.text if page.trial is None else ""
 
 
+def _go_words(runner: Runner, form: AnswerForm) -> str:
+    """What the button is called that goes on; "" where there is nothing to go on to."""
+    page, phase = runner.page, runner.phase
+    if phase is Phase.READY and page.start == "key":
+        return "Feel it"
+    goes_on = phase is Phase.PAGE and (not page.asks or form.is_to_give)
+    return "Go on" if goes_on or (phase is Phase.ANSWERING and form.is_to_give) else ""
+
+
 def _what_now(runner: Runner, form: AnswerForm) -> str:
     page = runner.page
     match runner.phase:
         case Phase.READY if page.start == "key":
-            return "Press Space to feel it."
+            return "Press Space, or click."
         case Phase.ANSWERING if runner.may_play:
             left = page.plays - runner.plays
             key = "Ctrl+Space" if form.fields else "Space"  # where words are typed Space is one of their letters
@@ -206,7 +227,7 @@ def _what_now(runner: Runner, form: AnswerForm) -> str:
         case Phase.ANSWERING:
             return form.how
         case Phase.PAGE if page.kind == "learn":
-            return "Press a number to feel it. Return goes on."
+            return "Press a number to feel it. Return goes on to the trials."
         case Phase.PAGE:
             return form.how
         case Phase.STOPPED:

@@ -15,12 +15,12 @@ from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder
 from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import Stand
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.desk import Desk
 from underfoot.widgets.experiment.findings import answers_so_far
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
-from underfoot.widgets.experiment.simulated_foot import SimulatedFoot, may_step
 from underfoot.widgets.experiment.studies import StudyFile
 from underfoot.widgets.session.controller import SessionController
 
@@ -32,8 +32,8 @@ class RunningStudy(QObject):
     """At most one at a time, on the window's session. `background` computes what the answers so far say."""
 
     said = Signal(str)
-    left = Signal()
-    """It was ended for now."""
+    left = Signal(str)
+    """It was ended for now: the participant who has come to the end of the study, or ""."""
 
     def __init__(self, desk: Desk, background: Background) -> None:
         super().__init__(desk)
@@ -115,7 +115,7 @@ class RunningStudy(QObject):
             runner.session.send(Walk(self._walked))
         runner.close_file()
         self._controller.take_back()
-        self.left.emit()
+        self.left.emit(runner.study.participant if runner.study.is_done else "")
 
     def take(self, reports: list[Report]) -> None:
         """What the session has reported."""

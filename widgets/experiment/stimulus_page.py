@@ -6,26 +6,35 @@ from typing import Any
 
 import msgspec
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLineEdit,
+    QMessageBox,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.errors import UnderfootError
+from underfoot.experiments.conditions import read_conditions
 from underfoot.experiments.declared import fields_of
 from underfoot.experiments.draft import Draft
-from underfoot.experiments.stimuli import Stimulus, patch_path
+from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, usually_scaled
 from underfoot.parameters import Number, Parameter
 from underfoot.patch import library
 from underfoot.patch.patch import Patch
 from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, FieldRows
 from underfoot.widgets.experiment.item_list import ItemList
 
 LEVELS = ("level_m_s2", "measured_m_s2", "stiffness_n_mm")
 NOTHING, FILE = "(no vibration)", "A file…"
-_USUALLY_SCALED = ("gain.gain", "note.amplitude", "knock.level")
-"""Numbers to which the acceleration of the presets is proportional."""
 
 
 Ask = Callable[[Path, Callable[[], object]], object]
@@ -50,6 +59,10 @@ class StimulusPage(ItemList):
         self._measured = ""
         """The stimulus whose level is being measured."""
         self.form: StimulusForm | None = None
+        self.table = QPushButton("Table…")
+        self.table.setToolTip("Stimuli from a table of conditions (CSV): one a line")
+        self.table.clicked.connect(self._ask_table)
+        self.buttons.addWidget(self.table, 1, 2)
         self.chosen.connect(self._show_form)
         self.add_wanted.connect(lambda: self._add({"patch": "", "settings": {}, "factors": {}}))
         self.copy_wanted.connect(lambda place: self._add(dict(self._stimuli[self._name(place)])))
@@ -91,6 +104,40 @@ class StimulusPage(ItemList):
         names = [chr(ord("A") + k) for k in range(26)] + [f"S{k}" for k in range(1, 1000)]
         self._stimuli[next(name for name in names if name not in self._stimuli)] = stimulus
         self._show(len(self._stimuli) - 1)
+        self.changed.emit()
+
+    # --- a table of conditions ---
+
+    def _ask_table(self) -> None:
+        dialog = file_dialog(self.window(), "A table of conditions", "", "Tables (*.csv *.tsv *.txt)")
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.fileSelected.connect(lambda path: self.take_table(Path(path)))
+        dialog.open()
+
+    def take_table(self, path: Path) -> None:
+        """Present the lines of a table in the place of all other stimuli, after asking; what is wrong is said."""
+        try:
+            conditions = read_conditions(path, self.draft)
+        except UnderfootError as error:
+            self.said.emit(str(error))
+            return
+        count = f"{len(conditions)} {'line' if len(conditions) == 1 else 'lines'}"
+        box = QMessageBox(self.window())
+        box.setWindowTitle("Stimuli from a table")
+        box.setText(
+            f"Present the {count} of {path.name} in the place of {', '.join(self._stimuli) or 'no stimuli'}? "
+            "What a stage names alone stays."
+        )
+        take = box.addButton("Present them", QMessageBox.ButtonRole.AcceptRole)
+        box.addButton(QMessageBox.StandardButton.Cancel)
+        take.clicked.connect(lambda: self._take(conditions))
+        box.finished.connect(box.deleteLater)
+        box.open()
+
+    def _take(self, conditions: Mapping[str, Any]) -> None:
+        self.draft.take_conditions(conditions)
+        self._show(0)
         self.changed.emit()
 
     def _remove(self, place: int) -> None:
@@ -212,12 +259,10 @@ class StimulusForm(QWidget):
         name = self._stimulus.get("patch", "")
         if not name:
             return {}
-        registry = self._draft.registry
         try:
-            patch = Patch.load(patch_path(name, self._draft.folder), registry)
+            return parameters_of(name, self._draft.registry, self._draft.folder)
         except UnderfootError:
             return {}
-        return {f"{node.id}.{p}": one for node in patch.nodes for p, one in registry[node.type].parameters.items()}
 
     def _adding(self) -> QComboBox:
         """Chooses a parameter of the patch to be set."""
@@ -297,8 +342,7 @@ class StimulusForm(QWidget):
 
     def _present(self, name: str) -> None:
         self._stimulus |= {"patch": name, "settings": {}, "scaled_by": "", "level_m_s2": 0.0, "measured_m_s2": 0.0}
-        known = self._of_patch()
-        self._stimulus["scaled_by"] = next((one for one in _USUALLY_SCALED if one in known), "")
+        self._stimulus["scaled_by"] = usually_scaled(self._of_patch())
         self._rebuild()
 
     def _rebuild(self) -> None:

@@ -190,7 +190,7 @@ class ExperimentWorkspace(Workspace):
         goes_on = is_id(person) and session_path(self.root, self._study, person).exists()
         why_not = "" if has_session else "The session is not open yet."
         if person and not is_id(person):
-            why_not = "An id has letters, digits, - and _; names are not asked for."
+            why_not = "An id has up to 40 letters, digits, - and _; names are not asked for."
         self.overview.show_way(has_session, has_session and is_id(person), goes_on, why_not)
 
     def _ask_protocol(self) -> None:
@@ -377,11 +377,16 @@ class ExperimentWorkspace(Workspace):
             self.desk.setFocus()
             self.running.show_participant()
 
-    def _show_choice(self) -> None:
-        """The session was ended for now."""
+    def _show_choice(self, done: str) -> None:
+        """The session was ended for now, or `done` is who has come to its end: the next id is another's."""
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
+        self.overview.participant.setFocus()
+        if done:
+            self.overview.participant.clear()
         self._show()
+        if done:
+            self.overview.state.setText(f"{done} has come to the end of the study. The answers are kept.")
 
     def _connect(self) -> None:
         self.list.chosen.connect(self.choose)

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("protocol")
+@click.option("--conditions", type=FILE, help="CSV with one stimulus per line, which replace the protocol's.")
+@click.option("--pilot", is_flag=True, help="Try the study on yourself: two trials of each stage, short pauses, kept apart.")
 @click.option("--participant", help="Run the study in the terminal, on a person with this id.")
 @click.option("--session", type=FILE, help="Session file; an existing one is continued.")
 @click.option("--target", default="simulator", show_default=True, help="Source of forces, as for `monitor`.")
@@ -47,21 +49,21 @@ if TYPE_CHECKING:
 def experiment(options: ExperimentOptions) -> None:
     """Run the study PROTOCOL: a protocol file, or the name of a preset.
 
-    With --participant and --session it runs on a person; with --simulate on simulated ones, whose truth is known, so
-    that bias and spread of every estimate are known before the first person comes.
+    With --participant and --session it runs on a person, with --pilot on yourself; with --simulate on simulated people,
+    whose truth is known, so that bias and spread of every estimate are known before the first person comes.
     """
-    chosen = [options.participant is not None, options.simulate is not None, options.levels]
+    chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels]
     if sum(chosen) != 1:
-        raise BadValue("give one of --participant (with --session), --simulate, or --levels")
-    protocol, folder = opened_protocol(options.protocol)
+        raise BadValue("give one of --participant (with --session), --pilot, --simulate, or --levels")
+    protocol, folder = opened_protocol(options.protocol, options.conditions)
     if options.levels:
         _tell_levels(protocol, folder, options.as_json)
     elif options.simulate is not None:
         _simulated(options, protocol, folder)
     else:
-        from underfoot.commands.participant import run_on_person
+        from underfoot.commands.participant import run_on_person, run_pilot
 
-        run_on_person(options, protocol, folder)
+        (run_pilot if options.pilot else run_on_person)(options, protocol, folder)
 
 
 def _tell_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:

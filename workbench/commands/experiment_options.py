@@ -9,6 +9,8 @@ class ExperimentOptions:
     """What the command line says; None is what was not given."""
 
     protocol: str
+    conditions: Path | None
+    pilot: bool
     participant: str | None
     session: Path | None
     target: str

@@ -3,14 +3,16 @@
 import sys
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.errors import BadValue
-from underfoot.quantities import parse_quantity
+from underfoot.experiments.questions import typed_answer
+from underfoot.files import make_folder
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
@@ -21,7 +23,18 @@ if TYPE_CHECKING:
     from underfoot.studies.runner import Runner
 
 _POLL_S = 1.0 / 60.0
+_ENTER_STEPS = "Enter steps on the simulated floor."
 _HELP = "Type stop to stop, repeat WHY to take the last answer back, note WORDS to keep a note."
+
+
+def run_pilot(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:
+    """Two trials of each stage on oneself; without --session in a folder of their own, under the next free number."""
+    kept = Path(f"{Path(options.protocol).stem}-pilot")
+    path = options.session or next(p for k in count(1) if not (p := kept / f"{k}.session").exists())
+    if options.session is None:
+        make_folder(kept)
+    run_on_person(replace(options, participant=path.stem, session=path), protocol.pilot(), folder)
+    _say(f"The pilot is kept in {path}, apart from the participants' sessions.")
 
 
 def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:
@@ -82,7 +95,9 @@ class _Terminal:
     """Shows a runner in a terminal, and gives it what is typed."""
 
     def __init__(self, runner: "Runner", lines: TypedLines) -> None:
-        self._runner, self._lines = runner, lines
+        from underfoot.studies.simulated_foot import SimulatedFoot
+
+        self._runner, self._lines, self._foot = runner, lines, SimulatedFoot()
         self._shown = _Shown()
         self._news = 0
 
@@ -92,6 +107,7 @@ class _Terminal:
         _say(_HELP)
         while self._runner.phase is not Phase.END:
             self._runner.poll(self._runner.session.poll())
+            self._foot.tick(self._runner)
             self._show()
             line = self._lines.next()
             if line is None:
@@ -112,6 +128,7 @@ class _Terminal:
 
     def _take(self, line: str) -> None:
         from underfoot.studies.runner import Phase
+        from underfoot.studies.simulated_foot import may_step
 
         runner = self._runner
         word, _, rest = line.partition(" ")
@@ -128,11 +145,14 @@ class _Terminal:
             runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
         elif line == "" and runner.may_play:
             runner.start()
+        elif line == "" and may_step(runner):
+            self._foot.step(runner)
         elif runner.phase in (Phase.PAGE, Phase.ANSWERING):
             runner.answer(answers_of(runner.page.asks, line))
 
     def _show(self) -> None:
         from underfoot.studies.runner import Phase
+        from underfoot.studies.simulated_foot import may_step
 
         runner, page = self._runner, self._runner.page
         for text in runner.news[self._news :]:
@@ -150,38 +170,24 @@ class _Terminal:
                 _say(f"{page.feedback + ' ' if page.feedback else ''}Trial {_number(page)}: press Enter to begin.")
             elif runner.phase is Phase.ANSWERING:
                 _ask(page.asks, page.kind)
-        if runner.hint != self._shown.hint:
-            self._shown.hint = runner.hint
-            if runner.hint:
-                _say(runner.hint)
+        hint = f"{runner.hint} {_ENTER_STEPS}".strip() if may_step(runner) else runner.hint
+        if hint != self._shown.hint:
+            self._shown.hint = hint
+            if hint:
+                _say(hint)
 
 
 def answers_of(asks: Any, line: str) -> dict[str, Any]:
-    """The answers of a line: one for each question, separated by semicolons; an empty one is the default.
+    """The answers of a line: one for each question, separated by semicolons; an empty one is none.
 
-    >>> from underfoot.experiments.questions import ask, yes_or_no
+    >>> from underfoot.experiments.questions import yes_or_no
     >>> answers_of((yes_or_no("felt", "Did you?"),), "y")
     {'felt': 'yes'}
     """
     parts = [part.strip() for part in line.split(";")] if len(asks) > 1 else [line.strip()]
     if len(parts) > max(len(asks), 1):
         raise BadValue(f"{len(parts)} answers are given; allowed: {len(asks)}, separated by semicolons")
-    return {one.name: _value(one, part) for one, part in zip(asks, parts, strict=False) if part}
-
-
-def _value(ask: Any, text: str) -> Any:
-    if ask.kind == "choice":
-        options = ask.options
-        if text.isdecimal() and 0 < int(text) <= len(options):
-            return options[int(text) - 1]
-        begun = [option for option in options if option.startswith(text)]
-        return begun[0] if len(begun) == 1 else text
-    if ask.kind in ("number", "count"):
-        try:
-            return parse_quantity(text) if ask.kind == "number" else int(text)
-        except ValueError:
-            raise ask.refuse(text) from None
-    return text
+    return {one.name: typed_answer(one, part) for one, part in zip(asks, parts, strict=False) if part}
 
 
 def _ask(asks: Any, kind: str) -> None:

@@ -9,8 +9,11 @@ if TYPE_CHECKING:
     from underfoot.experiments.protocol import Protocol
 
 
-def opened_protocol(named: str) -> "tuple[Protocol, Path]":
-    """The protocol of a preset's name or in a file, and the folder where its patches lie; `BadFile` for none."""
+def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protocol, Path]":
+    """The protocol of a preset's name or in a file, and the folder where its patches lie; `BadFile` for none.
+
+    With a table of `conditions` these are presented, and patches lie beside it.
+    """
     from underfoot.experiments.protocol import Protocol
     from underfoot.nodes import REGISTRY
     from underfoot.patch import library
@@ -19,4 +22,9 @@ def opened_protocol(named: str) -> "tuple[Protocol, Path]":
     path = presets.get(named, Path(named))
     if not path.is_file():
         raise BadFile(f"there is no protocol {named!r}; allowed: a file, or {', '.join(presets)}")
-    return Protocol.load(path, REGISTRY), path.parent
+    protocol = Protocol.load(path, REGISTRY)
+    if conditions is None:
+        return protocol, path.parent
+    from underfoot.experiments.conditions import with_conditions
+
+    return with_conditions(protocol, conditions, REGISTRY), conditions.parent

@@ -113,6 +113,24 @@ class Draft:
             if name and name not in presets:
                 stimulus["patch"] = self.take_patch(folder / name)
 
+    def take_conditions(self, conditions: Mapping[str, Any]) -> None:
+        """Present these stimuli, by name, in the place of all that methods list.
+
+        What a stage names alone, such as a standard, stays.
+        """
+        alone = set()
+        for stage in self.raw["stages"]:
+            alone.add(stage.get("stimulus"))
+            use = stage.get("method") or {}
+            declared = METHODS[use["kind"]].parameters if use.get("kind") in METHODS else {}
+            for name, parameter in declared.items():
+                if isinstance(parameter, StimulusNames):
+                    use["parameters"] = {**use.get("parameters", {}), name: list(conditions)}
+                elif isinstance(parameter, StimulusName):
+                    alone.add(use.get("parameters", {}).get(name))
+        stay = {name: one for name, one in self.raw["stimuli"].items() if name in alone}
+        self.raw["stimuli"] = {**stay, **conditions}
+
     def rename_stimulus(self, old: str, new: str) -> None:
         """Give a stimulus another name, also where stages name it; its place stays."""
         self.raw["stimuli"] = {new if name == old else name: one for name, one in self.raw["stimuli"].items()}

@@ -63,29 +63,42 @@ def read_csv(path: str | Path) -> list[Row]:
     It needs the columns participant, method and trial; stage and block are "main" and 1 where they are missing. Cells
     that are numbers are read as such.
     """
-    try:
-        text = read_file(path).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise BadFile(f"{path} is not a table of trials: it is not UTF-8 text") from None
-    try:
-        reader = csv.DictReader(io.StringIO(text), strict=True)
-        header = reader.fieldnames or []
-        lines = list(reader)
-    except csv.Error as error:
-        raise BadFile(f"{path} is not a table of trials: {error}") from None
+    header, lines = cells_of(path, "a table of trials")
     for column in ("participant", "method", "trial"):
         if column not in header:
             raise BadFile(f"{path} has no column {column}; allowed: a CSV with participant, method, trial and answers")
     found: list[Row] = []
-    for number, line in enumerate(lines, 2):
-        if None in line or None in line.values():
-            raise BadFile(f"{path}, line {number}: {len(header)} cells are needed, as in the header")
-        row = {name: _value(cell) for name, cell in line.items() if cell != ""}
+    for line in lines:
+        row: dict[str, Any] = {name: value_of(cell) for name, cell in line.items() if cell != ""}
         row["participant"] = line["participant"]
         found.append({"stage": "main", "block": 1, **row})
     if not found:
         raise BadFile(f"{path} has no trials")
     return found
+
+
+def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str, str]]]:
+    """The header of a CSV, and the cells of each line below by their columns; `BadFile` for no such table.
+
+    Cells are parted by commas, semicolons or tabs, whatever the header has most of.
+    """
+    try:
+        text = read_file(path).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise BadFile(f"{path} is not {what}: it is not UTF-8 text; save it as CSV, UTF-8") from None
+    first = text.partition("\n")[0]
+    try:
+        reader = csv.DictReader(
+            io.StringIO(text), strict=True, skipinitialspace=True, delimiter=max(",;\t", key=first.count)
+        )
+        header = reader.fieldnames or []
+        lines = list(reader)
+    except csv.Error as error:
+        raise BadFile(f"{path} is not {what}: {error}") from None
+    for number, line in enumerate(lines, 2):
+        if None in line or None in line.values():
+            raise BadFile(f"{path}, line {number}: {len(header)} cells are needed, as in the header")
+    return header, lines
 
 
 def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Protocol | None = None) -> list[Path]:
@@ -151,7 +164,12 @@ def _cell(value: Any, missing: str) -> str:
     return " ".join(value.split()) if isinstance(value, str) else repr(value)
 
 
-def _value(cell: str) -> Any:
+def value_of(cell: str) -> bool | int | float | str:
+    """What a cell says: true or false, a number, or text.
+
+    >>> value_of("2"), value_of("0.5"), value_of("true"), value_of("WS")
+    (2, 0.5, True, 'WS')
+    """
     if cell in ("true", "false"):
         return cell == "true"
     try:

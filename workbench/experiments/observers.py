@@ -167,13 +167,15 @@ class Discriminator(Observer):
     slope_0 = Number(thesis.SLOPE_MM_N[0.0], 1e-4, 10.0, doc="Probits a unit, without vibration.")
     slope_1 = Number(thesis.SLOPE_MM_N[0.86], 1e-4, 10.0, doc="The same with vibration.")
     mistakes = Number(0.0, 0.0, 0.5, doc="Share of answers at chance.")
+    judged_more = Number(0.7, 0.0, 1.0, doc="Share of comparisons that are judged more, where no factor is a number.")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         factors = self.protocol.stimuli[str(trial.facts.get("comparison"))].factors
         numbers = [float(v) for name, v in factors.items() if name != "level_m_s2" and not isinstance(v, str)]
         level = float(factors.get("level_m_s2", 0.0))
         pse, slope = self._at(level)
-        more = random.random() < _normal(slope * ((numbers[0] if numbers else level) - pse))
+        chance = _normal(slope * ((numbers[0] if numbers else level) - pse)) if self._has_numbers else None
+        more = random.random() < (self.truth["judged_more"] if chance is None else chance)
         if random.random() < self.truth["mistakes"]:
             more = random.random() < 0.5
         if "comparison_at" not in trial.facts:
@@ -185,10 +187,22 @@ class Discriminator(Observer):
     def truths(self) -> dict[str, float]:
         found: dict[str, float] = {}
         names = self.given["comparisons"]
+        if not self._has_numbers:
+            mistakes = self.truth["mistakes"]
+            share = (1.0 - mistakes) * self.truth["judged_more"] + 0.5 * mistakes
+            return {f"share {name}": share for name in names}
         for level in sorted({float(self.protocol.stimuli[name].factors.get("level_m_s2", 0.0)) for name in names}):
             pse, slope = self._at(level)
             found |= {f"pse {level}": pse, f"slope {level}": slope, f"intercept {level}": -slope * pse}
         return found
+
+    @property
+    def _has_numbers(self) -> bool:
+        """Whether comparisons differ in a factor that is a number, or in their level: a curve goes along it."""
+        stimuli = [self.protocol.stimuli[name] for name in self.given["comparisons"]]
+        kinds = {name for one in stimuli for name, value in one.factors.items() if not isinstance(value, str)}
+        differ = any(len({one.factors.get(name) for one in stimuli}) > 1 for name in kinds)
+        return differ or len({one.peak_m_s2() for one in stimuli}) > 1
 
     def _at(self, level: float) -> tuple[float, float]:
         pses = [self.truth[name] for name in ("pse_0", "pse_half", "pse_full")]

@@ -1,12 +1,13 @@
 """What a page asks a participant: parameters under names, and those that a protocol writes down."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 
-from underfoot.errors import require
+from underfoot.errors import BadValue, require
 from underfoot.parameters import IDENTIFIER, Choice, Count, Number, Parameter, Text
+from underfoot.quantities import parse_quantity
 
 FIRST, SECOND = "first", "second"
 YES, NO = "yes", "no"
@@ -28,6 +29,55 @@ class Scale(Number):
     def allowed(self) -> str:
         low, high = self.ends
         return f"{self.low:g} ({low}) to {self.high:g} ({high})"
+
+
+@dataclass(frozen=True)
+class OpenChoice(Choice):
+    """A choice that need not be made: its default says that it was not."""
+
+
+def needs_answer(one: Parameter) -> bool:
+    """Whether a page cannot be left without an answer to this: what nobody said is never kept as if it were said.
+
+    >>> needs_answer(Number(50.0, 0.0, 100.0)), needs_answer(Text(""))
+    (True, False)
+    """
+    return not isinstance(one, Text | OpenChoice)
+
+
+def unanswered(one: Parameter) -> BadValue:
+    """What is said where there is no answer, and one is needed."""
+    return BadValue(f"Please answer: {one.doc or one.label} ({one.allowed})")
+
+
+def typed_answer(one: Parameter, text: str) -> Any:
+    """The answer that was typed: a number with or without its unit, a choice by its number or by how it begins.
+
+    `BadValue` has the words of the question, for the person who was asked.
+
+    >>> weight = ask("mass_kg", Number(70.0, 30.0, 200.0, doc="What do you weigh?", unit="kg"))
+    >>> typed_answer(weight, "70,5 kg")
+    70.5
+    >>> typed_answer(weight, "light")
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: What do you weigh? The answer is 'light'; allowed: 30 to 200 kg
+    """
+    value: Any = text
+    try:
+        if isinstance(one, Choice):
+            value = _chosen(one.options, text)
+        elif isinstance(one, Number | Count):
+            value = parse_quantity(text, one.unit)
+        return one.check(value)
+    except BadValue:
+        raise BadValue(f"{one.doc or one.label} The answer is {text!r}; allowed: {one.allowed}") from None
+
+
+def _chosen(options: tuple[str, ...], text: str) -> str:
+    if text.isdecimal() and 0 < int(text) <= len(options):
+        return options[int(text) - 1]
+    begun = [option for option in options if option.startswith(text)]
+    return begun[0] if len(begun) == 1 else text
 
 
 def ask(name: str, parameter: Parameter) -> Parameter:

@@ -1,7 +1,7 @@
 """A stimulus of a protocol: a patch with parameter settings, and what its level is in m/s^2."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
@@ -10,13 +10,15 @@ from typing import Annotated, Any
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.parameters import Number
+from underfoot.parameters import Number, Parameter
 from underfoot.patch import library
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
 Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Fact = int | float | str
+_USUALLY_SCALED = ("gain.gain", "note.amplitude", "knock.level")
+"""Numbers to which the acceleration of the presets is proportional."""
 
 
 class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -98,6 +100,21 @@ def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) 
     known = ", ".join(f"{id}.{p}" for id, type in types.items() for p in type.parameters)
     good = node in types and parameter in types[node].parameters
     require(good, f"{place}.settings", name, f"parameters of the patch: {known or 'none'}")
+
+
+def usually_scaled(parameters: Container[str]) -> str:
+    """Which of a patch's parameters, "node.parameter", its acceleration is most likely proportional to; "" for none.
+
+    >>> usually_scaled({"gain.gain": 1.0, "noise.level": 1.0})
+    'gain.gain'
+    """
+    return next((one for one in _USUALLY_SCALED if one in parameters), "")
+
+
+def parameters_of(name: str, registry: Registry, folder: Path | None) -> dict[str, Parameter]:
+    """The parameters of a patch, a preset's or a file's in `folder`, by "node.parameter"."""
+    patch = _loaded(name, registry, folder)
+    return {f"{node.id}.{p}": one for node in patch.nodes for p, one in registry[node.type].parameters.items()}
 
 
 def patch_path(name: str, folder: Path | None) -> Path:

@@ -16,7 +16,7 @@ from underfoot.experiments.draws import Draws
 from underfoot.experiments.method import Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
-from underfoot.experiments.questions import ask, yes_or_no
+from underfoot.experiments.questions import ask, needs_answer, unanswered, yes_or_no
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import IDENTIFIER, Number, Parameter
 
@@ -233,6 +233,9 @@ class Study:
         unknown = set(values) - {one.name for one in asks}
         if unknown:
             raise BadValue(f"{self._page.title or self._page.stage} does not ask for {min(unknown)}")
+        for one in asks:
+            if one.name not in values and needs_answer(one):
+                raise unanswered(one)
         checked = {one.name: one.check(values.get(one.name, one.default)) for one in asks}
         if self._page.kind == "consent":
             require(checked[AGREED] == "yes", AGREED, checked[AGREED], "yes; who does not agree does not take part")

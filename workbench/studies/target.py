@@ -99,13 +99,17 @@ def require_on_floor(protocol: Protocol, floor: Floor) -> None:
         x_m, y_m = method.given["origin_m"]
         for trial in method.trials:
             place = (x_m + float(trial.facts["x_m"]), y_m + float(trial.facts["y_m"]))
-            if not any(_is_on(tile, place) for tile in floor.tiles):
+            if tile_under(*place, floor) is None:
                 raise BadValue(
                     f"stage {stage.id!r} has a button at x {place[0]:.2f}, y {place[1]:.2f} m, which is not on the "
                     "floor; take a larger floor, or another origin_m"
                 )
 
 
-def _is_on(tile: Tile, place: tuple[float, float]) -> bool:
-    x_m, y_m = tile.to_tile(place)
-    return bool(abs(x_m) <= 0.5 * tile.size_m[0] and abs(y_m) <= 0.5 * tile.size_m[1])
+def tile_under(x_m: float, y_m: float, floor: Floor) -> Tile | None:
+    """The tile at a place in the floor's frame; None beside all of them."""
+    for tile in floor.tiles:
+        aside_m, ahead_m = tile.to_tile((x_m, y_m))
+        if abs(aside_m) <= 0.5 * tile.size_m[0] and abs(ahead_m) <= 0.5 * tile.size_m[1]:
+            return tile
+    return None

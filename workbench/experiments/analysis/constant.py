@@ -11,6 +11,7 @@ from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import Test, friedman, paired_t
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
+from underfoot.experiments.analysis.preferences import preferences, share_estimates
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.psychometric import fit
 from underfoot.experiments.analysis.settings import Settings
@@ -59,8 +60,14 @@ def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: PSE, slope and intercept of each condition's curve; NaN for one that cannot be fitted."""
-    axis, condition = axis_and_condition(rows)
+    """Of one person: PSE, slope and intercept of each condition's curve; NaN for one that cannot be fitted.
+
+    Without a factor that is a number: the share of each stimulus.
+    """
+    try:
+        axis, condition = axis_and_condition(rows)
+    except BadMeasurement:
+        return share_estimates(_counted(rows))
     found = []
     for (value,), part in sorted(grouped(rows, condition).items()) if condition else [(("",), rows)]:
         try:
@@ -74,12 +81,13 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     """Over people: shares by level, curves, and tests of PSE, slope and intercept between conditions."""
-    found = Findings("Constant stimuli")
     try:
         axis, condition = axis_and_condition(rows)
     except BadMeasurement as error:
-        found.remarks.append(str(error))
-        return found
+        plain = preferences(_counted(rows))
+        plain.remarks.append(f"No psychometric curve: {error}.")
+        return plain
+    found = Findings("Constant stimuli")
     people = {person: estimates(part, settings) for (person,), part in grouped(rows, "participant").items()}
     lines = [(str(person), one) for person, several in people.items() for one in several]
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
@@ -96,6 +104,10 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         if len(compared) > 1:
             found.add_tests(f"Does {condition} change the {name}?", _tests(name, compared), _THESIS[name])
     return found
+
+
+def _counted(rows: Sequence[Row]) -> list[Row]:
+    return [{**row, "counted": judged_more(row)} for row in rows]
 
 
 _THESIS = {

@@ -111,6 +111,7 @@ def _learning_drawn(sets: dict[tuple[str, ...], list[Row]]) -> Drawing:
             means.append(one.value)
             ends.append((one.low, one.high))
         lines.append(series(str(name) or "rate", blocks, means, colour=colour))
+        lines.append(series("", blocks, means, "dots", colour))  # of one session, too
         for k, label in ((0, "95 %"), (1, "")):
             lines.append(series(label, blocks, [end[k] for end in ends], "dashed", colour))
     marks = (

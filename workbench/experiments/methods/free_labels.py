@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from underfoot.experiments.method import ListedMethod, StimulusNames
-from underfoot.experiments.questions import ask
+from underfoot.experiments.questions import OpenChoice, ask
 from underfoot.experiments.trials import Presentation, Trial
-from underfoot.parameters import Choice, Count, Parameter, Text
+from underfoot.parameters import Count, Parameter, Text
 
 NOT_SORTED = "not sorted"
 
@@ -36,5 +36,5 @@ class FreeLabels(ListedMethod):
         asks = [ask("label", Text("", doc=given["question"]))]
         if sorts:
             options = tuple(dict.fromkeys((NOT_SORTED, *sorts)))
-            asks.append(ask("sort", Choice(NOT_SORTED, options=options, doc="What it belongs to.")))
+            asks.append(ask("sort", OpenChoice(NOT_SORTED, options=options, doc="Which of these is it?")))
         return tuple(asks)

@@ -1,0 +1,99 @@
+"""Tables of conditions: a line is a stimulus, and each mistake in one is a line that names its place."""
+
+import pytest
+from made_studies import TD, made_protocol, preset_protocol
+
+from underfoot.errors import BadFile
+from underfoot.experiments.conditions import read_conditions, with_conditions
+from underfoot.experiments.draft import Draft
+from underfoot.nodes import REGISTRY
+from underfoot.patch import library
+
+TABLE = """stimulus,like,level_m_s2,stiffness_n_mm,place
+soft,TD,0.2,60,heel
+loud,TD,0.6,,toe
+none,,,60,toe
+"""
+
+
+def table(folder, text=TABLE):
+    path = folder / "trials.csv"
+    path.write_text(text)
+    return path
+
+
+def refused(folder, text):
+    """What is said of a table, without the name of its file."""
+    draft = Draft.of(made_protocol("rating"), REGISTRY, folder)
+    with pytest.raises(BadFile) as refusal:
+        read_conditions(table(folder, text), draft)
+    return str(refusal.value).removeprefix(str(folder / "trials.csv"))
+
+
+def test_each_line_is_a_stimulus_with_its_level_plate_and_factors(tmp_path):
+    made = with_conditions(made_protocol("rating"), table(tmp_path), REGISTRY)
+    assert list(made.stimuli) == ["soft", "loud", "none"]
+    soft, loud, none = made.stimuli.values()
+    assert (soft.patch, soft.measured_m_s2, soft.level_m_s2, soft.stiffness_n_mm) == ("stimulus-td", 6.8, 0.2, 60.0)
+    assert (loud.level_m_s2, loud.stiffness_n_mm, loud.factors) == (0.6, 0.0, {"place": "toe"})
+    assert (none.patch, none.level_m_s2, none.factors) == ("", 0.0, {"place": "toe"})
+    assert made.stages[0].method.parameters["rated"] == ["soft", "loud", "none"]
+
+
+def test_a_standard_that_a_stage_names_alone_stays(tmp_path):
+    parameters = {"standard": "TD", "comparisons": ["A"]}
+    protocol = made_protocol("constant-stimuli", parameters, {"TD": TD, "A": {**TD, "level_m_s2": 0.1}, "B": {}})
+    made = with_conditions(protocol, table(tmp_path), REGISTRY)
+    assert list(made.stimuli) == ["TD", "soft", "loud", "none"]
+    assert made.stages[0].method.parameters == {"standard": "TD", "comparisons": ["soft", "loud", "none"]}
+
+
+def test_semicolons_settings_of_the_patch_and_lines_without_a_name(tmp_path):
+    path = table(tmp_path, "patch;gain.gain;strong\nstimulus-td;0.5;true\n;;\nstimulus-td;0.25;false\n")
+    made = with_conditions(made_protocol("rating"), path, REGISTRY)
+    assert {name: one.factors for name, one in made.stimuli.items()} == {
+        "c1": {"strong": "true"},
+        "c3": {"strong": "false"},
+    }
+    played = [one.at(0.0, REGISTRY).node("gain").parameters["gain"] for one in made.stimuli.values()]
+    assert played == [0.5, 0.25]
+
+
+def test_a_patch_beside_the_table_is_copied_beside_the_draft(tmp_path):
+    tables, own = tmp_path / "tables", tmp_path / "own"
+    tables.mkdir()
+    (tables / "mine.json").write_bytes(library.patches()["stimulus-td"].read_bytes())
+    draft = Draft.of(preset_protocol("detection-threshold"), REGISTRY, own)
+    draft.take_conditions(read_conditions(table(tables, "stimulus,patch\na,mine.json\n"), draft))
+    assert draft.checked().stimuli["a"].patch == "patches/mine.json"
+    assert (own / "patches" / "mine.json").read_bytes() == (tables / "mine.json").read_bytes()
+
+
+def test_each_mistake_is_one_line_with_its_place(tmp_path):
+    assert refused(tmp_path, "stimulus,like\na,XX\n") == (
+        ", line 2: like is 'XX'; allowed: a stimulus of the protocol (TD, X)"
+    )
+    assert refused(tmp_path, "stimulus,like,level_m_s2\na,TD,0.1\nb,TD,loud\n") == (
+        ", line 3: level_m_s2 is 'loud'; allowed: a number"
+    )
+    assert ", line 3: stimulus is 'a'; allowed: letters, digits, - and _, each name once" in refused(
+        tmp_path, "stimulus,like\na,TD\na,TD\n"
+    )
+    assert ", line 2: a.settings is 'gain.gian'; allowed: parameters of the patch: " in refused(
+        tmp_path, "stimulus,like,gain.gian\na,TD,0.4\n"
+    )
+    assert ", line 2: a.level_m_s2 is 30.0; allowed: up to limit_m_s2, 20" in refused(
+        tmp_path, "stimulus,like,level_m_s2\na,TD,30\n"
+    )
+    assert ", line 2: measured_m_s2 of c1 is missing" in refused(tmp_path, "like,gain.gain,level_m_s2\nTD,0.4,0.2\n")
+    assert ", line 2: there is no patch 'nope'" in refused(tmp_path, "stimulus,patch\na,nope\n")
+    assert ", line 2: patch is '../a.json'" in refused(tmp_path, "stimulus,patch\na,../a.json\n")
+    assert ", line 1: a column is 'trial', which every table of trials has itself" in refused(tmp_path, "trial\n1\n")
+    assert ", line 1: a column is 'like'; allowed: a name for each column, each once" in refused(
+        tmp_path, "like,like\nTD,TD\n"
+    )
+    assert ", line 2: 2 cells are needed, as in the header" in refused(tmp_path, "stimulus,like\na\n")
+    assert " has no conditions" in refused(tmp_path, "")
+    (tmp_path / "trials.csv").write_bytes(b"PK\x03\x04\xff")
+    with pytest.raises(BadFile, match="save it as CSV, UTF-8"):
+        read_conditions(tmp_path / "trials.csv", Draft.of(made_protocol("rating"), REGISTRY, tmp_path))

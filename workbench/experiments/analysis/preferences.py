@@ -1,0 +1,70 @@
+"""Comparisons without a factor that is a number: how often each stimulus was judged more."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from underfoot.drawing import Drawing, ReferenceLine, series
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval, share_interval
+from underfoot.experiments.analysis.findings import Findings, Table
+from underfoot.experiments.table import Row, grouped
+
+_COLOURS = ("force", "vibration", "contact", "events", "muted")
+_COUNTED = "counted"
+"""Whether a trial's comparison was judged more; `constant` adds it to the rows."""
+
+
+def share_estimates(rows: Sequence[Row]) -> list[Estimate]:
+    """Of one person: the share of trials in which each stimulus was judged more, with Wilson's interval.
+
+    >>> rows = [{"stimulus": "snow", "counted": k < 3} for k in range(4)]
+    >>> [(one.name, one.value) for one in share_estimates(rows)]
+    [('share snow', 0.75)]
+    """
+    parts = sorted(grouped(rows, "stimulus").items())
+    return [share_interval(f"share {name}", _count(part), len(part)) for (name,), part in parts]
+
+
+def preferences(rows: Sequence[Row]) -> Findings:
+    """Over people: each person's shares, with the chance of one so far from a half by guessing, and their mean."""
+    found = Findings("Constant stimuli")
+    by_name: dict[str, list[float]] = {}
+    lines = []
+    for (person, name), part in grouped(rows, "participant", "stimulus").items():
+        share = share_interval("", _count(part), len(part))
+        by_name.setdefault(str(name), []).append(share.value)
+        beside = str(part[0].get("other", "") or "nothing") if "other" in part[0] else ""
+        lines.append((str(person), str(name), beside, _count(part), len(part), share.value, share.low, share.high,
+                      _chance_p(part)))  # fmt: skip
+    columns = ("participant", "stimulus", "beside", "judged more", "of", "share", "95 % from", "to", "p")
+    note = "Intervals are Wilson's; p is of a share so far from a half by guessing: exact binomial, two sides (SciPy)."
+    found.tables.append(Table("Which is more?", columns, tuple(lines), note))
+    if len(grouped(rows, "participant")) > 1:
+        means = [mean_interval(name, shares) for name, shares in sorted(by_name.items())]
+        over = tuple((one.name, one.value, one.low, one.high) for one in means)
+        found.tables.append(Table("Shares over people", ("stimulus", "mean", "95 % from", "to"), over))
+    found.drawings.append(_drawn(rows))
+    return found
+
+
+def _count(rows: Sequence[Row]) -> int:
+    return sum(bool(row[_COUNTED]) for row in rows)
+
+
+def _chance_p(rows: Sequence[Row]) -> float:
+    """The p of guessing; NaN where there was one interval, in which yes is no guess of two."""
+    if "other" not in rows[0]:
+        return float("nan")
+    from scipy.stats import binomtest
+
+    return float(binomtest(_count(rows), len(rows)).pvalue)
+
+
+def _drawn(rows: Sequence[Row]) -> Drawing:
+    """The share of each stimulus as answers come in, over all people."""
+    lines = []
+    for colour, ((name,), part) in zip(_COLOURS, sorted(grouped(rows, "stimulus").items()), strict=False):
+        so_far = np.cumsum([bool(row[_COUNTED]) for row in part]) / np.arange(1, len(part) + 1)
+        lines.append(series(str(name), np.arange(1, len(part) + 1), so_far, colour=colour))
+    half = (ReferenceLine("y", 0.5, dashed=True),)
+    return Drawing("Judged more, so far", "answers", "share", tuple(lines), y_range=(0.0, 1.0), lines=half)

@@ -1,0 +1,115 @@
+"""Conditions in a CSV, as other programs for experiments have them: a row is a stimulus, columns say what it is.
+
+`stimulus` is its name (c1, c2, … without), `like` a stimulus of the protocol that it begins as; `patch`, `scaled_by`,
+`measured_m_s2`, `level_m_s2` and `stiffness_n_mm` are those of `Stimulus`. A column "node.parameter" sets the patch,
+and every other column is a factor, which the analysis compares. An empty cell says nothing.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from underfoot.documents import placed
+from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.draft import Draft
+from underfoot.experiments.exchange import cells_of, value_of
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, usually_scaled
+from underfoot.experiments.table import NOT_FACTORS
+from underfoot.parameters import IDENTIFIER
+from underfoot.patch import library
+from underfoot.patch.node import Registry
+
+_FIELDS = ("patch", "scaled_by", "measured_m_s2", "level_m_s2", "stiffness_n_mm")
+_COLUMNS = ("stimulus", "like", *_FIELDS)
+
+
+def with_conditions(protocol: Protocol, path: Path, registry: Registry) -> Protocol:
+    """The protocol with the lines of a table in the place of the stimuli that its methods list.
+
+    Patches lie among the presets or beside the table. `BadFile` names the line that cannot be.
+    """
+    draft = Draft.of(protocol, registry, path.parent)
+    draft.take_conditions(read_conditions(path, draft))
+    return draft.checked()
+
+
+def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
+    """The stimuli of a table as plain values, by their names in its order, to be presented by a draft.
+
+    A patch that lies beside the table is copied beside the draft, if that is elsewhere.
+    """
+    header, lines = cells_of(path, "a table of conditions")
+    for column in header:
+        _check_column(path, column, header)
+    given = [{column: cell.strip() for column, cell in line.items() if cell.strip()} for line in lines]
+    if not any(given):
+        raise BadFile(f"{path} has no conditions; allowed: a header, and a line for each condition")
+    limit = draft.raw.get("limit_m_s2")
+    limit_m_s2 = float(limit) if isinstance(limit, int | float) else math.inf  # of which the draft has its own line
+    found: dict[str, dict[str, Any]] = {}
+    for number, cells in enumerate(given, 2):
+        if not cells:
+            continue
+        name = cells.get("stimulus", f"c{number - 1}")
+        try:
+            if not IDENTIFIER.fullmatch(name) or name in found:
+                raise BadValue(f"stimulus is {name!r}; allowed: letters, digits, - and _, each name once")
+            found[name] = _stimulus(name, cells, draft, path.parent)
+            msgspec.convert(found[name], Stimulus).check(name, draft.registry, draft.folder, limit_m_s2)
+        except msgspec.ValidationError as error:
+            raise BadFile(f"{path}, line {number}: {placed(error, found[name]).removeprefix('$.')}") from None
+        except (BadValue, BadFile) as error:
+            raise BadFile(f"{path}, line {number}: {error}") from None
+    return found
+
+
+def _check_column(path: Path, column: str, header: Sequence[str]) -> None:
+    is_plain = column in _COLUMNS or "." in column
+    if not column.strip() or header.count(column) > 1:
+        raise BadFile(f"{path}, line 1: a column is {column!r}; allowed: a name for each column, each once")
+    if not is_plain and column in NOT_FACTORS:
+        own = ", ".join(_COLUMNS)
+        raise BadFile(
+            f"{path}, line 1: a column is {column!r}, which every table of trials has itself; allowed: {own}, "
+            "node.parameter, or another name for what is compared"
+        )
+
+
+def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -> dict[str, Any]:
+    """A line's stimulus as plain values; a level needs a peak that was measured with the same settings."""
+    like, known = given.get("like", ""), draft.raw["stimuli"]
+    if like and like not in known:
+        raise BadValue(f"like is {like!r}; allowed: a stimulus of the protocol ({', '.join(known) or 'none'})")
+    made: dict[str, Any] = dict(known[like]) if like else {}
+    settings = {column: value_of(cell) for column, cell in given.items() if "." in column}
+    factors = {column: _fact(cell) for column, cell in given.items() if column not in _COLUMNS and "." not in column}
+    if settings or "patch" in given:
+        made |= {"measured_m_s2": 0.0, "level_m_s2": 0.0}  # they were those of other settings
+    for column in _FIELDS:
+        if column in given:
+            made[column] = given[column] if column in ("patch", "scaled_by") else value_of(given[column])
+    made["settings"] = {**made.get("settings", {}), **settings}
+    made["factors"] = {**made.get("factors", {}), **factors}
+    if not made.get("patch"):
+        return made
+    if "patch" in given and given["patch"] not in library.patches() and folder != draft.folder:
+        made["patch"] = draft.take_patch(patch_path(given["patch"], folder))
+    numbers = parameters_of(made["patch"], draft.registry, draft.folder)
+    made["scaled_by"] = made.get("scaled_by") or usually_scaled(numbers)
+    if not made.get("measured_m_s2"):
+        if made.get("level_m_s2"):
+            raise BadValue(
+                f"measured_m_s2 of {name} is missing; allowed: the peak that its level is set from, as --levels "
+                "measures it where level_m_s2 is empty"
+            )
+        made["scaled_by"] = ""  # it plays as it is
+    return made
+
+
+def _fact(cell: str) -> int | float | str:
+    value = value_of(cell)
+    return cell if isinstance(value, bool) else value
