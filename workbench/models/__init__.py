@@ -1,1 +1,1 @@
-"""The science: functions and kernels on arrays. Nothing here knows of a graph, a file, a clock or a device."""
+"""Models: functions and kernels on arrays, independent of graphs, files, clocks and devices."""

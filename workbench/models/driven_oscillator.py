@@ -1,11 +1,10 @@
-"""The exact motion of a driven mass, spring and damper over one frame, for coefficients that change now and then.
+"""Exact motion of a driven mass-spring-damper over one frame, with coefficients that may change between frames.
 
-The equation is `x'' + gamma x' + kappa x = g u`, with time in frames, so that kappa = K h^2 / M and gamma = B h /
-M for a stiffness K, damping B, mass M and a frame of h seconds; the drive u is linear between frames. All that is
-needed follows from the impulse response f (f(0) = 0, f'(0) = 1) and its first and second integrals. They come
-from their power series at a step halved until it converges in a few terms, and are doubled back by the addition
-theorem: one path for light, critical and heavy damping and for no spring at all, without a transcendental
-function, to rounding error.
+The equation is `x'' + gamma x' + kappa x = g u` with time in frames: kappa = K h^2 / M and gamma = B h / M for
+stiffness K, damping B, mass M and a frame of h seconds. The drive u is linear between frames. The coefficients follow
+from the impulse response f (f(0) = 0, f'(0) = 1) and its first and second integrals. These are power series, evaluated
+at a step that is halved until it converges in a few terms, and doubled back by the addition theorem. One path serves
+light, critical and heavy damping and a missing spring, without transcendental functions, to rounding error.
 """
 
 import math
@@ -16,16 +15,16 @@ from underfoot.kernels import kernel
 
 _LARGEST_KAPPA = 0.0625
 _LARGEST_GAMMA = 0.25
-"""Above these the step is halved; at or below them at most 15 terms of the series are needed."""
+"""Above these values the step is halved; at or below them the series needs at most 15 terms."""
 
 _RECIPROCAL_FACTORIALS = 1.0 / np.cumprod(np.maximum(np.arange(24.0), 1.0))
 
 
 @kernel
 def frame_response(kappa: float, gamma: float) -> tuple[float, float, float, float]:
-    """The impulse response f one frame after the impulse, its slope f', and its first and second integrals.
+    """Return the impulse response f one frame after the impulse, its slope f', and its first and second integrals.
 
-    `kappa` and `gamma` are finite and at least 0, without unit. Without spring and damping f = t:
+    `kappa` and `gamma` are dimensionless, finite and at least 0. Without spring and damping f = t:
 
     >>> frame_response(0.0, 0.0) == (1.0, 1.0, 1 / 2, 1 / 6)
     True
@@ -62,7 +61,7 @@ def frame_response(kappa: float, gamma: float) -> tuple[float, float, float, flo
 def frame_step(
     kappa: float, gamma: float, gain: float
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """The coefficients c0 to c7 of the motion over one frame, in which the drive goes from u0 to u1.
+    """Return the coefficients c0 to c7 of the motion over one frame, in which the drive goes from u0 to u1.
 
     `x1 = c0 x + c1 w + c2 u0 + c3 u1` and `w1 = c4 x + c5 w + c6 u0 + c7 u1`, where w is the velocity per frame.
 
@@ -85,11 +84,11 @@ def frame_step(
 
 @kernel
 def resolved(frame_s: float, stiffness: float, damping: float, creep: float, mass: float) -> tuple[float, float]:
-    """Mass and damping whose motion frames of `frame_s` s can resolve, for a system of damping `damping` + `creep`.
+    """Return the mass and damping that frames of `frame_s` s can resolve, for a total damping `damping` + `creep`.
 
-    The mass is raised until its time constants M / B and sqrt(M / K) are at least a thousandth of a frame. Where the
-    system would still ring above half the frame rate, `damping` is raised to half of critical damping. So 0 is allowed
-    for both; where frames resolve the motion, both are returned as they are. Any consistent units.
+    The mass is raised until the time constants M / B and sqrt(M / K) are at least a thousandth of a frame. If the
+    system would still ring above half the frame rate, `damping` is raised to half of critical damping. Both may be 0.
+    Where frames resolve the motion, both are returned unchanged. Any consistent units.
 
     >>> resolved(1e-3, 1.0, 0.0065, 0.0, 1e-3)
     (0.001, 0.0065)
@@ -105,7 +104,7 @@ def resolved(frame_s: float, stiffness: float, damping: float, creep: float, mas
 
 @kernel
 def crossing(start: float, end: float, level: float) -> float:
-    """Where, as a share of a frame below 1, a displacement that goes from `start` to `end` passes `level`.
+    """Return where a displacement from `start` to `end` crosses `level`, as a share of the frame, below 1.
 
     >>> crossing(0.0, 2.0, 0.5)
     0.25

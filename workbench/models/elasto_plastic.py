@@ -1,16 +1,16 @@
-"""Plasticity: the normal-force texture of a visco-elasto-plastic ground that slips (4.1, 5.4).
+"""Visco-elasto-plastic ground: the normal-force texture of a surface that slips (4.1, 5.4).
 
 The surface obeys `F = m x'' + b x' + K (x - x0)` with K = k1 + k2 and x0 = k2 xi / K. When the force on the
-plastic unit, `k2 (x - xi)`, passes a threshold (constant or drawn for each slip), xi jumps: an energy is drawn
-from a truncated power law, p(E) ~ E^-gamma from E0 to E1, and turned into the displacement that sets it free
-(docs/models.md#elasto-plastic-ground). Time and energy of each slip are the model's output; what they sound like is
-another model's part.
+plastic unit, `k2 (x - xi)`, exceeds a threshold (constant, or random for each slip), xi jumps: an energy is drawn
+from a truncated power law, p(E) ~ E^-gamma from E0 to E1, and converted to the displacement that releases it
+(docs/models.md#elasto-plastic-ground). The outputs are time and energy of each slip; other models turn them into
+vibration.
 
-The motion between slips is exact for a force that is linear between frames. A slip acts from the end of its frame
-on. No slip takes more than the plastic unit holds, k2 (x - xi)^2 / 2: a larger draw is cut to that.
+The motion between slips is exact for a force that is linear between frames. A slip takes effect at the end of its
+frame. It releases at most the energy stored in the plastic unit, k2 (x - xi)^2 / 2; larger draws are cut to that.
 
-Without a force above 0 for the renewal time the ground springs back, and the next step meets fresh ground with
-new draws. Until then xi stays, so that a load below the former largest one makes no slip.
+After the renewal time without a force above 0 the ground is renewed: xi returns to 0, and the thresholds are drawn
+anew. Until then xi stays, so that a load below the largest so far causes no slip.
 
 In scripts: `Ground().response(force_n, rate_hz)`. In real time: `design`, `run` for one tile, `tail`.
 """
@@ -33,34 +33,34 @@ PARAMETERS = Layout(
     *("mass", "damping", "stiffness", "plastic_stiffness", "threshold", "spread"),
     *("gamma", "least", "renewal"),
 )
-"""What `design` reads: m, b, k1 and k2; the threshold and how much it varies, of its mean; the exponent of the
-distribution of energies, and its lower end; and the seconds without load to fresh ground."""
+"""Input of `design`: m, b, k1 and k2; the threshold and its relative spread; the exponent and the lower end of the
+distribution of energies; the renewal time in seconds."""
 
 COEFFICIENTS = Layout(
     "slip_coefficients",
     *("kappa", "gamma", "gain", "plastic_stiffness", "threshold", "spread"),
     *("least", "log_range", "power", "strength", "exponent", "renewal"),
 )
-"""kappa, gamma and gain are K, b and 1 over the mass, with time in frames; an event's strength is `strength`
+"""kappa, gamma and gain are K, b and 1 over the mass, with time in frames. The strength of an event is `strength`
 E^`exponent`."""
 
 STATE = Layout("slip", "displacement", "speed", "load", "plastic", "threshold", "worn")
-"""Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load."""
+"""Zeros are intact ground at rest. `worn` is 0 on intact ground, else 1 plus the frames since the last load."""
 
 _MOST_SLIPS = 32
-"""Slips of one frame, at most; the last one takes the plastic unit down to its threshold."""
+"""Largest number of slips in one frame; the last one takes the plastic unit down to its threshold."""
 
 _DRAWS = 128
-"""Draws that one frame may use: the counter of a draw is its frame times this, plus its number."""
+"""Random draws reserved for each frame: the counter of a draw is frame times this, plus its index."""
 _FIRST_THRESHOLD = 127
 
 _LARGEST_FORCE = 1e12
-"""Forces beyond this, in newtons, count as this: all that follows stays finite."""
+"""Forces are limited to this size, in newtons, so that all results stay finite."""
 
 
 @dataclass(frozen=True)
 class Slips:
-    """What the ground did: two signals [frames], and one value a frame in which it slipped."""
+    """Response of the ground: two signals [frames], and one value for each frame in which it slipped."""
 
     displacement_m: NDArray[np.float64]
     """Displacement x of the surface, shape [frames]."""
@@ -69,17 +69,17 @@ class Slips:
     time_s: NDArray[np.float64]
     """Times of the slips, shape [slips]."""
     energy_j: NDArray[np.float64]
-    """Energies that they set free, shape [slips]."""
+    """Energies released by the slips, shape [slips]."""
 
 
 @dataclass(frozen=True)
 class Ground:
-    """Elasto-plastic ground. Raises `BadValue` for what cannot be.
+    """Elasto-plastic ground. Raises `BadValue` for values out of range.
 
-    `stiffness_n_m` is k1 and `plastic_stiffness_n_m` k2, both above 0; mass and damping are 0 or more, and raised to
-    what settles within a frame where no frame could show them. The threshold of each slip lies evenly within
-    `threshold_n` (1 +- `spread`), `spread` below 1. `gamma` (0 to 10), `least_j` and `most_j` are the distribution of
-    the energies. Fresh ground forms after `renewal_s` without force.
+    `stiffness_n_m` is k1 and `plastic_stiffness_n_m` k2, both above 0. Mass and damping are at least 0; values too
+    small for frames to resolve are raised so that the motion settles within a frame. The threshold of each slip is
+    uniform in `threshold_n` (1 +- `spread`), `spread` below 1. `gamma` (0 to 10), `least_j` and `most_j` define the
+    distribution of energies. The ground is renewed after `renewal_s` without force.
     """
 
     mass_kg: float = 0.5
@@ -104,10 +104,10 @@ class Ground:
         number("renewal_s", self.renewal_s, TINY, math.inf, "above 0 s")
 
     def response(self, force_n: ArrayLike, rate_hz: float, seed: int = 0) -> Slips:
-        """What the ground does under `force_n`, one value a frame.
+        """Return the response to `force_n`, one value per frame.
 
-        The force is linear between frames and 0 before the first. Several slips in one frame count as one, at the
-        first one's time and with the sum of their energies.
+        The force is linear between frames and 0 before the first. Several slips in one frame are merged: time of the
+        first, sum of the energies.
 
         >>> result = Ground().response(np.linspace(0.0, 500.0, 4800), 48000.0)
         >>> len(result.time_s) > 10, bool(result.energy_j.min() >= 1e-5)
@@ -124,7 +124,7 @@ class Ground:
         return Slips(displacement, plastic, events.time[:count] / rate_hz, events.strength[:count])
 
     def parameters(self) -> Memory:
-        """The ground as `design` reads it."""
+        """Return the parameters in the layout that `design` takes."""
         p = PARAMETERS.zeros()
         p.mass, p.damping, p.stiffness, p.plastic_stiffness = (
             self.mass_kg,
@@ -141,11 +141,10 @@ class Ground:
 def design(
     parameters: Memory, most_j: float, strength: float, exponent: float, rate_hz: float, coefficients: Memory
 ) -> None:
-    """The coefficients of the ground of `parameters`, whose names are those of `PARAMETERS`.
+    """Compute the coefficients of the ground with `parameters` (named as in `PARAMETERS`).
 
-    `most_j` is the largest energy E1. An event's strength is `strength` (E / E1)^`exponent`: the exponent 1/2 gives an
-    impact's velocity, 1 its energy.
-    May be called at any time: a change acts from the next call of `run` on.
+    `most_j` is the largest energy E1. The strength of an event is `strength` (E / E1)^`exponent`: 1/2 gives the
+    velocity of an impact, 1 its energy. May be called at any time; a change takes effect with the next call of `run`.
     """
     p, c = parameters, coefficients
     frame_s = 1.0 / rate_hz
@@ -170,17 +169,17 @@ def run(
     displacement_m: Floats,
     events: Memory,
 ) -> None:
-    """One tile, `force_n.size` frames from session frame `frame` on: `force_n` in, `displacement_m` out, both [frames].
+    """Run one tile from session frame `frame` on: `force_n` in, `displacement_m` out, both [frames].
 
-    Slips are added to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by the frame, so
-    that no split and no sleep changes them. `force_n` is the value at the end of its frame; the slips lie within it.
+    Slips are appended to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by frame, so
+    that they do not depend on splits or sleep. `force_n` holds the value at the end of each frame; slips lie within it.
     """
     run_traced(force_n, key, frame, coefficients, state, displacement_m, events, displacement_m[:0])
 
 
 @kernel
 def tail(state: Memory, coefficients: Memory) -> float:
-    """A bound of the displacement's size if no force comes; infinite while worn ground waits for its renewal."""
+    """Return a bound of |displacement| without further force; infinite while worn ground waits for its renewal."""
     if state.worn > 0.0:
         return math.inf
     return math.sqrt(state.displacement**2 + state.speed**2 / coefficients.kappa)
@@ -197,7 +196,7 @@ def run_traced(
     events: Memory,
     plastic_m: Floats,
 ) -> None:
-    """`run`, which besides fills the plastic displacement where that has frames."""
+    """Run as `run` does, and fill the plastic displacement if `plastic_m` is not empty."""
     c, s = coefficients, state
     x, w, before, worn = s.displacement, s.speed, s.load, s.worn
     stiffness = c.plastic_stiffness
@@ -233,7 +232,7 @@ def run_traced(
 
 @kernel
 def _slips(s: Memory, c: Memory, key: np.uint64, counter: int, x: float) -> float:
-    """Slip until the force on the plastic unit is below its threshold; the energy set free."""
+    """Slip until the force on the plastic unit is below its threshold; return the energy released."""
     stiffness = c.plastic_stiffness
     total = 0.0
     force = stiffness * (x - s.plastic)
@@ -261,7 +260,7 @@ def _threshold(c: Memory, key: np.uint64, counter: int) -> float:
 
 @kernel
 def slip_energy(force_n: float, displacement_m: float, stiffness_n_m: float) -> float:
-    """The energy in joules that a slip takes from a plastic unit under `force_n`: F d - k2 d^2 / 2.
+    """Return the energy, J, that a slip takes from a plastic unit under `force_n`: F d - k2 d^2 / 2.
 
     >>> slip_energy(100.0, 1e-4, 4e5)
     0.008
@@ -271,10 +270,9 @@ def slip_energy(force_n: float, displacement_m: float, stiffness_n_m: float) -> 
 
 @kernel
 def slip_displacement(force_n: float, energy_j: float, stiffness_n_m: float) -> float:
-    """The displacement in metres of the slip that takes `energy_j` from a plastic unit under `force_n`.
+    """Return the displacement, m, of a slip that takes `energy_j` from a plastic unit under `force_n`.
 
-    The inverse of `slip_energy` for energies up to F^2 / 2 k2, written without a difference of
-    nearly equal numbers.
+    Inverse of `slip_energy` for energies up to F^2 / 2 k2, written without cancellation.
 
     >>> round(slip_displacement(100.0, 0.008, 4e5), 12)
     0.0001
@@ -285,9 +283,11 @@ def slip_displacement(force_n: float, energy_j: float, stiffness_n_m: float) -> 
 
 @kernel
 def power_law(probability: float, least: float, log_range: float, power: float) -> float:
-    """The quantile at `probability` of p(E) ~ E^-gamma from `least` to `least` exp(`log_range`); `power` is 1 - gamma.
+    """Return the quantile at `probability` of p(E) ~ E^-gamma from `least` to `least` exp(`log_range`).
 
-    >>> round(power_law(0.5, 1.0, math.log(100.0), 1.0 - 1.0), 9)  # gamma = 1: even in the logarithm
+    `power` is 1 - gamma.
+
+    >>> round(power_law(0.5, 1.0, math.log(100.0), 1.0 - 1.0), 9)  # gamma = 1: log-uniform
     10.0
     """
     if abs(power * log_range) < 1e-12:

@@ -1,8 +1,8 @@
-"""A walker on a floor: ground reaction force, roll of the foot, footfalls, and their split over a tile's corners.
+"""Walking: ground reaction force, roll of the foot, footfalls, and the split of forces over a tile's corners.
 
-A footfall's vertical force has the double hump of walking: up to a first peak (weight accepted), down to a valley (the
-other leg swings by), up to a second peak (push-off) and down to 0. While a walker keeps to its mean height the
-ground gives its weight back exactly, so a footfall's impulse is weight times step time; this fixes the contact time.
+The vertical force of a footfall has the double hump of walking: a first peak (weight acceptance), a valley (swing of
+the other leg), a second peak (push-off). At constant mean height of the walker, the impulse of a footfall is weight
+times step time; this determines the contact time.
 """
 
 import math
@@ -18,13 +18,13 @@ from underfoot.errors import require
 from underfoot.models.signals.random import normal, stream_key
 
 PEAK1_PHASE, VALLEY_PHASE, PEAK2_PHASE = 0.22, 0.50, 0.77
-"""Where in the contact the extremes lie, as usual in walking at a comfortable speed."""
+"""Phases of the extremes, as usual in walking at a comfortable speed."""
 
 
 def vertical_force(phase: ArrayLike, peak1: float, valley: float, peak2: float) -> NDArray[np.float64]:
-    """The vertical force at each `phase` (0 contact on, 1 off), in the unit of its extremes; 0 outside.
+    """Return the vertical force at each `phase` (0 landing, 1 toe-off), in the unit of its extremes; 0 outside.
 
-    Quarter sines to the first and from the second peak, raised cosines between: no overshoot, no corner inside.
+    Quarter sines before the first and after the second peak, raised cosines between: no overshoot, no corner inside.
 
     >>> vertical_force([0.0, 0.22, 0.5, 0.77, 1.0], 1.1, 0.7, 1.05)
     array([0.  , 1.1 , 0.7 , 1.05, 0.  ])
@@ -38,7 +38,7 @@ def vertical_force(phase: ArrayLike, peak1: float, valley: float, peak2: float) 
 
 
 def mean_force(peak1: float, valley: float, peak2: float) -> float:
-    """The mean of `vertical_force` over the contact, in closed form.
+    """Return the mean of `vertical_force` over the contact, in closed form.
 
     >>> round(mean_force(1.1, 0.7, 1.1), 3)
     0.81
@@ -49,9 +49,9 @@ def mean_force(peak1: float, valley: float, peak2: float) -> float:
 
 
 def roll(phase: ArrayLike, start: float = 0.05, reach: float = 0.9) -> NDArray[np.float64]:
-    """Where the centre of pressure is, as a fraction of the foot's length from the heel: from `start` on, by `reach`.
+    """Return the centre of pressure as a fraction of foot length from the heel: from `start`, over `reach`.
 
-    It leaves the heel and reaches the toes fast and crosses the middle slowly; it never goes back.
+    It leaves the heel and reaches the toes fast, crosses the middle slowly, and never goes back.
 
     >>> roll([0.0, 0.5, 1.0])
     array([0.05, 0.5 , 0.95])
@@ -61,12 +61,12 @@ def roll(phase: ArrayLike, start: float = 0.05, reach: float = 0.9) -> NDArray[n
 
 
 class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Who walks: weight, cadence (steps a minute, both feet), feet, and how much footfalls vary.
+    """Walker: weight, cadence (steps per minute, both feet), feet, and variation of the footfalls.
 
-    Peaks and valley are in body weights. The centre of pressure rolls from `roll_start` on by `roll_reach`, fractions
-    of the foot's length (a flat-footed step has a short reach). `foot_breadth_m` is how broadly heel and ball press; at
-    0 the foot is a line. `variation` is the relative deviation of forces and of the step time, and in units of 0.3 m of
-    the places. Raises `BadValue` outside the ranges below.
+    Peaks and valley are in body weights. The centre of pressure rolls from `roll_start` over `roll_reach`, fractions of
+    the foot's length (a flat-footed step has a short reach). `foot_breadth_m` is the breadth of heel and ball; at 0 the
+    foot is a line. `variation` is the relative standard deviation of forces and step time, and that of positions in
+    units of 0.3 m. Raises `BadValue` outside the ranges below.
 
     >>> round(Walker().contact_s, 3)
     0.673
@@ -95,12 +95,12 @@ class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def step_s(self) -> float:
-        """Seconds from one foot's onset to the other's."""
+        """Seconds between landings of the two feet."""
         return 60.0 / self.cadence_per_min
 
     @property
     def contact_s(self) -> float:
-        """Seconds a foot is down, so that each footfall's impulse is the weight times `step_s`."""
+        """Contact time of a foot, s, such that the impulse of a footfall is weight times `step_s`."""
         return self.step_s / mean_force(self.peak1, self.valley, self.peak2)
 
 
@@ -119,12 +119,12 @@ WALKER_RANGES = {
     "variation": (0.0, 0.2),
     "foot_breadth_m": (0.0, 0.2),
 }
-"""The allowed range of each of a walker's parameters."""
+"""Allowed range of each parameter of a walker."""
 
 
 @dataclass(frozen=True)
 class Footfall:
-    """One foot on the floor: when, where (heel, in the floor's frame), which way, which foot, and its forces."""
+    """One footfall: time, position of the heel in the floor's frame, direction, side and forces."""
 
     side: str
     start_s: float
@@ -141,11 +141,11 @@ class Footfall:
     breadth_m: float = 0.0
 
     def force_n(self, time_s: ArrayLike) -> NDArray[np.float64]:
-        """The vertical force at each of `time_s`; 0 before and after."""
+        """Return the vertical force at each of `time_s`; 0 outside the contact."""
         return vertical_force(self._phase(time_s), self.peak1_n, self.valley_n, self.peak2_n)
 
     def centre_m(self, time_s: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The centre of pressure (x, y) at each of `time_s`, held at heel and toe outside the contact."""
+        """Return the centre of pressure (x, y) at each of `time_s`; held at heel and toe outside the contact."""
         along = self.length_m * roll(self._phase(time_s), self.roll_start, self.roll_reach)
         return self.heel_x_m + along * math.cos(self.heading_rad), self.heel_y_m + along * math.sin(self.heading_rad)
 
@@ -156,12 +156,12 @@ class Footfall:
 def footfalls(
     walker: Walker, path: Sequence[tuple[float, float]], seconds: float, seed: int = 1, start_s: float = 0.2
 ) -> list[Footfall]:
-    """The footfalls that begin in [start_s, seconds), left and right in turn, in order of time.
+    """Return the footfalls that begin in [start_s, seconds), left and right in turn, in order of time.
 
-    The walker follows `path`, points (x, y) in metres, and turns round at its end; a path that ends where it began is
-    walked round and round, and a single point is stepped on the spot. The middles of the feet lie `step_width_m`
-    apart beside the path. The same seed gives the same walk, and a longer one begins with it. Raises `BadValue` for an
-    empty path or one that is not of finite points, and for seconds or start_s that are not finite.
+    The walker follows `path`, points (x, y) in metres, and turns round at its end. A closed path is walked in a loop;
+    at a single point the walker steps on the spot. The centres of left and right feet are `step_width_m` apart. The
+    same seed gives the same walk, and a longer walk begins with the shorter one. Raises `BadValue` for an empty path,
+    points that are not finite, and for seconds or start_s that are not finite.
 
     >>> steps = footfalls(Walker(variation=0.0), [(0.0, 0.0), (2.0, 0.0)], 1.0)
     >>> [(step.side, round(step.start_s, 3), round(step.heel_y_m, 3)) for step in steps]
@@ -183,9 +183,9 @@ def footfalls(
 
 
 def footfall_at(walker: Walker, place: tuple[float, float, float], step: int, key: np.uint64, due_s: float) -> Footfall:
-    """A walker's footfall number `step` (even: left) that is due at `due_s`, varied by draws of `key`.
+    """Return footfall number `step` (even: left) of a walker, due at `due_s`, varied by draws of `key`.
 
-    `place` is where the body is, x and y in metres, and its heading in radians; the foot comes down half a step width
+    `place` is the position of the body, x and y in metres, and its heading in radians; the foot lands half a step width
     to its side.
     """
     vary = [walker.variation * normal(key, 8 * step + draw) for draw in range(7)]
@@ -195,7 +195,7 @@ def footfall_at(walker: Walker, place: tuple[float, float, float], step: int, ke
     x += -aside * math.sin(heading) + 0.3 * vary[0]
     y += aside * math.cos(heading) + 0.3 * vary[1]
     heading += turn * math.radians(walker.toe_out_deg)
-    # The first foot comes down on time, so that a walk begins where it was asked to.
+    # The first foot lands on time, so that a walk begins where requested.
     late = walker.step_s * vary[2] if step > 0 else 0.0
     return Footfall(
         side="left" if turn > 0 else "right",
@@ -215,11 +215,11 @@ def footfall_at(walker: Walker, place: tuple[float, float, float], step: int, ke
 
 
 def corner_forces(force_n: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, sensors_m: ArrayLike) -> NDArray[np.float64]:
-    """What four sensors at the corners of a rectangle read of a force at (x, y): the bilinear split, shape (..., 4).
+    """Split a force at (x, y) bilinearly over four sensors at the corners of a rectangle: shape (..., 4).
 
-    `sensors_m` is (4, 2), in metres, in any order; `force_n`, `x_m` and `y_m` broadcast. The four add up to the force
-    and their centroid is (x, y), also beyond the corners, where some are negative. Raises `BadValue` if the sensors
-    are not the corners of a rectangle.
+    `sensors_m` is (4, 2), in metres, in any order; `force_n`, `x_m` and `y_m` broadcast. The four forces add up to the
+    force and their centroid is (x, y), also outside the rectangle, where some are negative. Raises `BadValue` if the
+    sensors are not the corners of a rectangle.
 
     >>> corner_forces(100.0, 0.1, 0.0, [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
     array([50.,  0.,  0., 50.])
@@ -248,7 +248,7 @@ def _raised_cosine(u: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class _Path:
-    """A path of points that is walked there and back again, or round and round if it is closed."""
+    """Polyline that is walked there and back, or in a loop if it is closed."""
 
     def __init__(self, points: NDArray[np.float64]) -> None:
         edges = np.diff(points, axis=0)
@@ -260,7 +260,7 @@ class _Path:
         self._last = max((k for k, length in enumerate(self._lengths) if length > 0.0), default=0)
 
     def at(self, distance: float) -> tuple[float, float, float]:
-        """Place and heading after a distance."""
+        """Return position and heading after `distance`."""
         if self._total == 0.0:
             x, y = self._points[0]
             return x, y, 0.0

@@ -21,29 +21,30 @@ from underfoot.errors import require
 Footwear = Literal["barefoot", "shoe"]
 FOOTWEAR: tuple[Footwear, ...] = ("barefoot", "shoe")
 LOW_HZ, FLAT_HZ, BEST_HZ, HIGH_HZ = 20.0, 40.0, 200.0, 250.0
-"""Where thresholds were measured; up to where they are flat; where the probe's level is known."""
+"""Frequencies: lowest measured, end of the flat part, that of the known level, highest measured."""
 LEVEL_M = 1.2e-6
-"""The displacement threshold of a bare sole at `BEST_HZ`, peak (Kowalzik et al. 1996)."""
+"""Displacement threshold of a bare sole at `BEST_HZ`, peak (Kowalzik et al. 1996)."""
 SHOE_DB = -25.0
-"""How far the threshold of a whole sole in a hard shoe is below that of a bare sole on a probe: so far that textured
-noise with the dynamic envelope (TD) is just noticed at `NOTICED_M_S2` in a step."""
+"""Threshold of a whole sole in a hard shoe, relative to a bare sole on a small probe: such that textured noise with
+the dynamic envelope (TD) is just noticed at `NOTICED_M_S2` in a step."""
 NOTICED_M_S2, NOTICED_SD_M_S2 = 0.46, 0.18
-"""Peak acceleration of TD that is noticed half of the time, over people (thesis 6.4.2)."""
+"""Mean and standard deviation over people of the peak acceleration of TD that is noticed half of the time
+(thesis 6.4.2)."""
 BAND_HZ = tuple(
     float(f) for f in (20, 25, 31.5, 40, 50, 63, 80, 100, 125, 160, 200, 250, 315, 400, 500, 630, 800, 1000)
 )
-"""The preferred centres of third-octave bands from 20 Hz to 1 kHz (ISO 266)."""
+"""Preferred centres of third-octave bands from 20 Hz to 1 kHz (ISO 266)."""
 FELT_HZ = (50.0, 750.0)
-"""The band that a tile is to give (thesis 4.5.2)."""
+"""Band that a tile has to reproduce (thesis 4.5.2)."""
 WINDOW_S = 0.2
-"""A Hann window in which levels are taken, and which moves on by half of itself."""
+"""Length of the Hann window for levels; windows overlap by half."""
 STIFFNESS_N_MM = 90.0
 PSE = ((0.0, 100.8), (0.43, 134.5), (0.86, 151.6))
-"""Peak acceleration of TD in m/s^2, and the stiffness in N/mm that feels like 90 N/mm without it (table 6.3)."""
+"""Peak acceleration of TD in m/s^2, and the stiffness in N/mm that feels like 90 N/mm without vibration (table 6.3)."""
 
 
 def threshold_m_s2(frequency_hz: ArrayLike, footwear: Footwear = "barefoot") -> NDArray[np.float64]:
-    """The peak acceleration of a sine that is just felt; above 250 Hz the curve is continued, and not measured.
+    """Return the peak acceleration of a just detectable sine; above 250 Hz the curve is extrapolated.
 
     >>> (threshold_m_s2([40.0, 200.0]) / (2 * np.pi * np.array([40.0, 200.0])) ** 2 * 1e6).round(1)  # um
     array([15. ,  1.2])
@@ -58,24 +59,24 @@ def threshold_m_s2(frequency_hz: ArrayLike, footwear: Footwear = "barefoot") -> 
 
 @dataclass(frozen=True)
 class Felt:
-    """What is felt of a stretch of acceleration.
+    """Sensation of a stretch of acceleration.
 
-    Levels are in dB above the threshold, in the window where most is felt: each frequency counts by its power over that
-    of the sine that is just felt, so that a sine is as far above the threshold as its amplitude. Below 0 nothing is
-    felt. `noticed` is the chance that a person in hard shoes notices it.
+    Levels are in dB above the threshold, in the window where they are highest. Each frequency is weighted by its power
+    over that of the just detectable sine, so the level of a sine is that of its amplitude. Below 0 dB nothing is felt.
+    `noticed` is the probability that a person in hard shoes notices the vibration.
     """
 
     level_db: dict[Footwear, float]
     noticed: float
 
     def summary(self) -> dict[str, float | None]:
-        """The levels and the chance, as a command prints them; None where there is no vibration."""
+        """Return the levels and the probability, as printed by commands; None where there is no vibration."""
         levels = {f"level_{name}_db": db if math.isfinite(db) else None for name, db in self.level_db.items()}
         return {**levels, "noticed": self.noticed}
 
 
 def felt(acceleration_m_s2: ArrayLike, rate_hz: float) -> Felt:
-    """What is felt of acceleration (n,) under the foot, m/s^2.
+    """Return the sensation of acceleration (n,) under the foot, m/s^2.
 
     >>> sine = 1.895 * np.sin(2 * np.pi * 200.0 * np.arange(9600) / 48000.0)
     >>> found = felt(sine, 48000.0)
@@ -93,7 +94,7 @@ def felt(acceleration_m_s2: ArrayLike, rate_hz: float) -> Felt:
 
 
 def band_levels(acceleration_m_s2: ArrayLike, rate_hz: float) -> NDArray[np.float64]:
-    """The peak amplitude in each band of `BAND_HZ`, in the window where it is greatest: shape (bands,).
+    """Return the peak amplitude in each band of `BAND_HZ`, in the window where it is largest: shape (bands,).
 
     >>> levels = band_levels(np.sin(2 * np.pi * 200.0 * np.arange(48000) / 48000.0), 48000.0)
     >>> BAND_HZ[int(levels.argmax())], round(float(levels.max()), 2)
@@ -102,13 +103,13 @@ def band_levels(acceleration_m_s2: ArrayLike, rate_hz: float) -> NDArray[np.floa
     power, frequencies = _power(acceleration_m_s2, rate_hz)
     step = float(frequencies[1])
     edges = np.concatenate([[BAND_HZ[0] * 2.0 ** (-1 / 6)], np.array(BAND_HZ) * 2.0 ** (1 / 6)]) / step + 0.5
-    # Edges lie between the transform's lines: each line counts by its part within the band.
+    # Band edges lie between spectral lines: each line counts with its part within the band.
     sums = np.array([np.interp(edges, np.arange(power.shape[1] + 1), np.append(0.0, np.cumsum(row))) for row in power])
     return np.sqrt(2.0 * np.diff(sums, axis=1).max(axis=0, initial=0.0))
 
 
 def _power(acceleration_m_s2: ArrayLike, rate_hz: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The mean square of each line of the spectrum, [window, line], and the frequency of each line."""
+    """Return the mean square of each spectral line, [window, line], and the frequencies of the lines."""
     signal = np.asarray(acceleration_m_s2, dtype=np.float64)
     require(signal.ndim == 1 and bool(np.isfinite(signal).all()), "acceleration", "not so", "finite, one dimension")
     size = round(WINDOW_S * rate_hz)
@@ -122,7 +123,7 @@ def _power(acceleration_m_s2: ArrayLike, rate_hz: float) -> tuple[NDArray[np.flo
 
 
 def chance_noticed(level_shoe_db: float) -> float:
-    """The chance that a person in hard shoes notices a vibration of this level: people's thresholds are normal.
+    """Return the probability that a person in hard shoes notices a vibration of this level; thresholds are normal.
 
     >>> round(chance_noticed(0.0), 2), round(chance_noticed(-6.0), 2), chance_noticed(-math.inf)
     (0.5, 0.1, 0.0)
@@ -134,10 +135,10 @@ def chance_noticed(level_shoe_db: float) -> float:
 
 
 def felt_stiffness_n_mm(peak_m_s2: float) -> float | None:
-    """The stiffness that a plate of 90 N/mm feels like with vibration of this peak; None where table 6.3 ends.
+    """Return the perceived stiffness of a plate of 90 N/mm with vibration of this peak; None beyond table 6.3.
 
-    A plate of 134.5 N/mm with 0.43 m/s^2 feels like one of 90 without: it is felt as softer by 100.8 / 134.5, for
-    without vibration it took 100.8. Straight between the table's values; they are of TD.
+    A plate of 134.5 N/mm with 0.43 m/s^2 feels like one of 90 N/mm without; without vibration the match was at
+    100.8 N/mm, so vibration makes a plate feel softer by 100.8 / 134.5. Linear between the values of the table, for TD.
 
     >>> felt_stiffness_n_mm(0.0), round(felt_stiffness_n_mm(0.43), 1), felt_stiffness_n_mm(0.9)
     (90.0, 67.4, None)
@@ -149,7 +150,7 @@ def felt_stiffness_n_mm(peak_m_s2: float) -> float | None:
 
 
 def stiffness_in_words(peak_m_s2: float) -> str:
-    """What a plate of 90 N/mm feels like with vibration of this peak, or that the thesis does not say.
+    """Return the perceived stiffness of a plate of 90 N/mm with vibration of this peak as text, or "not covered".
 
     >>> stiffness_in_words(0.43), stiffness_in_words(3.0)
     ('90 N/mm feel like 67', 'perceived stiffness: not covered')
@@ -159,11 +160,11 @@ def stiffness_in_words(peak_m_s2: float) -> str:
 
 
 def windowed_peak(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
-    """A stable peak of noise, as table 6.1 has it.
+    """Return a stable peak of noise, as in table 6.1.
 
-    The median of the largest values of windows of 10 ms over the stretch of highest amplitude, which is taken to be the
-    windows that reach half of the largest value. Where the first window begins is nobody's choice, and moves that by up
-    to 2.6 dB: it is the median over ten beginnings, a millisecond apart.
+    The median of the maxima of 10 ms windows over the stretch of highest amplitude, i.e. the windows that reach half of
+    the largest value. The start of the first window is arbitrary and changes the result by up to 2.6 dB, so the median
+    over ten starts, a millisecond apart, is taken.
 
     >>> windowed_peak(np.sin(2 * np.pi * 250.0 * np.arange(4800) / 48000.0), 48000.0).__round__(3)
     1.0
@@ -177,14 +178,14 @@ def windowed_peak(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
 
 
 def _median_of_windows(signal: NDArray[np.float64], size: int) -> float:
-    """The median of the largest values of windows of `size` samples that reach half of the largest of all."""
+    """Return the median of the maxima of windows of `size` samples that reach half of the overall maximum."""
     count = len(signal) // size
     largest = signal[: count * size].reshape(count, size).max(axis=1)
     return float(np.median(largest[largest >= 0.5 * largest.max()]))
 
 
 def share_in_band(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
-    """The share of a signal's energy within `FELT_HZ`; 0 of silence.
+    """Return the share of a signal's energy within `FELT_HZ`; 0 for silence.
 
     >>> round(share_in_band(np.sin(2 * np.pi * 200.0 * np.arange(48000) / 48000.0), 48000.0), 3)
     1.0

@@ -1,6 +1,6 @@
-"""What can stand on the canvas. Each node is one class in one family's file; `REGISTRY` finds them all.
+"""Node types of the canvas. Each is one class in its family's module; `REGISTRY` collects them.
 
-Packages of other people bring nodes by entry points (docs/plugins.md); none takes the place of one that is there.
+Plug-ins add nodes through entry points (docs/plugins.md); they cannot replace an existing one.
 """
 
 import importlib
@@ -11,7 +11,7 @@ from underfoot.plugins import NODES, declared, refuse
 
 
 def discover() -> Registry:
-    """Every node that the modules of this folder and plug-ins declare, by its type's name in files.
+    """Return the nodes declared by this package's modules and by plug-ins, keyed by their type name in files.
 
     >>> "tile-output" in discover()
     True

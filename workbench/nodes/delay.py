@@ -1,4 +1,4 @@
-"""Echoes."""
+"""Delay with feedback."""
 
 import math
 
@@ -9,14 +9,14 @@ from underfoot.patch.node import Input, Output, node
 
 LONGEST_S = 0.5
 _INAUDIBLE = 1e-12
-_FASTEST = 0.5  # frames a frame: how quickly the delay glides to a new time, as a tape would
+_FASTEST = 0.5  # frames per frame: largest change of the delay, as on a tape
 
 
 @node("delay", "Shapes")
 class Delay:
-    """A signal some time later, and again and again: each echo weaker by the feedback and duller by the damping."""
+    """Delay line with feedback: echoes that get weaker with the feedback and duller with the damping."""
 
-    accuracy = "exact: straight between frames, to 1e-12"
+    accuracy = "exact: linear interpolation between frames, to 1e-12"
     signal = Input()
     time = Number(
         0.12,
@@ -25,11 +25,11 @@ class Delay:
         unit="s",
         scale="log",
         wire="span",
-        doc="from a sound to its echo; it glides to a new one",
+        doc="time between a sound and its echo; changes glide",
     )
-    feedback = Number(0.4, 0.0, 0.95, wire="span", doc="an echo, of the one before; 0 is a single one")
-    damping = Number(0.2, 0.0, 0.99, wire="span", doc="what each echo loses of its high frequencies: 0 nothing")
-    out = Output(doc="the echoes, without the signal itself")
+    feedback = Number(0.4, 0.0, 0.95, wire="span", doc="gain from one echo to the next; 0 gives a single echo")
+    damping = Number(0.2, 0.0, 0.99, wire="span", doc="high-frequency loss per echo; 0 is none")
+    out = Output(doc="echoes only, without the direct signal")
     state = Layout(
         "delay", "has_begun", "frames", "place", "low_passed", "quiet", "feedback", "damping", line=("length",)
     )

@@ -1,4 +1,4 @@
-"""Envelopes: slow curves from 0 up, to multiply vibration with."""
+"""Envelopes: slow, non-negative signals that multiply a vibration."""
 
 import math
 
@@ -12,20 +12,20 @@ from underfoot.parameters import Choice, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared_columns
 
 AT_ONCE = 0
-"""The place of "at once" among what may start a breakpoint envelope."""
+"""Index of "at once" in the options of `begin`."""
 STRAIN_RATES = ("signed", "absolute", "positive")
 
 
 @node("attack-decay", "Shapes", "Attack-decay")
 class AttackDecay:
-    """A note's envelope at each event: up in the attack, held, and down in the decay; its strength is the height."""
+    """Attack-hold-decay envelope, triggered by events; an event's strength scales its height."""
 
     accuracy = "exact: the closed form, to 1e-9"
-    strike = Input(kind="event", doc="begins a note; an event's own duration is used where it has one")
-    attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", wire="span", doc="time to rise")
-    decay = Number(0.05, 0.0005, 10.0, unit="s", scale="log", wire="span", doc="time to fall at the end")
+    strike = Input(kind="event", doc="starts a note; the event's duration is used if it has one")
+    attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", wire="span", doc="rise time")
+    decay = Number(0.05, 0.0005, 10.0, unit="s", scale="log", wire="span", doc="fall time at the end of the note")
     duration = Number(
-        0.2, 0.001, 20.0, unit="s", scale="log", wire="span", doc="length of a note that does not know its own"
+        0.2, 0.001, 20.0, unit="s", scale="log", wire="span", doc="length of a note whose event has no duration"
     )
     amplitude = Number(1.0, 0.0, 10.0, scale="gain", wire="span", doc="height at strength 1")
     out = Output()
@@ -43,23 +43,23 @@ class AttackDecay:
 
 @node("breakpoints", "Shapes", "Breakpoint envelope")
 class Breakpoints:
-    """A level and a frequency through points in time, straight lines between: for the amplitude and pitch of a tone.
+    """Piecewise linear level and frequency over time, for the amplitude and pitch of a tone.
 
-    It is 0 behind the last point. A start while it plays begins it again, and its level glides there in 5 ms.
+    The level is 0 after the last point. A start during playback begins again; the level gets there in 5 ms.
     """
 
-    accuracy = "exact: straight between points, to 1e-9"
+    accuracy = "exact: linear between points, to 1e-9"
     points = Rows(
         ((0.0, 0.0, 80.0), (0.02, 1.0, 120.0), (0.3, 0.0, 80.0)),
         (("time s", 0.0, 3600.0), ("level", -100.0, 100.0), ("frequency Hz", 0.0, 5000.0)),
         most=4000,
-        doc="its points; they are played in the order of their times",
+        doc="time, level and frequency of each point; played in order of time",
     )
     amplitude = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the levels")
-    begin = Choice("at events", options=("at once", "at events"), doc="what starts it")
-    start = Input(kind="event", doc="plays it from its beginning, at the event's strength")
+    begin = Choice("at events", options=("at once", "at events"), doc="what starts playback")
+    start = Input(kind="event", doc="starts playback; its strength scales the level")
     out = Output(doc="the level")
-    frequency = Output("Hz", doc="the frequency; 0 where nothing plays")
+    frequency = Output("Hz", doc="frequency; 0 when nothing plays")
     state = breakpoints.STATE
 
     @prepared_columns
@@ -79,7 +79,7 @@ class Breakpoints:
 
 @node("contact-envelope", "Shapes")
 class ContactEnvelope:
-    """1 while the tile is stood on, 0 otherwise, with ramps of 5 ms."""
+    """1 while somebody stands on the tile, else 0, with ramps of 5 ms."""
 
     accuracy = "exact: the closed form, to 1e-9"
     force = Input("N")
@@ -98,7 +98,7 @@ class ContactEnvelope:
 
 @node("force-envelope", "Shapes")
 class ForceEnvelope:
-    """Proportional to the force: 1 at the full force (thesis: 750 N)."""
+    """Envelope proportional to the force: 1 at the full force (thesis: 750 N)."""
 
     accuracy = "exact: to 1e-12"
     force = Input("N")
@@ -120,7 +120,7 @@ class ForceEnvelope:
 
 @node("strain-rate-envelope", "Shapes")
 class StrainRateEnvelope:
-    """How fast a compressible layer is pressed in (equation 6.1): loud while the foot loads, not while it rests."""
+    """Strain rate of a compressible layer (equation 6.1): large while the foot loads the tile, 0 while it rests."""
 
     accuracy = "exact: SciPy's bilinear, to 1e-9; the step's response within 1e-5 of the continuous one"
     force = Input("N")
@@ -128,8 +128,10 @@ class StrainRateEnvelope:
         envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", wire="span", doc="natural frequency of the layer"
     )
     damping = Number(envelopes.STRAIN_DAMPING, 0.05, 10.0, scale="log", doc="damping ratio of the layer")
-    mass = Number(envelopes.STRAIN_MASS_KG, 0.01, 1000.0, unit="kg", scale="log", doc="more mass, less of it")
-    part = Choice("absolute", options=STRAIN_RATES, doc="what to make of unloading, where the rate is negative")
+    mass = Number(
+        envelopes.STRAIN_MASS_KG, 0.01, 1000.0, unit="kg", scale="log", doc="mass of the layer; divides the output"
+    )
+    part = Choice("absolute", options=STRAIN_RATES, doc="treatment of unloading, where the rate is negative")
     out = Output()
     state, coefficients = second_order.MOVING_STATE, envelopes.STRAIN_COEFFICIENTS
 

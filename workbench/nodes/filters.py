@@ -1,4 +1,4 @@
-"""Filters of second order, for one band or edge."""
+"""Second-order filters."""
 
 from underfoot.models.filtering import second_order
 from underfoot.parameters import Number
@@ -6,7 +6,7 @@ from underfoot.patch.node import Input, Output, node
 
 
 class _Section:
-    """What all of them have: a section whose coefficients may move while it runs."""
+    """Common part: a second-order section whose coefficients may change while it runs."""
 
     accuracy = "exact: SciPy's design, to 1e-9"
     state, coefficients = second_order.MOVING_STATE, second_order.COEFFICIENTS
@@ -20,11 +20,18 @@ class _Section:
 
 @node("low-pass", "Filters", "Low-pass")
 class LowPass(_Section):
-    """Lets pass what is below the cutoff, 12 dB an octave."""
+    """Second-order low-pass, 12 dB per octave."""
 
     signal = Input()
-    cutoff = Number(300.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="where it begins to cut")
-    q = Number(second_order.BUTTERWORTH, 0.1, 50.0, scale="log", wire="span", doc="0.71 is flat, more is a peak")
+    cutoff = Number(300.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="cutoff frequency")
+    q = Number(
+        second_order.BUTTERWORTH,
+        0.1,
+        50.0,
+        scale="log",
+        wire="span",
+        doc="quality factor; 0.71 is maximally flat, more gives a resonant peak",
+    )
     out = Output()
 
     def design(cutoff, q, rate, coefficients):
@@ -33,11 +40,18 @@ class LowPass(_Section):
 
 @node("high-pass", "Filters", "High-pass")
 class HighPass(_Section):
-    """Lets pass what is above the cutoff, 12 dB an octave."""
+    """Second-order high-pass, 12 dB per octave."""
 
     signal = Input()
-    cutoff = Number(60.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="where it begins to cut")
-    q = Number(second_order.BUTTERWORTH, 0.1, 50.0, scale="log", wire="span", doc="0.71 is flat, more is a peak")
+    cutoff = Number(60.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="cutoff frequency")
+    q = Number(
+        second_order.BUTTERWORTH,
+        0.1,
+        50.0,
+        scale="log",
+        wire="span",
+        doc="quality factor; 0.71 is maximally flat, more gives a resonant peak",
+    )
     out = Output()
 
     def design(cutoff, q, rate, coefficients):
@@ -46,11 +60,11 @@ class HighPass(_Section):
 
 @node("band-pass", "Filters", "Band-pass")
 class BandPass(_Section):
-    """Lets pass a band around its centre, with gain 1 there."""
+    """Second-order band-pass with gain 1 at its centre."""
 
     signal = Input()
-    centre = Number(250.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="middle of the band")
-    width = Number(100.0, 0.5, 20_000.0, unit="Hz", scale="log", wire="span", doc="width of the band at -3 dB")
+    centre = Number(250.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="centre frequency")
+    width = Number(100.0, 0.5, 20_000.0, unit="Hz", scale="log", wire="span", doc="bandwidth at -3 dB")
     out = Output()
 
     def design(centre, width, rate, coefficients):

@@ -1,4 +1,4 @@
-"""What the floor tells: force, the place of contact, and footfalls."""
+"""Signals from the floor: force, contact position and footfalls."""
 
 import math
 
@@ -10,11 +10,11 @@ from underfoot.patch.node import Input, Output, node
 
 @node("tile-force", "Floor")
 class TileForce:
-    """The force on each tile, tared, in newtons; exactly 0 while nobody stands on it."""
+    """Tared force on each tile, in newtons; exactly 0 while nobody stands on it."""
 
-    accuracy = "exact: straight between force samples, to 1e-12"
+    accuracy = "exact: linear between force samples, to 1e-12"
     force_n = Input("N", is_brought=True)
-    tiles = Tiles(doc="the tiles that are listened to")
+    tiles = Tiles(doc="tiles whose force is read")
     force = Output("N", doc="compression is positive")
     muted_by = ("force_n",)
 
@@ -25,14 +25,14 @@ class TileForce:
 
 @node("contact", "Floor")
 class Contact:
-    """Where on the tile the contact is: the centroid in the tile's frame, in metres; 0 while nobody stands on it."""
+    """Centroid of the contact in the tile's frame, in metres; 0 while nobody stands on the tile."""
 
-    accuracy = "exact: straight between force samples, to 1e-12"
+    accuracy = "exact: linear between force samples, to 1e-12"
     x_m = Input("m", is_brought=True)
     y_m = Input("m", is_brought=True)
-    tiles = Tiles(doc="the tiles that are listened to")
-    x = Output("m", doc="along the tile's x axis, 0 in the middle")
-    y = Output("m", doc="along the tile's y axis, 0 in the middle")
+    tiles = Tiles(doc="tiles whose contact is read")
+    x = Output("m", doc="along the tile's x axis; 0 at its centre")
+    y = Output("m", doc="along the tile's y axis; 0 at its centre")
 
     def run(x_m, y_m, x, y):
         for i in range(x.size):
@@ -42,18 +42,18 @@ class Contact:
 
 @node("footfall", "Floor")
 class Footfall:
-    """An event as a foot comes down: when the force rises through the threshold, and again only after it fell to half.
+    """Event when a foot lands: when the force rises through the threshold, after it had fallen below half of it.
 
-    The event comes a short wait later, so that its strength can say how fast the foot was loaded: 1 at the reference.
-    A foot that stands there already when the patch begins to play makes none.
+    The event is delayed by the wait, over which the loading rate is measured; the strength is 1 at the reference rate.
+    A foot that already stands on the tile when the patch starts gives no event.
     """
 
-    accuracy = "exact: the crossing of the straight line between force samples, to 1e-6 frames"
+    accuracy = "exact: crossing of the line between force samples, to 1e-6 frames"
     force = Input("N", doc="usually from Tile force")
-    threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force at which a foot is down")
-    wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading is measured")
-    reference = Number(8000.0, 100.0, 200_000.0, unit="N/s", scale="log", doc="loading rate of an event of strength 1")
-    onset = Output(kind="event", doc="strength: the loading rate over the reference, at most 10")
+    threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force above which a foot is down")
+    wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading rate is measured")
+    reference = Number(8000.0, 100.0, 200_000.0, unit="N/s", scale="log", doc="loading rate that gives strength 1")
+    onset = Output(kind="event", doc="footfalls; strength is loading rate over reference, at most 10")
     state = Layout("footfall", "force_before", "is_down", "due", "crossed_at")
 
     def run(force, threshold, wait, reference, rate, frame, state, onset):

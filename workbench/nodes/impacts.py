@@ -1,4 +1,4 @@
-"""Things that are struck: modal objects, and hammers that hit them."""
+"""Struck objects: modal resonators, and hammers that excite them."""
 
 from collections.abc import Sequence
 
@@ -11,11 +11,12 @@ from underfoot.parameters import Count, Number, Rows
 from underfoot.patch.node import AskedError, Input, Output, node, prepared, prepared_columns
 
 FLOOR = 1e-5
-"""Acceleration in m/s^2 below which a mode is let go: 126 dB below full scale, far below what can be felt."""
+"""Acceleration, m/s^2, below which a mode is dropped: 126 dB below full scale, far below the threshold of touch."""
 FASTEST = 100.0
-"""m/s: no hammer is thrown faster, whatever the strength of its event."""
+"""Largest speed of a hammer, m/s, whatever the strength of its event."""
 SLOWEST = 1e-12
-"""m/s: a slower hammer is only laid on the object. With the smallest of numbers its contact would not converge."""
+"""Speed, m/s, at or below which a hammer only rests on the object: at the smallest values its contact would not
+converge."""
 _MOST_MODES = 128
 _MOST_DRAWN = 200
 
@@ -27,31 +28,31 @@ WOODEN = (
     (530.0, 85.0, 0.5, 0.5),
     (742.0, 120.0, 0.4, 0.4),
 )
-"""Modes of a wooden board under a foot, designed by ear and hand: frequency, decay, modal mass, shape."""
+"""Modes of a wooden board under a foot, tuned by ear and by hand: frequency, decay, modal mass, shape."""
 
 
 def _by_decay(modes: Sequence[Sequence[float]]) -> NDArray[np.float64]:
-    """A table of modes, [column, mode], slow decays first: their rows are frequency, decay and what else there is."""
+    """Return a table of modes [column, mode], sorted by decay, slowest first."""
     return np.array(sorted(modes, key=lambda mode: mode[1])).T
 
 
 @node("impact", "Impacts")
 class Impact:
-    """A hammer that hits a modal object (3.3, 3.4): sub-steps in contact, as many as the asked error takes.
+    """Hammer that strikes a modal object (3.3, 3.4); the contact is integrated in sub-steps to the asked error.
 
-    A strike throws the hammer at velocity times the event's strength. The object rings on through further blows.
+    A strike launches the hammer at velocity times strength. The object keeps ringing through further strikes.
     """
 
-    accuracy = "asked: the error below, of the displacement; energy never gains more than 1e-11"
+    accuracy = "asked: the error below, of the displacement; energy grows by at most 1e-11"
     asked = AskedError("of the displacement", "a blow, with 0.1 s of ringing", "underfoot.models.modal.blow")
-    strike = Input(kind="event", doc="a blow; its strength scales the velocity")
-    velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", wire="span", doc="of the hammer at strength 1")
-    mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="of the hammer")
-    stiffness = Number(1e5, 1e3, 1e13, unit="N/m^a", scale="log", doc="of the contact: soft 1e4, hard 1e11")
-    exponent = Number(1.5, 1.0, 4.0, doc="a: 1 a spring, 1.5 a sphere")
-    damping = Number(0.3, 0.0, 10.0, unit="s/m", doc="mu = lambda / k: the loss in contact")
-    error = Number(1e-3, 1e-7, 0.1, scale="log", doc="relative error asked of the displacement")
-    pitch = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all frequencies")
+    strike = Input(kind="event", doc="launches the hammer; strength scales the velocity")
+    velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", wire="span", doc="hammer velocity at strength 1")
+    mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="mass of the hammer")
+    stiffness = Number(1e5, 1e3, 1e13, unit="N/m^a", scale="log", doc="contact stiffness: soft 1e4, hard 1e11")
+    exponent = Number(1.5, 1.0, 4.0, doc="exponent a of the contact force: 1 is a spring, 1.5 a sphere")
+    damping = Number(0.3, 0.0, 10.0, unit="s/m", doc="contact damping mu = lambda / k")
+    error = Number(1e-3, 1e-7, 0.1, scale="log", doc="largest relative error of the displacement")
+    pitch = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all mode frequencies")
     decay = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all decays: more is drier")
     level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the acceleration")
     modes = Rows(
@@ -63,10 +64,10 @@ class Impact:
             ("shape", -10.0, 10.0),
         ),
         most=_MOST_MODES,
-        doc="the object's modes: frequency and decay of the damped ringing, modal mass, shape at the struck point",
+        doc="modes of the object: frequency and decay of the damped ringing, modal mass, shape at the struck point",
     )
-    acceleration = Output("m/s^2", doc="of the struck point")
-    force = Output("N", doc="in the contact")
+    acceleration = Output("m/s^2", doc="acceleration of the struck point")
+    force = Output("N", doc="contact force")
 
     state = contact_motion.STATE
     coefficients = Layout("impact_coefficients", hammer=hammer.HAMMER, struck=contact_motion.OBJECT)
@@ -99,18 +100,18 @@ class Impact:
 
 @node("modal-bank", "Impacts", "Modal bank")
 class ModalBank:
-    """Modes that ring after each event: the sum of a exp(-b t) sin(2 pi f t), from the event's frame on."""
+    """Sum of damped sines, a exp(-b t) sin(2 pi f t), excited by events."""
 
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
-    strike = Input(kind="event", doc="rings all modes, by its strength")
-    pitch = Number(1.0, 0.1, 10.0, scale="log", wire="span", doc="factor on all frequencies")
+    strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")
+    pitch = Number(1.0, 0.1, 10.0, scale="log", wire="span", doc="factor on all mode frequencies")
     decay = Number(1.0, 0.1, 10.0, scale="log", wire="span", doc="factor on all decays: more is drier")
     level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the output")
     modes = Rows(
         ((180.0, 90.0, 1.0), (310.0, 140.0, 0.8), (470.0, 200.0, 0.6), (690.0, 300.0, 0.4)),
         (("frequency Hz", 1.0, 20_000.0), ("decay 1/s", 0.1, 10_000.0), ("amplitude m/s^2", -100.0, 100.0)),
         most=_MOST_MODES,
-        doc="frequency, decay and amplitude of each",
+        doc="frequency, decay and amplitude of each mode",
     )
     out = Output("m/s^2")
 
@@ -137,22 +138,24 @@ class ModalBank:
 
 @node("drawn-bank", "Impacts", "Drawn modal bank")
 class DrawnBank:
-    """A modal bank whose modes are drawn: p(f) ~ f^alpha from low to high, amplitudes ~ f^-r (7.26).
+    """Modal bank with random modes: density p(f) ~ f^alpha from low to high, amplitudes ~ f^-r (7.26).
 
-    Every tile has the same modes, and another draw has others. The squares of the amplitudes sum to 1.
+    All tiles have the same modes; `draw` selects another set. The squares of the amplitudes sum to 1.
     """
 
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
-    strike = Input(kind="event", doc="rings all modes, by its strength")
-    low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="least frequency")
-    high = Number(1200.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="largest frequency; none lies above half the rate")
-    alpha = Number(0.0, -5.0, 5.0, doc="exponent of the density of modes: 0 evenly, -1 evenly an octave")
-    rolloff = Number(0.5, -3.0, 6.0, doc="r: amplitudes fall by 6.02 r dB an octave")
-    quality = Number(8.0, 0.5, 10_000.0, scale="log", doc="pi f / decay of a mode at the least frequency")
-    damping = Number(1.0, 0.0, 3.0, doc="exponent of decay over frequency: 1 the same quality, 0 the same decay")
+    strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")
+    low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="lowest mode frequency")
+    high = Number(
+        1200.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="highest mode frequency; at most half the sample rate"
+    )
+    alpha = Number(0.0, -5.0, 5.0, doc="exponent of the mode density: 0 uniform in frequency, -1 uniform per octave")
+    rolloff = Number(0.5, -3.0, 6.0, doc="r: amplitudes fall by 6.02 r dB per octave")
+    quality = Number(8.0, 0.5, 10_000.0, scale="log", doc="quality factor, pi f / decay, at the lowest frequency")
+    damping = Number(1.0, 0.0, 3.0, doc="exponent of decay over frequency: 1 is constant quality, 0 constant decay")
     level = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the output")
-    modes = Count(24, 1, _MOST_DRAWN, doc="how many")
-    draw = Count(1, 0, 1_000_000, doc="which of the possible banks")
+    modes = Count(24, 1, _MOST_DRAWN, doc="number of modes")
+    draw = Count(1, 0, 1_000_000, doc="number of the random draw")
     out = Output("m/s^2")
 
     state = struck_bank.STATE

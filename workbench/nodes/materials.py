@@ -1,4 +1,4 @@
-"""Materials that break, restructure or slip under the foot: what they make are events, which ring something behind."""
+"""Materials that fracture, restructure or slip under a foot. They output events, which excite resonators."""
 
 from underfoot.models import elasto_plastic
 from underfoot.models.fibre_bundle import bundle, damage, grid
@@ -10,37 +10,41 @@ THRESHOLDS = damage.THRESHOLDS
 
 @node("fibre-bundle", "Materials")
 class FibreBundle:
-    """Fibres that share the load and break at random thresholds (7.1 to 7.15), or chains that restructure (to 7.24).
+    """Fibre bundle: fibres that share a load and break at random thresholds (7.1 to 7.15), or restructure (to 7.24).
 
-    Each failure is an event. No fibre breaks below a strain that was reached before, until the ground is renewed.
+    Each failure is an event. Below the largest strain so far nothing breaks, until the ground is renewed.
     """
 
-    accuracy = "exact in law: order statistics, by Kolmogorov-Smirnov at 1 %; strain to the step of a frame"
-    force = Input("N", doc="the load")
-    model = Choice("exact", options=damage.MODELS, doc="inverse: chains that stiffen")
-    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the thresholds")
-    fibres = Count(2000, 1, 10_000_000, doc="N: how many; the cost hardly depends on it")
-    shape = Number(4.0, 0.5, 50.0, scale="log", doc="k of the Weibull law: more is more alike")
-    scale = Number(2.5, 0.01, 1000.0, scale="log", doc="lambda of the law, a strain")
-    stiffness = Number(1.0, 1e-3, 1e6, scale="log", doc="k_F of a fibre")
-    mass = Number(1e-5, 1e-9, 1.0, scale="log", doc="m of a fibre")
-    damping = Number(0.003, 1e-6, 100.0, scale="log", doc="b_F of a fibre")
-    creep = Number(0.0, 0.0, 100.0, doc="b_R: what slows the bundle as a whole")
-    restructurings = Count(20, 1, 10_000, doc="n_max of a chain of an inverse bundle")
-    stiffening = Number(0.005, 0.0, 1.0, doc="alpha: how much stiffer a chain gets each time")
+    accuracy = "exact in distribution: order statistics, by Kolmogorov-Smirnov at 1 %; strain to the step of a frame"
+    force = Input("N", doc="load on the bundle")
+    model = Choice(
+        "exact", options=damage.MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
+    )
+    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the breaking strains")
+    fibres = Count(2000, 1, 10_000_000, doc="number of fibres N; the cost hardly depends on it")
+    shape = Number(4.0, 0.5, 50.0, scale="log", doc="Weibull shape k: higher makes thresholds more alike")
+    scale = Number(2.5, 0.01, 1000.0, scale="log", doc="scale lambda of the distribution, a strain")
+    stiffness = Number(1.0, 1e-3, 1e6, scale="log", doc="stiffness k_F of a fibre")
+    mass = Number(1e-5, 1e-9, 1.0, scale="log", doc="mass m of a fibre")
+    damping = Number(0.003, 1e-6, 100.0, scale="log", doc="damping b_F of a fibre")
+    creep = Number(0.0, 0.0, 100.0, doc="damping b_R of the whole bundle")
+    restructurings = Count(20, 1, 10_000, doc="restructurings n_max of a chain (inverse model)")
+    stiffening = Number(0.005, 0.0, 1.0, doc="alpha: stiffening of a chain per restructuring (inverse model)")
     strength = Number(
-        1200.0, 1.0, 1e5, unit="N", scale="log", doc="force at which the whole would break, slowly loaded"
+        1200.0, 1.0, 1e5, unit="N", scale="log", doc="force that breaks the whole bundle under quasi-static load"
     )
-    renewal = Number(0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load to fresh ground")
+    renewal = Number(
+        0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load after which the ground is intact again"
+    )
     loudness = Number(
-        1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of an event of energy k_F lambda^2 / 2"
+        1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of an event with energy k_F lambda^2 / 2"
     )
-    softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength: 0.5 is a velocity")
-    events = Output(kind="event", doc="failures, one a frame at most")
-    strain = Output(doc="x of the bundle")
+    softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength; 0.5 makes strength a velocity")
+    events = Output(kind="event", doc="failures; at most one per frame")
+    strain = Output(doc="strain x of the bundle")
     state, coefficients = bundle.STATE, damage.COEFFICIENTS
-    damage = Output(doc="share of the fibres that failed, xi (7.15); of an inverse bundle, of the restructurings")
-    energy = Output(doc="set free by the failures of a frame, of the bundle's units")
+    damage = Output(doc="share of failed fibres, xi (7.15); of restructurings, for the inverse model")
+    energy = Output(doc="energy released by the failures of a frame, in units of the bundle")
 
     def laws(values):
         from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
@@ -62,40 +66,44 @@ class FibreBundle:
 
 @node("fibre-grid", "Materials")
 class FibreGrid:
-    """Bundles in a grid under the foot, whose load follows the contact: where it rolls to, fresh ground breaks."""
+    """Grid of fibre bundles under the foot. The load follows the contact: intact cells break where the foot rolls."""
 
-    accuracy = (
-        "exact in law for each cell, which is a bundle (Kolmogorov-Smirnov at 1 %); cells share load once a frame"
+    accuracy = "exact in distribution for each cell (Kolmogorov-Smirnov at 1 %); cells share load once per frame"
+    force = Input("N", doc="load on the grid")
+    x = Input("m", doc="contact position on the tile, from Contact")
+    y = Input("m", doc="contact position on the tile, from Contact")
+    model = Choice(
+        "exact", options=grid.GRID_MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
     )
-    force = Input("N", doc="the load")
-    x = Input("m", doc="where it is on the tile, from Contact")
-    y = Input("m", doc="where it is on the tile, from Contact")
-    model = Choice("exact", options=grid.GRID_MODELS, doc="inverse: chains that stiffen")
-    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the thresholds")
-    fibres = Count(500, 1, 10_000_000, doc="N of each cell")
-    shape = Number(4.0, 0.5, 50.0, scale="log", doc="k of the Weibull law: more is more alike")
-    scale = Number(2.5, 0.01, 1000.0, scale="log", doc="lambda of the law, a strain")
-    stiffness = Number(1.0, 1e-3, 1e6, scale="log", doc="k_F of a fibre")
-    mass = Number(1e-5, 1e-9, 1.0, scale="log", doc="m of a fibre")
-    damping = Number(0.003, 1e-6, 100.0, scale="log", doc="b_F of a fibre")
-    creep = Number(0.0, 0.0, 100.0, doc="b_R: what slows a bundle as a whole")
-    restructurings = Count(20, 1, 10_000, doc="n_max of a chain of an inverse bundle")
-    stiffening = Number(0.005, 0.0, 1.0, doc="alpha: how much stiffer a chain gets each time")
+    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the breaking strains")
+    fibres = Count(500, 1, 10_000_000, doc="number of fibres N per cell")
+    shape = Number(4.0, 0.5, 50.0, scale="log", doc="Weibull shape k: higher makes thresholds more alike")
+    scale = Number(2.5, 0.01, 1000.0, scale="log", doc="scale lambda of the distribution, a strain")
+    stiffness = Number(1.0, 1e-3, 1e6, scale="log", doc="stiffness k_F of a fibre")
+    mass = Number(1e-5, 1e-9, 1.0, scale="log", doc="mass m of a fibre")
+    damping = Number(0.003, 1e-6, 100.0, scale="log", doc="damping b_F of a fibre")
+    creep = Number(0.0, 0.0, 100.0, doc="damping b_R of a whole bundle")
+    restructurings = Count(20, 1, 10_000, doc="restructurings n_max of a chain (inverse model)")
+    stiffening = Number(0.005, 0.0, 1.0, doc="alpha: stiffening of a chain per restructuring (inverse model)")
     strength = Number(
-        1200.0, 1.0, 1e5, unit="N", scale="log", doc="force at which the whole would break, evenly loaded"
+        1200.0, 1.0, 1e5, unit="N", scale="log", doc="force that breaks the whole grid under uniform load"
     )
-    renewal = Number(0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load to fresh ground")
-    loudness = Number(1.0, 0.0, 1000.0, scale="gain", doc="strength of an event of energy k_F lambda^2 / 2")
-    softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength: 0.5 is a velocity")
-    columns = Count(3, 1, 8, doc="cells along the tile's x axis")
-    rows = Count(3, 1, 8, doc="cells along the tile's y axis")
-    width = Number(0.305, 0.01, 10.0, unit="m", doc="of the tile, along x")
-    depth = Number(0.305, 0.01, 10.0, unit="m", doc="of the tile, along y")
-    reach = Number(0.08, 0.005, 1.0, unit="m", scale="log", doc="how far around its centre the foot presses")
-    coupling = Number(0.1, 0.0, 10.0, doc="stiffness between neighbouring cells, of their own")
-    rubble = Number(0.2, 0.01, 1.0, doc="what stiffness a broken cell keeps")
-    events = Output(kind="event", doc="failures, one a frame at most")
-    strain = Output(doc="mean x of the cells")
+    renewal = Number(
+        0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load after which the ground is intact again"
+    )
+    loudness = Number(1.0, 0.0, 1000.0, scale="gain", doc="strength of an event with energy k_F lambda^2 / 2")
+    softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength; 0.5 makes strength a velocity")
+    columns = Count(3, 1, 8, doc="number of cells along the tile's x axis")
+    rows = Count(3, 1, 8, doc="number of cells along the tile's y axis")
+    width = Number(0.305, 0.01, 10.0, unit="m", doc="size of the tile along x")
+    depth = Number(0.305, 0.01, 10.0, unit="m", doc="size of the tile along y")
+    reach = Number(
+        0.08, 0.005, 1.0, unit="m", scale="log", doc="standard deviation of the foot's pressure around its centre"
+    )
+    coupling = Number(0.1, 0.0, 10.0, doc="stiffness between neighbouring cells, relative to a cell's own")
+    rubble = Number(0.2, 0.01, 1.0, doc="share of its stiffness that a broken cell keeps")
+    events = Output(kind="event", doc="failures; at most one per frame")
+    strain = Output(doc="mean strain x of the cells")
 
     state, coefficients = grid.STATE, grid.COEFFICIENTS
 
@@ -125,22 +133,24 @@ class FibreGrid:
 
 @node("slip", "Materials", "Elasto-plastic slip")
 class Slip:
-    """A spring with a plastic unit that slips at its threshold, by energies of a truncated power law (4.1, 5.4)."""
+    """Elasto-plastic ground: a plastic unit slips at a threshold, with energies of a truncated power law (4.1, 5.4)."""
 
     accuracy = "exact: SciPy's solver, to 1e-9 between slips"
-    force = Input("N", doc="the load")
-    mass = Number(2.0, 1e-3, 1000.0, unit="kg", scale="log", doc="m")
-    damping = Number(500.0, 0.1, 1e6, unit="N s/m", scale="log", doc="b")
-    stiffness = Number(1e5, 100.0, 1e9, unit="N/m", scale="log", doc="k1, the elastic unit")
-    plastic_stiffness = Number(5e4, 100.0, 1e9, unit="N/m", scale="log", doc="k2, the unit that slips")
+    force = Input("N", doc="load on the ground")
+    mass = Number(2.0, 1e-3, 1000.0, unit="kg", scale="log", doc="mass m")
+    damping = Number(500.0, 0.1, 1e6, unit="N s/m", scale="log", doc="damping b")
+    stiffness = Number(1e5, 100.0, 1e9, unit="N/m", scale="log", doc="stiffness k1 of the elastic unit")
+    plastic_stiffness = Number(5e4, 100.0, 1e9, unit="N/m", scale="log", doc="stiffness k2 of the unit that slips")
     threshold = Number(5.0, 0.01, 1e4, unit="N", scale="log", doc="force on the plastic unit at which it slips")
-    spread = Number(0.3, 0.0, 1.0, doc="how much thresholds vary, of their mean")
-    gamma = Number(1.5, 0.1, 5.0, doc="exponent of the law of energies")
+    spread = Number(0.3, 0.0, 1.0, doc="relative spread of the thresholds")
+    gamma = Number(1.5, 0.1, 5.0, doc="exponent of the energy distribution")
     least = Number(1e-6, 1e-12, 1.0, unit="J", scale="log", doc="smallest energy of a slip")
     most = Number(1e-3, 1e-9, 100.0, unit="J", scale="log", doc="largest energy of a slip")
-    renewal = Number(0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load to fresh ground")
-    events = Output(kind="event", doc="slips; strength 1 at the largest energy, as its square root")
-    displacement = Output("m", doc="x")
+    renewal = Number(
+        0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load after which the ground is intact again"
+    )
+    events = Output(kind="event", doc="slips; strength is the square root of energy over largest energy")
+    displacement = Output("m", doc="displacement x")
     state, coefficients = elasto_plastic.STATE, elasto_plastic.COEFFICIENTS
 
     def design(controls, rate, coefficients):

@@ -1,4 +1,4 @@
-"""What moves the parameters of other nodes: slow signals, in the unit of what they drive."""
+"""Modulators: slow signals that drive the parameters of other nodes, in their unit."""
 
 import math
 
@@ -10,29 +10,35 @@ from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
 
 FARTHEST = 1e6
 AT_EVENTS = 1
-"""The place of "at events" among the paces of a sequence."""
+"""Index of "at events" in the options of `pace`."""
 
 
 def _low() -> Number:
-    return Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="lower end, in the unit of what is driven")
+    return Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="lower end, in the unit of the driven parameter")
 
 
 def _high() -> Number:
-    return Number(1.0, -FARTHEST, FARTHEST, wire="audio", doc="upper end; below the lower one all is upside down")
+    return Number(
+        1.0,
+        -FARTHEST,
+        FARTHEST,
+        wire="audio",
+        doc="upper end, in the unit of the driven parameter; below the lower end it inverts the signal",
+    )
 
 
 @node("lfo", "Modulation", "LFO")
 class Lfo:
-    """A slow wave from low to high. Its phase counts from the beginning of the session, or from an event.
+    """Low-frequency oscillator between low and high. Its phase counts from the start of the session, or from an event.
 
-    The edges of saw and square take 1 ms, and so does a restart: what they drive does not click.
+    Edges of saw and square, and restarts, take 1 ms, so that they do not click.
     """
 
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
-    restart = Input(kind="event", doc="sends the wave back to its beginning")
-    shape = Choice("sine", options=low_frequency.SHAPES, doc="of the wave")
-    frequency = Number(1.0, 0.01, 50.0, unit="Hz", scale="log", wire="span", doc="of the wave")
-    phase = Number(0.0, 0.0, 1.0, doc="where in its period it begins: 0.25 is a quarter later")
+    restart = Input(kind="event", doc="restarts the wave at its phase")
+    shape = Choice("sine", options=low_frequency.SHAPES, doc="waveform")
+    frequency = Number(1.0, 0.01, 50.0, unit="Hz", scale="log", wire="span", doc="frequency of the wave")
+    phase = Number(0.0, 0.0, 1.0, doc="start phase in periods: 0.25 is a quarter")
     low, high = _low(), _high()
     out = Output(doc="from low to high")
     state = low_frequency.STATE
@@ -46,15 +52,21 @@ class Lfo:
 
 @node("random-walk", "Modulation")
 class RandomWalk:
-    """A value that wanders and keeps coming back: the Ornstein-Uhlenbeck process, another one on each tile."""
+    """Ornstein-Uhlenbeck process: a random value that reverts to its mean, independent on each tile."""
 
-    accuracy = "exact in law at every 32nd frame, by Kolmogorov-Smirnov at 0.1 %; straight between"
+    accuracy = "exact in distribution at every 32nd frame, by Kolmogorov-Smirnov at 0.1 %; linear between"
     time = Number(
-        1.0, 0.01, random_walk.LONGEST_S, unit="s", scale="log", wire="span", doc="in which it forgets: e^-1 is left"
+        1.0,
+        0.01,
+        random_walk.LONGEST_S,
+        unit="s",
+        scale="log",
+        wire="span",
+        doc="correlation time: the correlation falls to 1/e",
     )
-    centre = Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="its mean, in the unit of what is driven")
+    centre = Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="mean, in the unit of the driven parameter")
     deviation = Number(
-        1.0, 0.0, FARTHEST, wire="audio", doc="its standard deviation: two thirds of the time it is less"
+        1.0, 0.0, FARTHEST, wire="audio", doc="standard deviation: two thirds of the time it deviates less"
     )
     out = Output()
     state, coefficients = random_walk.STATE, random_walk.COEFFICIENTS
@@ -71,14 +83,14 @@ class RandomWalk:
 
 @node("step-sequence", "Modulation")
 class StepSequence:
-    """A list of values, held one after the other and round again: at a frequency, or one at each event."""
+    """List of values that is played in a loop, at a frequency or one value per event."""
 
     accuracy = "exact: to 1e-12"
-    advance = Input(kind="event", doc="at events: the next step; at its frequency: the first step")
-    values = Numbers((1.0, 0.5, 0.0, 0.5), 0.0, 1.0, most=64, doc="of each step, from 0 (low) to 1 (high)")
-    pace = Choice("at its frequency", options=("at its frequency", "at events"), doc="what brings the next step")
-    frequency = Number(4.0, 0.01, 50.0, unit="Hz", scale="log", wire="span", doc="steps a second")
-    glide = Number(0.005, 0.0, 2.0, unit="s", doc="time from a value to the next; 0 is a jump")
+    advance = Input(kind="event", doc="next step (at events), or first step (at its frequency)")
+    values = Numbers((1.0, 0.5, 0.0, 0.5), 0.0, 1.0, most=64, doc="value of each step, from 0 (low) to 1 (high)")
+    pace = Choice("at its frequency", options=("at its frequency", "at events"), doc="what advances the sequence")
+    frequency = Number(4.0, 0.01, 50.0, unit="Hz", scale="log", wire="span", doc="steps per second")
+    glide = Number(0.005, 0.0, 2.0, unit="s", doc="transition time between values; 0 is a jump")
     low, high = _low(), _high()
     out = Output(doc="from low to high")
     state = steps.SEQUENCE
@@ -97,22 +109,27 @@ class StepSequence:
 
 @node("stance-curve", "Modulation")
 class StanceCurve:
-    """A curve over the time that a foot is on the tile: 0 % as it comes down, 100 % after the duration.
+    """Curve over the stance of a foot: 0 % at its landing, 100 % after the duration.
 
-    It stays at its end until the foot leaves, and goes back to its beginning then. It takes 5 ms to jump.
+    The last value is held until the foot leaves; then the curve returns to its start. Jumps take 5 ms.
     """
 
-    accuracy = "exact: straight between points, to 1e-9"
-    force = Input("N", doc="usually from Tile force: the foot is down while it is not 0")
+    accuracy = "exact: linear between points, to 1e-9"
+    force = Input("N", doc="usually from Tile force; the foot is down while the force is above 0")
     curve = Rows(
         ((0.0, 0.0), (50.0, 1.0), (100.0, 0.0)),
         (("stance %", 0.0, 100.0), ("value", 0.0, 1.0)),
         most=64,
-        doc="points of the curve, straight between: 0 is low, 1 is high",
+        doc="points of the curve, linear between: 0 is low, 1 is high",
     )
-    duration = Number(0.7, 0.05, 10.0, unit="s", scale="log", doc="how long a foot is expected to stay")
-    low = Number(0.0, -FARTHEST, FARTHEST, doc="lower end, in the unit of what is driven")
-    high = Number(1.0, -FARTHEST, FARTHEST, doc="upper end; below the lower one all is upside down")
+    duration = Number(0.7, 0.05, 10.0, unit="s", scale="log", doc="expected duration of a stance")
+    low = Number(0.0, -FARTHEST, FARTHEST, doc="lower end, in the unit of the driven parameter")
+    high = Number(
+        1.0,
+        -FARTHEST,
+        FARTHEST,
+        doc="upper end, in the unit of the driven parameter; below the lower end it inverts the signal",
+    )
     out = Output(doc="from low to high")
     state = Layout("stance_curve", "has_begun", "share", "value", "low", "high")
 
@@ -126,7 +143,7 @@ class StanceCurve:
             state.has_begun, state.value = 1.0, polyline.value_at(points, 0.0)
             state.low, state.high = low, high
         for i in range(out.size):
-            # The share is counted on: a duration that moves does not throw it back.
+            # The share is accumulated, so that a change of the duration does not move it.
             state.share = state.share + 1.0 / (duration * rate) if force[i] > 0.0 else 0.0
             way = polyline.value_at(points, state.share) - state.value
             state.value += min(max(way, -fastest), fastest)
@@ -143,16 +160,16 @@ class StanceCurve:
 
 @node("map", "Modulation")
 class Map:
-    """A signal from one range to another, along a curve: a force of 0 to 700 N to a cutoff of 100 to 900 Hz, say."""
+    """Map a signal from one range to another along a power curve, e.g. a force of 0 to 700 N to 100 to 900 Hz."""
 
     accuracy = "exact: to 1e-12"
-    signal = Input(doc="in any unit")
+    signal = Input(doc="any unit")
     low = Number(0.0, -FARTHEST, FARTHEST, doc="input that gives out low")
     high = Number(1.0, -FARTHEST, FARTHEST, doc="input that gives out high")
-    out_low = Number(0.0, -FARTHEST, FARTHEST, doc="output at low and below")
-    out_high = Number(1.0, -FARTHEST, FARTHEST, doc="output at high and above")
-    exponent = Number(1.0, 0.1, 10.0, scale="log", doc="of the curve: 1 straight, 2 late, 0.5 early")
-    out = Output(doc="held between out low and out high")
+    out_low = Number(0.0, -FARTHEST, FARTHEST, doc="output at and below low")
+    out_high = Number(1.0, -FARTHEST, FARTHEST, doc="output at and above high")
+    exponent = Number(1.0, 0.1, 10.0, scale="log", doc="exponent of the curve: 1 linear, 2 late rise, 0.5 early rise")
+    out = Output(doc="limited to out low and out high")
     state, coefficients = ranges.STATE, ranges.RANGES
 
     def design(low, high, out_low, out_high, exponent, coefficients):
@@ -167,12 +184,12 @@ class Map:
 
 @node("sample-and-hold", "Modulation", "Sample and hold")
 class SampleAndHold:
-    """What a signal was at the last event, held until the next one; 0 before the first."""
+    """Value of the signal at the last event, held until the next; 0 before the first."""
 
     accuracy = "exact: the frame of the event, to 1e-12"
-    signal = Input(doc="in any unit")
-    trigger = Input(kind="event", doc="takes the signal's value")
-    glide = Number(0.005, 0.0, 2.0, unit="s", doc="time from a value to the next; 0 is a jump")
+    signal = Input(doc="any unit")
+    trigger = Input(kind="event", doc="samples the signal")
+    glide = Number(0.005, 0.0, 2.0, unit="s", doc="transition time between values; 0 is a jump")
     out = Output()
     state = steps.HELD
 
@@ -185,7 +202,7 @@ class SampleAndHold:
 
 @node("value", "Modulation")
 class Value:
-    """A value that a hand sets, from low to high: one knob for several parameters."""
+    """Value set by hand, from low to high: one knob for several parameters."""
 
     accuracy = "exact: to 1e-12"
     position = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is low, 1 is high")

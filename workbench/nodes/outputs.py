@@ -1,4 +1,4 @@
-"""Where a patch ends: the tile's shaker, and a channel for ears."""
+"""Outputs of a patch: the shaker of a tile, and a sound channel."""
 
 from underfoot.parameters import Number, Tiles
 from underfoot.patch.node import Input, Output, node
@@ -6,12 +6,12 @@ from underfoot.patch.node import Input, Output, node
 
 @node("tile-output", "Outputs")
 class TileOutput:
-    """What the tile plays: acceleration in m/s^2. Several outputs on one tile add."""
+    """Acceleration of the tile, in m/s^2. Several outputs on one tile add."""
 
     accuracy = "exact: to 1e-12"
-    acceleration = Input("m/s^2", doc="what the shaker is to do")
-    level = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="factor on the way out")
-    tiles = Tiles(doc="the tiles that play it")
+    acceleration = Input("m/s^2", doc="acceleration that the shaker shall produce")
+    level = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="factor on the acceleration")
+    tiles = Tiles(doc="tiles that play it")
     played = Output("m/s^2")
     muted_by = ("acceleration", "level")
     is_sink = True
@@ -23,15 +23,15 @@ class TileOutput:
 
 @node("sound-output", "Outputs", "Sound")
 class SoundOutput:
-    """What is heard, not felt: loudspeakers or headphones on a channel for all tiles, which add. No shaker gets it."""
+    """Sound for loudspeakers or headphones, on a channel that all tiles share and that no shaker plays."""
 
     accuracy = "exact: to 1e-12"
-    sound = Input(doc="what is to be heard")
+    sound = Input(doc="sound signal")
     level = Number(
-        0.05, 0.0, 10.0, scale="gain", wire="audio", doc="factor to full scale: at 0.05 an input of 20 is full scale"
+        0.05, 0.0, 10.0, scale="gain", wire="audio", doc="factor to full scale: at 0.05, an input of 20 is full scale"
     )
-    tiles = Tiles(doc="the tiles whose sound it is")
-    heard = Output(doc="of full scale")
+    tiles = Tiles(doc="tiles whose sound is played")
+    heard = Output(doc="sound, in full scale")
     muted_by = ("sound", "level")
     is_sink = True
     to_sound = True

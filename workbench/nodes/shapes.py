@@ -1,4 +1,4 @@
-"""Nodes that shape and join signals."""
+"""Arithmetic on signals: gain, product, sum, scaling."""
 
 from underfoot.models.signals import ranges
 from underfoot.parameters import Number
@@ -7,11 +7,11 @@ from underfoot.patch.node import Input, Output, node
 
 @node("gain", "Shapes")
 class Gain:
-    """A signal times a factor, which a wire may drive."""
+    """Multiply a signal by a factor, which a wire may drive."""
 
     accuracy = "exact: to 1e-12"
-    signal = Input(doc="what is made louder or softer")
-    gain = Number(1.0, 0.0, 1000.0, scale="gain", wire="audio", doc="factor; 2 is 6 dB louder")
+    signal = Input(doc="signal to scale")
+    gain = Number(1.0, 0.0, 1000.0, scale="gain", wire="audio", doc="factor; 2 is +6 dB")
     out = Output()
     muted_by = ("signal", "gain")
 
@@ -22,7 +22,7 @@ class Gain:
 
 @node("multiply", "Shapes")
 class Multiply:
-    """One signal times another: an envelope on a tone, say. Without a wire, b counts as 0."""
+    """Product of two signals, e.g. an envelope and a tone. An unconnected b counts as 0."""
 
     accuracy = "exact: to 1e-12"
     a = Input()
@@ -37,7 +37,7 @@ class Multiply:
 
 @node("mix", "Shapes")
 class Mix:
-    """The sum of up to four signals, each with its level."""
+    """Weighted sum of up to four signals."""
 
     accuracy = "exact: to 1e-12"
     a = Input()
@@ -58,15 +58,15 @@ class Mix:
 
 @node("scale", "Shapes")
 class Scale:
-    """A signal in another unit or range: in the input's range, low becomes out low and high becomes out high."""
+    """Map a signal linearly from one range to another: low to out low, high to out high."""
 
     accuracy = "exact: to 1e-12"
-    signal = Input(doc="in any unit")
+    signal = Input(doc="any unit")
     low = Number(0.0, -1e6, 1e6, doc="input that gives out low")
     high = Number(1.0, -1e6, 1e6, doc="input that gives out high")
-    out_low = Number(0.0, -1e6, 1e6, doc="output at low and below")
-    out_high = Number(1.0, -1e6, 1e6, doc="output at high and above")
-    out = Output(doc="held between out low and out high")
+    out_low = Number(0.0, -1e6, 1e6, doc="output at and below low")
+    out_high = Number(1.0, -1e6, 1e6, doc="output at and above high")
+    out = Output(doc="limited to out low and out high")
 
     state, coefficients = ranges.STATE, ranges.RANGES
 

@@ -1,4 +1,4 @@
-"""Where vibration begins: noise, texture, and sound files."""
+"""Sources of vibration: noise, texture and sound files."""
 
 import math
 from pathlib import Path
@@ -14,16 +14,16 @@ from underfoot.parameters import Choice, FilePath, Number
 from underfoot.patch.node import Input, Output, node, prepared
 
 LOOP = 0
-"""The place of "loop" among the modes of a player."""
+"""Index of "loop" in the options of a player's `mode`."""
 _LEAST_RATE_HZ = 100
-"""A sound of a lower rate has nothing that is felt; a damaged header makes hours of a few samples."""
+"""Lowest sample rate of a file: below it there is nothing to feel, and a damaged header could mean hours of sound."""
 
 
 @node("noise", "Sources", "Noise")
 class Noise:
-    """White noise between two frequencies. Amplitude is its RMS; at exactly 0 the node sleeps."""
+    """White noise in a band. Amplitude is its RMS; at exactly 0 the node sleeps."""
 
-    accuracy = "exact in law, by Kolmogorov-Smirnov at 0.1 %; filters as SciPy's, to 1e-9"
+    accuracy = "exact in distribution, by Kolmogorov-Smirnov at 0.1 %; filters as SciPy's, to 1e-9"
     low = Number(noise.LOW_HZ, 1.0, 10_000.0, unit="Hz", scale="log", wire="span", doc="lower edge of the band")
     high = Number(noise.HIGH_HZ, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="upper edge of the band")
     amplitude = Number(1.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="RMS, in m/s^2")
@@ -43,18 +43,20 @@ class Noise:
 
 @node("texture", "Sources", "Texture")
 class Texture:
-    """Short noise bursts at random moments through a narrow band: the grain of gravel under a moving foot.
+    """Short noise bursts at random times through a band-pass: the grain of gravel under a moving foot.
 
-    Amplitude is its RMS over time; at exactly 0 the node sleeps.
+    Amplitude is the RMS over time; at exactly 0 the node sleeps.
     """
 
-    accuracy = "exact in law, by Kolmogorov-Smirnov at 0.1 %; filters as SciPy's, to 1e-9"
+    accuracy = "exact in distribution, by Kolmogorov-Smirnov at 0.1 %; filters as SciPy's, to 1e-9"
     interval = Number(
-        noise.MEAN_INTERVAL_S, 1e-3, 1.0, unit="s", scale="log", wire="span", doc="mean time from burst to burst"
+        noise.MEAN_INTERVAL_S, 1e-3, 1.0, unit="s", scale="log", wire="span", doc="mean time between bursts"
     )
     burst = Number(noise.BURST_S, 1e-4, 0.1, unit="s", scale="log", doc="length of a burst")
-    centre = Number(noise.CENTRE_HZ, 10.0, 5000.0, unit="Hz", scale="log", wire="span", doc="middle of the band")
-    width = Number(noise.WIDTH_HZ, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="width of the band at -3 dB")
+    centre = Number(
+        noise.CENTRE_HZ, 10.0, 5000.0, unit="Hz", scale="log", wire="span", doc="centre frequency of the band-pass"
+    )
+    width = Number(noise.WIDTH_HZ, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="bandwidth at -3 dB")
     amplitude = Number(1.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="RMS over time, in m/s^2")
     out = Output("m/s^2")
     state, coefficients = second_order.MOVING_STATE, noise.TEXTURE_COEFFICIENTS
@@ -78,13 +80,17 @@ class Texture:
 
 @node("wav-player", "Sources", "WAV player")
 class WavPlayer:
-    """A sound file as vibration: round and round from the start, or once from its beginning at each event."""
+    """Play a sound file as vibration: in a loop, or once from its start at each event."""
 
-    accuracy = "exact: at the file's own rate to 1e-12; at another band-limited, to 0.2 % of a sine inside the file"
-    file = FilePath("", doc="a sound file (WAV, FLAC, ...); its first channel is played at its own pitch")
-    mode = Choice("loop", options=("loop", "at events"), doc="when it plays")
-    amplitude = Number(5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="m/s^2 at the file's full scale")
-    start = Input(kind="event", doc="plays it from the beginning, at the event's strength")
+    accuracy = (
+        "exact: at the file's own rate to 1e-12; otherwise band-limited resampling, to 0.2 % of a sine inside the file"
+    )
+    file = FilePath("", doc="sound file (WAV, FLAC, ...); its first channel is played, at its original pitch")
+    mode = Choice("loop", options=("loop", "at events"), doc="loop, or once per event")
+    amplitude = Number(
+        5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="acceleration in m/s^2 at the file's full scale"
+    )
+    start = Input(kind="event", doc="plays from the start; strength scales the amplitude")
     out = Output("m/s^2")
     state = Layout("wav_player", "is_playing", "next_sample", "strength")
     muted_by = ("amplitude",)
@@ -114,12 +120,12 @@ class WavPlayer:
 
 
 def _samples(path: str, rate: float) -> Floats:
-    """The first channel of a sound file at `rate`, band-limited if it has another; nothing without a file."""
+    """Return the first channel of a sound file, resampled to `rate`; empty without a file."""
     if not path:
         return np.zeros(0)
     import soundfile
 
-    if not Path(path).is_file():  # a pipe would be waited for
+    if not Path(path).is_file():  # opening a pipe would block
         raise BadFile(f"{Path(path)} cannot be played: there is no such file")
     try:
         sound, own_rate = soundfile.read(path, dtype="float64", always_2d=True)

@@ -1,4 +1,4 @@
-"""Stick-slip: a block that a belt carries along until it slips back, again and again."""
+"""Stick-slip friction of a block on a moving belt."""
 
 import math
 from collections.abc import Mapping
@@ -15,41 +15,53 @@ from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import AskedError, Input, Output, node, prepared
 
 _TABLES = ArrayCache("slip-quantiles-2")
-"""Making one costs half a second in a process that has not loaded the solver's kernels yet."""
+"""A table takes half a second in a process that has not yet loaded the solver's kernels."""
 
 
 @node("stick-slip", "Materials", "Stick-slip")
 class StickSlip:
-    """A block on a spring that a belt carries along until it slips back (8.2, 8.4): a squeak, or a rubber sole.
+    """Stick-slip of a spring-held block on a moving belt (8.2, 8.4): a squeak, or a rubber sole.
 
-    How long each slip lasts and how far it goes is drawn from their joint law (Fokker-Planck, to the asked error), one
-    look-up a slip. Nothing happens while force or velocity is 0 or below.
+    Duration and distance of each slip are drawn from their joint distribution (Fokker-Planck, to the asked error).
+    The output is 0 while force or velocity is 0 or below.
     """
 
-    accuracy = "asked: the error below, of the laws (largest CDF difference)"
+    accuracy = "asked: the error below, of the distributions (largest CDF difference)"
     asked = AskedError(
         "largest CDF difference", "making its table; playing costs the same", "underfoot.models.stick_slip.table_error"
     )
-    force = Input("N", doc="presses the block onto the belt: loudness goes with it")
+    force = Input("N", doc="normal force on the belt: loudness is proportional to it")
     velocity = Number(
-        0.1, 0.0, 10.0, unit="m/s", scale="amplitude", wire="audio", doc="v_b of the belt: distances go with it"
+        0.1,
+        0.0,
+        10.0,
+        unit="m/s",
+        scale="amplitude",
+        wire="audio",
+        doc="belt velocity v_b: distances are proportional to it",
     )
     frequency = Number(
-        120.0, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="w0 / 2 pi of block and spring: the pitch"
+        120.0,
+        1.0,
+        5000.0,
+        unit="Hz",
+        scale="log",
+        wire="span",
+        doc="natural frequency of block and spring, w0 / 2 pi: the pitch",
     )
-    damping = Count(40, 5, 300, unit="%", doc="zeta, of w0")
-    noise = Count(30, 2, 200, unit="%", doc="D, of w0 v_b^2: how uneven the slips are")
-    start = Count(150, 0, 500, unit="%", doc="x0, of v_b / w0: how far the spring is drawn when a slip begins")
+    damping = Count(40, 5, 300, unit="%", doc="damping zeta, relative to w0")
+    noise = Count(30, 2, 200, unit="%", doc="noise D, relative to w0 v_b^2: irregularity of the slips")
+    start = Count(150, 0, 500, unit="%", doc="x0, relative to v_b / w0: extension of the spring when a slip begins")
     error = Choice(
-        "0.001", options=("0.03", "0.01", "0.003", "0.001", "0.0003"), doc="asked of the laws: largest CDF difference"
+        "0.001", options=("0.03", "0.01", "0.003", "0.001", "0.0003"), doc="largest CDF error of the distributions"
     )
-    reference = Number(700.0, 1.0, 1e5, unit="N", scale="log", doc="force at which all comes out as strong as it is")
+    reference = Number(700.0, 1.0, 1e5, unit="N", scale="log", doc="force at which levels are as stated")
     loudness = Number(
-        1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of a mean slip at the reference force and 0.1 m/s"
+        1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of a mean slip at reference force and 0.1 m/s"
     )
-    level = Number(0.1, 0.0, 100.0, scale="gain", wire="audio", doc="share of the block's acceleration that is put out")
-    acceleration = Output("m/s^2", doc="of the block: one cycle of a sine a slip")
-    events = Output(kind="event", doc="slips as they begin, stronger the farther they go")
+    level = Number(0.1, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the acceleration of the block")
+    acceleration = Output("m/s^2", doc="acceleration of the block: one cycle of a sine per slip")
+    events = Output(kind="event", doc="starts of slips; strength is proportional to the distance")
     state = Layout("stick_slip_node", "per_newton", slips=texture.STATE)
     coefficients = texture.COEFFICIENTS
     muted_by = ("force", "velocity")
@@ -81,7 +93,7 @@ class StickSlip:
 
 
 def slip_table(values: Mapping[str, Any]) -> NDArray[np.float64]:
-    """The table for a node of these `values`; kept in memory and beside the kernels.
+    """Return the quantile table for a node with these `values`; cached in memory and with the kernels.
 
     >>> slip_table({"damping": 40, "noise": 50, "start": 200, "error": "0.01"}).size > 100
     True

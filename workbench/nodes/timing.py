@@ -1,4 +1,4 @@
-"""When things happen: nodes that make and join events."""
+"""Nodes that generate and merge events."""
 
 import math
 
@@ -9,12 +9,12 @@ from underfoot.parameters import Choice, Count, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared_columns
 
 AT_ONCE = 0
-"""The place of "at once" among what may start a rhythm."""
+"""Index of "at once" in the options of `begin`."""
 
 
 @node("strike", "Timing")
 class Strike:
-    """An event by hand: click the tile in the preview, or press its button."""
+    """Event by hand: click the tile in the preview, or press its button."""
 
     accuracy = "exact: between frames, to 1e-12"
     strength = Number(1.0, 0.0, 10.0, scale="gain", doc="strength of a strike at full force")
@@ -28,7 +28,7 @@ class Strike:
 
 @node("join", "Timing")
 class Join:
-    """The events of two wires on one; events in the same frame add."""
+    """Merge two event streams; events in the same frame add."""
 
     accuracy = "exact: to 1e-12"
     a = Input(kind="event")
@@ -49,10 +49,10 @@ class Join:
 
 @node("poisson", "Timing", "Poisson events")
 class Poisson:
-    """Events at random moments, independent of one another. At strength exactly 0 the node sleeps."""
+    """Poisson process: independent events at random times. At strength exactly 0 the node sleeps."""
 
-    accuracy = "exact in law: exponential intervals, by Kolmogorov-Smirnov at 0.1 %"
-    interval = Number(0.02, 1e-3, 10.0, unit="s", scale="log", wire="span", doc="mean time from event to event")
+    accuracy = "exact in distribution: exponential intervals, by Kolmogorov-Smirnov at 0.1 %"
+    interval = Number(0.02, 1e-3, 10.0, unit="s", scale="log", wire="span", doc="mean time between events")
     strength = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="strength of an event")
     out = Output(kind="event")
     muted_by = ("strength",)
@@ -72,25 +72,25 @@ class Poisson:
 
 @node("rhythm", "Timing")
 class Rhythm:
-    """Notes on a bar of 24 steps, played a few times over; each note is an event with its amplitude and duration."""
+    """Rhythm of notes on a bar of 24 steps, repeated; each note is an event with its amplitude and duration."""
 
     accuracy = "exact: an onset is off by at most 1e-6 frames after an hour"
     notes = Rows(
         ((0, 4, 1.0), (6, 4, 0.6), (12, 4, 0.6), (18, 4, 0.6)),
         (("step", 0, 23), ("length", 1, 24), ("amplitude", 0.0, 1.0)),
         most=24,
-        doc="each note's step, length in whole steps and amplitude; of those on one step the loudest plays",
+        doc="step, length in whole steps and amplitude of each note; on one step the loudest note plays",
     )
-    bar = Number(0.6, 0.1, 4.0, unit="s", doc="length of a bar; the thesis used 0.45 to 0.75 s")
-    repeats = Count(3, 0, 1000, doc="how often the bar is played; 0: for ever")
+    bar = Number(0.6, 0.1, 4.0, unit="s", doc="length of a bar; thesis: 0.45 to 0.75 s")
+    repeats = Count(3, 0, 1000, doc="number of bars played; 0 is endless")
     begin = Choice("at once", options=("at once", "at events"), doc="what starts it")
-    start = Input(kind="event", doc="plays it from the first step, at the event's strength")
+    start = Input(kind="event", doc="starts at the first step; strength scales the notes")
     out = Output(kind="event")
     state = Layout("rhythm", "has_begun", "is_playing", "start", "strength")
 
     @prepared_columns
     def table(values, rate):
-        loudest = {}  # one note a step, on whole steps
+        loudest = {}  # one note per step, on whole steps
         for step, length, loud in values["notes"]:
             loudest[round(step)] = max(loudest.get(round(step), (-1.0, 0.0)), (loud, round(length) / rhythm.STEPS))
         return [(step / rhythm.STEPS, length, loud) for step, (loud, length) in sorted(loudest.items())]

@@ -1,4 +1,4 @@
-"""Tones, and their roughness."""
+"""Tones and their roughness."""
 
 import math
 
@@ -9,17 +9,21 @@ from underfoot.patch.node import Input, Output, node, prepared
 
 @node("tone", "Tones", "Waveshaped tone")
 class Tone:
-    """Harmonics of one frequency, by waveshaping (3.1, 3.2). Those at or above half the rate are left out.
+    """Harmonic tone by waveshaping (3.1, 3.2). Harmonics at or above half the sample rate are left out.
 
-    Amplitude is what no sample exceeds; at exactly 0 the node sleeps, and it wakes at the beginning of a period.
+    Amplitude bounds the samples; at exactly 0 the node sleeps, and it wakes at the start of a period.
     """
 
     accuracy = "exact: a sum of sines, to 1e-12"
-    frequency = Number(50.0, 1.0, 5000.0, unit="Hz", scale="log", wire="audio", doc="of the first harmonic")
+    frequency = Number(50.0, 1.0, 5000.0, unit="Hz", scale="log", wire="audio", doc="fundamental frequency")
     harmonics = Numbers(
-        (0.3, 0.4, 0.6, 0.9, 1.0, 0.8, 0.5, 0.3, 0.2, 0.1), -10.0, 10.0, most=64, doc="amplitude of each, 1st first"
+        (0.3, 0.4, 0.6, 0.9, 1.0, 0.8, 0.5, 0.3, 0.2, 0.1),
+        -10.0,
+        10.0,
+        most=64,
+        doc="amplitude of each harmonic, fundamental first",
     )
-    amplitude = Number(5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="peak, in m/s^2")
+    amplitude = Number(5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="peak acceleration, m/s^2")
     out = Output("m/s^2")
     state = waveshaping.STATE
     muted_by = ("amplitude",)
@@ -38,12 +42,14 @@ class Tone:
 
 @node("roughness", "Tones")
 class Roughness:
-    """A signal times 1 + depth sin(2 pi f t): beats that feel rough (thesis: 25 Hz)."""
+    """Amplitude modulation, 1 + depth sin(2 pi f t): beats that feel rough (thesis: 25 Hz)."""
 
     accuracy = "exact: to 1e-12"
     signal = Input()
-    depth = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is smooth; at 1 it falls silent once a beat")
-    frequency = Number(25.0, 0.1, 200.0, unit="Hz", scale="log", wire="audio", doc="of the beats")
+    depth = Number(
+        0.5, 0.0, 1.0, wire="audio", doc="modulation depth: 0 is smooth; at 1 the signal vanishes once per beat"
+    )
+    frequency = Number(25.0, 0.1, 200.0, unit="Hz", scale="log", wire="audio", doc="modulation frequency")
     out = Output()
     state = waveshaping.PHASE
     muted_by = ("signal",)

@@ -1,1 +1,1 @@
-"""The patch: what a node declares, the document, and the program that a document becomes."""
+"""Patches: node declarations, the document, and the program compiled from it."""

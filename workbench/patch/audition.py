@@ -1,4 +1,4 @@
-"""Other ways to hear a patch, as patches: one node's output alone, and all of it softer."""
+"""Variants of a patch for listening: one output alone, or all outputs attenuated."""
 
 from dataclasses import dataclass
 
@@ -7,16 +7,16 @@ from underfoot.patch.patch import Patch
 from underfoot.quantities import quantity
 
 LEVEL_M_S2 = 1.0
-"""The peak of what is heard of a node whose output is no acceleration."""
+"""Peak acceleration of an auditioned output that is not itself an acceleration."""
 CARRIER_HZ = 200.0
-"""The tone that it is heard by: where a bare sole feels least (Kowalzik et al. 1996)."""
+"""Frequency of its tone: where a bare sole is most sensitive (Kowalzik et al. 1996)."""
 _TICK_S = 0.02
 _LARGEST = 100.0  # the largest amplitude of a tone
 
 
 @dataclass(frozen=True)
 class Audition:
-    """A patch in which one output is heard alone, and in words, how."""
+    """Patch in which one output is played alone, and a description of how."""
 
     patch: Patch
     words: str
@@ -25,13 +25,13 @@ class Audition:
 def auditioned(
     patch: Patch, registry: Registry, node: str, port: str = "", tile: str = "", peak: float = 1.0
 ) -> Audition:
-    """The patch in which only this output of a node is heard, by default its first; on one tile, or on all.
+    """Return the patch in which only one output of a node is played, by default its first; on one tile, or on all.
 
-    - An acceleration is heard as it is.
-    - Another signal is the loudness of a tone of `CARRIER_HZ`: at `peak`, its largest magnitude, `LEVEL_M_S2`.
-    - Events strike what they lead to; those that lead to no output are ticks, `LEVEL_M_S2` at the strength `peak`.
+    - An acceleration is played as it is.
+    - Another signal sets the amplitude of a tone of `CARRIER_HZ`: `LEVEL_M_S2` at its largest magnitude, `peak`.
+    - Events strike what they lead to; those that lead to no output are clicks, `LEVEL_M_S2` at the strength `peak`.
 
-    `BadValue` for a node that there is not, or that has no such output.
+    `BadValue` for an unknown node or output.
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tile-force", REGISTRY)
@@ -55,7 +55,7 @@ def auditioned(
 
 
 def softened(patch: Patch, registry: Registry, factor: float) -> Patch:
-    """The patch with all that it plays times `factor`, at least 0 and at most 1: what a comparison plays."""
+    """Return the patch with its outputs multiplied by `factor`, 0 to 1, as a comparison plays it."""
     if factor == 1.0:
         return patch
     for node in patch.nodes:
@@ -72,7 +72,7 @@ def softened(patch: Patch, registry: Registry, factor: float) -> Patch:
 
 
 def unit_of(patch: Patch, registry: Registry, node: str, output: Port) -> str:
-    """The unit of an output; where any fits, that of the first signal of any unit that comes in.
+    """Return the unit of an output; if it takes any unit, that of the first input signal of any unit.
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tone", REGISTRY).add("low-pass", REGISTRY)
@@ -94,7 +94,7 @@ def unit_of(patch: Patch, registry: Registry, node: str, output: Port) -> str:
 
 
 def _played(patch: Patch, registry: Registry, source: str, tile: str) -> Patch:
-    """A signal on one tile or all, and nothing else."""
+    """Play a signal on one tile or all, and nothing else."""
     patch = _only(patch, registry, set())
     patch = patch.add("tile-output", registry)
     output = patch.nodes[-1].id

@@ -1,14 +1,14 @@
-"""From functions that name what they take to the kernels that the driver calls by their addresses.
+"""Binding of a node's functions, which name their arguments, to kernels that the driver calls by address.
 
-The driver calls every node alike, with pointers. Between the two stands an adapter, generated from the names: it hands
-over arrays of the stretch's frames, numbers and memories, and calls `design` when a parameter that it names has moved.
+The driver calls all nodes alike, with pointers. An adapter, generated from the argument names, passes arrays of the
+stretch's frames, numbers and memories, and calls `design` when a parameter that it names has changed.
 
     run   (x, y, c, s, t, d, e, o, key, rate, frame, n)     tail  (c, s, t, d), a float64
 
-    x, y   the signals in and out; e, o the lists of events in and out     c   the controls, one float64 each
-    s      state: a memory of the node's layout, set to zero as the row falls asleep
+    x, y   input and output signals; e, o input and output event lists     c   the controls, one float64 each
+    s      state: a memory of the node's layout, zeroed when the row falls asleep
     t      1 once designed, copies of the controls that `design` names, then a memory of the layout of coefficients
-    d      what the row's instance has for itself: sizes, where each prepared table lies and its shape, the tables
+    d      data of the instance: sizes, position and shape of each prepared table, the tables
 """
 
 import inspect
@@ -29,7 +29,7 @@ from underfoot.memory import LINE, whole_lines
 from underfoot.models.signals.events import events_at
 
 Values = Mapping[str, Any]
-"""The values of a node's parameters, by name."""
+"""Values of a node's parameters, by name."""
 
 _P = "CPointer(float64)"
 _PP = f"CPointer({_P})"
@@ -37,38 +37,38 @@ _RUN = f"void({_PP}, {_PP}, {_P}, {_P}, {_P}, {_P}, {_PP}, {_PP}, uint64, float6
 _TAIL = f"float64({_P}, {_P}, {_P}, {_P})"
 _RUN_ARGUMENTS = "x, y, c, s, t, d, e, o, key, rate, frame, n"
 _CLOCK = {"rate": "rate", "frame": "frame", "end": "frame + n", "key": "key"}
-"""What every `run` may take besides its node's own names."""
+"""Arguments of `run` besides those declared by its node."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A table that `make(values, rate)` gives when a program is built, with so many dimensions."""
+    """Table returned by `make(values, rate)` when a program is built, with its number of dimensions."""
 
     make: Callable[[Values, float], Any]
     dimensions: int
 
     def table(self, values: Values, rate: float) -> NDArray[np.float64]:
-        """The table as the kernels are given it."""
+        """Return the table as passed to the kernels."""
         made = np.ascontiguousarray(self.make(values, rate), np.float64)
         return made.reshape((0,) * self.dimensions) if made.size == 0 and made.ndim != self.dimensions else made
 
 
 @dataclass(frozen=True)
 class Names:
-    """What a node's functions may name: its ports, its controls in order, its layouts and its prepared tables."""
+    """Names available to a node's functions: its ports, its controls in order, its layouts and its prepared tables."""
 
     signals_in: tuple[str, ...]
     signals_out: tuple[str, ...]
     events_in: tuple[str, ...]
     events_out: tuple[str, ...]
     controls: Mapping[str, bool]
-    """Every number that is read once a span, in order, and whether it is handed over as a whole number."""
+    """Numbers read once per span, in order, and whether each is passed as a whole number."""
     tables: Mapping[str, int]
-    """Every prepared table, and how many dimensions it has."""
+    """Prepared tables and their numbers of dimensions."""
 
 
 class Binding:
-    """The functions of a node, `design`, `run` and `tail`, and the memory that they share."""
+    """Functions of a node, `design`, `run` and `tail`, and the memory that they share."""
 
     def __init__(self, cls: type, names: Names, prepared: Mapping[str, Prepared]) -> None:
         self.cls, self.names, self.prepared = cls, names, prepared
@@ -85,15 +85,15 @@ class Binding:
     # --- the memory of a row ---
 
     def state_size(self, values: Values, rate: float) -> int:
-        """Float64 values of a row's state."""
+        """Return the number of float64 values in a row's state."""
         return self.state.size(self.sizes(values, rate)) if self.state else 0
 
     def coefficients_size(self, values: Values, rate: float) -> int:
-        """Float64 values of a row's coefficients, with what says whether they were designed."""
+        """Return the number of float64 values in a row's coefficients, including the flag that they were designed."""
         return self._head + (self.coefficients.size(self.sizes(values, rate)) if self.coefficients else 0)
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
-        """What the kernels of an instance read: its sizes, and its prepared tables."""
+        """Return the data of an instance: its sizes and its prepared tables."""
         tables = [one.table(values, rate) for one in self.prepared.values()]
         sizes = self.sizes(values, rate)
         head = [float(sizes[symbol]) for symbol in self.symbols]
@@ -109,13 +109,13 @@ class Binding:
 
     @cached_property
     def run(self) -> Any:
-        """The kernel that the driver calls for a stretch of frames."""
+        """Return the kernel that the driver calls for a stretch of frames."""
         lines = [*self._memories("run"), *self._designing(), f"    run({self._arguments('run')})"]
         return self._compiled("run", f"({_RUN_ARGUMENTS})", lines, _RUN)
 
     @cached_property
     def tail(self) -> Any:
-        """The kernel that bounds what a row can still put out; None for a node that leaves nothing behind."""
+        """Return the kernel that bounds the remaining output of a row; None for a node without a tail."""
         constant = getattr(self.cls, "tail", 0.0)
         if constant == 0.0:
             return None
@@ -131,7 +131,7 @@ class Binding:
 
     @property
     def _watched(self) -> list[str]:
-        """Controls that `design` names, one by one or all together."""
+        """Return the controls that `design` names, individually or as `controls`."""
         taken = _taken(self.functions["design"])
         return [name for name in self.names.controls if name in taken or "controls" in taken]
 
@@ -149,7 +149,7 @@ class Binding:
                     raise BadValue(f"{name} of {self.cls.__name__} takes {taken!r}; allowed: {allowed}")
 
     def _expressions(self, function: str) -> dict[str, str]:
-        """What each name stands for in the adapter of a function."""
+        """Return the expression for each name in the adapter of a function."""
         names = self.names
         known = {
             name: f"int(c[{k}])" if is_whole else f"c[{k}]" for k, (name, is_whole) in enumerate(names.controls.items())
@@ -202,7 +202,7 @@ class Binding:
         return [f"    if {moved}:\n        t[0] = 1.0\n{copies}        design({self._arguments('design')})"]
 
     def _compiled(self, name: str, arguments: str, lines: Iterable[str], signature: Any) -> Any:
-        """An adapter as if it stood in the node's file."""
+        """Compile an adapter as if it were in the node's file."""
         from numba import carray
 
         own = f"{self.cls.__name__}_{name}"
@@ -229,7 +229,7 @@ def _taken(function: Callable[..., Any]) -> list[str]:
 
 @intrinsic
 def shifted(context: Any, pointer: Any, places: Any) -> Any:
-    """The pointer to what lies so many float64 values behind another."""
+    """Return the pointer shifted by `places` float64 values."""
     from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

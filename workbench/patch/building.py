@@ -1,4 +1,4 @@
-"""How a patch becomes tables: every buffer, list of events, control and memory gets its place, node after node."""
+"""Builds a program's tables from a patch: buffers, event lists, controls and memories, node after node."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,14 +18,14 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.tables import NODE, Tables
 
 HOSTS = ("force_n", "x_m", "y_m")
-"""Signals that the engine brings: a tile's tared force, and where on the tile it stands (tile frame)."""
+"""Signals from the engine: a tile's tared force, and the contact position in the tile's frame."""
 
 _LONG_AGO = -(1 << 60)
 
 
 @dataclass(frozen=True)
 class Part:
-    """A node that is built: its type, its values, and the outputs ("node.port") that guard it."""
+    """Node to build: its type, its values, and the outputs ("node.port") that guard it."""
 
     id: str
     type: NodeType
@@ -34,7 +34,7 @@ class Part:
 
 
 class Built(NamedTuple):
-    """The tables, and where everything that is asked for by name lies in them."""
+    """Tables, and the positions in them of everything that is accessed by name."""
 
     tables: Tables
     controls: dict[tuple[int, str], int]
@@ -46,7 +46,7 @@ class Built(NamedTuple):
 
 @dataclass
 class _Buffers:
-    """Signals of a block. A buffer that the engine fills has a row for each tile; others are shared by all rows."""
+    """Signal buffers of a block. Buffers that the engine fills have a row per tile; others are shared by all rows."""
 
     rows: list[int] = field(default_factory=lambda: [0])  # buffer 0 is zero, for inputs without a wire
     of: dict[str, int] = field(default_factory=dict)
@@ -60,11 +60,11 @@ class _Buffers:
 
 @dataclass
 class _Lists(_Buffers):
-    """Lists of events of a block. List 0 is empty."""
+    """Event lists of a block. List 0 is empty."""
 
 
 class Builder:
-    """Builds the tables of `parts`, in the order in which they run, for `tiles`."""
+    """Builds the tables of `parts`, in running order, for `tiles`."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class Builder:
         self.awake_at_first = np.zeros(len(parts), bool)
 
     def build(self) -> Built:
-        """Everything, step by step."""
+        """Build everything, step by step."""
         self._add_hosts()
         for k, part in enumerate(self.parts):
             self._add_outputs(k, part)
@@ -126,7 +126,7 @@ class Builder:
             node["outputs" if port.kind == "signal" else "event_outputs"] += 1
 
     def _connect_events(self, k: int, part: Part) -> int:
-        """Where the node's events come from; how many of its inputs may bring any."""
+        """Connect the node's event inputs; return how many of them may carry events."""
         begin, wired = len(self.event_inputs), 0
         for port in part.type.inputs:
             if port.kind == "event":
@@ -143,7 +143,7 @@ class Builder:
         return wired
 
     def _connect_signals(self, k: int, part: Part) -> dict[str, int]:
-        """The buffer of each signal that the node reads: brought ones, inputs, and numbers that are read each frame."""
+        """Return the buffer of each signal that the node reads: engine signals, inputs, and per-frame numbers."""
         found = {name: self.buffers.of[name] for name in part.type.hosts}
         for port in part.type.inputs:
             if port.kind == "signal":
@@ -165,7 +165,7 @@ class Builder:
         return self.buffers.of[source] if source else None
 
     def _watch(self, k: int, part: Part, inputs: dict[str, int], events: int) -> None:
-        """Which buffers must be zero so that the node may sleep."""
+        """Register the buffers that must be zero for the node to sleep."""
         type = part.type
         wired = {name for name in inputs if f"{part.id}.{name}" in self.source_of}
         live = {*type.hosts, *(port.name for port in type.inputs if port.name in wired)}
@@ -264,24 +264,24 @@ class Builder:
         )
 
     def _sinks(self, to_sound: bool) -> NDArray[np.int64]:
-        """The buffers that tiles play, or that are heard."""
+        """Return the buffers that tiles play, or those of the sound output."""
         sinks = [part for part in self.parts if part.type.is_sink and part.type.to_sound == to_sound]
         return np.array([self.buffers.of[_first(part)] for part in sinks], np.int64)
 
     @property
     def _stride(self) -> int:
-        """From a row of a buffer to the next."""
+        """Return the distance between rows of a buffer."""
         return whole_lines(self.block) + LINE
 
     def _places(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Where each buffer begins, and the memory of all."""
+        """Return the position of each buffer, and the memory of all."""
         starts = np.concatenate([[0], np.cumsum([self._stride * max(r, 1) for r in self.buffers.rows])]).astype(
             np.int64
         )
         return starts, aligned_zeros(int(starts[-1]))
 
     def _hosts_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
-        """What the engine fills: float64 [tile, frame] by name."""
+        """Return the arrays that the engine fills: float64 [tile, frame] by name."""
         rows = len(self.tiles)
         found = {}
         for name in HOSTS:
@@ -292,12 +292,12 @@ class Builder:
         return found
 
     def _keys(self) -> NDArray[np.uint64]:
-        """Of the random draws of each node and tile."""
+        """Return the keys of the random draws of each node and tile."""
         keys = [[stream_key(self.seed, part.id, tile) for tile in self.tiles] for part in self.parts]
         return np.array(keys, np.uint64).reshape(len(self.parts), len(self.tiles))
 
     def _masks(self) -> NDArray[np.uint8]:
-        """Which tiles a node is not for."""
+        """Return the tiles that each node does not apply to."""
         masked = np.zeros((len(self.parts), len(self.tiles)), np.uint8)
         for k, part in enumerate(self.parts):
             for parameter in part.type.parameters.values():
@@ -306,13 +306,13 @@ class Builder:
         return masked
 
     def _most_pointers(self) -> int:
-        """How many the call of one node takes."""
+        """Return the largest number of pointers in the call of one node."""
         kinds = ("inputs", "outputs", "event_inputs", "event_outputs")
         return max((int(sum(node[kind] for kind in kinds)) for node in self.nodes), default=0)
 
 
 def _number(parameter: Parameter, value: Any) -> float:
-    """A control as the kernel reads it: a choice is its place among the options."""
+    """Return a control as the kernel reads it: a choice is its index among the options."""
     return float(parameter.options.index(value)) if parameter.kind == "choice" else float(value)  # type: ignore[attr-defined]
 
 
@@ -327,7 +327,7 @@ def _aligned_copy(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def _empty_lists(count: int, room: int, capacity: int) -> NDArray[np.float64]:
-    """So many lists of events without any, each in `room` values."""
+    """Return `count` empty event lists, each in `room` values."""
     found = aligned_zeros(count * room).reshape(count, room)
     found[:, list(EVENTS.parts).index("capacity")] = capacity
     return found

@@ -1,4 +1,4 @@
-"""What compiled code cannot say by itself: calls of kernels by address, and the processor's cycle counter."""
+"""Compiler intrinsics: calls of kernels by address, and the processor's cycle counter."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from underfoot.kernels import intrinsic
 def call_run(  # type: ignore[no-untyped-def]
     context, address, x, y, c, s, t, d, e, o, key, rate, frame, n
 ):
-    """Call a node's kernel by its address; what stands in between are addresses of its arrays."""
+    """Call a node's `run` kernel by its address; the arguments in between are addresses of its arrays."""
     from llvmlite import ir
     from numba import types
 
@@ -27,7 +27,7 @@ def call_run(  # type: ignore[no-untyped-def]
 
 @intrinsic
 def call_tail(context: Any, address: Any, c: Any, s: Any, t: Any, d: Any) -> Any:
-    """A bound of what a row can still put out, by a node's tail kernel at this address."""
+    """Call a node's `tail` kernel by its address; returns a bound of the row's remaining output."""
     from llvmlite import ir
     from numba import types
 
@@ -42,7 +42,7 @@ def call_tail(context: Any, address: Any, c: Any, s: Any, t: Any, d: Any) -> Any
 
 @intrinsic
 def cycles(context: Any) -> Any:
-    """The processor's cycle counter."""
+    """Return the processor's cycle counter."""
     from llvmlite import ir
     from numba import types
 

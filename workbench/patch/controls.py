@@ -1,7 +1,7 @@
-"""Controls of nodes while a program runs: each goes from where it was to what it was set to, along a ramp.
+"""Controls of nodes while a program runs: ramps from the old value to the new one.
 
-A control that a wire drives follows its signal instead, read where a span begins. Parameters that kernels take frame
-by frame are signals themselves.
+A control that a wire drives follows its signal instead, sampled at the start of each span. Parameters that kernels read
+every frame are signals themselves.
 """
 
 import math
@@ -13,7 +13,7 @@ from underfoot.patch.tables import Tables
 
 @kernel
 def on_ramp(begin: float, end: float, frames: int) -> float:
-    """A control `frames` after it was sent from `begin` to `end`."""
+    """Return a control `frames` after the start of its ramp from `begin` to `end`."""
     if frames >= RAMP:
         return end
     if frames <= 0:
@@ -23,7 +23,7 @@ def on_ramp(begin: float, end: float, frames: int) -> float:
 
 @inlined
 def fill_signal_controls(p: Tables, frame: int, n: int) -> None:
-    """Parameters that are signals: filled once when steady, frame by frame while they move."""
+    """Fill the buffers of parameters that are signals: once when steady, frame by frame while they change."""
     for j in range(p.signal_controls.size):
         state = p.signal_moving[j]
         if state == 0:
@@ -41,7 +41,7 @@ def fill_signal_controls(p: Tables, frame: int, n: int) -> None:
 
 @inlined
 def read_controls(p: Tables, k: int, row: int, frame: int, f: int) -> None:
-    """Controls of one row as they stand at frame `f` of the block, which begins a span."""
+    """Read the controls of one row at frame `f` of the block, the start of a span."""
     memory = p.nodes[k].control_memory + row * p.nodes[k].controls
     for j in range(p.nodes[k].controls):
         q = p.nodes[k].controls_at + j
@@ -56,7 +56,7 @@ def read_controls(p: Tables, k: int, row: int, frame: int, f: int) -> None:
 
 @inlined
 def finish_ramps(p: Tables, frame: int, n: int) -> None:
-    """Give all rows the controls as they stand at the last span edge of the block, and end what has arrived."""
+    """Give all rows the controls at the last span edge of the block, and end completed ramps."""
     last = frame + n - 1 - (frame + n - 1) % SPAN
     if last < frame:
         return

@@ -1,11 +1,11 @@
-"""The compiled loop that runs a program: for each row, node after node, in stretches, asleep wherever it can be.
+"""Compiled loop that runs a program: row by row, node after node, in stretches; rows sleep wherever possible.
 
-Rows (tiles) do not know of one another, so the row is the outer loop: one row's signals stay in the nearest cache. A
-buffer is one signal's frames of the present block; buffers between nodes are shared by all rows, buffers that the
-engine fills or reads have a row for each tile.
+Rows (tiles) are independent, so the row is the outer loop and its signals stay in the nearest cache. A buffer holds one
+signal's frames of the present block; buffers between nodes are shared by all rows, buffers that the engine fills or
+reads have a row for each tile.
 
-A row of a node may fall asleep at the end of each sleep interval, four spans: looking at every span costs as much as
-running a small node. It wakes at the very frame of the first input or event that is not zero.
+A row of a node may fall asleep at the end of each sleep interval, four spans: checking every span would cost as much as
+running a small node. It wakes at the exact frame of the first nonzero input or event.
 """
 
 import math
@@ -22,9 +22,9 @@ from underfoot.patch.controls import fill_signal_controls, finish_ramps, read_co
 from underfoot.patch.tables import ANY, GUARDED, Tables, tables_at
 
 SLEEP_INTERVAL = 4 * SPAN
-"""Frames, at multiples of which a row may fall asleep."""
+"""Sleep interval in frames: a row may fall asleep at its multiples."""
 INAUDIBLE = 1e-9
-"""What remains of a signal, of full scale, below which its row falls asleep."""
+"""Bound of a row's remaining output, in full scale, below which it falls asleep."""
 
 _EXPONENT = 0x7FF0000000000000
 _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
@@ -32,7 +32,7 @@ _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
 
 @kernel
 def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
-    """Run `n` frames of the program whose tables are at `addresses`, the first of them session frame `frame`."""
+    """Run `n` frames of the program whose tables are at `addresses`, from session frame `frame` on."""
     p = tables_at(where)
     fill_signal_controls(p, frame, n)
     if p.no_sound[0] == 0:
@@ -64,9 +64,9 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
 
 @kernel
 def bring(where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], n: int) -> None:
-    """Copy `n` frames of the engine's `signals` [signal, row, frame] to where nodes read them.
+    """Copy `n` frames of the engine's `signals` [signal, row, frame] to the buffers that nodes read.
 
-    A row that is marked as zero is not read, and written only where it was not zero before.
+    A row marked as zero is not read, and written only if it was not zero before.
     """
     p = tables_at(where)
     for row in range(p.unfed.size):

@@ -1,4 +1,4 @@
-"""The files that a patch names, and their paths when the patch comes to lie in another folder."""
+"""Files that a patch refers to, and their paths when the patch moves to another folder."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,7 +9,7 @@ from underfoot.patch.patch import Patch
 
 
 def files_of(patch: Patch, registry: Registry) -> Iterator[tuple[str, str, str]]:
-    """Each file that the patch names: the node's id, the parameter, and the path as the patch has it."""
+    """Yield each file of the patch: the node's id, the parameter, and the path as stored in the patch."""
     for node in patch.nodes:
         for name, parameter in registry[node.type].parameters.items():
             if isinstance(parameter, FilePath) and node.parameters.get(name):
@@ -17,10 +17,10 @@ def files_of(patch: Patch, registry: Registry) -> Iterator[tuple[str, str, str]]
 
 
 def with_files_kept(patch: Patch, registry: Registry, before: Path | None, after: Path | None) -> Patch:
-    """The patch that names, from the folder `after`, the files that it named from the folder `before`.
+    """Return the patch moved from folder `before` to folder `after`, with paths to the same files.
 
-    Paths of files below `after` become relative to it, others absolute; without `after` all do. A relative path of a
-    patch that had no folder stays as it is: only a folder says which file it is.
+    Paths of files below `after` become relative to it, others absolute; without `after` all become absolute. A relative
+    path of a patch without a folder is kept, as it does not identify a file.
     """
     for id, name, named in files_of(patch, registry):
         if before is None and not Path(named).is_absolute():

@@ -1,4 +1,4 @@
-"""Edits of a patch's groups: a frame around nodes, nodes into it, and the frame away again."""
+"""Edits of a patch's groups: create, extend and dissolve them."""
 
 from collections.abc import Collection, Iterable
 
@@ -9,7 +9,7 @@ from underfoot.patch.patch import Patch
 
 
 def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str = "grey") -> Patch:
-    """The patch with a group around these nodes and notes; `BadValue` where it would cut another group in two."""
+    """Return the patch with a group around these nodes and notes; `BadValue` if it would split another group."""
     ids = {one.id for one in patch.things()}
     chosen = tuple(dict.fromkeys(member for member in members if member in ids))
     inside = [i for i, group in enumerate(patch.groups) if set(group.members) <= set(chosen)]
@@ -21,7 +21,7 @@ def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str =
 
 
 def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
-    """The patch with new nodes and notes, which are in no group, in this one and in those that it lies in."""
+    """Return the patch with new, ungrouped nodes and notes added to this group and to those that contain it."""
     around = set(chain(patch.groups, id))
     groups = tuple(
         msgspec.structs.replace(group, members=(*group.members, *members)) if group.id in around else group
@@ -31,12 +31,12 @@ def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
 
 
 def ungrouped(patch: Patch, ids: Collection[str]) -> Patch:
-    """The patch without these groups; what was in them stays."""
+    """Return the patch without these groups; their members stay."""
     return msgspec.structs.replace(patch, groups=tuple(group for group in patch.groups if group.id not in ids))
 
 
 def published(patch: Patch, end: str, on: bool) -> Patch:
-    """The patch with a parameter, as "node.parameter", shown on the innermost group around its node, or not there."""
+    """Return the patch with a parameter, "node.parameter", shown or hidden on the innermost group of its node."""
     around = innermost(patch.groups).get(end.partition(".")[0], "")
     groups = tuple(
         msgspec.structs.replace(group, published=(*(e for e in group.published if e != end), *([end] if on else ())))

@@ -1,4 +1,4 @@
-"""What a patch has for the eye alone: notes, and groups of nodes. Neither changes a sample of what is computed."""
+"""Annotations of a patch: notes, and groups of nodes. They do not affect the output."""
 
 from collections.abc import Collection, Iterable, Mapping
 
@@ -8,20 +8,20 @@ from underfoot.errors import BadValue, require
 from underfoot.parameters import IDENTIFIER
 
 COLOURS = ("grey", "teal", "amber", "violet", "green", "red")
-"""What a group's frame may be painted in."""
+"""Colours of a group's frame."""
 
 LONGEST_LABEL, LONGEST_NOTE = 80, 4000
-"""Characters."""
+"""Largest numbers of characters."""
 
 FURTHEST = 1e6
-"""Pixels from the canvas's middle beyond which nothing stands."""
+"""Largest distance from the canvas's centre, in pixels."""
 
 NARROWEST, WIDEST = 64.0, 2000.0
-"""Pixels that a note may be wide."""
+"""Smallest and largest width of a note, in pixels."""
 
 
 class Note(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A text on the canvas."""
+    """Text on the canvas."""
 
     id: str
     text: str = ""
@@ -30,9 +30,9 @@ class Note(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Group(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Nodes and notes with a frame around them; collapsed, a sub-patch that is drawn as one node at `at`.
+    """Frame around nodes and notes; when collapsed, a sub-patch that is drawn as one node at `at`.
 
-    Groups lie within one another or apart; an outer one stands before those inside it.
+    Groups are nested or disjoint; an outer one precedes those inside it.
     """
 
     id: str
@@ -42,11 +42,11 @@ class Group(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     collapsed: bool = False
     at: tuple[float, float] = (0.0, 0.0)
     published: tuple[str, ...] = ()
-    """Parameters of inner nodes, as "node.parameter", that are set on the collapsed node, too."""
+    """Parameters of inner nodes, as "node.parameter", that are also set on the collapsed node."""
 
 
 def innermost(groups: Iterable[Group]) -> dict[str, str]:
-    """For each node and note in a group, the innermost one.
+    """Return the innermost group of each grouped node and note.
 
     >>> innermost([Group("a", ("x", "y")), Group("b", ("y",))])
     {'x': 'a', 'y': 'b'}
@@ -55,7 +55,7 @@ def innermost(groups: Iterable[Group]) -> dict[str, str]:
 
 
 def parents(groups: Iterable[Group]) -> dict[str, str]:
-    """For each group the one that it lies in, or "".
+    """Return the parent of each group, or "".
 
     >>> parents([Group("a", ("x", "y")), Group("b", ("y",))])
     {'a': '', 'b': 'a'}
@@ -69,7 +69,7 @@ def parents(groups: Iterable[Group]) -> dict[str, str]:
 
 
 def chain(groups: Iterable[Group], id: str) -> list[str]:
-    """A group and those that it lies in, the outermost first.
+    """Return a group and its ancestors, the outermost first.
 
     >>> chain([Group("a", ("x", "y")), Group("b", ("y",))], "b")
     ['a', 'b']
@@ -83,7 +83,7 @@ def chain(groups: Iterable[Group], id: str) -> list[str]:
 
 
 def without(groups: Iterable[Group], gone: Collection[str]) -> tuple[Group, ...]:
-    """The groups without these members and groups; one that has lost all its members is gone."""
+    """Return the groups without these members and groups; groups that become empty are removed."""
     kept = []
     for group in groups:
         if group.id in gone:
@@ -99,7 +99,7 @@ def without(groups: Iterable[Group], gone: Collection[str]) -> tuple[Group, ...]
 
 
 def renamed(groups: Iterable[Group], names: Mapping[str, str]) -> tuple[Group, ...]:
-    """The groups with other names for some members."""
+    """Return the groups with some members renamed."""
     return tuple(
         msgspec.structs.replace(
             group,
@@ -120,7 +120,7 @@ def _renamed_end(end: str, names: Mapping[str, str]) -> str:
 def check_notes_and_groups(
     notes: Iterable[Note], groups: Iterable[Group], nodes: Iterable[str], parameters: Collection[str]
 ) -> None:
-    """`BadValue` where an id is taken, a text is too long, or groups overlap. `parameters` are all, as
+    """Raise `BadValue` if an id is taken, a text is too long, or groups overlap. `parameters` are all parameters, as
     "node.parameter"."""
     seen = set(nodes)
     for i, note in enumerate(notes):
@@ -143,13 +143,13 @@ def check_notes_and_groups(
 
 
 def check_label(place: str, text: str) -> None:
-    """`BadValue` for a name that does not stand in one line."""
+    """Raise `BadValue` for a label of more than one line."""
     fits = len(text) <= LONGEST_LABEL and (text.isprintable() or not text)
     require(fits, place, text[: LONGEST_LABEL + 1], f"one line of at most {LONGEST_LABEL} characters")
 
 
 def check_place(place: str, at: tuple[float, float]) -> None:
-    """`BadValue` for a place outside the canvas."""
+    """Raise `BadValue` for a position outside the canvas."""
     near = all(abs(way) <= FURTHEST for way in at)
     require(near, f"{place}.at", at, f"two numbers, each -{FURTHEST:g} to {FURTHEST:g}")
 
@@ -161,7 +161,7 @@ def _check_id(place: str, id: str, seen: set[str]) -> None:
 
 
 def check_members(groups: Iterable[Group], ids: Collection[str]) -> None:
-    """`BadValue` where a group has a member that there is not, or cuts another group in two."""
+    """Raise `BadValue` if a group has an unknown member, or splits another group."""
     inner: dict[str, str] = {}
     for i, group in enumerate(groups):
         require(bool(group.members), f"groups[{i}].members", "[]", "one node or note, or more")

@@ -1,7 +1,7 @@
-"""What need not run although nothing stops it: sources whose sound is multiplied by something that is silent.
+"""Guards: signals that let a free-running source sleep, because they multiply its output by zero.
 
-A free-running source (noise, a tone) is guarded if every way from it to a sink leads through a node that another of its
-inputs can mute. While those other inputs are silent the source sleeps with them, and begins anew when they wake.
+A free-running source (noise, a tone) is guarded if every path from it to a sink leads through a node that another of
+its inputs can mute. While those other inputs are silent the source sleeps with them, and restarts when they wake.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,9 +13,9 @@ from underfoot.patch.patch import Patch
 def guarded(
     patch: Patch, registry: Registry, alive: set[str], scopes: Sequence[str]
 ) -> tuple[tuple[str, ...], dict[str, list[str]]]:
-    """The living nodes in an order in which guards come before what they guard; and the guards ("node.port") of each.
+    """Return the live nodes in an order with guards before the nodes they guard, and the guards ("node.port") of each.
 
-    A node that is looked at through a scope is not guarded.
+    A node that is displayed by a scope is not guarded.
     """
     types = {node.id: registry[node.type] for node in patch.nodes}
     after: dict[str, set[str]] = {id: set() for id in types}
@@ -41,7 +41,7 @@ def guarded(
 def _guards(
     id: str, types: Mapping, wired: Mapping[str, str], wires: Sequence, alive: set[str], watched: set[str]
 ) -> list[str] | None:
-    """Signals one of which must be loud for `id` to be heard; None if it may be heard at any time."""
+    """Return signals that must be nonzero for `id` to be audible; None if it may be audible at any time."""
     if id in watched or types[id].is_sink:
         return None
     found: list[str] = []
@@ -62,7 +62,7 @@ def _guards(
 
 
 def _leads(start: str, goal: str, after: Mapping[str, set[str]]) -> bool:
-    """Whether there is a way from `start` to `goal`."""
+    """Return whether there is a path from `start` to `goal`."""
     seen, frontier = {start}, [start]
     while frontier:
         for id in after[frontier.pop()] - seen:
@@ -72,7 +72,7 @@ def _leads(start: str, goal: str, after: Mapping[str, set[str]]) -> bool:
 
 
 def _sorted(order: Sequence[str], after: Mapping[str, set[str]]) -> list[str]:
-    """All nodes, each behind everything that it comes after; otherwise as in `order`."""
+    """Sort nodes topologically, each after its predecessors in `after`; otherwise as in `order`."""
     waits = {id: sum(id in follow for follow in after.values()) for id in order}
     done: list[str] = []
     rest = list(order)

@@ -1,12 +1,12 @@
-"""A patch as its marks have it heard: muted, bypassed and soloed nodes, made of wires, so that no node knows of it.
+"""Marks of a patch applied to it: muted, bypassed and soloed nodes become wiring, so that no node needs to know.
 
-- A *muted* node puts out nothing: zeros, and no events. A muted output plays nothing.
-- A *bypassed* node hands on what comes in: each of its wires begins instead at the first of its inputs that has a wire
-  and fits. Where none fits it puts out nothing. An output cannot be bypassed, for nothing is behind it.
-- Where any node is *soloed*, of what is added only that is heard which comes through a soloed node: at a Mix, a Join,
-  and among the outputs. What shapes it, such as an envelope, goes on.
+- A *muted* node outputs zeros and no events. A muted output plays nothing.
+- A *bypassed* node passes its input on: each of its wires starts instead at the source of its first connected input
+that fits. If none fits, it outputs nothing. An output cannot be bypassed, because nothing follows it.
+- If any node is *soloed*, sums keep only what passes through a soloed node: at a Mix, a Join, and among the outputs.
+  Signals that shape it, such as an envelope, stay.
 
-Errors that nodes are asked for come out times the patch's factor: as what is built and not as what is drawn.
+Asked errors of the nodes are multiplied by the patch's error factor: the result is the patch as built, not as drawn.
 """
 
 from collections import defaultdict
@@ -21,9 +21,9 @@ from underfoot.patch.patch import Patch, Wire
 
 
 def as_heard(patch: Patch, registry: Registry) -> Patch:
-    """The patch that is to be built in place of a checked `patch`: the same nodes, without marks.
+    """Return the patch to build in place of a checked `patch`: the same nodes, without marks.
 
-    A parameter whose wire brings nothing any more is 0, or as near to 0 as it may be: it is not its own value, which
+    A parameter that loses its wire becomes 0, or as near to 0 as its range allows: its own value, which was overridden,
     may be loud.
 
     >>> from underfoot.nodes import REGISTRY
@@ -42,7 +42,7 @@ def as_heard(patch: Patch, registry: Registry) -> Patch:
 
 
 def without_missing(patch: Patch, registry: Registry) -> "Patch":
-    """The patch without nodes that only stand for one: what can be played of it.
+    """Return the patch without nodes that only stand in for missing ones: its playable part.
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tone", REGISTRY)
@@ -54,7 +54,7 @@ def without_missing(patch: Patch, registry: Registry) -> "Patch":
 
 
 def scaled_error(parameter: Parameter, value: Any, scale: float) -> Any:
-    """The error that a node is asked for when its patch multiplies all of them; of a choice the largest that keeps it.
+    """Return an asked error times the patch's factor; of a choice, the largest option that is not above it.
 
     >>> scaled_error(Number(1e-3, 1e-7, 0.1), 1e-3, 1000.0), scaled_error(Choice("1", options=("1", "0.3")), "1", 0.5)
     (0.1, '0.3')
@@ -68,7 +68,7 @@ def scaled_error(parameter: Parameter, value: Any, scale: float) -> Any:
 
 
 def _with_scaled_errors(patch: Patch, registry: Registry) -> Patch:
-    """The patch with each asked error times its factor, and a factor of 1."""
+    """Return the patch with each asked error multiplied by its factor, and a factor of 1."""
     if patch.error_scale == 1.0:
         return patch
     nodes = []
@@ -82,7 +82,7 @@ def _with_scaled_errors(patch: Patch, registry: Registry) -> Patch:
 
 
 def can_be_bypassed(type: NodeType) -> bool:
-    """Whether anything can go past a node of this type.
+    """Return whether a node of this type can be bypassed.
 
     >>> from underfoot.nodes import REGISTRY
     >>> [can_be_bypassed(REGISTRY[type]) for type in ("low-pass", "tone", "modal-bank", "tile-output")]
@@ -93,14 +93,14 @@ def can_be_bypassed(type: NodeType) -> bool:
 
 
 def _unmuted(patch: Patch, types: dict[str, NodeType]) -> list[Wire]:
-    """The wires that come from no muted node, and lead to no muted output."""
+    """Return the wires that neither start at a muted node nor end at a muted output."""
     muted = {node.id for node in patch.nodes if node.muted}
     sinks = {id for id in muted if types[id].is_sink}
     return [wire for wire in patch.wires if _id(wire[0]) not in muted and _id(wire[1]) not in sinks]
 
 
 def _bypassed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list[Wire]:
-    """Wires from bypassed nodes begin before these; those for which nothing fits are left out."""
+    """Reroute wires from bypassed nodes to their inputs; wires for which nothing fits are left out."""
     past = {node.id for node in patch.nodes if node.bypassed and not types[node.id].is_sink}
     source_of = {target: source for source, target in wires}
 
@@ -121,7 +121,7 @@ def _bypassed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> li
 
 
 def _soloed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list[Wire]:
-    """Without the wires that add what comes through no soloed node."""
+    """Remove the wires into sums that come through no soloed node."""
     soloed = {node.id for node in patch.nodes if node.soloed}
     if not soloed:
         return wires
@@ -145,7 +145,7 @@ def _soloed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list
 
 
 def _silenced(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> Patch:
-    """The patch with these wires; parameters that lost theirs are as near to 0 as they may be."""
+    """Return the patch with these wires; parameters that lost theirs are as near to 0 as their range allows."""
     kept = {target for _, target in wires}
     lost = [target for _, target in patch.wires if target not in kept]
     values: dict[str, dict[str, float]] = {}

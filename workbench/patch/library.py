@@ -1,4 +1,4 @@
-"""Presets on disk: patches, floors, simulated tiles and protocols to begin with; and a person's own patches."""
+"""Presets on disk: patches, floors, simulated tiles and protocols; and a user's own patches."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -14,7 +14,7 @@ from underfoot.patch.patch import Patch
 
 
 def presets_folder() -> Path:
-    """The folder of presets, in a checkout as in an installed wheel.
+    """Return the folder of presets, in a checkout or in an installed wheel.
 
     >>> (presets_folder() / "patches" / "gravel.json").is_file()
     True
@@ -23,7 +23,7 @@ def presets_folder() -> Path:
 
 
 def patches() -> dict[str, Path]:
-    """The patches' files by name, in alphabetical order.
+    """Return the patch files by name, in alphabetical order.
 
     >>> "gravel" in patches()
     True
@@ -32,7 +32,7 @@ def patches() -> dict[str, Path]:
 
 
 def open_patch(name: str | Path) -> Patch:
-    """The preset of this name, or the patch in a file; `BadFile` where there is neither, or the file is no patch.
+    """Load the preset of this name, or a patch file; `BadFile` if there is neither, or the file is no patch.
 
     >>> open_patch("gravel")
     <Patch 'Gravel underfoot': 15 nodes, 16 wires>
@@ -46,13 +46,13 @@ def open_patch(name: str | Path) -> Patch:
 
 
 FAMILIES = {"material": "Materials", "stimulus": "Thesis stimuli", "tacton": "Tactons"}
-"""What the first word of a patch's name says it belongs to, and how that is called."""
+"""Families of presets, by the first word of their names."""
 OWN = "My presets"
-"""The family of a person's own presets."""
+"""Family of the user's own presets."""
 
 
 class _Header(msgspec.Struct):
-    """What a patch file says of itself, beside its nodes."""
+    """Description in a patch file, besides its nodes."""
 
     title: str = ""
     comment: str = ""
@@ -62,9 +62,9 @@ class _Header(msgspec.Struct):
 
 @dataclass(frozen=True)
 class Preset:
-    """A patch to begin with: its file, the family that it belongs to ("" for none), and what it says of itself.
+    """Preset patch: its file, its family ("" for none), and the description in the file.
 
-    `name` tells it from the others of its family.
+    `name` is unique within its family.
     """
 
     path: Path
@@ -77,14 +77,14 @@ class Preset:
 
     @property
     def is_own(self) -> bool:
-        """Whether it is a person's own, which can be taken away again."""
+        """Whether it is the user's own, which can be deleted."""
         return self.family == OWN
 
     def rank(self, text: str) -> int:
-        """How well it fits the words of `text`, all together: 0 is best, -1 where a word is nowhere in it.
+        """Return how well it matches all words of `text`: 0 is best, -1 if a word does not occur.
 
-        The title and the name come before tags and family, and those before the comment and the author; in each, whole
-        words come before beginnings, and those before other parts.
+        Matches in title and name rank before tags and family, and those before comment and author; in each, whole words
+        rank before beginnings, and those before other parts.
 
         >>> ice = Preset(Path("ice.json"), "Materials", "Ice", "Ice", "It cracks.", tags=("brittle",))
         >>> ice.rank("ice"), ice.rank("brittle"), ice.rank("brit"), ice.rank("crack"), ice.rank("sand")
@@ -96,7 +96,7 @@ class Preset:
 
 
 def all_presets(own: Path | None = None) -> list[Preset]:
-    """The presets of the program, and those in the folder `own`, by family and name. Files that are none are left out.
+    """Return the program's presets, and those in the folder `own`, by family and name. Other files are skipped.
 
     >>> next(preset.title for preset in all_presets() if preset.name == "Ice")
     'Ice'
@@ -114,7 +114,7 @@ def all_presets(own: Path | None = None) -> list[Preset]:
 
 
 def families() -> dict[str, dict[str, Path]]:
-    """The program's patches by the name of their family, "" for those without one; each under its name.
+    """Return the program's patches by family, "" for those without one; each by its name.
 
     >>> list(families()), list(families()["Tactons"])[-2:]
     (['', 'Materials', 'Thesis stimuli', 'Tactons'], ['WS7', 'WS8'])
@@ -126,7 +126,7 @@ def families() -> dict[str, dict[str, Path]]:
 
 
 def file_of(title: str, own: Path) -> Path:
-    """The file of a person's own preset of this title.
+    """Return the file for the user's own preset with this title.
 
     >>> file_of("Ice, thin!", Path("mine")).as_posix()
     'mine/ice-thin.json'
@@ -135,13 +135,13 @@ def file_of(title: str, own: Path) -> Path:
 
 
 def ranked(presets: Iterable[Preset], text: str) -> list[Preset]:
-    """Those that fit `text`, the best first; of equal ones, and without text, in the order in which they were."""
+    """Return the presets that match `text`, the best first; ties, and all without text, keep their order."""
     fitting = [(preset.rank(text), preset) for preset in presets]
     return [preset for rank, preset in sorted(fitting, key=lambda found: found[0]) if rank >= 0]
 
 
 def _rank_of(word: str, places: Sequence[tuple[str, ...]]) -> int:
-    """Where a word is found: in which of the places, as a whole, a beginning, or a part of a word; -1 for nowhere."""
+    """Return the rank of a match: the field, and whether it is a whole word, a beginning or a part; -1 for none."""
     for at, texts in enumerate(places):
         known = " ".join(texts).lower()
         if word in known:
@@ -166,14 +166,14 @@ def _in_number_order(name: str) -> tuple[str, int]:
 
 
 def _words(name: str) -> str:
-    """A name as people read it: codes such as ws1 and td in capitals."""
+    """Return a name in readable form: codes such as ws1 and td in capitals."""
     first, *others = name.split("-")
     is_code = len(first) <= 2 or first[-1].isdigit()
     return " ".join([first.upper() if is_code else first.capitalize(), *others])
 
 
 def floors() -> dict[str, Path]:
-    """The floors' files by name, in alphabetical order.
+    """Return the floor files by name, in alphabetical order.
 
     >>> "tiles-2x2" in floors()
     True
@@ -182,7 +182,7 @@ def floors() -> dict[str, Path]:
 
 
 def simulations() -> dict[str, Path]:
-    """What simulated tiles are made of, and who walks on them: the files by name, in alphabetical order.
+    """Return the files of simulated tiles and walkers by name, in alphabetical order.
 
     >>> "thesis-tile" in simulations()
     True
@@ -191,7 +191,7 @@ def simulations() -> dict[str, Path]:
 
 
 def protocols() -> dict[str, Path]:
-    """The protocols of studies: the files by name, in alphabetical order.
+    """Return the protocols of studies: files by name, in alphabetical order.
 
     >>> "detection-threshold" in protocols()
     True
@@ -200,7 +200,7 @@ def protocols() -> dict[str, Path]:
 
 
 def walks() -> dict[str, Path]:
-    """Sample recordings of forces, each with its floor beside it: the files by name, in alphabetical order.
+    """Return sample force recordings, each with its floor beside it: files by name, in alphabetical order.
 
     >>> "corridor" in walks()
     True

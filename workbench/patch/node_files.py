@@ -1,6 +1,6 @@
-"""Files with a custom node, `nodes/TYPE.py` beside a patch, as bytes; and those that this process has run.
+"""Files of custom nodes, `nodes/TYPE.py` beside a patch, as bytes; and those that this process has run.
 
-Nothing is imported here, so that a process that starts others does not load numpy before them.
+This module imports nothing heavy, so that a process that only starts others does not load numpy first.
 """
 
 import hashlib
@@ -9,12 +9,12 @@ from functools import cached_property
 from pathlib import Path
 
 FOLDER = "nodes"
-"""Where they lie, beside the patch."""
+"""Name of their folder, beside the patch."""
 
 
 @dataclass(frozen=True)
 class NodeFile:
-    """A file with the node of its name, as it was read.
+    """File of a custom node, as it was read.
 
     >>> NodeFile("nodes/squeak.py", b"").type
     'squeak'
@@ -25,24 +25,24 @@ class NodeFile:
 
     @property
     def type(self) -> str:
-        """The node that it is to declare."""
+        """Type of the node that it has to declare."""
         return Path(self.path).stem
 
     @cached_property
     def sha256(self) -> str:
-        """What consent is remembered by."""
+        """Hash by which consent is remembered."""
         return hashlib.sha256(self.source).hexdigest()
 
 
 RUNNING: dict[str, NodeFile] = {}
-"""By type, the files that this process has run (`underfoot.patch.own_nodes`)."""
+"""Files that this process has run, by type (`underfoot.patch.own_nodes`)."""
 
 
 def running() -> tuple[NodeFile, ...]:
-    """The files that this process has run: the processes that it starts are told of them, and ask nobody."""
+    """Return the files that this process has run; child processes run them without asking."""
     return tuple(RUNNING.values())
 
 
 def has_nodes(folder: Path) -> bool:
-    """Whether patches in `folder` may have nodes of their own."""
+    """Return whether patches in `folder` may have custom nodes."""
     return (folder / FOLDER).is_dir()

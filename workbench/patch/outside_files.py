@@ -1,4 +1,4 @@
-"""Files that a patch reads: those in its own folder without a question, any other only once a person has said so."""
+"""Files that a patch reads from outside its folder, which needs the user's consent."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from underfoot.patch.patch import Patch
 
 
 def outside_files(patch: Patch, registry: Registry, folder: Path | None) -> tuple[Path, ...]:
-    """The files that a patch in `folder` names and that do not lie in or below it; without a folder, all of them.
+    """Return the files of a patch in `folder` that do not lie in or below it; without a folder, all of them.
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("wav-player", REGISTRY, file="../secret.wav").add("wav-player", REGISTRY, file="a.wav")
@@ -27,7 +27,7 @@ def outside_files(patch: Patch, registry: Registry, folder: Path | None) -> tupl
 
 
 def require_inside(patch: Patch, registry: Registry, path: Path) -> None:
-    """Raise `BadFile` where the patch in the file `path` reads files outside its folder."""
+    """Raise `BadFile` if the patch in the file `path` reads files outside its folder."""
     outside = outside_files(patch, registry, path.parent)
     if outside:
         raise BadFile(

@@ -1,7 +1,7 @@
-"""Custom nodes in files beside a patch, `nodes/TYPE.py`. None is run before a person has agreed to it.
+"""Custom nodes in files beside a patch, `nodes/TYPE.py`, run only with the user's consent.
 
-Which file has which node is told by its name alone, so that nothing has to be run to know. What is run are the bytes
-that were agreed to, in this process and in every process that it starts: the file is not read a second time.
+The file name gives the node type, so that nothing needs to be run to know it. Exactly the bytes that were agreed to are
+run, in this process and in every process that it starts: the file is not read a second time.
 """
 
 import sys
@@ -17,17 +17,17 @@ from underfoot.patch.node import NodeType, Port, Registry, installed_nodes, node
 from underfoot.patch.node_files import FOLDER, RUNNING, NodeFile, has_nodes
 
 LARGEST = 1_000_000
-"""Bytes that such a file may have."""
+"""Largest size of such a file, in bytes."""
 MISSING = "Missing"
-"""The family of nodes that stand for those that were not run."""
+"""Family of nodes that stand in for those that were not run."""
 
 _consent = {"all": False}
-"""Whether whoever started this process has agreed to all files beside the patches that it reads."""
+"""Whether the user has agreed to all files beside the patches that this process reads."""
 
 
 @contextmanager
 def all_agreed() -> Iterator[None]:
-    """Agree to every file that patches need, inside: for a command line that says so."""
+    """Agree, within the context, to every file that patches need, for a command-line option."""
     _consent["all"] = True
     try:
         yield
@@ -36,7 +36,7 @@ def all_agreed() -> Iterator[None]:
 
 
 def node_files(folder: Path | None) -> list[NodeFile]:
-    """The files of nodes beside patches in `folder`, by name, of types that nothing else brings. None of them is run.
+    """Return the node files beside patches in `folder`, by name, of types not installed. None of them is run.
 
     >>> node_files(Path("there is none"))
     []
@@ -49,7 +49,7 @@ def node_files(folder: Path | None) -> list[NodeFile]:
 
 
 def unknown_types(types: Iterable[str]) -> list[str]:
-    """Those of these types that nothing installed brings: neither Underfoot nor a plug-in.
+    """Return those of these types that are not installed, neither by Underfoot nor by a plug-in.
 
     >>> unknown_types(["tone", "squeak"])
     ['squeak']
@@ -59,9 +59,9 @@ def unknown_types(types: Iterable[str]) -> list[str]:
 
 
 def run_file(file: NodeFile) -> bool:
-    """Run a file that a person has agreed to, and have its node known by all that know nodes; whether it is new here.
+    """Run a file that the user has agreed to, and register its node; return whether it is new here.
 
-    `BadFile` where it fails, or does not declare the node of its name.
+    `BadFile` if it fails, or does not declare the node of its name.
     """
     if RUNNING.get(file.type) == file:
         return False
@@ -71,7 +71,7 @@ def run_file(file: NodeFile) -> bool:
     sys.modules[name] = module
     try:
         exec(compile(file.source, file.path, "exec"), vars(module))
-    except (Exception, SystemExit) as error:  # a stranger's code: it can raise anything
+    except (Exception, SystemExit) as error:  # untrusted code can raise anything
         del sys.modules[name]
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
         raise BadFile(f"{file.path} cannot be run: {reason}") from None
@@ -86,23 +86,23 @@ def run_file(file: NodeFile) -> bool:
 
 
 def run_received(files: Iterable[NodeFile]) -> None:
-    """Run in a child what its parent runs. What fails here leaves its node unknown, and whoever needs it says so."""
+    """Run the files that the parent process runs. A file that fails leaves its node unknown; its users report that."""
     for file in files:
         with suppress(BadFile):
             run_file(file)
 
 
 def files_needed(used: Iterable[str], folder: Path | None) -> list[NodeFile]:
-    """The files beside patches in `folder` that have nodes of these types, but for those that run already."""
+    """Return the files beside patches in `folder` with nodes of these types that do not run yet."""
     types = unknown_types(used)
     wanted = [file for file in node_files(folder) if file.type in types] if types else []
     return [file for file in wanted if (known := RUNNING.get(file.type)) is None or known.source != file.source]
 
 
 def run_needed(used: Iterable[str], path: Path) -> None:
-    """Run the files that the patch in the file `path` needs, if whoever started this process has agreed to that.
+    """Run the files that the patch in the file `path` needs, if the user has agreed to that.
 
-    `used` are the types of its nodes. `BadFile` where nobody has, or for two different files of one name.
+    `used` are the types of its nodes. `BadFile` without consent, or for two different files of one name.
     """
     fresh = files_needed(used, path.parent)
     for file in fresh:
@@ -119,16 +119,16 @@ def run_needed(used: Iterable[str], path: Path) -> None:
 
 
 def running_elsewhere(file: NodeFile) -> str:
-    """The path of another file whose node of the same name runs; "" where there is none."""
+    """Return the path of another file whose node of the same name runs; "" if there is none."""
     known = RUNNING.get(file.type)
     return "" if known is None or known.path == file.path else known.path
 
 
 def copy_needed(used: Iterable[str], before: Path | None, after: Path) -> list[str]:
-    """Copy the files that a patch of these types needs, from beside it in the folder `before` to beside it in `after`.
+    """Copy the files that a patch of these types needs from beside it in the folder `before` to beside it in `after`.
 
-    A node that runs is copied as it runs. A file that is there stays. Returns, each in words, what does not lie there
-    as it is needed.
+    A running node is copied as it runs. An existing file stays. Returns messages on the files that are not there as
+    needed.
     """
     there = {file.type: file for file in node_files(after)}
     known = {file.type: file for file in node_files(before)} | RUNNING
@@ -144,14 +144,14 @@ def copy_needed(used: Iterable[str], before: Path | None, after: Path) -> list[s
     return wrong
 
 
-# --- nodes that are not run ---
+# --- stand-ins for nodes that are not run ---
 
 
 def add_stand_ins(types: Mapping[str, str], wires: Iterable[tuple[str, str]], reasons: Mapping[str, str]) -> None:
-    """Have a node that only keeps what the file says for each of these types: the window shows and saves it.
+    """Register a stand-in for each of these types that keeps what the patch stores, for the window to show and save.
 
-    `types` are those of a patch's nodes by their ids. `reasons` say, by type, why the node itself is not there. Ports
-    are those that wires end at.
+    `types` are those of a patch's nodes by their ids. `reasons` give, by type, why the node itself is missing. Ports
+    are those at which wires end.
     """
     registry = installed_nodes()
     for name, reason in reasons.items():
@@ -187,7 +187,7 @@ def _is_own(type: str, registry: Registry) -> bool:
 
 def _put(made: NodeType) -> None:
     registry = installed_nodes()
-    assert isinstance(registry, dict)  # it is read only for all others
+    assert isinstance(registry, dict)  # read-only for all others
     registry[made.type] = made
 
 

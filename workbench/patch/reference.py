@@ -1,4 +1,4 @@
-"""The node reference, made from the declarations: as data, and as text."""
+"""Node reference from the declarations, as data and as text."""
 
 import textwrap
 from typing import Any
@@ -8,7 +8,7 @@ from underfoot.patch.node import NodeType, Port, Registry
 
 
 def reference(registry: Registry) -> list[dict[str, Any]]:
-    """Every node as plain data, family by family."""
+    """Return every node as plain data, family by family."""
     return [
         {
             "type": node.type,
@@ -25,7 +25,7 @@ def reference(registry: Registry) -> list[dict[str, Any]]:
 
 
 def text(registry: Registry) -> str:
-    """Every node as text for a terminal."""
+    """Return every node as text for a terminal."""
     pages = []
     for node in _ordered(registry):
         lines = [f"{node.type}  ({node.family}: {node.label})", *_wrapped(node.doc, 2)]

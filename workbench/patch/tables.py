@@ -1,4 +1,4 @@
-"""A program as arrays: what each holds, and how all of them are handed to compiled code at once."""
+"""Arrays of a program, and their transfer to compiled code."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -11,8 +11,8 @@ NODE = np.dtype(
     [
         (name, np.int64)
         for name in (
-            *("run", "tail"),  # addresses of its kernels; 0 where it has no tail
-            *("inputs", "inputs_at", "outputs", "outputs_at"),  # how many buffers, and the first
+            *("run", "tail"),  # addresses of its kernels; 0 for no tail
+            *("inputs", "inputs_at", "outputs", "outputs_at"),  # number of buffers, and the first
             *("event_inputs", "event_inputs_at", "event_outputs", "event_outputs_at"),
             *("controls", "controls_at", "control_memory"),
             *("state_size", "state_at", "coefficients_size", "coefficients_at", "data_at"),  # float64 values
@@ -20,23 +20,23 @@ NODE = np.dtype(
         )
     ]
 )
-"""What the driver knows of a node: how many of each it has, and where they begin in the tables."""
+"""Node record of the driver: numbers of buffers, lists and values, and their positions in the tables."""
 
 N1 = Annotated[np.ndarray, NODE, 1]
 
 
 class Tables(NamedTuple):
-    """A program as arrays, each with its type and dimensions. A buffer holds one signal's frames of a block."""
+    """Arrays of a program, with type and dimensions. A buffer holds one signal's frames of a block."""
 
     nodes: N1
     keys: U2  # [node, row]
-    masked: B2  # [node, row]: not for this tile
+    masked: B2  # [node, row]: does not apply to this tile
     asleep: B2  # [node, row]
-    ran: I2  # [node, row]: frames that were not slept
+    ran: I2  # [node, row]: frames run
     cycles: I1  # [node]: processor cycles spent
-    moving: B1  # [node]: a control is in its ramp
+    moving: B1  # [node]: a control is ramping
     inputs: I1  # buffers of inputs, node after node
-    watched: I1  # buffers whose being zero lets a node sleep
+    watched: I1  # buffers that must be zero for a node to sleep
     event_inputs: I1  # event lists of inputs
     last_event: I2  # [entry of event_inputs, row]: session frame of the last event taken
     cursor: I1  # [entry of event_inputs]: the next event of this block
@@ -46,10 +46,10 @@ class Tables(NamedTuple):
     row_stride: I1  # [buffer]: from a row to the next; 0 where rows share the buffer
     is_zero: B1  # [buffer]: all frames are known to be zero
     nonzero: B2  # [buffer, interval]: some frame of the sleep interval so far is not zero
-    was_nonzero: B2  # [buffer, row]: the part of this interval before the block was not all zero
-    hosts: I1  # buffers that the engine fills and somebody waits for
+    was_nonzero: B2  # [buffer, row]: the part of this interval before the block had nonzero frames
+    hosts: I1  # buffers that the engine fills and a node reads
     brought: I1  # [signal of the engine]: its buffer, or -1
-    unfed: B1  # [row]: what the engine filled is known to be zero
+    unfed: B1  # [row]: the engine's signals are known to be zero
     events: F2  # [list, EVENTS with room for a block]
     event_stride: I1  # [list]: 1 where the list has a row for each tile
     staged: F2  # [input, EVENTS with room for a block]: the events of one stretch
@@ -60,32 +60,32 @@ class Tables(NamedTuple):
     signal_controls: I1  # buffers that hold a parameter
     signal_ramp: F2  # [signal control, (from, to)]
     signal_start: I1  # [signal control]
-    signal_moving: B1  # [signal control]: 1 in its ramp, 2 still to be filled
+    signal_moving: B1  # [signal control]: 1 ramping, 2 still to be filled
     state: F1  # node after node, row after row
     coefficients: F1  # the same
     data: F1  # node after node
     sinks: I1  # buffers that tiles play
-    sound_sinks: I1  # buffers that are heard
-    played: F2  # [row, frame]: output, and sound behind it
+    sound_sinks: I1  # buffers of the sound output
+    played: F2  # [row, frame]: output, then sound
     output: F2  # [row, frame]
-    sound: F2  # [1, frame]: what is heard, of all rows
-    zero_rows: B1  # [row]: silent, and no_sound behind it
+    sound: F2  # [1, frame]: sum of all rows
+    zero_rows: B1  # [row]: silent, then no_sound
     silent: B1  # [row]: the output is known to be zero
     no_sound: B1  # [1]: sound is known to be zero
-    idle: B1  # [row]: every node slept through the block before this one
-    scopes: I1  # buffers that somebody looks at
+    idle: B1  # [row]: every node slept throughout the previous block
+    scopes: I1  # buffers that are displayed
     scope: F3  # [scope, row, frame]
     fault: I1  # [3]: node or -1, row, session frame of the first value that was not finite
-    pointers: I1  # room for the pointers of one call
+    pointers: I1  # working memory for the pointers of one call
     settings: F1  # the rate
 
 
 ALL, ANY, GUARDED = range(3)
-"""What lets a row sleep: all watched inputs zero and nothing left in it; any of them zero; or all of them, whatever is
-left in it, because nobody would hear it."""
+"""Condition for a row to sleep: all watched inputs zero and no tail; any of them zero; or all of them zero, whatever
+its tail, because it is inaudible."""
 
 
 @intrinsic
 def tables_at(context: Any, where: Any) -> Any:
-    """The arrays at these addresses as `Tables`."""
+    """Return the arrays at these addresses as `Tables`."""
     return borrow(context, where, Tables)

@@ -1,1 +1,1 @@
-"""Fibres that share a load and break: `bundle.bundle`, `grid.grid` and `local_load_sharing.ring` for scripts."""
+"""Fibre bundle models: `bundle.FibreBundle`, `grid.FibreGrid` and `local_load_sharing.ring` for scripts."""

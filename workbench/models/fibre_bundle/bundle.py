@@ -1,20 +1,20 @@
-"""Fracture: bundles of fibres that break, or of force chains that restructure, one random threshold after another.
+"""Fibre bundle: fibres that break, or force chains that restructure, at random thresholds.
 
 The bundle moves by (7.1), `sigma = A (b_F x' + k_F x) + N (b_R x' + m x'')`; A is the number of intact fibres, or
-the stiffness of the restructured chains. A fibre fails when the strain x passes its threshold; `damage`
-draws which do.
+the stiffness of the restructured chains. A fibre fails when the strain x exceeds its threshold; `damage` draws the
+failures.
 
-Between failures the motion is exact for a load that is linear between frames. Failures act from the end of their
-frame on, half a frame late on average. The mean models take the damage at the predicted middle of four frames:
-second order where frames resolve the motion, first where they do not.
+Between failures the motion is exact for a load that is linear between frames. Failures take effect at the end of their
+frame, half a frame late on average. The mean models take the damage at the predicted midpoint of four frames: second
+order where frames resolve the motion, first order otherwise.
 
-A renewal makes fresh ground: where the load has not been above 0 for the renewal time, the next load meets a new
-bundle with new draws. Until then the damage stays, and no fibre fails below the strain that was reached before
-(the Kaiser effect). A bundle that has wholly broken carries nothing, and (7.1) lets it fall without end: in real
-time its strain is held instead until the renewal.
+When the load has not been above 0 for the renewal time, the bundle is renewed: the next load acts on intact fibres with
+new draws. Until then the damage stays, and no fibre fails below the largest strain so far (the Kaiser effect). A fully
+broken bundle carries nothing, and (7.1) lets it fall without end; in real time its strain is held instead until the
+renewal.
 
-In scripts: `FibreBundle(2000).response(stress, rate)`. In real time: `run` for one tile, `tail`, and what `damage`
-designs.
+In scripts: `FibreBundle(2000).response(stress, rate)`. In real time: `run` for one tile, `tail`, and
+`damage.design`.
 """
 
 import math
@@ -53,18 +53,18 @@ from underfoot.models.signals.events import append, event_list
 from underfoot.models.signals.random import stream_key
 
 STATE = Layout("bundle", "strain", "speed", "load", "failed", "next_hazard", "worn", "peak", "wearing")
-"""Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load."""
+"""Zeros are an intact bundle at rest. `worn` is 0 for an intact bundle, else 1 plus the frames since the last load."""
 
 
 @dataclass(frozen=True, repr=False)
 class Fracture:
-    """What a bundle did: one value a frame, shape [frames], and the times of its events."""
+    """Response of a bundle: one value per frame, shape [frames], and the times of its events."""
 
     def __repr__(self) -> str:
         return f"<Fracture: {self.failures.sum()} failures in {self.event_s.size} of {self.strain.size} frames>"
 
     def plot(self) -> Picture:
-        """Strain, and the fibres that failed, frame by frame."""
+        """Return a picture of strain and failures over time."""
         frame = np.arange(self.strain.size)
         strain = Drawing("Strain", "frame", "strain", (series("", frame, self.strain, colour="force"),))
         failed = np.flatnonzero(self.failures)
@@ -74,18 +74,18 @@ class Fracture:
     strain: NDArray[np.float64]
     """Strain x at each frame."""
     failures: NDArray[np.int64]
-    """Fibres that failed in each frame; of an inverse bundle, chains that restructured."""
+    """Failed fibres in each frame; restructured chains, for an inverse bundle."""
     energy: NDArray[np.float64]
-    """Energy set free in each frame: k_F x^2 / 2 a failure (docs/models.md#fibre-bundles)."""
+    """Energy released in each frame: k_F x^2 / 2 per failure (docs/models.md#fibre-bundles)."""
     threshold: NDArray[np.float64]
-    """Strain at which the next fibre fails, xi(t) of Fig. 7.5; infinite where none is left or drawn."""
+    """Strain at which the next fibre fails, xi(t) of Fig. 7.5; infinite if none is left or drawn."""
     event_s: NDArray[np.float64]
-    """Times in seconds of each frame's first failure, to a share of a frame."""
+    """Times in seconds of the first failure in each frame with failures, resolved within the frame."""
 
 
 @dataclass(frozen=True)
 class FibreBundle:
-    """A bundle of `fibres` (7.1). Raises `BadValue` for what cannot be.
+    """Bundle of `fibres` fibres (7.1). Raises `BadValue` for values out of range.
 
     `stiffness` k_F, `mass` m, `damping` b_F and `creep` b_R are per fibre. `thresholds` are "weibull", with `shape` k
     and `scale` lambda (7.13), or "uniform" from 0 to `scale`. `model` is
@@ -97,8 +97,8 @@ class FibreBundle:
       7.20); `compound` takes (7.18), averaged over the chains, instead of its linear form (7.19);
     - "inverse_mean": the same with mean damage (7.21 to 7.24).
 
-    Fresh ground forms after `renewal_s` seconds without load. A mass or damping so small that no frame could show
-    it is raised to what settles within a frame.
+    The bundle is renewed after `renewal_s` seconds without load. A mass or damping too small for frames to resolve is
+    raised so that the motion settles within a frame.
 
     >>> FibreBundle(2000).critical_stress, FibreBundle(2000, thresholds="uniform").critical_stress
     (2753.4765..., 1250.0)
@@ -133,12 +133,12 @@ class FibreBundle:
 
     @property
     def critical_stress(self) -> float:
-        """The quasi-static critical stress of a large bundle: the largest of N (1 - P(x)) k_F x."""
+        """Quasi-static critical stress of a large bundle: the maximum of N (1 - P(x)) k_F x."""
         code = float(THRESHOLDS.index(self.thresholds))
         return float(critical_load(code, float(self.fibres), self.shape, self.scale, self.stiffness))
 
     def response(self, stress: ArrayLike, rate: float, seed: int = 0) -> Fracture:
-        """What the bundle does under the whole load `stress` of (7.1), one value a frame at `rate` hertz.
+        """Return the response to the total load `stress` of (7.1), one value per frame at `rate` hertz.
 
         The load is linear between frames and 0 before the first.
 
@@ -157,7 +157,7 @@ class FibreBundle:
         return Fracture(strain, failures.astype(np.int64), energy, threshold, events.time[: len(events)] / rate)
 
     def design(self, rate: float, pressure: float, coefficients: Memory) -> None:
-        """The bundle's coefficients at `rate`; `pressure` is the stress of (7.1) for one unit of load."""
+        """Compute the coefficients at `rate`; `pressure` is the stress of (7.1) per unit of load."""
         number("rate", rate, TINY, HUGE, "above 0 Hz")
         p = PARAMETERS.zeros()
         p.thresholds, p.fibres = THRESHOLDS.index(self.thresholds), self.fibres
@@ -170,9 +170,9 @@ class FibreBundle:
 
 
 class Trace(NamedTuple):
-    """What besides strain and events is to be known of a run, frame by frame.
+    """Further outputs of a run, frame by frame.
 
-    `failures` and `threshold` without frames are left alone.
+    `failures` and `threshold` are not written if empty.
     """
 
     failures: Floats
@@ -182,7 +182,7 @@ class Trace(NamedTuple):
 
 
 _WEAR_FRAMES = 4.0
-"""Mean damage is renewed when the strain has come as far as it would in so many frames, for the middle of that way."""
+"""Mean damage is updated when the strain has advanced as far as it would in this many frames, for the midpoint."""
 
 
 @kernel
@@ -197,12 +197,13 @@ def run(
     energy: Floats,
     events: Memory,
 ) -> None:
-    """One tile, `load.size` frames from session frame `frame` on: `load` in, `strain` out, both [frames].
+    """Run one tile, `load.size` frames from session frame `frame` on: `load` in, `strain` out, both [frames].
 
-    So are `damage`, the share of the fibres that failed (7.15), and the `energy` set free in each frame.
+    Further outputs are `damage`, the share of failed fibres (7.15), and the `energy` released in each frame.
 
-    Failures are added to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by the frame,
-    so that no split and no sleep changes them. `load` is the value at the end of its frame; the failures lie within it.
+    Failures are appended to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by frame,
+    so that they do not depend on splits or sleep. `load` holds the value at the end of each frame; failures lie within
+    it.
     """
     nothing = strain[:0]
     run_traced(load, key, frame, coefficients, state, strain, events, Trace(nothing, energy, nothing, damage))
@@ -210,7 +211,7 @@ def run(
 
 @kernel
 def tail(state: Memory, coefficients: Memory) -> float:
-    """A bound of the strain's size if no load comes; infinite while worn ground waits for its renewal."""
+    """Return a bound of |strain| without further load; infinite while a worn bundle waits for its renewal."""
     if state.worn > 0.0:
         return math.inf
     return math.sqrt(state.strain**2 + state.speed**2 / coefficients.kappa)
@@ -227,7 +228,7 @@ def run_traced(
     events: Memory,
     trace: Trace,
 ) -> None:
-    """`run`, which besides fills a trace."""
+    """Run as `run` does, and fill a trace."""
     c, s = coefficients, state
     x, w, before, worn = s.strain, s.speed, s.load, s.worn
     gradual = c.model == MEAN or c.model == INVERSE_MEAN

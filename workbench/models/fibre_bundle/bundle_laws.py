@@ -1,4 +1,4 @@
-"""The laws of a fibre bundle as pictures: load over strain, sizes of events, times between them (7.2.3)."""
+"""Distributions of a fibre bundle as pictures: load over strain, event sizes, intervals between events (7.2.3)."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,11 +11,11 @@ from underfoot.models.fibre_bundle.bundle import FibreBundle
 _RATE, _RISE_S, _HOLD_S = 48_000.0, 0.8, 0.2
 _BUNDLES = 8
 _BEYOND = 1.05
-"""The load rises to so much of the critical one: then every bundle breaks."""
+"""Final load, relative to the critical load: every bundle breaks before it."""
 
 
 def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
-    """The bundle that a node of these `values` plays."""
+    """Return the bundle of a node with these `values`."""
     names = ("fibres", "shape", "scale", "stiffness", "mass", "damping", "creep")
     return FibreBundle(
         **{name: values[name] for name in (*names, "model", "thresholds", "restructurings", "stiffening")}
@@ -23,10 +23,10 @@ def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
 
 
 def bundle_laws(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, ...]:
-    """What a node's bundle does under a load that rises in 0.8 s: newtons over strain, event sizes, and intervals.
+    """Return drawings of a node's bundle under a load that rises in 0.8 s: newtons over strain, event sizes, intervals.
 
-    The mean and one of eight bundles; slowly loaded, an endless one would follow N (1 - P(x)) k_F x. `of` says in the
-    title of what it is.
+    They show the mean and one of eight bundles; the quasi-static limit of an infinite bundle is N (1 - P(x)) k_F x.
+    `of` is added to the titles.
     """
     bundle = bundle_of(values)
     newton = values["strength"] / bundle.critical_stress
@@ -53,7 +53,7 @@ def bundle_laws(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, ...]:
 
 
 def _borne(bundle: FibreBundle, strain: np.ndarray) -> np.ndarray:
-    """What an endless bundle bears at each strain: N (1 - P(x)) k_F x. Chains of the inverse model do not break."""
+    """Return the load of an infinite bundle at each strain, N (1 - P(x)) k_F x. Inverse chains do not break."""
     if bundle.thresholds == "weibull":
         left = np.exp(-((strain / bundle.scale) ** bundle.shape))
     else:
@@ -62,7 +62,7 @@ def _borne(bundle: FibreBundle, strain: np.ndarray) -> np.ndarray:
 
 
 def _spectrum(title: str, label: str, values: np.ndarray) -> Drawing:
-    """How densely positive values lie, on logarithmic axes."""
+    """Return the density of positive values on logarithmic axes."""
     found = values[values > 0.0]
     if found.size < 2 or found.min() == found.max():
         return Drawing(title, label, "density", note="fewer than two events")

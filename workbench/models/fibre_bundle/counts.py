@@ -1,12 +1,12 @@
-"""Counts drawn exactly and at a cost that does not grow with them: binomial and Poisson, from counter-based uniforms.
+"""Exact binomial and Poisson draws at a cost that does not grow with the count, from counter-based uniforms.
 
 Small means by waiting times; large ones by transformed rejection (W. Hoermann, The generation of binomial random
 variates, J. Stat. Comput. Simul. 46, 1993, algorithm BTRS; The transformed rejection method for generating
 Poisson random variables, Insurance: Mathematics and Economics 12, 1993, algorithm PTRS). Counts are float64:
 exact up to 1e15.
 
-Each draw reads the uniforms `counter`, `counter + 1`, ... of the stream `key`: about three for a large mean, one
-more than the count for a small one.
+A draw reads the uniforms `counter`, `counter + 1`, ... of the stream `key`: about three for a large mean, the count
+plus one for a small mean.
 """
 
 import math
@@ -17,13 +17,13 @@ from underfoot.kernels import kernel
 from underfoot.models.signals.random import uniform
 
 _SMALL_MEAN = 10.0
-"""Below it, counts are drawn by waiting times: transformed rejection needs a mean of at least 10."""
+"""Mean below which counts are drawn by waiting times; transformed rejection needs a mean of at least 10."""
 _HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
 
 
 @kernel
 def binomial(key: np.uint64, counter: int, trials: float, probability: float) -> float:
-    """How many of `trials` (a whole float64) succeed, each with `probability` (0 to 1).
+    """Draw the number of successes in `trials` (a whole float64) trials of `probability` (0 to 1).
 
     >>> binomial(np.uint64(1), 0, 5.0, 1.0), binomial(np.uint64(1), 0, 5.0, 0.0)
     (5.0, 0.0)
@@ -39,7 +39,7 @@ def binomial(key: np.uint64, counter: int, trials: float, probability: float) ->
 
 @kernel
 def poisson(key: np.uint64, counter: int, mean: float) -> float:
-    """A count with the Poisson distribution of `mean` (0 to 1e15).
+    """Draw from the Poisson distribution with `mean` (0 to 1e15).
 
     >>> poisson(np.uint64(1), 0, 0.0)
     0.0
@@ -68,7 +68,7 @@ def poisson(key: np.uint64, counter: int, mean: float) -> float:
             return count
         if count < 0.0 or (edge < 0.013 and level > edge):
             continue
-        # By Stirling's series around the mean: no large terms that cancel.
+        # Stirling's series around the mean: no large terms cancel.
         log_probability = count - mean - (count + 0.5) * math.log1p((count + 1.0 - mean) / mean) + 1.0
         log_probability -= 0.5 * math.log(mean) + _HALF_LOG_2_PI + _stirling_remainder(count)
         if math.log(level * height / (skew / (edge * edge) + spread)) <= log_probability:
@@ -114,7 +114,7 @@ def _binomial_up_to_half(key: np.uint64, counter: int, trials: float, probabilit
 
 @kernel
 def _stirling_remainder(n: float) -> float:
-    """ln n! less Stirling's formula (n + 1/2) ln(n + 1) - (n + 1) + ln(2 pi) / 2."""
+    """Return ln n! minus Stirling's formula (n + 1/2) ln(n + 1) - (n + 1) + ln(2 pi) / 2."""
     if n < 10.0:
         return math.lgamma(n + 1.0) - (n + 0.5) * math.log(n + 1.0) + n + 1.0 - _HALF_LOG_2_PI
     inverse = 1.0 / (n + 1.0)

@@ -1,10 +1,9 @@
-"""The damage of one bundle: how its thresholds are distributed, what fails at a strain, what stiffness is left.
+"""Damage of one bundle: distribution of the thresholds, failures at a strain, remaining stiffness.
 
 Thresholds are handled in the hazard y = -ln(1 - P(x)), in which the least of n thresholds lies Exp/n above the
-last (7.15 corrected). When the strain has passed it within a frame, all that fail with it are drawn at once, `1 +
+last (7.15 corrected). When the strain has passed it within a frame, all failures in that frame are drawn at once, `1 +
 Binomial(n - 1, 1 - exp(y - y_x))`: exact, at a cost that does not grow with their number. With mean damage the
-failures are a Poisson process of intensity N p(x) dx instead (7.10, see
-docs/models.md#fibre-bundles).
+failures are a Poisson process of intensity N p(x) dx instead (7.10, see docs/models.md#fibre-bundles).
 """
 
 import math
@@ -19,11 +18,11 @@ from underfoot.models.fibre_bundle.counts import binomial, poisson
 from underfoot.models.signals.random import exponential
 
 MODELS = ("exact", "mean", "inverse", "inverse_mean")
-"""Models of damage: the position of each is its code."""
+"""Damage models; the index of each is its code."""
 EXACT, MEAN, INVERSE, INVERSE_MEAN = range(4)
 
 THRESHOLDS = ("weibull", "uniform")
-"""Distributions of the thresholds: the position of each is its code."""
+"""Distributions of the thresholds; the index of each is its code."""
 WEIBULL, UNIFORM = range(2)
 
 PARAMETERS = Layout(
@@ -31,9 +30,9 @@ PARAMETERS = Layout(
     *("thresholds", "fibres", "shape", "scale", "stiffness", "mass", "damping", "creep"),
     *("restructurings", "stiffening", "renewal", "loudness", "softness"),
 )
-"""What `design` reads: the code of the thresholds' distribution, N, k, lambda, then k_F, m, b_F and b_R of (7.1), per
-fibre; n_max and alpha of an inverse bundle; seconds without load to fresh ground; and an event's strength, `loudness`
-(E / E1)^`softness` with E1 = k_F lambda^2 / 2: the exponent 1/2 gives an impact's velocity, 1 its energy."""
+"""Input of `design`: code of the thresholds' distribution, N, k, lambda, then k_F, m, b_F and b_R of (7.1), per fibre;
+n_max and alpha of an inverse bundle; the renewal time in seconds; and the strength of an event, `loudness`
+(E / E1)^`softness` with E1 = k_F lambda^2 / 2: exponent 1/2 gives the velocity of an impact, 1 its energy."""
 
 COEFFICIENTS = Layout(
     "bundle_coefficients",
@@ -41,23 +40,23 @@ COEFFICIENTS = Layout(
     *("kappa", "gamma", "creep", "gain", "restructurings", "stiffening", "compound"),
     *("pressure", "limit", "renewal", "loudness", "softness", "holds"),
 )
-"""kappa, gamma, creep and gain are k_F, b_F, b_R and 1 over the mass, with time in frames; `pool` is the number of
-thresholds; where it `holds`, a wholly broken bundle keeps its strain."""
+"""kappa, gamma, creep and gain are k_F, b_F, b_R and 1 over the mass, with time in frames. `pool` is the number of
+thresholds. If `holds`, a fully broken bundle keeps its strain."""
 
 _STIFFEST = 1e6
-"""No bundle gets stiffer than this times its first stiffness."""
+"""Largest stiffness of a bundle, relative to its initial stiffness."""
 
 DRAWS = 64
-"""Draws that one frame may use: the counter of a draw is its frame times this, plus its number."""
+"""Random draws reserved for each frame: the counter of a draw is frame times this, plus its index."""
 _FIRST, _FOLLOWING, _BATCH = range(3)
 
 
 @kernel
 def design(parameters: Memory, model: float, pressure: float, rate: float, coefficients: Memory) -> None:
-    """The coefficients of a bundle of `parameters` (their names are those of `PARAMETERS`) whose `model` has this code.
+    """Compute the coefficients of a bundle with `parameters` (named as in `PARAMETERS`) and the `model` of this code.
 
-    `pressure` is the stress of (7.1) for one unit of load. A mass or damping so small that no frame could show it is
-    raised to what settles within a frame. `compound` and `holds` are off. A change acts from the next `run` on.
+    `pressure` is the stress of (7.1) per unit of load. A mass or damping too small for frames to resolve is raised so
+    that the motion settles within a frame. `compound` and `holds` are off. A change takes effect with the next `run`.
     """
     frame_s = 1.0 / rate
     stiffness, scale, fibres = parameters.stiffness, parameters.scale, parameters.fibres
@@ -84,7 +83,7 @@ def design(parameters: Memory, model: float, pressure: float, rate: float, coeff
 
 @kernel
 def critical_load(thresholds: float, fibres: float, shape: float, scale: float, stiffness: float) -> float:
-    """The quasi-static load at which a bundle breaks: N k_F lambda k^(-1/k) exp(-1/k); uniform, N k_F lambda / 4."""
+    """Return the quasi-static critical load: N k_F lambda k^(-1/k) exp(-1/k); uniform, N k_F lambda / 4."""
     if thresholds == UNIFORM:
         return 0.25 * fibres * stiffness * scale
     return fibres * stiffness * scale * shape ** (-1.0 / shape) * math.exp(-1.0 / shape)
@@ -92,7 +91,7 @@ def critical_load(thresholds: float, fibres: float, shape: float, scale: float, 
 
 @kernel
 def hazard(c: Memory, strain: float) -> float:
-    """-ln(1 - P(x)) of a strain: infinite from the largest uniform threshold on."""
+    """Return the hazard -ln(1 - P(x)) of a strain: infinite from the largest uniform threshold on."""
     ratio = strain / c.scale
     if ratio <= 0.0:
         return 0.0
@@ -103,7 +102,7 @@ def hazard(c: Memory, strain: float) -> float:
 
 @kernel
 def threshold_strain(c: Memory, y: float) -> float:
-    """The strain whose hazard is `y`; infinite where no threshold is left."""
+    """Return the strain with hazard `y`; infinite if no threshold is left."""
     if y == math.inf:
         return math.inf
     if c.thresholds == WEIBULL:
@@ -113,13 +112,13 @@ def threshold_strain(c: Memory, y: float) -> float:
 
 @kernel
 def first_hazard(c: Memory, key: np.uint64, counter: int, strain: float) -> float:
-    """The hazard of a fresh bundle's least threshold; none lies below the strain in which the ground formed."""
+    """Draw the hazard of an intact bundle's least threshold, at least that of the strain at its renewal."""
     return hazard(c, strain) + exponential(key, counter + _FIRST) / c.pool
 
 
 @kernel
 def fail(c: Memory, key: np.uint64, counter: int, y: float, strain: float, failed: float) -> tuple[float, float]:
-    """How many fail when the strain has passed the threshold of hazard `y`, and the hazard of the one after."""
+    """Draw the number of failures once the strain has passed hazard `y`, and return it with the next hazard."""
     passed = hazard(c, strain)
     wait = exponential(key, counter + _FOLLOWING)
     if c.model == EXACT or c.model == INVERSE:
@@ -135,7 +134,7 @@ def fail(c: Memory, key: np.uint64, counter: int, y: float, strain: float, faile
 
 @kernel
 def stiffness_left(c: Memory, failed: float, peak: float) -> float:
-    """A / N after `failed` failures or, with mean damage, after the strain `peak`; 0 once the bundle is broken."""
+    """Return A / N after `failed` failures or, with mean damage, after the strain `peak`; 0 if the bundle is broken."""
     model = c.model
     if model == EXACT:
         return 1.0 - failed / c.fibres
@@ -150,7 +149,7 @@ def stiffness_left(c: Memory, failed: float, peak: float) -> float:
 
 @kernel
 def bundle_step(c: Memory, left: float) -> Any:
-    """The coefficients of one frame's motion (`frame_step`) for the stiffness `left`."""
+    """Return the coefficients of the motion over a frame (`frame_step`) for the stiffness `left`."""
     if left <= 0.0 and c.holds != 0.0:
         return 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     return frame_step(left * c.kappa, left * c.gamma + c.creep, c.gain)
@@ -158,13 +157,13 @@ def bundle_step(c: Memory, left: float) -> Any:
 
 @kernel
 def energy_released(c: Memory, failed: float, strain: float) -> float:
-    """k_F x^2 / 2 for each failure at a strain."""
+    """Return the energy of failures at a strain: k_F x^2 / 2 each."""
     return failed * 0.5 * c.stiffness * strain * strain
 
 
 @kernel
 def event_strength(c: Memory, energy: float) -> float:
-    """The strength that an event of `energy` has."""
+    """Return the strength of an event of `energy`."""
     if c.softness == 0.5:
         return c.loudness * math.sqrt(energy)
     return c.loudness * energy**c.softness
@@ -172,7 +171,7 @@ def event_strength(c: Memory, energy: float) -> float:
 
 @kernel
 def _power(base: float, exponent: float) -> float:
-    """`base ** exponent`; for small whole exponents by products, which take a tenth of the time."""
+    """Return `base ** exponent`; small whole exponents by products, in a tenth of the time."""
     whole = int(exponent)
     if whole != exponent or whole > 16:
         return base**exponent

@@ -1,14 +1,14 @@
-"""A grid of bundles under the foot: fracture that follows the contact, with local load sharing.
+"""Grid of fibre bundles under the foot: fracture that follows the contact, with local load sharing.
 
-The tile carries columns x rows of cells, each a bundle of its own (`damage`). The contact's force is
-spread over the cells by a Gaussian print around its centroid, all of it within the tile. Cells are tied to their
-four neighbours by the `coupling` of the sole, a stiffness per fibre, and a broken cell keeps the small stiffness
-`rubble`. So what a breaking cell can no longer carry goes to those around it: over a distance of sqrt(coupling /
-k_F) cells. Without coupling each cell is on its own; a large one is the global load sharing of (7.1).
+The tile has columns x rows of cells, each a bundle (`damage`). The contact's force is distributed over the cells by a
+Gaussian footprint around its centroid, all of it within the tile. Each cell is connected to its four neighbours by the
+`coupling` of the sole, a stiffness per fibre, and a broken cell keeps the small stiffness `rubble`. The load that a
+breaking cell no longer carries therefore moves to its surroundings, over a distance of sqrt(coupling / k_F) cells.
+Without coupling the cells are independent; with large coupling the grid has the global load sharing of (7.1).
 
-Each cell's own motion is exact over the frame; its neighbours pull in one kick between frames. That keeps the
-energy of the coupled motion and is second order in the frame. The print is taken at each 32nd session frame and
-moves linearly in between, one such span late.
+The motion of each cell is exact over the frame; neighbours act in one kick between frames. This conserves the energy of
+the coupled motion and is second order in the frame. The footprint is sampled at each 32nd session frame and
+interpolated linearly, one such span late.
 """
 
 import math
@@ -39,11 +39,11 @@ from underfoot.models.signals.events import append, event_list
 from underfoot.models.signals.random import stream_key
 
 GRID_MODELS = ("exact", "inverse")
-"""Models of damage that a grid can have."""
+"""Damage models available in a grid."""
 
 PARAMETERS = Layout("grid_parameters", "columns", "rows", "width", "depth", "reach", "coupling", "rubble")
-"""What `design` reads: how many cells along x and y; the tile's sides and the deviation of the print, in metres; and
-what ties the cells, and stays of a broken one, as shares of k_F."""
+"""Input of `design`: number of cells along x and y; size of the tile and standard deviation of the footprint, in
+metres; stiffness between cells, and that left in a broken one, as shares of k_F."""
 
 COEFFICIENTS = Layout(
     "grid_coefficients",
@@ -65,37 +65,37 @@ STATE = Layout(
     kick=("cells",),
     step=(8, "cells"),
 )
-"""Zeros are fresh ground at rest. `worn` is 0 on fresh ground, else 1 and the frames since the last load. The arrays
-from `breaking` on serve within a call only."""
+"""Zeros are an intact grid at rest. `worn` is 0 for an intact grid, else 1 plus the frames since the last load. The
+arrays from `breaking` on are working memory of a call."""
 
 _FASTEST = 0.25
-"""The coupled cells turn by at most the root of this in a frame, in radians; the kicks are stable up to about 4."""
+"""Largest square of the coupled cells' angular frequency, in radians per frame; kicks are stable up to about 4."""
 
 _TIES = 8.0
-"""The largest eigenvalue of the ties between cells, for a coupling of 1."""
+"""Largest eigenvalue of the connections between cells, for a coupling of 1."""
 
 _STIFFEST = 16.0
-"""No cell gets stiffer than this times its first stiffness."""
+"""Largest stiffness of a cell, relative to its initial stiffness."""
 
 
 @dataclass(frozen=True)
 class GridFracture:
-    """What a grid did: cells in rows, the first row at the least y, columns by rising x."""
+    """Response of a grid. Cells are in rows, the first row at the smallest y, columns by rising x."""
 
     strain: NDArray[np.float64]
     """Mean strain of the cells, shape [frames]."""
     failures: NDArray[np.int64]
-    """Fibres of each cell that failed in each frame, shape [frames, cells]."""
+    """Failed fibres of each cell in each frame, shape [frames, cells]."""
     energy: NDArray[np.float64]
-    """Energy set free in each frame, shape [frames]."""
+    """Energy released in each frame, shape [frames]."""
 
 
 @dataclass(frozen=True)
 class FibreGrid:
-    """A tile of `columns` x `rows` cells, each a `bundle`, whose model is "exact" or "inverse". Raises `BadValue`.
+    """Tile of `columns` x `rows` cells, each a `bundle` whose model is "exact" or "inverse". Raises `BadValue`.
 
-    The tile is `width_m` by `depth_m`; `print_m` is the deviation of the print. The whole stress of (7.1) is `pressure`
-    times the force. `coupling` and `rubble` are shares of the stiffness k_F.
+    The tile is `width_m` by `depth_m`; `print_m` is the standard deviation of the footprint. The total stress of (7.1)
+    is `pressure` times the force. `coupling` and `rubble` are shares of the stiffness k_F.
     """
 
     bundle: FibreBundle
@@ -119,7 +119,7 @@ class FibreGrid:
         number("pressure", self.pressure, -HUGE, HUGE, "a finite number")
 
     def response(self, force: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, rate: float, seed: int = 0) -> GridFracture:
-        """What the grid does under a contact: `force`, `x_m` and `y_m` have one value a frame at `rate` hertz.
+        """Return the response to a contact: `force`, `x_m` and `y_m` have one value per frame at `rate` hertz.
 
         x and y are the centroid from the tile's centre.
 
@@ -142,7 +142,7 @@ class FibreGrid:
         return GridFracture(strain, failures.astype(np.int64), energy)
 
     def design(self, rate: float, coefficients: Memory) -> None:
-        """The grid's coefficients at `rate`."""
+        """Compute the grid's coefficients at `rate`."""
         self.bundle.design(rate, self.pressure, coefficients.bundle)
         coefficients.bundle.compound = 0.0
         p = PARAMETERS.zeros()
@@ -152,7 +152,7 @@ class FibreGrid:
 
 
 class Contact(NamedTuple):
-    """What presses, frame by frame: the force, and where its centroid is on the tile."""
+    """Contact, frame by frame: force, and its centroid on the tile."""
 
     force: Floats
     x_m: Floats
@@ -160,7 +160,7 @@ class Contact(NamedTuple):
 
 
 class Trace(NamedTuple):
-    """What besides strain and events is to be known of a run: failures [frame, cell] and energy, if not empty."""
+    """Further outputs of a run: failures [frame, cell] and energy, each unless empty."""
 
     failures: NDArray[np.float64]
     energy: Floats
@@ -168,9 +168,9 @@ class Trace(NamedTuple):
 
 @kernel
 def design(parameters: Memory, coefficients: Memory) -> None:
-    """The grid's own coefficients; those of its bundles are there already. Names as in `PARAMETERS`.
+    """Compute the grid's own coefficients, after those of its bundles. Names as in `PARAMETERS`.
 
-    Where frames would not resolve the fastest motion of the coupled cells, their mass is raised until they do.
+    If frames do not resolve the fastest motion of the coupled cells, their mass is raised until they do.
     """
     c, bundle, reach = coefficients, coefficients.bundle, parameters.reach
     c.columns, c.rows, c.width, c.depth = parameters.columns, parameters.rows, parameters.width, parameters.depth
@@ -188,10 +188,10 @@ def design(parameters: Memory, coefficients: Memory) -> None:
 def run(
     contact: Contact, key: np.uint64, frame: int, coefficients: Memory, state: Memory, strain: Floats, events: Memory
 ) -> None:
-    """One tile, from session frame `frame` on: force and place in, the cells' mean `strain` out.
+    """Run one tile from session frame `frame` on: force and position in, mean `strain` of the cells out.
 
-    The place is read at every 32nd session frame and where a contact begins. Failures are added to `events`; the
-    energies of all cells that fail in one frame add, at the time of the first. `key` is as in `bundle.run`.
+    The position is sampled at every 32nd session frame and where a contact begins. Failures are appended to `events`;
+    energies of all cells that fail in a frame add, at the time of the first. `key` is as in `bundle.run`.
     """
     trace = Trace(strain[:0].reshape(0, 1), strain[:0])
     run_traced(contact, key, frame, coefficients, state, strain, events, trace)
@@ -199,9 +199,9 @@ def run(
 
 @kernel
 def tail(state: Memory, coefficients: Memory) -> float:
-    """A bound of the mean strain's size if no load comes; infinite while worn ground waits for its renewal.
+    """Return a bound of |mean strain| without further load; infinite while worn cells wait for their renewal.
 
-    From the energy, with a margin for its swing between kicks.
+    It follows from the energy, with a margin for its variation between kicks.
     """
     if state.worn > 0.0:
         return math.inf
@@ -229,7 +229,7 @@ def run_traced(
     events: Memory,
     trace: Trace,
 ) -> None:
-    """`run`, which besides fills a trace."""
+    """Run as `run` does, and fill a trace."""
     c, s = coefficients.bundle, state
     columns, rows = int(coefficients.columns), int(coefficients.rows)
     for cell in range(s.cells):
@@ -256,7 +256,7 @@ def run_traced(
 
 @inlined
 def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory) -> None:
-    """Draw the thresholds of fresh ground as a load comes; make ground fresh that was without one for long enough."""
+    """Draw the thresholds of intact cells when a load begins; renew cells that were without load for long enough."""
     c = coefficients.bundle
     if load > 0.0:
         if s.worn == 0.0:
@@ -278,7 +278,7 @@ def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory
 def _break(
     key: np.uint64, now: int, coefficients: Memory, s: Memory, failures: NDArray[np.float64], frame: int
 ) -> tuple[float, float]:
-    """Let what has passed its threshold fail: the energy of it all, and the share of the frame before the first."""
+    """Fail cells that have passed their thresholds; return the total energy, and the share of the frame before it."""
     c = coefficients.bundle
     energy, place = 0.0, 1.0
     for cell in range(s.cells):
@@ -300,9 +300,9 @@ def _break(
 def _move(
     s: Memory, coefficients: Memory, columns: int, rows: int, before: float, after: float, within: int
 ) -> tuple[float, bool]:
-    """Move all cells over one frame, number `within` of its span, while the load goes from `before` to `after`.
+    """Advance all cells over one frame, number `within` of its span, while the load goes from `before` to `after`.
 
-    Gives the mean strain, and whether a cell has passed its threshold.
+    Returns the mean strain, and whether a cell has passed its threshold.
     """
     x, w, former = s.strain, s.speed, s.former
     _pull(x, coefficients.coupling, columns, rows, s.kick)
@@ -327,7 +327,7 @@ def _move(
 
 @inlined
 def _pull(x: Floats, coupling: float, columns: int, rows: int, kick: Floats) -> None:
-    """What each cell's speed gets from its neighbours between two frames."""
+    """Compute the kick of each cell's speed by its neighbours between two frames."""
     for row in range(rows):
         for cell in range(row * columns, (row + 1) * columns):
             pull = 0.0
@@ -344,7 +344,7 @@ def _pull(x: Floats, coupling: float, columns: int, rows: int, kick: Floats) -> 
 
 @kernel
 def _set_step(s: Memory, coefficients: Memory, cell: int) -> None:
-    """The coefficients of the cell's own motion: its fibres', or their rubble's."""
+    """Set the coefficients of a cell's own motion, from its fibres or their rubble."""
     c = coefficients.bundle
     left = min(max(stiffness_left(c, s.failed[cell], 0.0), coefficients.rubble), _STIFFEST)
     step = frame_step(left * c.kappa, left * c.gamma + c.creep, 1.0)
@@ -354,7 +354,7 @@ def _set_step(s: Memory, coefficients: Memory, cell: int) -> None:
 
 @kernel
 def _print(s: Memory, coefficients: Memory, x_m: float, y_m: float) -> None:
-    """Each cell's share of the contact's force, from a Gaussian print around the centroid; their sum is 1."""
+    """Set each cell's share of the contact's force, from a Gaussian footprint around the centroid; the sum is 1."""
     c, share = coefficients, s.next_share
     columns, rows = int(c.columns), int(c.rows)
     x = min(max(x_m, -0.5 * c.width), 0.5 * c.width)

@@ -1,9 +1,9 @@
-"""Local load sharing, beyond chapter 7: a ring of fibres in which a broken fibre's load goes to its neighbours.
+"""Local load sharing, beyond chapter 7: a ring of fibres in which neighbours take the load of a broken fibre.
 
-Quasi-static. A share `locality` of the load that a broken fibre carried goes to the nearest intact fibres, half
-to each side; the rest is spread over all intact ones (mixed-mode sharing: Pradhan, Chakrabarti and Hansen, Phys.
-Rev. E 71, 036149, 2005). Locality 0 is the global load sharing of (7.1), 1 the one-dimensional local model of
-Harlow and Phoenix. For fracture in time and in the plane, with sharing over a chosen distance, see `grid`.
+Quasi-static. A share `locality` of a broken fibre's load goes to the nearest intact fibres, half to each side; the rest
+is shared by all intact ones (mixed-mode sharing: Pradhan, Chakrabarti and Hansen, Phys. Rev. E 71, 036149, 2005).
+Locality 0 is the global load sharing of (7.1), 1 the one-dimensional local model of Harlow and Phoenix. For fracture in
+time and in the plane, with sharing over a chosen distance, see `grid`.
 """
 
 from dataclasses import dataclass
@@ -20,23 +20,23 @@ from underfoot.models.signals.random import stream_key, uniform
 
 @dataclass(frozen=True)
 class Avalanches:
-    """How a ring broke as its load was raised: one value an avalanche, in order."""
+    """Avalanches of a ring under rising load: one value per avalanche, in order."""
 
     load: NDArray[np.float64]
-    """Whole load at which the avalanche began, rising."""
+    """Total load at which the avalanche began, rising."""
     fibres: NDArray[np.int64]
-    """Fibres that broke in it; all avalanches together break every fibre."""
+    """Fibres that broke in it; the sum over all avalanches is the number of fibres."""
 
     @property
     def strength(self) -> float:
-        """The load that breaks the last fibre: the critical load of this sample."""
+        """Load that breaks the last fibre: the critical load of this sample."""
         return float(self.load[-1])
 
 
 def ring(thresholds: ArrayLike, stiffness: float = 1.0, locality: float = 1.0) -> Avalanches:
     """Raise the load on a ring of fibres until all have broken.
 
-    `thresholds` are their breaking strains in order, `stiffness` is k_F per fibre; `locality`, 0 to 1, the share
+    `thresholds` are the breaking strains in ring order, `stiffness` is k_F per fibre; `locality`, 0 to 1, is the share
     of a broken fibre's load that its neighbours take. The cost grows with the square of the number of fibres:
     20,000 take about half a second. Raises `BadValue`.
 
@@ -57,7 +57,7 @@ def ring(thresholds: ArrayLike, stiffness: float = 1.0, locality: float = 1.0) -
 def draw_thresholds(
     fibres: int, shape: float = 4.0, scale: float = 2.5, seed: int = 0, thresholds: str = "weibull"
 ) -> NDArray[np.float64]:
-    """Independent breaking strains, shape [fibres], distributed as those of a `FibreBundle`. Raises `BadValue`.
+    """Draw independent breaking strains, shape [fibres], distributed as in a `FibreBundle`. Raises `BadValue`.
 
     >>> strains = draw_thresholds(2000)
     >>> bool(abs(strains.mean() - 2.266) < 0.05)  # lambda Gamma(1 + 1/k)
@@ -79,7 +79,7 @@ def _draw(probabilities: Floats, key: np.uint64) -> None:
 
 @kernel
 def _raise_load(strains: Floats, locality: float, loads: Floats, fibres: NDArray[np.int64]) -> int:
-    """Break all fibres: `loads` per fibre and sizes of the avalanches, and how many there were."""
+    """Break all fibres; fill loads per fibre and sizes of the avalanches, and return their number."""
     size = strains.size
     intact = np.ones(size, np.bool_)
     bearing = np.empty(size)
@@ -101,7 +101,7 @@ def _raise_load(strains: Floats, locality: float, loads: Floats, fibres: NDArray
 
 @kernel
 def _bearing(strains: Floats, intact: NDArray[np.bool_], spread: float, locality: float, bearing: Floats) -> None:
-    """For each fibre the load per fibre of the ring at which it breaks; infinite where it has."""
+    """Compute for each fibre the load per fibre of the ring at which it breaks; infinite if it is broken."""
     size = strains.size
     gap = 0
     while not intact[size - 1 - gap]:

@@ -1,1 +1,1 @@
-"""Linear filters in real time: second-order sections, cascades, sums of poles, and the design of an equaliser."""
+"""Linear filters in real time: second-order sections, cascades, sums of poles, and equaliser design."""

@@ -1,7 +1,7 @@
-"""A cascade of second-order sections in real time: what an equaliser is once it was designed.
+"""Cascade of second-order sections in real time: the form in which an equaliser runs.
 
-Each section [b0, b1, b2, 1, a1, a2] runs in the transposed direct form II, with two states. `tail` bounds what a
-cascade can still put out, from the largest output that each of its states alone leads to.
+Each section [b0, b1, b2, 1, a1, a2] runs in transposed direct form II, with two states. `tail` bounds the remaining
+output, from the largest output that each state alone causes.
 """
 
 import math
@@ -14,7 +14,7 @@ from underfoot.errors import require
 from underfoot.kernels import Floats, kernel
 
 MAX_SECTIONS = 12
-"""Sections of the largest cascade, an equaliser of order 24."""
+"""Number of sections of the largest cascade, an equaliser of order 24."""
 STATE = np.dtype([("z1", np.float64, (MAX_SECTIONS,)), ("z2", np.float64, (MAX_SECTIONS,))], align=True)
 """The two states of each section."""
 COEFFICIENTS = np.dtype(
@@ -30,16 +30,16 @@ COEFFICIENTS = np.dtype(
     ],
     align=True,
 )
-"""How many sections there are, what each multiplies with, and the largest |output| that a state of 1 leads to."""
+"""Number of sections, their coefficients, and the largest |output| caused by a state of 1."""
 LARGEST = 1e9
-"""What goes into a cascade is held within this."""
+"""Inputs are limited to this size."""
 
 _TIME_CONSTANTS = 20.0
 _MOST_FRAMES = 2_000_000
 
 
 def coefficients(sections: ArrayLike) -> np.record:
-    """The coefficients (`COEFFICIENTS`) of sections [b0, b1, b2, 1, a1, a2], shape (n, 6), n at most MAX_SECTIONS.
+    """Return the `COEFFICIENTS` of sections [b0, b1, b2, 1, a1, a2], shape (n, 6), n at most MAX_SECTIONS.
 
     Raises `BadValue` for sections that are not stable.
 
@@ -60,7 +60,7 @@ def coefficients(sections: ArrayLike) -> np.record:
 
 
 def checked(sections: ArrayLike) -> NDArray[np.float64]:
-    """Sections as float64 (n, 6); `BadValue` unless they are finite, stable and no more than MAX_SECTIONS.
+    """Return sections as float64 (n, 6); `BadValue` unless they are finite, stable and no more than MAX_SECTIONS.
 
     >>> checked([[1.0, 0.0, 0.0, 1.0, -2.1, 1.1]])
     Traceback (most recent call last):
@@ -77,18 +77,18 @@ def checked(sections: ArrayLike) -> NDArray[np.float64]:
 
 
 def is_stable(section: Sequence[float] | NDArray[np.float64]) -> bool:
-    """Whether a section (b0, b1, b2, a0, a1, a2) has a0 = 1 and both poles within the unit circle.
+    """Return whether a section (b0, b1, b2, a0, a1, a2) has a0 = 1 and both poles within the unit circle.
 
     >>> is_stable((1.0, 0.0, 0.0, 1.0, -1.0, 0.5)), is_stable((1.0, 0.0, 0.0, 1.0, -2.1, 1.1))
     (True, False)
     """
     _, _, _, a0, a1, a2 = section
-    # Both poles lie within the unit circle where (a1, a2) lies within this triangle.
+    # Both poles lie within the unit circle if (a1, a2) lies within this triangle.
     return bool(a0 == 1.0 and abs(a2) < 1.0 and abs(a1) < 1.0 + a2)
 
 
 def at_rate(sections: ArrayLike, rate_hz: float, new_rate_hz: float) -> NDArray[np.float64]:
-    """Sections designed for `rate_hz`, for `new_rate_hz`: the same below a quarter of either, poles kept in place.
+    """Convert sections from `rate_hz` to `new_rate_hz`: equal below a quarter of either rate, poles kept in place.
 
     >>> at_rate([[1.0, 0.2, 0.0, 1.0, -0.3, 0.1]], 48000.0, 48000.0)
     array([[ 1. ,  0.2,  0. ,  1. , -0.3,  0.1]])
@@ -97,7 +97,7 @@ def at_rate(sections: ArrayLike, rate_hz: float, new_rate_hz: float) -> NDArray[
     require(rate_hz > 0.0 and new_rate_hz > 0.0, "rate_hz", (rate_hz, new_rate_hz), "above 0")
     if new_rate_hz == rate_hz:
         return given.copy()
-    # Back to the analogue circuit by s = (1 - z^-1) / (1 + z^-1), and forth again; at low frequencies s is pi f / rate.
+    # To the analogue domain by s = (1 - z^-1) / (1 + z^-1), and back; at low frequencies s is pi f / rate.
     scale = rate_hz / new_rate_hz
     moved = []
     for c0, c1, c2 in given.reshape(-1, 3):
@@ -109,14 +109,14 @@ def at_rate(sections: ArrayLike, rate_hz: float, new_rate_hz: float) -> NDArray[
 
 @kernel
 def run(state: np.record, coefficients: np.record, given: Floats, out: Floats) -> None:
-    """Filter the frames of `given` into `out` (they may be the same array). Bit for bit the same however it is cut."""
+    """Filter `given` into `out` (may be the same array). Results do not depend on how frames are split into calls."""
     for i in range(len(given)):
         out[i] = step(state, coefficients, given[i])
 
 
 @kernel
 def step(state: np.record, coefficients: np.record, value: float) -> float:
-    """One frame through the cascade."""
+    """Filter one frame."""
     c = coefficients
     for k in range(c.sections):
         out = c.b0[k] * value + state.z1[k]
@@ -128,7 +128,7 @@ def step(state: np.record, coefficients: np.record, value: float) -> float:
 
 @kernel
 def tail(state: np.record, coefficients: np.record) -> float:
-    """An upper bound of |output| from here on if all further input is zero."""
+    """Return an upper bound of |output| from here on if all further input is zero."""
     bound = 0.0
     for k in range(coefficients.sections):
         bound += coefficients.peak_of_z1[k] * abs(state.z1[k])
@@ -138,14 +138,14 @@ def tail(state: np.record, coefficients: np.record) -> float:
 
 @kernel
 def reset(state: np.record) -> None:
-    """A state at rest."""
+    """Reset a state to rest."""
     state.z1[:] = 0.0
     state.z2[:] = 0.0
 
 
 @kernel
 def _find_peaks(coefficients: np.record, state: np.record, frames: int) -> None:
-    """Fill in the largest |output| that each state alone leads to with no input; `state` is room for one."""
+    """Compute the largest |output| that each state alone causes without input; `state` is working memory."""
     for k in range(coefficients.sections):
         reset(state)
         state.z1[k] = 1.0

@@ -1,13 +1,13 @@
-"""An equaliser for a tile: the IIR filter that makes a measured magnitude response flat (thesis 4.5.2).
+"""Equaliser design: an IIR filter that flattens the measured magnitude response of a tile (thesis 4.5.2).
 
 The filter is a cascade of second-order sections, each a ratio of two quadratics
 
     q(s) = s^2 + 2 zeta w s + w^2,   s = (1 - z^-1) / (1 + z^-1)   (bilinear)
 
-in which ln w and ln zeta of zeros and poles are free, and so is one gain. Whatever they are, the filter is stable and
-of least phase, and the derivatives of its logarithmic magnitude are closed forms. The p-norm of the error in decibels
-is brought down by damped Gauss-Newton steps, p raised in stages (the least p-th norm of thesis 4.5.2). Sections are
-added one by one where they help most, so that a higher order is never worse than a lower one.
+The free parameters are ln w and ln zeta of zeros and poles, and one gain. For all their values the filter is stable and
+minimum-phase, and the derivatives of its log magnitude are closed forms. Damped Gauss-Newton steps minimise the p-norm
+of the error in decibels, with p raised in stages (the least p-th norm of thesis 4.5.2). Sections are added one by one
+where they help most, so that a higher order is never worse than a lower one.
 """
 
 import math
@@ -22,17 +22,17 @@ from underfoot.errors import require
 Array = NDArray[np.float64]
 
 BAND_HZ = (50.0, 750.0)
-"""The band that is made flat (thesis 4.5.2)."""
+"""Band to flatten (thesis 4.5.2)."""
 MOST_ORDER = 24
-"""The highest order."""
+"""Highest filter order."""
 MOST_GAIN_DB = 24.0
-"""A notch deeper than this under the level of the band is filled by so much only."""
+"""Largest lift, relative to the level of the band, of a notch."""
 OUTER_GAIN_DB = 3.0
-"""An octave outside the band the gain is to be no higher than this; what lies there is neither measured nor felt."""
+"""Largest gain an octave outside the band, where nothing is measured or felt."""
 LEAST_WIDTH_HZ = 2.0
-"""Every pole decays at least as fast as a resonance of this width: its radius is at most 1 - pi width / rate."""
+"""Smallest bandwidth of a pole: its radius is at most 1 - pi width / rate."""
 EDGE_LOW, EDGE_HIGH = 1.2, 750.0 / 700.0
-"""Factors within the band's ends (60 to 700 Hz of 50 to 750) outside which an error weighs less."""
+"""Factors from the band's ends (60 to 700 Hz of 50 to 750) outside which errors weigh less."""
 
 _DB = 20.0 / math.log(10.0)
 _STAGES = (2, 4, 8, 16)
@@ -52,13 +52,13 @@ def design(
     *,
     most_gain_db: float = MOST_GAIN_DB,
 ) -> Array:
-    """The equaliser of a response, as second-order sections [b0, b1, b2, 1, a1, a2], shape (order / 2, 6).
+    """Return the equaliser of a response as second-order sections [b0, b1, b2, 1, a1, a2], shape (order / 2, 6).
 
-    `magnitude` (linear, any scale, complex values count by their modulus) at `frequencies_hz`, in any order, must cover
-    `band_hz`; noise is averaged out, over up to a quarter of an octave. Response times equaliser is flat over the band
-    at the response's own level there, the mean of its decibels over log frequency; a point more than `most_gain_db`
-    below that is lifted by so much. Outside the band the gain falls to at most 3 dB within an octave. `order` is even,
-    2 to 24; all poles and zeros lie within the unit circle. Raises `BadValue`.
+    `magnitude` (linear, any scale, modulus of complex values) at `frequencies_hz`, in any order, must cover `band_hz`;
+    noise is averaged over up to a quarter of an octave. Response times equaliser is flat over the band at the level of
+    the response there, the mean of its decibels over log frequency; a point more than `most_gain_db` below that is
+    lifted by that amount only. Outside the band the gain falls to at most 3 dB within an octave. `order` is even, 2 to
+    24; all poles and zeros lie within the unit circle. Raises `BadValue`.
 
     >>> f = np.geomspace(20.0, 2000.0, 400)
     >>> resonance = 1.0 / np.abs(1.0 - (f / 300.0) ** 2 + 0.2j * f / 300.0)
@@ -82,7 +82,7 @@ def design(
 
 
 def gain(sections: ArrayLike, frequencies_hz: ArrayLike, rate_hz: float) -> NDArray[np.complex128]:
-    """The complex gain of a cascade of second-order sections (n, 6) at frequencies in Hz: their shape.
+    """Return the complex gain of a cascade of second-order sections (n, 6) at frequencies in Hz, in their shape.
 
     >>> gain([[0.5, 0.0, 0.0, 1.0, 0.0, 0.0]], [100.0], 48000.0)
     array([0.5+0.j])
@@ -95,7 +95,7 @@ def gain(sections: ArrayLike, frequencies_hz: ArrayLike, rate_hz: float) -> NDAr
 
 
 def level(frequencies_hz: ArrayLike, magnitude: ArrayLike, band_hz: tuple[float, float] = BAND_HZ) -> float:
-    """The level of a response in a band, on its own scale: the mean of its decibels over log frequency.
+    """Return the level of a response in a band, on its own scale: the mean of its decibels over log frequency.
 
     >>> round(level([10.0, 100.0, 1000.0], [2.0, 2.0, 2.0]), 9)
     2.0
@@ -117,7 +117,7 @@ def _band(band_hz: tuple[float, float], rate_hz: float) -> tuple[float, float]:
 def _curve(
     frequencies_hz: ArrayLike, magnitude: ArrayLike, low: float, high: float, least: int = _LEAST_IN_BAND
 ) -> tuple[Array, Array]:
-    """Frequencies in equal log steps over the band, and the logarithm of the magnitude there, checked."""
+    """Return frequencies in equal log steps over the band, and the checked log magnitude there."""
     f, given = np.asarray(frequencies_hz, dtype=np.float64).ravel(), np.asarray(magnitude).ravel()
     require(given.size == f.size, "magnitude", given.size, f"as many as frequencies_hz, {f.size}")
     require(np.isrealobj(given) is False or bool(np.all(given >= 0.0)), "magnitude", magnitude, "numbers, at least 0")
@@ -141,12 +141,12 @@ def _curve(
     kept = (cell >= 0) & (cell < _POINTS)
     count = np.bincount(cell[kept], minlength=_POINTS)
     total = np.bincount(cell[kept], m[kept], minlength=_POINTS)
-    # Cells with several points take their mean; the others what lies between their neighbours.
+    # Cells with points take their mean, empty ones are interpolated.
     return np.exp(grid), _smoothed(np.where(count > 1, total / np.maximum(count, 1), np.interp(grid, f, m)))
 
 
 def _smoothed(curve: Array) -> Array:
-    """A curve without its noise: averaged over as many cells as its roughness asks for, none where it is smooth."""
+    """Return a curve without its noise: averaged over as many cells as its roughness requires."""
     noise = float(np.median(np.abs(np.diff(curve, 2)))) / (0.6745 * math.sqrt(6.0))
     cells = min(math.ceil((noise * _DB / _NOISE_DB) ** 2), _MOST_SMOOTHED)
     if cells < 2:
@@ -156,12 +156,12 @@ def _smoothed(curve: Array) -> Array:
 
 
 class _Wanted:
-    """What the logarithmic gain should be: in the band as near as it can, outside it at most."""
+    """Target of the log gain: to be met in the band, an upper limit outside."""
 
     def __init__(self, band: Array, log_magnitude: Array, rate_hz: float, most_gain_db: float) -> None:
         low, high = float(band[0]), float(band[-1])
         inverse = np.minimum(log_magnitude.mean() - log_magnitude, most_gain_db / _DB)
-        # Points crowd at the band's ends: a narrow peak just outside would fit a notch there.
+        # Points are dense at the band's ends: otherwise a narrow peak just outside would fit a notch there.
         share = np.linspace(0.0, 1.0, _OUTER_POINTS + 1)[1:] ** 2
         below = low * (1.0 / 16.0) ** share
         above = high * (0.49 * rate_hz / high) ** share
@@ -184,7 +184,7 @@ class _Wanted:
         self.atoms = self._atoms(low, high, rate_hz)
 
     def _atoms(self, low: float, high: float, rate_hz: float) -> tuple[Array, Array]:
-        """Sections to try: their (ln w, ln zeta), and how the logarithmic gain moves with either, and with the gain."""
+        """Return candidate sections (ln w, ln zeta), and the derivatives of the log gain by both and the gain."""
         f = np.geomspace(0.5 * low, min(1.5 * high, 0.45 * rate_hz), 60)
         w, zeta = np.meshgrid(np.log(np.tan(math.pi * f / rate_hz)), np.log([0.02, 0.08, 0.3, 1.0]))
         places = self.held(np.stack([w.ravel(), zeta.ravel()], axis=1))
@@ -192,13 +192,13 @@ class _Wanted:
         return places, np.stack([by_w, by_zeta, np.ones_like(by_w)], axis=1)
 
     def held(self, places: Array) -> Array:
-        """Places (n, 2) of ln w and ln zeta, moved to where they are allowed."""
+        """Clip (ln w, ln zeta), shape (n, 2), to the allowed region."""
         w = np.clip(places[:, 0], self.lowest, self.highest)
         narrowest = np.maximum(_LEAST_ZETA, self.narrowest * (np.exp(w) + np.exp(-w)))
         return np.stack([w, np.clip(places[:, 1], np.log(narrowest), math.log(_MOST_ZETA))], axis=1)
 
     def error(self, found: Array) -> tuple[Array, Array]:
-        """The weighted error of parameters `found`, shape (points,), and its derivatives, (parameters, points)."""
+        """Return the weighted error of parameters `found`, (points,), and its derivatives, (parameters, points)."""
         power, by_w, by_zeta = _quadratics(found[:-1].reshape(-1, 2), self.squared)
         zeros = len(power) // 2
         logarithm = 0.5 * np.log(power[:zeros].prod(axis=0) / power[zeros:].prod(axis=0))
@@ -212,7 +212,7 @@ class _Wanted:
 
 
 def _quadratics(places: Array, squared: Array) -> tuple[Array, Array, Array]:
-    """|q|^2 of quadratics (n, 2) at squared frequencies (k,); how ln |q| moves with ln w and ln zeta: (n, k) each."""
+    """Return |q|^2 of quadratics (n, 2) at squared frequencies (k,), and d ln |q| by ln w and ln zeta: (n, k) each."""
     w2 = np.exp(2.0 * places[:, :1])
     apart = w2 - squared
     damped = 4.0 * np.exp(2.0 * places[:, 1:]) * w2 * squared
@@ -222,11 +222,11 @@ def _quadratics(places: Array, squared: Array) -> tuple[Array, Array, Array]:
 
 
 def _grown(wanted: _Wanted, sections: int) -> Iterator[Array]:
-    """The best parameters found with 1, 2, ... sections: zeros (ln w, ln zeta) of each, then poles, then the gain."""
+    """Yield the best parameters with 1, 2, ... sections: zeros (ln w, ln zeta) of each, then poles, then the gain."""
     smooth = best = np.zeros(1)
     for _ in range(sections):
-        # In the mean square the way down is smooth; what it finds is then sharpened. Beside it goes the best of the
-        # order below with one more section, so that no order is worse than the one before.
+        # The mean square gives a smooth descent; its result is refined at higher p. In parallel the best lower order is
+        # extended by one section, so that no order is worse than the one before.
         starts = [_with(smooth, place) for place in _places(wanted, smooth, 3)]
         smooth = min((_refined(wanted, start, 2, 12) for start in starts), key=lambda found: _norm_of(wanted, found, 2))
         smooth = sharp = _refined(wanted, smooth, 2, 25)
@@ -239,13 +239,13 @@ def _grown(wanted: _Wanted, sections: int) -> Iterator[Array]:
 
 
 def _with(found: Array, place: Array) -> Array:
-    """One section more, whose zeros and poles are at the same place."""
+    """Add a section whose zeros and poles coincide."""
     half = (found.size - 1) // 2
     return np.concatenate([found[:half], place, found[half:-1], place, found[-1:]])
 
 
 def _places(wanted: _Wanted, found: Array, most: int) -> list[Array]:
-    """Where a further section promises to take most of the squared error away, by the slopes there."""
+    """Return the positions where a further section reduces the squared error most, from the derivatives there."""
     error, slopes = wanted.error(found)
     places, atoms = wanted.atoms
     atoms = atoms * (slopes[-1])
@@ -272,7 +272,7 @@ def _norm_of(wanted: _Wanted, found: Array, p: int) -> float:
 
 
 def _refined(wanted: _Wanted, found: Array, p: int, steps: int) -> Array:
-    """Damped Gauss-Newton steps down the p-norm, from `found` on; never up."""
+    """Minimise the p-norm from `found` by damped Gauss-Newton steps; it never rises."""
     error, slopes = wanted.error(found)
     norm, damping = _norm(error, p), 1e-2
     for _ in range(steps):
@@ -298,13 +298,13 @@ def _refined(wanted: _Wanted, found: Array, p: int, steps: int) -> Array:
 
 
 def _products(one: Array, other: Array) -> Array:
-    """one @ other.T, in parts too small for BLAS to share out to threads, which on a busy machine wait in vain."""
+    """Return one @ other.T in parts too small for BLAS to use threads, which stall on a busy machine."""
     parts = zip(np.array_split(one, _PARTS, axis=1), np.array_split(other, _PARTS, axis=1), strict=True)
     return np.asarray(np.sum([a @ b.T for a, b in parts], axis=0))
 
 
 def _sections(found: Array) -> Array:
-    """Parameters as second-order sections; the first one carries the gain."""
+    """Convert parameters to second-order sections; the first one carries the gain."""
     w, zeta = np.exp(found[:-1].reshape(-1, 2)).T
     quadratics = np.stack([1.0 + 2.0 * zeta * w + w * w, 2.0 * (w * w - 1.0), 1.0 - 2.0 * zeta * w + w * w], axis=1)
     zeros, poles = np.split(quadratics, 2)

@@ -1,8 +1,8 @@
-"""A linear system as a sum of its poles, in real time and exactly.
+"""Linear system as a sum of poles, run exactly in real time.
 
 A transfer function `d + sum r_k / (s - p_k)` (each complex pole stands for itself and its conjugate) is run sample by
-sample. What goes in is taken as straight between samples, and for that the output is exact at every sample, at any
-rate: no pole is warped or moved, as the bilinear transform would.
+sample. The input is taken as linear between samples; for that the output is exact at every sample, at any rate. No pole
+is warped or moved, as it would be by the bilinear transform.
 """
 
 import math
@@ -19,8 +19,8 @@ from underfoot.lanes import all_eight, eight, put, total
 from underfoot.layouts import Layout, Memory
 
 STATE = Layout("poles_state", re="poles", im="poles")
-"""Each pole's state, the sum of all samples that came in, each turned by the pole's factor once for every period since:
-its real part, and its imaginary part over that of the factor."""
+"""State of each pole: the sum of all inputs, each multiplied by the pole's factor once per period since; its real part,
+and its imaginary part divided by that of the factor."""
 COEFFICIENTS = Layout(
     "poles_coefficients",
     *("direct", "peak_gain"),
@@ -29,22 +29,22 @@ COEFFICIENTS = Layout(
     gain_re="poles",
     gain_im="poles",
 )
-"""What a sample adds to the output at once, and a bound of what comes out for inputs within -1 to 1; each pole's factor
-from one sample to the next, and what its state before a sample adds to the output."""
+"""Direct contribution of a sample to the output, and a bound of the output for inputs within -1 to 1; each pole's
+factor per sample, and the gain from its state before a sample to the output."""
 _LANES, _FEW = 8, 24
-"""Poles that run at once; poles whose states stay in the processor's registers from sample to sample, as those of one
-`_LANES` do: others wait for memory."""
+"""Poles processed at once; and the number of poles whose states stay in registers from sample to sample (as `_LANES`
+poles do), without waiting for memory."""
 _NEGLIGIBLE = 1e-100
 _SERIES = 0.3
-"""Below this |p h|, exp(p h) is too near 1 for differences; a series of 12 terms is exact to 1e-16 up to here."""
+"""Below this |p h|, exp(p h) - 1 would cancel; a series of 12 terms is exact to 1e-16 up to here."""
 
 
 @dataclass(frozen=True)
 class Poles:
-    """`poles` (n,) in 1/s, their `residues` (n,), and the `direct` part.
+    """System with `poles` (n,) in 1/s, `residues` (n,), and a `direct` part.
 
-    A pole with an imaginary part above 0 has its conjugate, and its residue's, besides; none below 0 is given.
-    `BadValue` for one that is, and for a pole that does not decay.
+    A pole with a positive imaginary part implies its conjugate. `BadValue` for a negative imaginary part, and for a
+    pole that does not decay.
 
     >>> lag = Poles(np.array([-1.0 + 0j]), np.array([1.0 + 0j]))
     >>> lag.transfer([0.0]).real
@@ -60,22 +60,20 @@ class Poles:
         require(bool((self.poles.imag >= 0.0).all()), "poles", self.poles, "no imaginary part below 0")
 
     def transfer(self, frequencies_hz: ArrayLike) -> NDArray[np.complex128]:
-        """The transfer function at frequencies of any shape."""
+        """Return the transfer function at frequencies of any shape."""
         s = 2j * math.pi * np.asarray(frequencies_hz, dtype=np.float64)[..., None]
         paired = self.poles.imag > 0.0
         whole = self.residues / (s - self.poles) + np.where(paired, self.residues.conj() / (s - self.poles.conj()), 0.0)
         return np.asarray(self.direct + whole.sum(axis=-1))
 
     def at_rate(self, rate_hz: float) -> tuple[Memory, Memory]:
-        """A state at rest (`STATE`) and the coefficients (`COEFFICIENTS`) for `run` at `rate_hz`."""
+        """Return a `STATE` at rest and the `COEFFICIENTS` for `run` at `rate_hz`."""
         step = self.poles / rate_hz
         now, before = _ramp_weights(step)
         count = len(self.poles)
-        places = (
-            _FEW if _LANES < count <= _FEW else max(-(-count // _LANES), 1) * _LANES
-        )  # what is beyond the poles stays 0
+        places = _FEW if _LANES < count <= _FEW else max(-(-count // _LANES), 1) * _LANES  # padding stays 0
         coefficients = COEFFICIENTS.zeros(poles=places)
-        # A sample reaches a pole's output by `now` at once and by `before` one sample later.
+        # A sample contributes to a pole's state with `now` at once, and with `before` one sample later.
         share = self.residues * np.where(self.poles.imag > 0.0, 2.0, 1.0) / rate_hz
         factor = np.exp(step)
         gain = share * (now * factor + before)
@@ -88,10 +86,10 @@ class Poles:
 
 @modal_kernel
 def run(state: Memory, coefficients: Memory, given: Floats, out: Floats) -> None:
-    """Run the system over the samples of `given` into `out`; the two may be the same array.
+    """Run the system over `given` into `out`; the two may be the same array.
 
-    `state` and `coefficients` are of `Poles.at_rate`. How samples are cut into calls does not matter, to the bit.
-    Allocates nothing.
+    `state` and `coefficients` come from `Poles.at_rate`. Results do not depend, to the bit, on how samples are split
+    into calls. Allocates nothing.
     """
     c, direct = coefficients, coefficients.direct
     if len(state.re) == _LANES:
@@ -117,7 +115,7 @@ def run(state: Memory, coefficients: Memory, given: Floats, out: Floats) -> None
 
 @modal_inlined
 def _run_few(state: Memory, coefficients: Memory, given: Floats, out: Floats) -> None:
-    """Run as many poles as the processor's registers hold."""
+    """Run `_FEW` poles, as many as fit in the processor's registers."""
     direct = coefficients.direct
     x0, y0, u0, square0, gain_re0, gain_im0 = _eight_of(state, coefficients, 0)
     x1, y1, u1, square1, gain_re1, gain_im1 = _eight_of(state, coefficients, _LANES)
@@ -136,7 +134,7 @@ def _run_few(state: Memory, coefficients: Memory, given: Floats, out: Floats) ->
 
 @modal_inlined
 def _eight_of(state: Memory, coefficients: Memory, k: int) -> Any:
-    """Eight poles from the k-th on: both parts of their states, then their coefficients."""
+    """Return eight poles from the k-th on: both parts of their states, then their coefficients."""
     c = coefficients
     own = eight(state.re, k), eight(state.im, k)
     return (*own, eight(c.step_re, k), eight(c.step_im_square, k), eight(c.gain_re, k), eight(c.gain_im, k))
@@ -144,7 +142,7 @@ def _eight_of(state: Memory, coefficients: Memory, k: int) -> Any:
 
 @modal_kernel
 def tail(state: Memory, coefficients: Memory) -> float:
-    """A bound of what the system still puts out when nothing but zeros comes in."""
+    """Return a bound of |output| if all further input is zero."""
     bound = 0.0
     for k in range(len(state.re)):
         gain = abs(coefficients.gain_re[k]) + abs(coefficients.gain_im[k])
@@ -154,14 +152,14 @@ def tail(state: Memory, coefficients: Memory) -> float:
 
 @modal_kernel
 def flush(state: Memory) -> None:
-    """Set poles to 0 that have all but decayed: numbers below 1e-308 would take a hundred times as long."""
+    """Set states that have all but decayed to 0: numbers below 1e-308 would take a hundred times as long."""
     for k in range(len(state.re)):
         if abs(state.re[k]) + abs(state.im[k]) < _NEGLIGIBLE:
             state.re[k] = state.im[k] = 0.0
 
 
 def of_biquads(zeros: ArrayLike, poles: ArrayLike, gain: float) -> Poles:
-    """The system `gain prod (s - z) / prod (s - p)`: its poles simple, conjugates given, no more zeros than poles.
+    """Return the system `gain prod (s - z) / prod (s - p)`: simple poles, conjugates given, no more zeros than poles.
 
     >>> band = of_biquads([0.0], [-1.0 + 2.0j, -1.0 - 2.0j], 3.0)
     >>> bool(np.allclose(band.transfer([0.5]), 3.0 * 1j * np.pi / ((1j * np.pi + 1.0) ** 2 + 4.0)))
@@ -178,9 +176,9 @@ def of_biquads(zeros: ArrayLike, poles: ArrayLike, gain: float) -> Poles:
 def of_states(
     a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], direct: float, least: float = 1e-12
 ) -> Poles:
-    """The system x' = a x + b u, y = c x + direct u, without the poles that are not driven or not heard.
+    """Return the system x' = a x + b u, y = c x + direct u, without poles that are not controllable or not observable.
 
-    A pole is left out whose part of the output stays below `least` of the largest's.
+    A pole is left out if its part of the output stays below `least` of the largest.
     """
     return of_outputs(a, b, [(c, direct)], least)[0]
 
@@ -189,7 +187,7 @@ def of_outputs(
     a: NDArray[np.float64], b: NDArray[np.float64], outputs: Iterable[tuple[NDArray[np.float64], float]],
     least: float = 1e-12,
 ) -> list[Poles]:  # fmt: skip
-    """The systems of several `outputs` (c, direct) of the same states, as `of_states` has them of one."""
+    """Return the systems of several `outputs` (c, direct) of the same states, as `of_states` does for one."""
     poles, vectors = np.linalg.eig(a)
     driven = np.linalg.solve(vectors, b.astype(complex))
     found = []
@@ -202,7 +200,7 @@ def of_outputs(
 
 
 def _ramp_weights(step: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """What a sample, and the one before it, add to a pole's state, in units of the period: p h is `step`."""
+    """Return the weights of a sample and of the one before it in a pole's state, in periods; `step` is p h."""
     small = np.abs(step) < _SERIES
     safe = np.where(small, 1.0, step)
     whole = np.where(small, _series(step, 1), (np.exp(safe) - 1.0) / safe)
@@ -211,7 +209,7 @@ def _ramp_weights(step: NDArray[np.complex128]) -> tuple[NDArray[np.complex128],
 
 
 def _series(step: NDArray[np.complex128], first: int) -> NDArray[np.complex128]:
-    """sum over k of step^k / (k + first)!."""
+    """Return sum over k of step^k / (k + first)!."""
     total = np.zeros_like(step)
     for k in range(12, -1, -1):
         total = total * step + 1.0 / math.factorial(k + first)

@@ -1,4 +1,4 @@
-"""Sound at a rate that is nearly its own: Lagrange's polynomial through six samples."""
+"""Resampling by ratios near 1: six-point Lagrange interpolation."""
 
 from typing import Any
 
@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from underfoot.kernels import inlined, kernel
 
 BEFORE, BEHIND = 2, 3
-"""Samples that are needed before and behind the one just before the place."""
+"""Samples needed before and behind the one just before the position."""
 
 
 @inlined
 def lagrange_weights(x: float, w: Any) -> None:
-    """Weights of the samples at -2 ... 3 for the place x, 0 to 1."""
+    """Write the weights of the samples at -2 ... 3 for the position x, 0 to 1."""
     a, b, c, d, e, f = x + 2.0, x + 1.0, x, x - 1.0, x - 2.0, x - 3.0
     w[0] = b * c * d * e * f / -120.0
     w[1] = a * c * d * e * f / 24.0
@@ -32,10 +32,10 @@ def resampled(
     out: NDArray[np.float32],
     weights: NDArray[np.float64],
 ) -> None:
-    """Fill `out` [frame, channel] from `ring` [frame modulo its length, channel], from `position` on, `ratio` a frame.
+    """Fill `out` [frame, channel] from `ring` [frame modulo length, channel], from `position` on, `ratio` per frame.
 
-    `gain` holds the present gain, its target and its step a frame; it moves there meanwhile. `weights` is room for six.
-    The error of a sine of w radians a frame is at most 5 w^6 / 1024: 2.5e-8 at 1 kHz, 4e-4 at 5 kHz, of 48 kHz.
+    `gain` holds the present gain, its target and its step per frame, and is updated. `weights` is working memory for
+    six. The error for a sine of w radians per frame is at most 5 w^6 / 1024: 2.5e-8 at 1 kHz, 4e-4 at 5 kHz, at 48 kHz.
     """
     length = ring.shape[0]
     at_gain, target, step = gain[0], gain[1], gain[2]

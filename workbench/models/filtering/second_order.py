@@ -1,13 +1,13 @@
-"""Second-order sections whose coefficients may move while they run.
+"""Second-order sections whose coefficients may change while they run.
 
 A section is the trapezoidal (bilinear, prewarped) state-variable filter. Its states x1 and x2 are those of the two
 integrators of the analogue circuit
 
     x1' = w (u - k x1 - x2),   x2' = w x1,   g = tan(pi f / rate), k = 1 / Q
 
-so a step of the coefficients never steps a state. With no input the trapezoidal rule gives
+so a step of the coefficients never steps a state. Without input the trapezoidal rule gives
 `x1+^2 + x2+^2 = x1^2 + x2^2 - 4 g k v1^2`, v the midpoint of old and new state: the energy cannot grow for any
-g, k > 0, even if they change at every frame. This keeps a moving section stable, and it is the bound that `tail` gives.
+g, k > 0, even if they change at every frame. This keeps a changing section stable, and gives the bound in `tail`.
 """
 
 import math
@@ -18,23 +18,23 @@ from underfoot.models.signals.glide import glided
 
 STATE = Layout("section", "x1", "x2")
 COEFFICIENTS = Layout("section_coefficients", "a1", "a2", "a3", "gain_input", "gain_x1", "gain_x2", "g", "k")
-"""Of a section: what the recursion takes, the gains of input, x1 and x2 in the output, then g and k."""
+"""Coefficients of the recursion, the output gains of input, x1 and x2, then g and k."""
 
 MOVING_STATE = Layout("moving_section", section=STATE, now=COEFFICIENTS)
-"""Of a section whose coefficients go to others frame by frame: those as they stand now."""
+"""State of a section whose coefficients change frame by frame, with the present coefficients."""
 
 BUTTERWORTH = math.sqrt(0.5)
-"""The Q of a maximally flat second-order low-pass or high-pass."""
+"""Q of a maximally flat second-order low-pass or high-pass."""
 
 LOWEST, HIGHEST = 1e-7, 0.49
-"""Frequencies and widths are held within these fractions of the rate."""
+"""Frequencies and widths are limited to these fractions of the rate."""
 LEAST_Q, MOST_Q = 0.01, 1e4
-"""Q is held within these."""
+"""Q is limited to these values."""
 
 
 @kernel
 def design_low_pass(frequency_hz: float, q: float, rate: float, coefficients: Memory) -> None:
-    """A low-pass of gain 1 at 0 Hz and q at `frequency_hz`.
+    """Design a low-pass with gain 1 at 0 Hz and gain q at `frequency_hz`.
 
     >>> import numpy as np
     >>> coefficients, state, signal = COEFFICIENTS.zeros(), STATE.zeros(), np.ones(4800)
@@ -48,14 +48,14 @@ def design_low_pass(frequency_hz: float, q: float, rate: float, coefficients: Me
 
 @kernel
 def design_high_pass(frequency_hz: float, q: float, rate: float, coefficients: Memory) -> None:
-    """A high-pass of gain 1 at half the rate and q at `frequency_hz`."""
+    """Design a high-pass with gain 1 at half the rate and gain q at `frequency_hz`."""
     k = 1.0 / _held(q, LEAST_Q, MOST_Q)
     design(_warped(frequency_hz, rate), k, 1.0, -k, -1.0, coefficients)
 
 
 @kernel
 def design_band_pass(centre_hz: float, width_hz: float, rate: float, coefficients: Memory) -> None:
-    """A band-pass of gain 1 at `centre_hz`, exactly `width_hz` wide at -3 dB.
+    """Design a band-pass with gain 1 at `centre_hz`, exactly `width_hz` wide at -3 dB.
 
     The width is prewarped too: `k g / (1 + g^2) = tan(pi width / rate)`, so it holds at any centre.
     """
@@ -66,7 +66,7 @@ def design_band_pass(centre_hz: float, width_hz: float, rate: float, coefficient
 
 @kernel
 def design(g: float, k: float, gain_input: float, gain_x1: float, gain_x2: float, coefficients: Memory) -> None:
-    """Any section, from g > 0, k > 0 and the gains of input, x1 and x2 in the output."""
+    """Design any section, from g > 0, k > 0 and the output gains of input, x1 and x2."""
     coefficients.a1 = 1.0 / (1.0 + g * (g + k))
     coefficients.a2 = g * coefficients.a1
     coefficients.a3 = g * coefficients.a2
@@ -76,7 +76,7 @@ def design(g: float, k: float, gain_input: float, gain_x1: float, gain_x2: float
 
 @kernel
 def run(signal: Floats, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Filter `signal` into `out`; they may be the same array."""
+    """Filter `signal` into `out`; the two may be the same array."""
     a1, a2, a3 = coefficients.a1, coefficients.a2, coefficients.a3
     gain_input, gain_x1, gain_x2 = coefficients.gain_input, coefficients.gain_x1, coefficients.gain_x2
     x1, x2 = state.x1, state.x2
@@ -93,9 +93,9 @@ def run(signal: Floats, coefficients: Memory, state: Memory, out: Floats) -> Non
 
 @kernel
 def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, out: Floats) -> None:
-    """As `run`, from session frame `frame` on, of a `MOVING_STATE`; no coefficient steps where they are designed anew.
+    """Filter as `run` does, from session frame `frame` on, with a `MOVING_STATE`: no jumps when coefficients change.
 
-    g, k and the gains go to their new values along a span: steps of the gains would be steps of the output.
+    g, k and the gains move to their new values over a span, because steps of the gains would be steps of the output.
     """
     now = state.now
     if now.k == 0.0:
@@ -121,16 +121,16 @@ def _same(a: Memory, b: Memory) -> bool:
 
 @kernel
 def tail_moving(state: Memory, coefficients: Memory) -> float:
-    """As `tail`, of a `MOVING_STATE`."""
+    """Return the bound of `tail` for a `MOVING_STATE`."""
     return max(tail(state.section, coefficients), tail(state.section, state.now))
 
 
 @kernel
 def tail(state: Memory, coefficients: Memory) -> float:
-    """An upper bound of |output| from here on if all further input is zero.
+    """Return an upper bound of |output| from here on if all further input is zero.
 
-    The midpoint v is no longer than the states it lies between, and those never grow (see the module's head), so
-    Cauchy and Schwarz bound `gain_x1 v1 + gain_x2 v2`.
+    The midpoint v is no longer than the states it lies between, which never grow (see the module's docstring), so the
+    Cauchy-Schwarz inequality bounds `gain_x1 v1 + gain_x2 v2`.
     """
     return math.hypot(coefficients.gain_x1, coefficients.gain_x2) * math.hypot(state.x1, state.x2)
 

@@ -1,1 +1,1 @@
-"""Modal objects and what strikes them: `bank.ring` and `impact.strike` for scripts; the kernels of both behind them."""
+"""Modal objects and hammers: `bank.ring` and `impact.strike` for scripts, and their real-time kernels."""

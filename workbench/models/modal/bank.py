@@ -1,6 +1,6 @@
-"""Modal objects (equation 3.4): parallel resonances, each with its frequency, decay and amplitude.
+"""Modal banks (equation 3.4): parallel resonances, each with frequency, decay and amplitude.
 
-`struck_bank` rings where excitation is sparse, `driven_bank` where it is dense; both run in real time, row by row.
+`struck_bank` is for sparse excitation, `driven_bank` for dense excitation; both run in real time, row by row.
 """
 
 import numpy as np
@@ -12,21 +12,21 @@ from underfoot.models.modal import driven_bank, phasors, struck_bank
 from underfoot.models.signals.events import event_list
 
 _FLOOR = 1e-15
-"""What may be dropped offline, of the largest amplitude: nothing that float64 would show."""
+"""Amplitude that may be dropped offline, relative to the largest: below the resolution of float64."""
 
 _FRAMES_AN_EVENT = 16
-"""An event costs about as much as this many frames driven at audio rate."""
+"""Cost of an event, in frames driven at audio rate."""
 
 
 def ring(
     frequencies_hz: ArrayLike, decays_per_s: ArrayLike, amplitudes: ArrayLike, excitation: ArrayLike, rate: float
 ) -> NDArray[np.float64]:
-    """How modes ring that are driven by a signal: one value a frame of `excitation`, in units of amplitude.
+    """Return the response of modes to a signal: one value per frame of `excitation`, in units of amplitude.
 
-    One frame of excitation of value 1 rings, from that frame on, as the sum of a exp(-b t) sin(2 pi f t) (equation
-    3.4). Frequencies (Hz), decays b (1/s) and amplitudes a are one a mode; f and b are 0 or more. A mode at or above
-    half the rate is left out, because it would alias. Exact to 1e-9 after 10 s, for frequencies above 1e-4 of the rate.
-    Raises `BadValue`.
+    An excitation of 1 in one frame gives, from that frame on, the sum of a exp(-b t) sin(2 pi f t) (equation 3.4).
+    Frequencies f (Hz), decays b (1/s) and amplitudes a have one value per mode; f and b are at least 0. A mode at or
+    above half the rate is left out, because it would alias. Exact to 1e-9 after 10 s, for frequencies above 1e-4 of the
+    rate. Raises `BadValue`.
 
     >>> ring([12_000.0], [0.0], [2.0], [0, 1, 0, 0, 0], rate=48_000.0).round(9) + 0.0
     array([ 0.,  0.,  2.,  0., -2.])
@@ -56,7 +56,7 @@ def ring(
 
 
 def checked_modes(**lists: ArrayLike) -> list[NDArray[np.float64]]:
-    """Lists of one finite number a mode, as arrays; those of frequencies, decays and masses within their ranges."""
+    """Return lists of one finite number per mode as arrays; checks the ranges of frequencies, decays and masses."""
     arrays = {name: numbers(name, values) for name, values in lists.items()}
     first = next(iter(arrays))
     for name, values in arrays.items():

@@ -1,4 +1,4 @@
-"""One blow of a hammer as its node does it: what it costs, and how exact it comes out."""
+"""A single strike as the Impact node runs it, to measure its cost and accuracy."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -15,9 +15,9 @@ _FLOOR = 1e-5
 
 
 def work(values: Mapping[str, Any], shows: bool = False) -> Callable[[], hammer.Response]:
-    """Make a blow ready, by the values of an Impact node; the function that comes back strikes once, and lets it ring.
+    """Prepare a strike with the values of an Impact node; return a function that strikes once and lets it ring.
 
-    With `shows` it gives the displacement, too, which costs more.
+    With `shows` the displacement is computed too, which costs more.
 
     >>> modes = [(200.0, 30.0, 1.0, 1.0)]
     >>> numbers = {"velocity": 0.5, "mass": 0.05, "stiffness": 1e5, "exponent": 1.5, "damping": 0.3, "error": 1e-3}
@@ -45,7 +45,7 @@ def work(values: Mapping[str, Any], shows: bool = False) -> Callable[[], hammer.
 
 
 def error_found(values: Mapping[str, Any]) -> float:
-    """The relative error (L2) of a blow's displacement, beside one in very small steps."""
+    """Return the relative L2 error of a strike's displacement, against one with very small sub-steps."""
     found, truth = (work({**values, "error": error}, shows=True)() for error in (values["error"], _TIGHT))
     size = float(np.linalg.norm(truth.displacement))
     return float(np.linalg.norm(found.displacement - truth.displacement)) / size if size > 0.0 else 0.0

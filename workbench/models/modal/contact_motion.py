@@ -1,7 +1,6 @@
-"""A hammer in contact, and the modes that it drives: the memory of one row, and how it moves in steps of any length.
+"""Motion of a hammer in contact and of the modes that it drives: the state of one row, and steps of any length.
 
-What begins a contact copies everything that it needs from the object, so that one that is under way ends with the old
-modes.
+At its start a contact copies all it needs from the object, so that a contact under way ends with the old modes.
 """
 
 import cmath
@@ -17,11 +16,11 @@ from underfoot.models.modal.contact_step import CONTACT, STEP, prepare, solve
 from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS
 
 PAIR = Layout("complex_row", re=("row",), im=("row",))
-"""A complex number for each mode."""
+"""One complex number per mode."""
 
 AUDIBLE = Layout("audible", displacement=("row",), speed_re=("row",), speed_im=("row",), pole_modulus=("row",))
-"""What turns a phasor into the displacement and the speed of the struck point, 0 where the mode would alias; and how
-fast a phasor of size 1 can move it."""
+"""Factors from a phasor to displacement and speed of the struck point, 0 where the mode would alias; and the speed per
+unit of phasor."""
 
 OBJECT = Layout(
     "struck_object",
@@ -33,8 +32,8 @@ OBJECT = Layout(
     mobility=("row",),
     acceleration=PAIR,
 )
-"""A modal object as its hammer meets it: how many modes, the acceleration below which one drops out, the rate; decays
-(1/s), damped angular frequencies (rad/s), mobilities, and what turns a phasor into a frame's acceleration."""
+"""Modal object as seen by the hammer: number of modes, the acceleration below which a mode is dropped, the rate; decays
+(1/s), damped angular frequencies (rad/s), mobilities, and the factor from a phasor to a frame's acceleration."""
 
 STATE = Layout(
     "struck_object_state",
@@ -54,22 +53,22 @@ STATE = Layout(
     audible=AUDIBLE,
     turn=PAIR,
 )
-"""Of a row; zeros are at rest. Whether the hammer is there, modes in use, whether one struck of late; the frame of the
-block that its ringing was computed from, and how many frames of it were given out, 0 where none is kept. Then the
-hammer: penetration (m), speed (m/s), k x^a, F0 and F1 of the last sub-step (N); its mass, mu and load; sub-steps of a
-frame, and how many there may be until there are fewer a frame; a sub-step (s), and that over the mass; D and W of the
-next sub-step without any force, a guess of its D, and the load's h^2 / m (m); and the struck point as heard, its place
-at the start of the frame that the contact began in, and its speed at that of each. Then phasors: at `rung_from`, at the
-block's end, to work with, and of the contact (`z`); what was known of the object when it began; and the poles to the
+"""State of a row; zeros are at rest. Whether the hammer is present, modes in use, whether one was struck lately; the
+frame of the block that its ringing was computed from, and how many of its frames were output, 0 if no block is kept.
+Hammer: penetration (m), speed (m/s), k x^a, F0 and F1 of the last sub-step (N); mass, mu and load; sub-steps per
+frame, and how many remain until there are fewer per frame; sub-step (s), and sub-step over mass; D and W of the next
+sub-step without force, a guess of its D, and load times h^2 / m (m). Struck point: its audible displacement at the
+start of the frame in which the contact began, and its speed at the start of each frame. Phasors: at `rung_from`, at
+the block's end, working memory, and of the contact (`z`). Object at the start of the contact, and the poles to the
 power of a frame."""
 
 FEW = 8
-"""Sub-steps that are not worth a step of their own."""
+"""Largest number of remaining sub-steps for which a long flight step is not worth its cost."""
 
 
 class _Touch(NamedTuple):
-    """Hammer and surface between two sub-steps: penetration, its inverse, k x^a, the hammer's speed, F0 and F1 of the
-    last one; D and W of the next one without any force, and a guess of its D."""
+    """Hammer and surface between two sub-steps: penetration and its inverse, k x^a, hammer speed, F0 and F1 of the last
+    sub-step; D and W of the next one without force, and a guess of its D."""
 
     x: float
     per_x: float
@@ -84,9 +83,9 @@ class _Touch(NamedTuple):
 
 @kernel
 def set_step(s: Memory, known: Memory, h: float) -> None:
-    """Prepare steps of `h` seconds."""
+    """Prepare sub-steps of `h` seconds."""
     contact = s.contact
-    if s.step_s > 0.0:  # F1 is of a step
+    if s.step_s > 0.0:  # F1 is relative to the step
         longer = h / s.step_s
         s.mean_force += 0.5 * s.force_slope * (1.0 - longer)
         s.force_slope *= longer
@@ -104,7 +103,7 @@ def set_step(s: Memory, known: Memory, h: float) -> None:
 
 @kernel
 def _foresee(s: Memory) -> None:
-    """Work out what the next step would do without a force, of where all is now."""
+    """Compute what the next step would do without force, from the present state."""
     change, moment = _free_motion(s)
     s.free_d = s.step_s * s.speed + 0.5 * s.pressed - change
     s.free_w = s.pressed / 12.0 - moment
@@ -113,7 +112,7 @@ def _foresee(s: Memory) -> None:
 
 @modal_kernel
 def advance(s: Memory, known: Memory, h: float, steps: int) -> float:
-    """`steps` steps of `h` seconds; returns the impulse."""
+    """Run `steps` sub-steps of `h` seconds; return the impulse."""
     touch = _taken(s)
     total_force = 0.0
     for step in range(steps):
@@ -132,9 +131,9 @@ def advance(s: Memory, known: Memory, h: float, steps: int) -> float:
 
 @modal_kernel
 def stay(s: Memory, h: float, steps: int, force: Floats, acceleration: Floats, displacement: Floats) -> int:
-    """Frames of `steps` steps of `h` seconds each, until the hammer is off the surface at the end of one.
+    """Run frames of `steps` sub-steps of `h` seconds each, until the hammer is off the surface at a frame's end.
 
-    Returns how many. Fills in the mean force, the mean acceleration, and the displacement unless that has no length.
+    Returns the number of frames. Fills the mean force, the mean acceleration, and the displacement unless it is empty.
     """
     touch = _taken(s)
     before = s.surface_speed
@@ -159,7 +158,7 @@ def stay(s: Memory, h: float, steps: int, force: Floats, acceleration: Floats, d
 
 @modal_inlined
 def _stepped(s: Memory, touch: _Touch) -> _Touch:
-    """The state after one step."""
+    """Return the state after one sub-step."""
     contact, x = s.contact, touch.x
     f0 = f1 = d = end = 0.0
     solved = False
@@ -174,7 +173,7 @@ def _stepped(s: Memory, touch: _Touch) -> _Touch:
         f0, f1, d, end = solve(contact, x, touch.elastic, touch.free_d, touch.free_w, mean, slope)
         per_y = 1.0 / (x + d)
     change, moment = _move(s, f0, f1)
-    # One sum each: the next solution waits for them.
+    # Single sums, because the next solution waits for them.
     without = s.step_s * touch.speed + 1.5 * s.pressed - change
     return _Touch(
         x + d,
@@ -204,10 +203,10 @@ def _keep(s: Memory, touch: _Touch) -> None:
 
 @modal_kernel
 def _move(s: Memory, f0: float, f1: float) -> tuple[float, float]:
-    """Move the modes on by a step.
+    """Advance the modes by a sub-step.
 
-    Returns what they would add to the surface's D and W in the next one, had there been no force: the sums over modes
-    need not wait for it.
+    Returns their contribution to the surface's D and W in the next sub-step, had there been no force in this one, so
+    that the sums over modes need not wait for the force.
     """
     re, im, by = s.z.re, s.z.im, s.step
     mean, slope = all_four(f0), all_four(f1)
@@ -226,7 +225,7 @@ def _move(s: Memory, f0: float, f1: float) -> tuple[float, float]:
 
 @modal_kernel
 def _free_motion(s: Memory) -> tuple[float, float]:
-    """What the modes add to the surface's D and W in the next step."""
+    """Return the contribution of the modes to the surface's D and W in the next sub-step."""
     re, im, by = s.z.re, s.z.im, s.step
     change = 0.0
     moment = 0.0
@@ -238,7 +237,7 @@ def _free_motion(s: Memory) -> tuple[float, float]:
 
 @modal_kernel
 def audible_displacement(s: Memory) -> float:
-    """The struck point's displacement, of the modes that are heard."""
+    """Return the displacement of the struck point, from the modes that do not alias."""
     displacement = 0.0
     for m in range(s.z.im.size):
         displacement += s.audible.displacement[m] * s.z.im[m]
@@ -247,7 +246,7 @@ def audible_displacement(s: Memory) -> float:
 
 @modal_kernel
 def audible_speed(s: Memory) -> float:
-    """The struck point's speed, of the modes that are heard."""
+    """Return the speed of the struck point, from the modes that do not alias."""
     re, im, speed_re, speed_im = s.z.re, s.z.im, s.audible.speed_re, s.audible.speed_im
     speed = all_four(0.0)
     for m in range(0, re.size, LANES):
@@ -257,7 +256,7 @@ def audible_speed(s: Memory) -> float:
 
 @modal_kernel
 def _most(s: Memory) -> tuple[float, float, float]:
-    """The surface's displacement, and the most that it and its speed can be while it rings freely."""
+    """Return the surface's displacement, and bounds of displacement and speed while it rings freely."""
     re, im, pole_modulus = s.z.re, s.z.im, s.audible.pole_modulus
     displacement = 0.0
     most = 0.0
@@ -272,14 +271,14 @@ def _most(s: Memory) -> tuple[float, float, float]:
 
 @kernel
 def out_of_reach(s: Memory, seconds: float) -> bool:
-    """Whether hammer and surface, apart now, cannot meet within `seconds`."""
+    """Return whether hammer and surface, now apart, cannot meet within `seconds`."""
     fastest = _most(s)[2] + s.speed + s.load / s.mass * seconds
     return fastest * seconds < -s.penetration
 
 
 @kernel
 def has_left(s: Memory) -> bool:
-    """Whether the surface cannot come back to the hammer, which nothing presses and nothing slows down."""
+    """Return whether the surface cannot reach the hammer again, for a hammer without load."""
     if s.penetration > 0.0 or s.speed > 0.0 or s.load > 0.0:
         return False
     displacement, most, _ = _most(s)
@@ -288,13 +287,13 @@ def has_left(s: Memory) -> bool:
 
 @kernel
 def fly_frame(s: Memory, seconds: float) -> None:
-    """A frame, of so many seconds, without contact."""
+    """Advance by a frame of `seconds` without contact."""
     _glide(s, s.turn, seconds)
 
 
 @kernel
 def _fly(s: Memory, known: Memory, seconds: float) -> None:
-    """One step of any length without contact."""
+    """Advance by a step of any length without contact."""
     spare = s.spare
     for m in range(spare.re.size):
         turn = cmath.exp(complex(-known.decay[m], known.angular[m]) * seconds)
@@ -313,7 +312,7 @@ def _glide(s: Memory, turn: Memory, seconds: float) -> None:
 
 @modal_kernel
 def _turned(s: Memory, turn: Memory) -> float:
-    """Turn the modes by the complex numbers of `turn`; return the surface's change."""
+    """Multiply the phasors by the complex numbers of `turn`; return the change of the surface's displacement."""
     re, im, turn_re, turn_im = s.z.re, s.z.im, turn.re, turn.im
     change = 0.0
     for m in range(re.size):

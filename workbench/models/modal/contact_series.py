@@ -1,8 +1,8 @@
-"""A sub-step of `contact_step` in which the penetration changes by a tenth at most: the contact's force as a series.
+"""Series solution of a sub-step of `contact_step` whose penetration changes by at most a tenth.
 
-With u = D / x the force is k x^a (1 + u)^a, and its mean and slopes are series in u as well. No power, root or quotient
-of nearly equal numbers is taken, and one Newton step of second order from the guess gives the same solution as the
-iteration of `contact_step`, in a third of the time. What it cannot give it leaves to that one.
+With u = D / x the force is k x^a (1 + u)^a, and its mean and slopes are series in u. There are no powers, roots or
+cancelling quotients, and one second-order Newton step from the guess gives the solution of the iteration in
+`contact_step`, in a third of the time. Where it does not apply, `contact_step` takes over.
 """
 
 from underfoot.kernels import Floats, kernel, modal_inlined
@@ -10,17 +10,17 @@ from underfoot.layouts import Layout, Memory
 
 _TERMS = 12
 _LARGEST = 0.1
-"""Of |u|: the first term left out is then below rounding."""
+"""Largest |u|: the first omitted term is then below rounding."""
 _NEAR = 1e-5
-"""Of x: how far the guess of D may be off. The error of the step from it is this one's cube."""
+"""Largest error of the guess of D, relative to x; the error after the Newton step is its cube."""
 
 SERIES = Layout("force_series", mean=_TERMS, slope=6, secant=4)
-"""Coefficients of powers of u: of the mean force, its derivative, and (F(y) - F(x)) / D, in units of k x^a and x."""
+"""Coefficients of powers of u for the mean force, its derivative, and (F(y) - F(x)) / D, in units of k x^a and x."""
 
 
 @kernel
 def expand(series: Memory, exponent: float) -> None:
-    """Write the coefficients for an exponent.
+    """Write the series coefficients for an exponent.
 
     >>> series = SERIES.zeros()
     >>> expand(series, 1.5)
@@ -41,9 +41,9 @@ def expand(series: Memory, exponent: float) -> None:
 def solve_by_series(
     contact: Memory, x: float, per_x: float, elastic: float, free_d: float, free_w: float, d: float
 ) -> tuple[float, float, float, float, bool]:
-    """What `contact_step.solve` gives from a penetration x above 0 and a guess `d`; and whether it could be had.
+    """Return the solution of `contact_step.solve` from a penetration x > 0 and a guess `d`, and whether it is valid.
 
-    `per_x` is 1 / x. Instead of the elastic force at the step's end comes what it is of, k y^a y.
+    `per_x` is 1 / x. Instead of the elastic force at the end of the step, k y^a y is returned.
     """
     a, b, c, nu, series = contact.a, contact.b, contact.c, contact.nu, contact.series
     u = d * per_x
@@ -57,8 +57,8 @@ def solve_by_series(
     de = rate * (((p[0] + p[1] * u) + (p[2] + p[3] * u) * u2) + (p[4] + p[5] * u) * u4)
     dde = rate * per_x * (p[1] + 2.0 * p[2] * u + 3.0 * p[3] * u2)
     tilt = 12.0 * nu * elastic * (1.0 + p[0] * u + series.mean[2] * u2)
-    # Values, first and second derivatives in D at the guess. The equation for D is multiplied by `scale`, and what
-    # depends on the sums comes last in it: the next step waits for this one.
+    # Value, first and second derivative with respect to D at the guess. The equation for D is multiplied by `scale`.
+    # Terms that depend on the sums come last, because the next step waits for them.
     g = 1.0 + nu * d
     q, dq, ddq = e * g, de * g + e * nu, dde * g + 2.0 * de * nu
     r, dr, ddr = k * (d * g), k * (g + nu * d), 2.0 * k * nu
@@ -78,7 +78,7 @@ def solve_by_series(
     moved = d + step
     far = 6.0 * abs(w + dw * step)
     whole = abs(u) <= _LARGEST and abs(step) <= _NEAR * x and b > 0.0 and scale >= 0.1 and rise > 0.05 * scale
-    # Then damping only takes energy, and nothing is clipped: see `contact_step`.
+    # Then damping only dissipates, and nothing is clipped: see `contact_step`.
     whole = whole and f0 >= 0.0 and 6.0 * e >= k * far and nu * (moved - far) >= -1.0
     work = (e + step * (de + 0.5 * dde * step)) * moved
     return f0, f1, moved, elastic * x + (contact.exponent + 1.0) * work, whole

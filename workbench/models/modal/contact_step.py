@@ -1,18 +1,18 @@
-"""A hammer on a modal object: one sub-step of equations 3.3 and 3.4, in which no energy is made.
+"""Energy-stable sub-step of a hammer on a modal object (equations 3.3 and 3.4).
 
 The force is k x^a (1 + mu x') while x > 0 and never negative; x is the penetration of the hammer into the surface.
-(The thesis prints the other sign, which makes energy; see docs/models.md#impacts.) A mode is a
-phasor z with z' = (-b + i w) z + g F, and its share of the surface's displacement is Im z.
+(The thesis prints the other sign, which creates energy; see docs/models.md#impacts.) A mode is a phasor z with
+z' = (-b + i w) z + g F; it contributes Im z to the surface's displacement.
 
-Over a step of h seconds the force is F0 + F1 (tau - 1/2), tau from 0 to 1. Under it hammer and modes move exactly, and
-take the work F0 D + F1 W, where D is the change of x and W the integral of (tau - 1/2) x'. With
+Over a step of h seconds the force is F0 + F1 (tau - 1/2), tau from 0 to 1. Under this force hammer and modes move
+exactly, and take the work F0 D + F1 W, where D is the change of x and W the integral of (tau - 1/2) x'. With
 
     F0 = E - K W,   F1 = K D,   E = (Phi(x + D) - Phi(x)) / D,   Phi = k x^(a+1) / (a+1)
 
-this is the change of the contact's energy Phi, whatever K is. K = 0 is the plain discrete-gradient scheme, of order 2;
-K near Phi'' gives order 4, because K W is what the curvature of the path adds to the mean force.
-The damping, the same projection of mu Phi' x', can only take energy: mu/h (E D^2 + K D^2 W + 12 E' W^2) >= 0 wherever
-E >= K |W|; where not, and where the clip at 0 acts, the step is one of order 2.
+this is the change of the contact's energy Phi, for any K. K = 0 is the discrete-gradient scheme, of order 2;
+K near Phi'' gives order 4, because K W is the contribution of the path's curvature to the mean force.
+The damping, the same projection of mu Phi' x', is dissipative: mu/h (E D^2 + K D^2 W + 12 E' W^2) >= 0 wherever
+E >= K |W|; elsewhere, and where the force is clipped at 0, the step is of order 2.
 """
 
 import cmath
@@ -28,18 +28,18 @@ CONTACT = Layout(
     *("d_push", "d_tilt", "w_push", "w_tilt"),
     series=SERIES,
 )
-"""What a step needs to know: k and its exponent, mu / h, and the compliances: D = D_free - a F0 + b F1 and
-W = W_free - b F0 - c F1; what F0 (push) and F1 (tilt) take from D_free and W_free of the step after; and the force as
-a series."""
+"""Parameters of a step: k and its exponent, mu / h, and the compliances in D = D_free - a F0 + b F1 and
+W = W_free - b F0 - c F1; what F0 (push) and F1 (tilt) subtract from D_free and W_free of the next step; and the force
+as a series."""
 
 STEP = Layout(
     "contact_coefficients",
     **{f"{name}_{part}": ("row",) for name in ("change", "moment", "push", "tilt") for part in ("re", "im")},
 )
-"""Of each mode: the change of z over a step, what z adds to W, and what F0 and F1 add to z."""
+"""Per mode: the change of z over a step, the contribution of z to W, and those of F0 and F1 to z."""
 
 _WHOLE, _CLIPPED, _REFUSED = range(3)
-_TERMS = 16  # of the series in z up to 1/2, whose next is below rounding
+_TERMS = 16  # of the series in z up to 1/2; the next is below rounding
 _MEAN_TERMS = tuple(1.0 / math.factorial(n + 1) for n in range(_TERMS))
 _MOMENT_TERMS = tuple(1.0 / (math.factorial(n) * 2.0 * (n + 2) * (n + 3)) for n in range(_TERMS))
 
@@ -48,7 +48,7 @@ _MOMENT_TERMS = tuple(1.0 / (math.factorial(n) * 2.0 * (n + 2) * (n + 3)) for n 
 def prepare(
     contact: Memory, step: Memory, m: int, decay_per_s: float, angular: float, mobility: float, h: float
 ) -> None:
-    """Write the coefficients of mode `m` for steps of `h` seconds, and add its share to those of the contact."""
+    """Write the coefficients of mode `m` for steps of `h` seconds, and add its compliance to that of the contact."""
     z = complex(-decay_per_s * h, angular * h)
     mean, moment = _means(z)
     change = z * mean
@@ -72,10 +72,10 @@ def prepare(
 def solve(
     contact: Memory, x: float, elastic: float, free_d: float, free_w: float, mean: float, slope: float
 ) -> tuple[float, float, float, float]:
-    """One step from the penetration `x`: F0, F1, D and the elastic force k x^exponent at its end.
+    """Solve one step from the penetration `x`: return F0, F1, D and the elastic force k x^exponent at its end.
 
-    `elastic` is that force at its start; `free_d` and `free_w` are D and W without any force; `mean` and `slope` are
-    guesses of F0 and F1. `contact` has the names of `CONTACT`.
+    `elastic` is that force at its start; `free_d` and `free_w` are D and W without force; `mean` and `slope` are
+    guesses of F0 and F1. `contact` has the fields of `CONTACT`.
     """
     exponent, a, b = contact.exponent, contact.a, contact.b
     if x <= 0.0 and x + free_d <= 0.0:
@@ -97,9 +97,9 @@ def solve(
             force = contact.stiffness * power(x + moved, exponent)
             if moved <= 0.0 and f0 <= mean_force(
                 x, x + moved, elastic, force, exponent
-            ):  # no more than the contact gives back
+            ):  # limited to what the contact returns
                 return f0, 0.0, moved, force
-    if x <= 0.0:  # from above the solution the iteration falls straight to it
+    if x <= 0.0:  # from above, the iteration converges monotonically
         d = min(free_d, ((exponent + 1.0) * free_d**2 / (a * contact.stiffness)) ** (1.0 / (exponent + 1.0)) - x)
         end = contact.stiffness * power(x + d, exponent)
     return _newton(contact, x, elastic, free_d, free_w, d, end, 0.0)[:4]
@@ -107,7 +107,7 @@ def solve(
 
 @kernel
 def power(x: float, exponent: float) -> float:
-    """x^exponent for x > 0, else 0; quick at Hertz's 3/2."""
+    """Return x^exponent for x > 0, else 0; fast for Hertz's 3/2."""
     if x <= 0.0:
         return 0.0
     if exponent == 1.5:
@@ -119,10 +119,10 @@ def power(x: float, exponent: float) -> float:
 def _newton(
     contact: Memory, x: float, elastic: float, free_d: float, free_w: float, d: float, end: float, curvature: float
 ) -> tuple[float, float, float, float, int]:
-    """Solve for D from a first guess `d`, with `end` the elastic force there; what came of it is the last number.
+    """Solve for D from a guess `d`, with `end` the elastic force there; the last value returned is the outcome.
 
-    Without `curvature` this is the scheme of order 2, clipped at 0, which always holds. With it, `_CLIPPED` comes with
-    the mean of a force that reaches 0, or leaves it, within the step, and `_REFUSED` with nothing.
+    Without `curvature` this is the scheme of order 2, clipped at 0, which always succeeds. With it, `_CLIPPED` comes
+    with the mean of a force that reaches or leaves 0 within the step, and `_REFUSED` without a solution.
     """
     exponent, nu, a, b, c = contact.exponent, contact.nu, contact.a, contact.b, contact.c
     tilt = 12.0 * nu * mean_force(x, x + d, elastic, end, exponent) if curvature > 0.0 else 0.0
@@ -149,7 +149,7 @@ def _newton(
         step = -excess / rise
         d += step
         if abs(step) <= 1e-8 * abs(x + d) + 1e-14 * abs(x):
-            # The next step would be this one squared: everything is known well enough to first order.
+            # The next correction would be the square of this one: first order suffices.
             w += dw * step
             f0 = (q + dq * step) - curvature * w
             if y > 0.0:
@@ -173,7 +173,7 @@ def _newton(
 
 @kernel
 def mean_force(x: float, y: float, start: float, end: float, exponent: float) -> float:
-    """The mean of the elastic force from x to y, of which it is `start` and `end`."""
+    """Return the mean of the elastic force from x to y, whose end values are `start` and `end`."""
     d = y - x
     if x > 0.0 and y > 0.0 and abs(d) <= 1e-3 * x:
         return 0.5 * (start + end) - d / 12.0 * exponent * (end / y - start / x)

@@ -1,8 +1,8 @@
-"""A modal bank driven at audio rate (equation 3.4): second-order recursions, 16 frames a pass, one row of real time.
+"""Modal bank driven at audio rate (equation 3.4): second-order recursions, 16 frames per pass, one real-time row.
 
 The inner loop runs over modes and keeps 16 sums in registers. Passes lie at multiples of 16 session frames. A call
-that ends inside one computes it from its beginning, with the excitation so far, and the next call does so again: each
-frame comes out of the same arithmetic, hence with the same bits, however the frames are split into calls.
+that ends within a pass computes it from its start with the excitation so far, and the next call computes it again: each
+frame results from the same arithmetic, bit for bit, however the frames are split into calls.
 """
 
 import math
@@ -25,8 +25,8 @@ STATE = Layout(
     kept_near=("row",),
     kept_far=("row",),
 )
-"""Whether anything sounds, whether excitation came of late; a pass that has begun; each mode's last value and the one
-before, and a copy of both."""
+"""Whether anything sounds; whether there was excitation lately; a pass under way; each mode's last two values, and a
+copy of both."""
 COEFFICIENTS = Layout(
     "driven_bank_coefficients",
     *("modes", "floor_squared", "amplitude_sum"),
@@ -38,14 +38,14 @@ COEFFICIENTS = Layout(
     quadrature_near=("row",),
     quadrature_far=("row",),
 )
-"""A row of each: the gain; what the last value and the one before are multiplied by, and what float64 leaves of these
-over a pass; and what makes the quadrature of a mode, to know its amplitude."""
+"""Per mode: the gain; the factors of the last two values, with their rounding errors over a pass; and the factors of
+the quadrature, which gives the amplitude."""
 
-_PATIENCE = 64  # frames without excitation after which modes under the floor are looked for
+_PATIENCE = 64  # frames without excitation before modes under the floor are dropped
 
 
 def sizes(modes: int) -> dict[str, int]:
-    """The sizes of memories for so many modes: vector loops over whole eights have no remainder.
+    """Return the memory sizes for `modes` modes, padded so that vector loops of eight have no remainder.
 
     >>> sizes(10)
     {'row': 16}
@@ -55,12 +55,10 @@ def sizes(modes: int) -> dict[str, int]:
 
 @kernel
 def design(modes: NDArray[np.float64], rate_hz: float, floor: float, coefficients: Memory) -> None:
-    """The bank of modes a exp(-b t) sin(2 pi f t), `modes` [3, m] rows of f (Hz), b (1/s) and a.
+    """Design the bank of modes a exp(-b t) sin(2 pi f t); `modes` [3, m] has rows of f (Hz), b (1/s) and a.
 
-    What rings already goes on with the new values.
-
-    A mode at or above half the rate is left out: it would alias. Without excitation, a mode whose amplitude has
-    fallen below `floor` (output units) is set to exactly 0.
+    Present ringing goes on with the new values. A mode at or above half the rate is left out, because it would alias.
+    Without excitation, a mode whose amplitude has fallen below `floor` (output units) is set to exactly 0.
     """
     c = coefficients
     c.values[:] = 0.0
@@ -72,8 +70,8 @@ def design(modes: NDArray[np.float64], rate_hz: float, floor: float, coefficient
             size = math.exp(-decay)
             c.amplitude_sum += abs(amplitude)
             c.gain[m] = amplitude * size * math.sin(angle)
-            # 2 r cos = 2 - (1 - r^2) - |1 - p|^2 and r^2 = 1 - (1 - r^2), from small numbers that are known well: what
-            # rounding takes from the coefficients would put a low mode out of phase within seconds.
+            # 2 r cos = 2 - (1 - r^2) - |1 - p|^2 and r^2 = 1 - (1 - r^2), from small numbers without cancellation:
+            # rounding errors of the coefficients would put a low mode out of phase within seconds.
             loss = -math.expm1(-2.0 * decay)
             drift = loss + (math.expm1(-decay) ** 2 + 4.0 * size * math.sin(0.5 * angle) ** 2)
             near, far = 2.0 - drift, loss - 1.0
@@ -85,9 +83,9 @@ def design(modes: NDArray[np.float64], rate_hz: float, floor: float, coefficient
 
 @kernel
 def ring(excitation: Floats, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Ring from session frame `frame` on into `out`, driven by `excitation`, one value a frame.
+    """Run from session frame `frame` on into `out`, driven by `excitation`, one value per frame.
 
-    One frame of excitation of value 1 rings, from that frame on, as sum a exp(-b t) sin(2 pi f t).
+    An excitation of 1 in one frame gives, from that frame on, sum a exp(-b t) sin(2 pi f t).
     """
     done, n = 0, out.size
     while done < n:
@@ -115,11 +113,11 @@ def ring(excitation: Floats, frame: int, coefficients: Memory, state: Memory, ou
 
 @kernel
 def tail(state: Memory, coefficients: Memory) -> float:
-    """An upper bound of |output| from here on, without further excitation."""
+    """Return an upper bound of |output| from here on, without further excitation."""
     bound = 0.0
     for k in range(PASS):
         bound += abs(state.excitation[k])
-    bound *= coefficients.amplitude_sum  # the pass that has begun
+    bound *= coefficients.amplitude_sum  # the pass under way
     for m in range(int(coefficients.modes)):
         bound += math.sqrt(_squared_amplitude(coefficients, state, m))
     return bound
@@ -127,7 +125,7 @@ def tail(state: Memory, coefficients: Memory) -> float:
 
 @kernel
 def _run_part(excitation: Floats, start: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """A pass as far as its excitation is known: anew from its beginning, and undone unless this was its end."""
+    """Run a pass as far as its excitation is known, from its start; undo it unless it is complete."""
     for k in range(out.size):
         state.excitation[start + k] = excitation[k]
     ends = start + out.size == PASS
@@ -146,7 +144,7 @@ def _run_part(excitation: Floats, start: int, coefficients: Memory, state: Memor
 
 @kernel
 def _drop(coefficients: Memory, state: Memory) -> None:
-    """Set modes under the floor to exactly 0, unless excitation of late may still be building them up."""
+    """Set modes under the floor to exactly 0, unless recent excitation may still be building them up."""
     if state.driven_lately == 0.0:
         state.sounds = 0.0
         for m in range(state.row):
@@ -167,7 +165,7 @@ def _squared_amplitude(c: Memory, state: Memory, m: int) -> float:
 
 @modal_kernel
 def _run_passes(excitation: Floats, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Whole passes, from `excitation` to `out`."""
+    """Run whole passes from `excitation` to `out`."""
     widest()
     nears, fars = state.near, state.far
     gains, as_, bs = coefficients.gain, coefficients.near, coefficients.far

@@ -1,9 +1,9 @@
-"""A hammer and a modal object (equations 3.3 and 3.4), one row of real time: steps in contact, phasors out of it.
+"""Hammer on a modal object (equations 3.3 and 3.4), one real-time row: sub-steps in contact, phasors otherwise.
 
-An event throws the hammer at the surface: contact begins at the event's time, and the frames until the hammer has left
-for good are computed in equal sub-steps (`contact_step`), as many as the asked error takes. All other frames are free
-ringing, 64 at a time (`phasors`). Blocks lie at multiples of 64 session frames and sub-steps divide frames, so that the
-bits do not depend on how the frames are split into calls.
+An event launches the hammer at the surface. Contact begins at the event's time, and the frames until the hammer has
+left for good are computed in equal sub-steps (`contact_step`), as many as the asked error requires. All other frames
+are free ringing, 64 at a time (`phasors`). Blocks lie at multiples of 64 session frames and sub-steps divide frames, so
+that the output does not depend, to the bit, on how frames are split into calls.
 """
 
 import cmath
@@ -31,23 +31,23 @@ from underfoot.models.modal.contact_motion import (
 from underfoot.models.modal.phasors import BLOCK, advanced, free_block, in_use, tabulate
 
 HAMMER = Layout("hammer", "mass", "stiffness", "exponent", "damping", "load", "error", "substeps")
-"""Mass (kg), stiffness (N/m^exponent), exponent, damping mu (s/m), a constant load on it (N), the relative error that
-is asked of the displacement, and sub-steps a frame, where 0 leaves them to the error."""
+"""Mass (kg), stiffness (N/m^exponent), exponent, damping mu (s/m), a constant load on the hammer (N), the asked
+relative error of the displacement, and sub-steps per frame (0: determined by the error)."""
 
 MOST_SUBSTEPS = 4096
-"""Of a frame, in real time as offline: beyond them contact is no longer resolved, though it still makes no energy."""
+"""Largest number of sub-steps per frame, in real time and offline. A contact that needs more is not resolved, but still
+gains no energy."""
 
 _PATIENT, _IMPATIENT, _LEAST = 8192, 2048, 8
-"""A hammer that chatters on the object may take so many sub-steps; then, and after each `_IMPATIENT` more, a frame has
-half as many, down to `_LEAST`. A strike that leaves takes (10 / error)^(1/4), at most some hundreds."""
-_PATIENCE = 16 * BLOCK  # how often modes that fell below the floor are looked for
-_SLOWEST = 1e-6  # rad/s: a mode slower than this moves as a free mass, and a phasor must turn
+"""Sub-step budget of a hammer that chatters on the object: after `_PATIENT`, and each further `_IMPATIENT`, sub-steps
+per frame are halved, down to `_LEAST`. A strike that leaves takes (10 / error)^(1/4), at most some hundreds."""
+_PATIENCE = 16 * BLOCK  # interval between searches for modes below the floor
+_SLOWEST = 1e-6  # rad/s: lowest frequency of a phasor; slower modes are indistinguishable from a free mass
 
 
 class Response(NamedTuple):
-    """What comes of a stretch of frames: contact force (N) and acceleration of the struck point (m/s^2), both the mean
-    over each frame, and its displacement (m) at each frame. Without the displacement (an array of length 0, in every
-    call) it costs less."""
+    """Response over a stretch: contact force (N) and acceleration of the struck point (m/s^2), both means over each
+    frame, and its displacement (m) at each frame. Without displacement (length 0 in every call) it costs less."""
 
     force: Floats
     acceleration: Floats
@@ -56,12 +56,12 @@ class Response(NamedTuple):
 
 @kernel
 def design(modes: NDArray[np.float64], pitch: float, decay: float, rate_hz: float, floor: float, known: Memory) -> None:
-    """The struck object: `modes` [4, m] are rows of damped frequency (Hz), decay (1/s), modal mass (kg) and shape.
+    """Design the struck object: `modes` [4, m] has rows of damped frequency (Hz), decay (1/s), modal mass (kg), shape.
 
     `pitch` is a factor on all frequencies and `decay` one on all decays. A mode at or above half the rate takes part in
-    the contact, but is left out of displacement and acceleration, where it would alias. A mode drops out when its
-    acceleration has fallen below `floor` (m/s^2), and so does the cost of those behind the last that sounds: list slow
-    decays first. A contact that is under way ends with the old modes.
+    the contact, but is left out of displacement and acceleration, where it would alias. A mode is dropped when its
+    acceleration has fallen below `floor` (m/s^2); the cost falls with the last mode that sounds, so list slow decays
+    first. A contact that is under way ends with the old modes.
     """
     known.values[:] = 0.0
     known.modes, known.floor, known.rate = modes.shape[1], floor, rate_hz
@@ -85,7 +85,7 @@ def design(modes: NDArray[np.float64], pitch: float, decay: float, rate_hz: floa
 def ring(strikes: Memory, hammer: Memory, frame: int, known: Memory, s: Memory, out: Response) -> None:
     """Compute a stretch of frames from session frame `frame` on.
 
-    Each of `strikes` throws the `hammer`, which is read then, at a velocity (m/s) that is its strength; one before
+    Each of `strikes` launches the `hammer`, which is read then, at a velocity (m/s) equal to its strength; one before
     `frame` acts at once. A strike takes the hammer from wherever it is; the object rings on. `known` is the object.
     """
     done, event, count, n = 0, 0, len(strikes), out.force.size
@@ -114,7 +114,7 @@ def ring(strikes: Memory, hammer: Memory, frame: int, known: Memory, s: Memory, 
 
 @kernel
 def tail(state: Memory, known: Memory) -> float:
-    """An upper bound of |acceleration| from here on, if no event comes; infinite while the hammer is there."""
+    """Return an upper bound of |acceleration| from here on without events; infinite while the hammer is present."""
     if state.in_contact != 0.0:
         return math.inf
     bound = 0.0
@@ -137,9 +137,9 @@ def substeps(
     mobility_per_kg: float,
     rate_hz: float,
 ) -> int:
-    """Sub-steps a frame for a relative error of `error` in the displacement; at least 1, at most `MOST_SUBSTEPS`.
+    """Return the sub-steps per frame for a relative error of `error` in the displacement, 1 to `MOST_SUBSTEPS`.
 
-    `mobility_per_kg` is the sum of shape^2 / mass. The contact lasts about 2.94 x / v, x the depth of a lossless one.
+    `mobility_per_kg` is the sum of shape^2 / mass. A contact lasts about 2.94 x / v, where x is the lossless depth.
     """
     velocity_m_s = max(velocity_m_s, 1e-9)
     mass = 1.0 / (1.0 / mass_kg + mobility_per_kg)
@@ -150,7 +150,7 @@ def substeps(
 
 @kernel
 def _loudness(s: Memory, known: Memory, m: int) -> float:
-    """The size of a mode's acceleration, of its phasor at the block's end."""
+    """Return the amplitude of a mode's acceleration, from its phasor at the block's end."""
     end, weight = s.end, known.acceleration
     size = end.re[m] ** 2 + end.im[m] ** 2
     return math.sqrt(size * (weight.re[m] ** 2 + weight.im[m] ** 2))
@@ -158,11 +158,11 @@ def _loudness(s: Memory, known: Memory, m: int) -> float:
 
 @kernel
 def _ring_on(frame: int, known: Memory, s: Memory, out: Response, done: int, until: int) -> int:
-    """Frames from `done` to the end of their block, or `until`, of free ringing; returns how far it came."""
+    """Ring freely from frame `done` to the end of its block, or `until`; return the frame reached."""
     show = out.displacement.size > 0
     start = (frame + done) % BLOCK
     last = min(until, done + BLOCK - start)
-    straight = last - done == BLOCK and not show  # nothing is to be kept of this block
+    straight = last - done == BLOCK and not show  # this block need not be kept
     if start == 0:
         if (frame + done) % _PATIENCE == 0:
             _drop(known, s)
@@ -180,7 +180,7 @@ def _ring_on(frame: int, known: Memory, s: Memory, out: Response, done: int, unt
 
 @kernel
 def _begin_block(known: Memory, s: Memory, goal: Floats, show: bool) -> None:
-    """Free ringing from the last block's end on, its acceleration to `goal`."""
+    """Ring freely from the last block's end; write the acceleration to `goal`."""
     active = int(s.active)
     for m in range(active):
         s.begin.re[m], s.begin.im[m] = s.end.re[m], s.end.im[m]
@@ -191,7 +191,7 @@ def _begin_block(known: Memory, s: Memory, goal: Floats, show: bool) -> None:
 
 @kernel
 def _fill(start: int, active: int, known: Memory, s: Memory, goal: Floats, show: bool) -> None:
-    """The block's frames from `start` on, of its phasors there: displacement, and acceleration to `goal`."""
+    """Write the block's frames from `start` on, from its phasors there: displacement, and acceleration to `goal`."""
     spare, begin = s.spare, s.begin
     s.rung_from = start
     if show:
@@ -209,7 +209,7 @@ def _fill(start: int, active: int, known: Memory, s: Memory, goal: Floats, show:
 
 @modal_kernel
 def _turn(begin: Memory, by_re: Floats, by_im: Floats, active: int, goal: Memory) -> None:
-    """Phasors times complex numbers, to `goal`."""
+    """Multiply phasors by complex numbers, into `goal`."""
     re, im, goal_re, goal_im = begin.re, begin.im, goal.re, goal.im
     for m in range(0, active, LANES):
         x, y = four(re, m), four(im, m)
@@ -220,7 +220,7 @@ def _turn(begin: Memory, by_re: Floats, by_im: Floats, active: int, goal: Memory
 
 @kernel
 def _drop(known: Memory, s: Memory) -> None:
-    """Set modes under the floor to exactly 0, unless a strike of late may still be building them up."""
+    """Set modes under the floor to exactly 0, unless a recent strike may still be building them up."""
     if s.struck_lately == 0.0:
         last = 0
         for m in range(int(s.active)):
@@ -234,7 +234,7 @@ def _drop(known: Memory, s: Memory) -> None:
 
 @kernel
 def _let_ring(start: int, known: Memory, s: Memory, show: bool) -> None:
-    """The hammer has gone at frame `start` of a block: go on with free ringing."""
+    """Continue with free ringing after the hammer has left at frame `start` of a block."""
     goal = s.end if start == 0 else s.begin
     for m in range(s.row):
         goal.re[m], goal.im[m] = s.z.re[m], s.z.im[m]
@@ -254,7 +254,7 @@ def _let_ring(start: int, known: Memory, s: Memory, show: bool) -> None:
 def _release(hammer: Memory, velocity: float, start: int, part: float, known: Memory, s: Memory) -> tuple[int, float]:
     """Put the hammer on the surface, `part` of a frame after frame `start` of the block, at `velocity`.
 
-    Returns the sub-step of the frame to go on with, and the impulse so far.
+    Returns the sub-step at which the frame continues, and the impulse so far.
     """
     if s.in_contact == 0.0:
         _take_over(start, known, s)
@@ -295,7 +295,7 @@ def _release(hammer: Memory, velocity: float, start: int, part: float, known: Me
 
 @kernel
 def _take_over(start: int, known: Memory, s: Memory) -> None:
-    """The phasors at frame `start` of the block, from free ringing."""
+    """Take the phasors at frame `start` of the block from free ringing."""
     z = s.z
     z.values[:] = 0.0
     for m in range(int(s.active)):
@@ -307,9 +307,9 @@ def _take_over(start: int, known: Memory, s: Memory) -> None:
 
 @kernel
 def _contact(first: int, impulse: float, known: Memory, s: Memory, out: Response, done: int, until: int) -> int:
-    """Frames `done` to `until`, or to where the hammer has left for good; returns how far it came.
+    """Run frames `done` to `until`, or until the hammer has left for good; return the frame reached.
 
-    The first frame goes on from sub-step `first`, with the impulse so far.
+    The first frame continues from sub-step `first`, with the impulse so far.
     """
     rate = known.rate
     steps = int(s.substeps)

@@ -1,10 +1,10 @@
-"""One blow of a hammer on a rigid wall, k x^a (1 + mu x'): force over penetration, in closed form.
+"""Closed-form impact of a hammer on a rigid wall with force k x^a (1 + mu x'): force over penetration.
 
 With v = x' the equation m v dv/dx = -k x^a (1 + mu v) separates:
 
     (a + 1) m / k (G(v0) - G(v)) = x^(a+1),   G(v) = v / mu - ln(1 + mu v) / mu^2,   v^2 / 2 for mu = 0.
 
-The blow begins at v0 and ends at the other root of G(v) = G(v0), which lies above -1 / mu.
+The impact begins at v0 and ends at the other root of G(v) = G(v0), which lies above -1 / mu.
 """
 
 import math
@@ -17,7 +17,7 @@ from underfoot.arguments import HUGE, TINY, number
 
 
 class Blow(NamedTuple):
-    """Penetration (m) and force (N), from touch to parting; and how fast the hammer leaves, of how fast it came."""
+    """Penetration (m) and force (N) over the contact, and the coefficient of restitution."""
 
     penetration_m: NDArray[np.float64]
     force_n: NDArray[np.float64]
@@ -27,7 +27,7 @@ class Blow(NamedTuple):
 def blow(
     mass_kg: float, velocity_m_s: float, stiffness: float, exponent: float, damping: float, points: int = 200
 ) -> Blow:
-    """A blow of a hammer of `mass_kg` at `velocity_m_s` on a contact of `stiffness` (N/m^exponent) and mu (s/m).
+    """Return the impact of a hammer of `mass_kg` at `velocity_m_s`, with `stiffness` (N/m^exponent) and mu (s/m).
 
     Raises `BadValue` for a damping below 0, and for anything else not above 0.
 
@@ -39,7 +39,7 @@ def blow(
     k, a = (number(n, v, TINY, HUGE, "above 0") for n, v in (("stiffness", stiffness), ("exponent", exponent)))
     mu = number("damping", damping, 0.0, HUGE, "0 or more")
     leaves = _leaving(mu * v0) * v0
-    # Evenly in angle: dense where the blow begins and ends, where force changes fast with speed.
+    # Even in angle: dense at the start and the end, where force changes fast with speed.
     turn = np.linspace(0.0, math.pi, points | 1)
     speed = 0.5 * (v0 - leaves) + 0.5 * (v0 + leaves) * np.cos(turn)
     speed[points // 2] = 0.0 if mu == 0.0 else speed[points // 2]
@@ -51,7 +51,7 @@ def blow(
 
 
 def _g(c: float, u: float | NDArray[np.float64]) -> NDArray[np.float64]:
-    """G / v0^2, of u = v / v0 and c = mu v0."""
+    """Return G / v0^2 for u = v / v0 and c = mu v0."""
     u = np.asarray(u, np.float64)
     if c < 1e-4:
         return 0.5 * u * u - c * u**3 / 3.0 + 0.25 * c * c * u**4
@@ -59,7 +59,7 @@ def _g(c: float, u: float | NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _leaving(c: float) -> float:
-    """The share of its speed with which the hammer leaves, by bisection."""
+    """Return the coefficient of restitution, by bisection."""
     if c == 0.0:
         return 1.0
     goal, low, high = float(_g(c, 1.0)), 0.0, min(1.0, (1.0 - 1e-15) / c)

@@ -1,6 +1,6 @@
-"""A hammer that strikes a modal object (equations 3.3 and 3.4), offline.
+"""Hammer strikes on a modal object (equations 3.3 and 3.4), offline.
 
-The scheme is in `contact_step`; `hammer` is the same hammer in real time.
+The scheme is in `contact_step`; `hammer` is its real-time version.
 """
 
 from dataclasses import dataclass, field
@@ -17,9 +17,9 @@ from underfoot.models.signals.events import event_list
 
 
 class ModalObject(NamedTuple):
-    """What is struck: one number a mode in each list.
+    """Struck object, one number per mode in each list.
 
-    Frequencies of the damped ringing (Hz) and decays b (1/s) as in equation 3.4, 0 or more; modal masses above 0 (kg);
+    Frequencies of the damped ringing (Hz) and decays b (1/s) as in equation 3.4, at least 0; modal masses above 0 (kg);
     shapes at the struck point.
     """
 
@@ -31,10 +31,10 @@ class ModalObject(NamedTuple):
 
 @dataclass(frozen=True)
 class Hammer:
-    """What strikes: it touches the surface at frame 0 and presses it with k x^a (1 + mu x'), but never pulls.
+    """Hammer that touches the surface at frame 0 and presses it with k x^a (1 + mu x'), but never pulls.
 
-    Mass above 0, velocity 0 or more, stiffness k above 0 (N/m^a), exponent a from 1 to 10, damping mu = lambda / k 0 or
-    more (s/m), and a constant load that presses it on, 0 or more (N). Raises `BadValue`.
+    Mass above 0 (kg), velocity at least 0 (m/s), stiffness k above 0 (N/m^a), exponent a from 1 to 10, damping
+    mu = lambda / k at least 0 (s/m), and a constant load on it, at least 0 (N). Raises `BadValue`.
     """
 
     mass_kg: float
@@ -58,28 +58,28 @@ class Hammer:
 
 @dataclass(frozen=True)
 class Impact:
-    """What a strike does, frame by frame."""
+    """Response to a strike, frame by frame."""
 
     force_n: NDArray[np.float64]
-    """Contact force (N), never negative, the mean over each frame."""
+    """Contact force (N), never negative; mean over each frame."""
     displacement_m: NDArray[np.float64]
     """Displacement of the struck point (m) at each frame; 0 at the first."""
     acceleration_m_s2: NDArray[np.float64]
-    """Acceleration of the struck point (m/s^2), the mean over each frame."""
+    """Acceleration of the struck point (m/s^2); mean over each frame."""
     substeps: int
-    """Sub-steps of a frame while the hammer is there."""
+    """Sub-steps per frame while the hammer is present."""
 
 
 def strike(by: Hammer, target: ModalObject, seconds: float, rate: float, error: float) -> Impact:
-    """Strike a modal object at rest, `seconds` long at `rate` frames a second.
+    """Strike a modal object at rest and return `seconds` of response at `rate` frames per second.
 
     A mode at or above half the rate takes part in the contact, but is left out of displacement and acceleration, where
     it would alias. `error`, 1e-12 to 0.5, is the relative L2 error asked of the displacement. Sub-steps are doubled
-    until two runs agree to it, at most to 4096 a frame; where those do not suffice (a contact shorter than 1/200 of a
+    until two runs agree to it, at most to 4096 per frame; where those do not suffice (a contact shorter than 1/200 of a
     frame) the error is larger, but energy is never gained. Rounding sets a floor near 1e-12. Raises `BadValue`.
 
     >>> hit = strike(Hammer(0.02, 1.0, 1e7), ModalObject([200.0], [10.0], [1.0], [1.0]), 0.01, 48_000, error=1e-6)
-    >>> round(float(hit.force_n.sum()) / 48_000, 4)  # impulse, N s: less than 2 m v, since the object gives way
+    >>> round(float(hit.force_n.sum()) / 48_000, 4)  # impulse, N s: less than 2 m v, as the object yields
     0.0393
     """
     number("rate", rate, 1.0, 1e9, "1 to 1e9 Hz")
@@ -102,7 +102,7 @@ def strike(by: Hammer, target: ModalObject, seconds: float, rate: float, error: 
         change = _distance(coarse, fine)
         if 4.0 * change <= error:
             return coarse
-        # The error of one smooth contact falls 16-fold with each doubling; that of a rattle, hardly predictably.
+        # The error of one smooth contact falls 16-fold with each doubling; that of a rattle is hardly predictable.
         left = change / 3.0 if _contacts(fine) == 1 else 2.0 * change
         rounding = change < 1e-9 and change > 0.5 * before
         if left <= error or rounding or 2 * fine.substeps > hammer.MOST_SUBSTEPS:
@@ -111,7 +111,7 @@ def strike(by: Hammer, target: ModalObject, seconds: float, rate: float, error: 
 
 
 def _run(by: Hammer, modes: NDArray[np.float64], substeps: int, frames: int, rate: float) -> Impact:
-    """One run with so many sub-steps a frame."""
+    """Run once with `substeps` sub-steps per frame."""
     sizes = phasors.sizes(modes.shape[1])
     known, state = contact_motion.OBJECT.zeros(**sizes), contact_motion.STATE.zeros(row=sizes["row"])
     hammer.design(modes, 1.0, 1.0, rate, 0.0, known)
@@ -129,12 +129,12 @@ def _run(by: Hammer, modes: NDArray[np.float64], substeps: int, frames: int, rat
 
 
 def _distance(coarse: Impact, fine: Impact) -> float:
-    """The relative L2 difference of two runs' displacements."""
+    """Return the relative L2 difference of the displacements of two runs."""
     size = float(np.linalg.norm(fine.displacement_m))
     return float(np.linalg.norm(fine.displacement_m - coarse.displacement_m)) / size if size > 0.0 else 0.0
 
 
 def _contacts(run: Impact) -> int:
-    """How often contact begins, as far as whole frames show it."""
+    """Return the number of contacts, as far as whole frames resolve them."""
     touching = run.force_n > 0.0
     return int(np.count_nonzero(touching & np.diff(touching, prepend=False)))

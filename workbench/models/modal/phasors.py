@@ -1,9 +1,9 @@
 """Free ringing by phasors: 64 frames are a short table times the phasors at their start.
 
-A phasor is (x, y), its mode's output y. It turns and shrinks by the pole p = exp((-b + 2 pi i f) / rate) each frame.
-The inner loops run over modes, whose numbers lie in rows; a row is padded so that loops have no remainder. Where modes
-are few, they run over frames instead, for which all powers of the poles are tabulated: to add up the lanes of a vector
-would cost more than the modes do. The end of 64 frames is one product with p^64 away: nothing drifts, 1e-11 after 10 s.
+A phasor is (x, y), its mode's output y. Each frame multiplies it by the pole p = exp((-b + 2 pi i f) / rate). The inner
+loops run over modes, whose numbers lie in rows, padded so that loops have no remainder. For few modes they run over
+frames instead, with all powers of the poles tabulated, because adding up the lanes of a vector would cost more than the
+modes. The end of 64 frames is a single product with p^64: no drift, 1e-11 after 10 s.
 """
 
 import math
@@ -16,7 +16,7 @@ from underfoot.memory import LANES
 BLOCK = 64
 
 FEW = 16
-"""In a row of at most so many modes each has its `waves`, 1 KB; beyond, they would no longer stay in the cache."""
+"""Largest row in which each mode has its `waves`, 1 KB; more would not stay in the cache."""
 
 _EXPONENTS = (1, 2, 3, 4, 16, 64)
 
@@ -25,16 +25,16 @@ POWERS = Layout(
     **{f"p{n}_{part}": ("row",) for n in _EXPONENTS for part in ("re", "im")},
     waves=("wave_values",),
 )
-"""Powers 1, 2, 3, 4, 16 and 64 of the poles: a row of real and one of imaginary parts for each. `waves`, where modes
-are few, are 64 powers of each pole, a mode's real parts and then its imaginary parts."""
+"""Powers 1, 2, 3, 4, 16 and 64 of the poles: a row of real and one of imaginary parts each. `waves`, for few modes, are
+64 powers of each pole: the real parts, then the imaginary parts of a mode."""
 
 PHASORS = Layout("phasors", re=("row",), im=("row",), work_re=("row",), work_im=("row",))
-"""x and y of each mode, and two rows to work with."""
+"""x and y of each mode, and two rows of working memory."""
 
 
 @kernel
 def padded(modes: int) -> int:
-    """The length of a row, a multiple of what the inner loops take at a time.
+    """Return the length of a row: a multiple of what the inner loops process at a time.
 
     >>> padded(10), padded(20)
     (12, 24)
@@ -44,7 +44,7 @@ def padded(modes: int) -> int:
 
 @kernel
 def in_use(last: int, row: int) -> int:
-    """How many modes of a row to go through, so that the first `last` are among them.
+    """Return how many modes of a row to process, so that the first `last` are included.
 
     >>> in_use(3, 12), in_use(9, 12), in_use(9, 200)
     (8, 12, 16)
@@ -53,7 +53,7 @@ def in_use(last: int, row: int) -> int:
 
 
 def sizes(modes: int) -> dict[str, int]:
-    """The sizes of memories for so many modes.
+    """Return the memory sizes for `modes` modes.
 
     >>> sizes(10), sizes(17)
     ({'row': 12, 'wave_values': 1536}, {'row': 24, 'wave_values': 0})
@@ -66,7 +66,7 @@ def sizes(modes: int) -> dict[str, int]:
 def tabulate(powers: Memory, m: int, frequency_hz: float, decay_per_s: float, rate_hz: float) -> None:
     """Write the powers of the pole of mode `m`.
 
-    Of an angle reduced exactly, each: what rounding does to one power, the next 64 frames would do again.
+    Each is computed from an exactly reduced angle: rounding errors of a power would recur every 64 frames.
     """
     powers.p1_re[m], powers.p1_im[m] = _power(1, frequency_hz, decay_per_s, rate_hz)
     powers.p2_re[m], powers.p2_im[m] = _power(2, frequency_hz, decay_per_s, rate_hz)
@@ -97,9 +97,9 @@ def _power(exponent: int, frequency_hz: float, decay_per_s: float, rate_hz: floa
 
 @kernel
 def free_block(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
-    """Fill `block` with the free ringing of the first `active` modes, and move their phasors to its end.
+    """Fill `block` with the free ringing of the first `active` modes, and advance their phasors to its end.
 
-    `active` is what `in_use` or `padded` gives.
+    `active` comes from `in_use` or `padded`.
     """
     widest()
     if powers.waves.size > 0:
@@ -110,7 +110,7 @@ def free_block(block: Floats, powers: Memory, phasors: Memory, active: int) -> N
 
 @modal_kernel
 def _few(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
-    """Four modes at a time, frames innermost."""
+    """Process four modes at a time, frames innermost."""
     widest()
     x, y = phasors.re[:active], phasors.im[:active]
     p64, q64 = powers.p64_re[:active], powers.p64_im[:active]
@@ -133,7 +133,7 @@ def _few(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
 
 @modal_kernel
 def _many(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
-    """Sixteen sums at a time stay in registers: four phasors, four frames apart, times three tabulated powers."""
+    """Keep sixteen sums at a time in registers: four phasors, four frames apart, times three tabulated powers."""
     widest()
     p1, q1, p2, q2 = powers.p1_re[:active], powers.p1_im[:active], powers.p2_re[:active], powers.p2_im[:active]
     p3, q3, p4, q4 = powers.p3_re[:active], powers.p3_im[:active], powers.p4_re[:active], powers.p4_im[:active]
@@ -178,7 +178,7 @@ def _many(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
 
 @kernel
 def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[float, float]:
-    """The phasor (x, y) of mode `m` after 0 to 64 `frames`."""
+    """Return the phasor (x, y) of mode `m` after 0 to 64 `frames`."""
     if frames == BLOCK:
         return _times(powers.p64_re[m], powers.p64_im[m], x, y)
     for _ in range(frames // 16):

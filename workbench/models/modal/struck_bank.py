@@ -1,8 +1,8 @@
-"""A modal bank struck by events (equation 3.4): free ringing 64 frames at a time, one row of real time.
+"""Modal bank struck by events (equation 3.4): free ringing 64 frames at a time, one real-time row.
 
-Blocks lie at multiples of 64 session frames, whatever the calls. An event adds its response, tabulated once, to the
-rest of its block, and its exact share to the phasors at the block's end; hence the same bits however the frames are
-split into calls.
+Blocks lie at multiples of 64 session frames, whatever the calls. An event adds its tabulated response to the rest of
+its block, and its exact contribution to the phasors at the block's end; so the output does not depend, to the bit, on
+how frames are split into calls.
 """
 
 import math
@@ -15,27 +15,27 @@ from underfoot.layouts import Layout, Memory
 from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS, advanced, free_block, in_use, tabulate
 
 STATE = Layout("struck_bank", "active", "struck_lately", "given", block=BLOCK, phasors=PHASORS)
-"""Modes in use, whether an event came of late, and how many frames of the block were given out; the block's output, and
-the phasors at its end."""
+"""Modes in use, whether an event came lately, and how many frames of the block were output; the block's output, and the
+phasors at its end."""
 COEFFICIENTS = Layout(
     "struck_bank_coefficients", "modes", "floor_squared", response=BLOCK, amplitudes=PHASORS, powers=POWERS
 )
-"""How many modes, and the square of the amplitude below which one drops out; the response to an event of strength 1,
+"""Number of modes, and the square of the amplitude below which one is dropped; the response to an event of strength 1,
 the amplitudes (in `amplitudes.re`), and the powers of the poles."""
 
-_PATIENCE = 32 * BLOCK  # how often modes that fell below the floor are looked for
+_PATIENCE = 32 * BLOCK  # interval between searches for modes below the floor
 
 
 @kernel
 def design(
     modes: NDArray[np.float64], pitch: float, decay: float, rate_hz: float, floor: float, coefficients: Memory
 ) -> None:
-    """The bank of modes a exp(-b t) sin(2 pi f t), `modes` [3, m] rows of f (Hz), b (1/s) and a.
+    """Design the bank of modes a exp(-b t) sin(2 pi f t); `modes` [3, m] has rows of f (Hz), b (1/s) and a.
 
-    `pitch` is a factor on all frequencies and `decay` one on all decays. What rings already goes on with the new ones.
-    A mode at or above half the rate is left out: it would alias. One whose amplitude falls below `floor` (output
-    units; 120 dB below what is loud is a good choice) drops out, and so does the cost of the modes behind the last
-    that sounds: list slow decays first.
+    `pitch` is a factor on all frequencies and `decay` one on all decays. Present ringing goes on with the new values.
+    A mode at or above half the rate is left out, because it would alias. A mode whose amplitude falls below `floor`
+    (output units; 120 dB below a loud signal is a good choice) is dropped; the cost falls with the last mode that
+    sounds, so list slow decays first.
     """
     count = modes.shape[1]
     coefficients.values[:] = 0.0
@@ -53,9 +53,9 @@ def design(
 
 @kernel
 def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Ring from session frame `frame` on into `out`; an event of strength 1 adds sum a exp(-b t) sin(2 pi f t).
+    """Run from session frame `frame` on into `out`; an event of strength 1 adds sum a exp(-b t) sin(2 pi f t).
 
-    An event acts from the frame that its time lies in; one before `frame` acts at once.
+    An event acts from the frame that contains its time; one before `frame` acts at once.
     """
     block, powers, phasors = state.block, coefficients.powers, state.phasors
     done, event, count, n = 0, 0, len(events), out.size
@@ -63,7 +63,7 @@ def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: F
         start = (frame + done) % BLOCK
         length = min(BLOCK - start, n - done)
         is_struck = event < count and events.time[event] < frame + done + length
-        straight = length == BLOCK and not is_struck  # nothing is to be kept of this block
+        straight = length == BLOCK and not is_struck  # this block need not be kept
         if start == 0:
             if (frame + done) % _PATIENCE == 0:
                 _drop(coefficients, state)
@@ -82,7 +82,7 @@ def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: F
 
 @kernel
 def tail(state: Memory) -> float:
-    """An upper bound of |output| from here on, if nothing strikes again."""
+    """Return an upper bound of |output| from here on without events."""
     block, phasors = state.block, state.phasors
     bound = 0.0
     if state.given > 0.0:
@@ -95,7 +95,7 @@ def tail(state: Memory) -> float:
 
 @kernel
 def _drop(coefficients: Memory, state: Memory) -> None:
-    """Set modes under the floor to exactly 0, unless events of late may still be building them up."""
+    """Set modes under the floor to exactly 0, unless recent events may still be building them up."""
     if state.struck_lately == 0.0:
         re, im = state.phasors.re, state.phasors.im
         last = 0
@@ -113,7 +113,7 @@ def _drop(coefficients: Memory, state: Memory) -> None:
 
 @kernel
 def _strike(coefficients: Memory, state: Memory, at: int, strength: float) -> None:
-    """Add an event at frame `at` of the block: the tabulated response, and its phasors at the block's end."""
+    """Add an event at frame `at` of the block: its tabulated response, and its phasors at the block's end."""
     block, response = state.block, coefficients.response
     for i in range(BLOCK - at):
         block[at + i] += strength * response[i]

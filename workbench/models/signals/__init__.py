@@ -1,1 +1,1 @@
-"""Signals and draws by position: noise, tones, envelopes, rhythms, and the counter-based random numbers behind them."""
+"""Signals and random numbers by position: noise, tones, envelopes, rhythms, and counter-based random draws."""

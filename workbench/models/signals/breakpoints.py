@@ -1,4 +1,4 @@
-"""A curve through points, played once at each start: a level and a frequency over time, straight lines between."""
+"""Breakpoint envelope: piecewise linear level and frequency over time, played once at each start."""
 
 import math
 
@@ -9,19 +9,19 @@ from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 
 STATE = Layout("breakpoints", "has_begun", "is_playing", "onset", "strength", "segment", "level", "glide")
-"""Of the curve that plays: its onset (session frames) and strength, the point behind which it is, the level that was
-put out last, and the level from which a start in the middle of another curve glides (0: from silence, at once)."""
+"""State of playback: onset (session frames) and strength, index of the last point passed, the last level output, and
+the level from which a restart glides (0: from silence, at once)."""
 
 GLIDE_S = 5e-3
-"""A start while the curve plays comes to its own level in this time: a step would click."""
+"""Time in which a restart reaches its own level, to avoid clicks."""
 
 TIME, LEVEL, FREQUENCY = 0, 1, 2
-"""The columns of a table of points."""
+"""Columns of a table of points."""
 
 
 @kernel
 def begin(onset: float, strength: float, state: Memory) -> None:
-    """Play from the first point on: `onset` in session frames, with parts of a frame."""
+    """Start playback at the first point; `onset` is in session frames, fractions included."""
     state.has_begun = state.is_playing = 1.0
     state.onset, state.strength = onset, strength
     state.segment, state.glide = 0.0, state.level
@@ -33,8 +33,8 @@ def run(
 ) -> None:
     """Fill `level` and `frequency` from the table `points` [point, 3] (seconds, level, hertz).
 
-    Both are exactly 0 where nothing plays: before a start, and behind the last point. Of points at one time the last
-    counts from there on. `starts` are events; the level is multiplied by the strength of the one that began it.
+    Both are exactly 0 where nothing plays: before a start, and after the last point. Of points at the same time the
+    last applies from there on. `starts` are events; the level is multiplied by the strength of the one that started it.
 
     >>> from underfoot.models.signals.events import event_list
     >>> state, level, frequency = STATE.zeros(), np.empty(5), np.empty(5)
@@ -77,10 +77,10 @@ def run(
 
 
 def thinned(points: NDArray[np.float64], tolerances: NDArray[np.float64], most: int) -> NDArray[np.float64]:
-    """Fewer rows of `points` [point, column] (the first column is time) that a straight line between them replaces.
+    """Thin out rows of `points` [point, column] (the first column is time) that linear interpolation replaces.
 
-    No row that is left out is further from the line than `tolerances` [column - 1] (Douglas and Peucker 1973, distances
-    upright); where more than `most` rows would stay, the tolerances are doubled until they do not.
+    No omitted row is further from the line than `tolerances` [column - 1] (Douglas and Peucker 1973, vertical
+    distances). If more than `most` rows remain, the tolerances are doubled until they do not.
 
     >>> thinned(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.1], [3.0, 0.0]]), np.array([0.2]), 10).tolist()
     [[0.0, 0.0], [2.0, 2.1], [3.0, 0.0]]

@@ -1,4 +1,4 @@
-"""What shapes a vibration in time: attack and decay of a note (thesis 3.3.7), and the force envelopes of thesis 6.1."""
+"""Envelopes of vibration: attack and decay of a note (thesis 3.3.7), and the force envelopes of thesis 6.1."""
 
 import math
 
@@ -11,36 +11,36 @@ from underfoot.layouts import Layout, Memory
 from underfoot.models.filtering import second_order
 
 NOTE_STATE = Layout("note", "onset", "start_value", "peak", "duration", "attack", "decay")
-"""Of the note that sounds: its onset (session frames), the value at its onset, its peak, and its times in frames; a
-duration of 0 where none sounds."""
+"""State of the present note: onset (session frames), value at its onset, peak, and times in frames; the duration is 0
+without a note."""
 NOTE_COEFFICIENTS = Layout("note_coefficients", "attack", "decay", "duration", "amplitude")
-"""Of a note: attack, decay and default duration in frames, and the peak at strength 1."""
+"""Attack, decay and default duration of a note in frames, and its peak at strength 1."""
 CONTACT_STATE = Layout("contact_envelope", "level")
 CONTACT_COEFFICIENTS = Layout("contact_envelope_coefficients", "step")
 STRAIN_STATE, STRAIN_COEFFICIENTS = second_order.STATE, second_order.COEFFICIENTS
 
 SHORTEST_SEGMENT_S = 0.5e-3
-"""No attack or decay of a running note is shorter: a step would click."""
+"""Shortest attack or decay of a real-time note, to avoid clicks."""
 CONTACT_RAMP_S = 5e-3
-"""The constant envelope rises and falls in this time."""
+"""Rise and fall time of the constant envelope."""
 FULL_FORCE_N = 750.0
-"""The force at which the proportional envelope is 1 (6.3.5)."""
+"""Force at which the proportional envelope is 1 (6.3.5)."""
 STRAIN_HZ, STRAIN_DAMPING = 12.5, 1.0
-"""The compressible layer's frequency f0 and damping ratio (6.3.5)."""
+"""Frequency f0 and damping ratio of the compressible layer (6.3.5)."""
 STRAIN_MASS_KG = FULL_FORCE_N * math.exp(-1.0) / (2.0 * math.pi * STRAIN_HZ)
-"""The M of (6.1), an arbitrary gain in the thesis: this one lets a step of 750 N peak at 1."""
+"""M of (6.1), an arbitrary gain in the thesis; here a step of 750 N peaks at 1."""
 SIGNED, ABSOLUTE, POSITIVE = 0, 1, 2
-"""What the dynamic envelope gives of a strain rate that is negative while unloading."""
+"""Treatment of the dynamic envelope's negative strain rate while unloading."""
 
 
 def attack_decay(
     time_s: ArrayLike, start_s: float, duration_s: float, amplitude: float, attack_s: float, decay_s: float
 ) -> NDArray[np.float64]:
-    """One note's envelope at each of `time_s`: up to `amplitude` in `attack_s`, held, 0 again after `duration_s`.
+    """Return a note's envelope at each of `time_s`: up to `amplitude` in `attack_s`, held, 0 after `duration_s`.
 
-    The thesis gives the times and no shape; both segments are raised cosines here, which start and end without a
-    corner. Where attack and decay do not fit into the duration both are shortened in proportion. Raises `BadValue` for
-    a duration not above 0 and for an attack or decay below 0.
+    The thesis gives times but no shape; here both segments are raised cosines, without corners. If attack and decay do
+    not fit into the duration, both are shortened in proportion. Raises `BadValue` for a duration not above 0 and for an
+    attack or decay below 0.
 
     >>> attack_decay([0.0, 0.01, 0.05, 0.09, 0.1], 0.0, 0.1, 2.0, 0.02, 0.02).round(6)
     array([0., 1., 2., 1., 0.])
@@ -60,7 +60,7 @@ def attack_decay(
 def design_note(
     attack_s: float, decay_s: float, duration_s: float, amplitude: float, rate: float, coefficients: Memory
 ) -> None:
-    """A note's times and peak; `duration_s` is for events that do not know theirs, `amplitude` for a strength of 1."""
+    """Set a note's times and peak; `duration_s` is for events without duration, `amplitude` for strength 1."""
     shortest = SHORTEST_SEGMENT_S * rate
     coefficients.attack = max(attack_s * rate, shortest)
     coefficients.decay = max(decay_s * rate, shortest)
@@ -70,10 +70,10 @@ def design_note(
 
 @kernel
 def run_note(events: Memory, rate: float, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Fill `out` with the envelope of the notes that `events` begin.
+    """Fill `out` with the envelope of the notes that `events` start.
 
-    Onsets are sub-sample. A note that begins while another sounds rises or falls from the present value to its own
-    peak, amplitude times strength; it keeps the attack, decay and amplitude it began with.
+    Onsets are sub-sample. A note that starts during another rises or falls from the present value to its own peak,
+    amplitude times strength; it keeps the attack, decay and amplitude of its start.
 
     >>> from underfoot.models.signals.events import event_list
     >>> coefficients, state, envelope = NOTE_COEFFICIENTS.zeros(), NOTE_STATE.zeros(), np.empty(200)
@@ -91,7 +91,7 @@ def run_note(events: Memory, rate: float, frame: int, coefficients: Memory, stat
         if state.duration > 0.0 and now - state.onset >= state.duration:
             state.onset = state.start_value = state.peak = state.duration = state.attack = state.decay = 0.0
         out[i] = _note_value(state, now) if state.duration > 0.0 else 0.0
-        while following < count and events.time[following] < now + 1.0:  # it begins behind this frame
+        while following < count and events.time[following] < now + 1.0:  # it starts within this frame
             _begin_note(state, coefficients, events, following, rate)
             following += 1
 
@@ -104,13 +104,13 @@ def tail_note(state: Memory) -> float:
 
 @kernel
 def design_contact(rate: float, coefficients: Memory) -> None:
-    """The constant envelope's ramp."""
+    """Set the ramp of the constant envelope."""
     coefficients.step = 1.0 / max(CONTACT_RAMP_S * rate, 1.0)
 
 
 @kernel
 def run_contact(force_n: Floats, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """The constant envelope: 1 while `force_n` is above 0, else 0, with a linear ramp of 5 ms between."""
+    """Fill `out` with the constant envelope: 1 while `force_n` is above 0, else 0, with linear ramps of 5 ms."""
     level, step = state.level, coefficients.step
     for i in range(out.size):
         if force_n[i] > 0.0:
@@ -129,7 +129,7 @@ def tail_contact(state: Memory, coefficients: Memory) -> float:
 
 @kernel
 def proportional(force_n: Floats, full_force_n: float, out: Floats) -> None:
-    """The force-proportional envelope, `F / F0`; the thesis's F0 is 750 N.
+    """Fill `out` with the force-proportional envelope, `F / F0`; F0 is 750 N in the thesis.
 
     >>> envelope = np.empty(1)
     >>> proportional(np.array([375.0]), FULL_FORCE_N, envelope)
@@ -143,9 +143,9 @@ def proportional(force_n: Floats, full_force_n: float, out: Floats) -> None:
 
 @kernel
 def design_strain_rate(frequency_hz: float, damping: float, mass_kg: float, rate: float, coefficients: Memory) -> None:
-    """A layer `x'' + 2 z w0 x' + w0^2 x = F / M` (6.1), force to x', plain bilinear transform.
+    """Design a layer `x'' + 2 z w0 x' + w0^2 x = F / M` (6.1), from force to x', by the plain bilinear transform.
 
-    `frequency_hz` is w0 / 2 pi, held at 0.49 of the rate; `damping` z, at least 0.01; `mass_kg` M, above 0.
+    `frequency_hz` is w0 / 2 pi, limited to 0.49 of the rate; `damping` z, at least 0.01; `mass_kg` M, above 0.
     """
     w0 = 2.0 * math.pi * min(max(frequency_hz, 1e-3), second_order.HIGHEST * rate)
     second_order.design(0.5 * w0 / rate, 2.0 * max(damping, 0.01), 0.0, 1.0 / (mass_kg * w0), 0.0, coefficients)
@@ -153,9 +153,9 @@ def design_strain_rate(frequency_hz: float, damping: float, mass_kg: float, rate
 
 @kernel
 def run_strain_rate(force_n: Floats, part: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """The dynamic envelope: strain rate of a layer under `force_n`, SIGNED, ABSOLUTE or only its POSITIVE part.
+    """Fill `out` with the dynamic envelope: strain rate of a layer, SIGNED, ABSOLUTE or only its POSITIVE part.
 
-    A step's response is `t exp(-w0 t) / M`: it peaks 1 / w0 = 12.73 ms after the step (the thesis's 80 ms is 1 / f0).
+    The step response is `t exp(-w0 t) / M`: it peaks 1 / w0 = 12.73 ms after the step (the thesis's 80 ms is 1 / f0).
     """
     second_order.run(force_n, coefficients, state, out)
     take_part(part, out)
@@ -163,7 +163,7 @@ def run_strain_rate(force_n: Floats, part: int, coefficients: Memory, state: Mem
 
 @kernel
 def take_part(part: int, out: Floats) -> None:
-    """Of a strain rate, what is asked for: all of it, its size, or only where it is positive.
+    """Keep the requested part of a strain rate: all of it, its absolute value, or its positive part.
 
     >>> rate = np.array([-1.0, 2.0])
     >>> take_part(ABSOLUTE, rate)

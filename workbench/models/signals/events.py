@@ -1,7 +1,7 @@
-"""Events: lists of onsets with their strengths and durations, which kernels read, write and hand on.
+"""Event lists: onsets with strengths and durations, read and written by kernels.
 
-Times are session frames, float64, with parts of a frame; strengths are what their maker says they are; durations are
-seconds, 0 where nobody knows. A list is in order of time, at most one event a frame.
+Times are session frames, float64, fractions included; the meaning of strengths is up to the source; durations are
+seconds, 0 if unknown. A list is in order of time, with at most one event per frame.
 """
 
 import math
@@ -11,14 +11,14 @@ from underfoot.kernels import kernel
 from underfoot.layouts import Layout, Memory
 
 EVENTS = Layout("events", "count", "capacity", time=("room",), strength=("room",), duration=("room",))
-"""A list of up to `room` events. `len(events)` is how many there are; `capacity` is `room`, kept in the list itself."""
+"""List of up to `room` events. `len(events)` is their number; `capacity` is `room`, stored in the list itself."""
 
 events_at = EVENTS.at
-"""For compiled code: `events_at(values, (room,))` is the list in an array or at a pointer."""
+"""For compiled code: `events_at(values, (room,))` views a list in an array or at a pointer."""
 
 
 def event_list(*events: Sequence[float], room: int = 0) -> Memory:
-    """A list of (time, strength) or (time, strength, duration), with room for `room` of them or for just these.
+    """Return a list of (time, strength) or (time, strength, duration), with room for `room` events or just these.
 
     >>> struck = event_list((0.5, 1.0), (480.0, 2.0, 0.1))
     >>> len(struck), struck.time.tolist()
@@ -34,7 +34,7 @@ def event_list(*events: Sequence[float], room: int = 0) -> Memory:
 
 @kernel
 def append(events: Memory, time: float, strength: float, duration: float = 0.0) -> None:
-    """Add an event at the end, whose frame is after the last one's."""
+    """Append an event whose frame is after that of the last one."""
     k = len(events)
     events.time[k], events.strength[k], events.duration[k] = time, strength, duration
     events.count = k + 1.0
@@ -42,7 +42,7 @@ def append(events: Memory, time: float, strength: float, duration: float = 0.0) 
 
 @kernel
 def emit(events: Memory, time: float, strength: float, duration: float = 0.0) -> None:
-    """Add an event at the end; one in the last one's frame is added to that, at their weighted time."""
+    """Append an event, or merge it with the last one if in the same frame, at their weighted time."""
     last = len(events) - 1
     if last < 0 or math.floor(events.time[last]) != math.floor(time):
         append(events, time, strength, duration)

@@ -1,4 +1,4 @@
-"""Numbers that are read once a span, made smooth: frame by frame on a straight line to the next."""
+"""Smoothing of numbers that are read once per span: linear interpolation to the next value."""
 
 from underfoot.clock import SPAN
 from underfoot.kernels import kernel
@@ -6,7 +6,7 @@ from underfoot.kernels import kernel
 
 @kernel
 def glided(value: float, target: float, frame: int) -> float:
-    """Where a number that stands at `value` goes in session frame `frame`, to be at `target` as the span ends.
+    """Return the next value, in session frame `frame`, on a line from `value` to `target` at the end of the span.
 
     >>> value, way = 0.0, []
     >>> for frame in range(64):

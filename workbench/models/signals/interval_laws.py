@@ -1,4 +1,4 @@
-"""The law of a Poisson process as a picture: the intervals that a node draws, beside the density that they have."""
+"""Distribution of a Poisson process as a picture: intervals drawn by a node, with their theoretical density."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,11 @@ from underfoot.models.signals.random import stream_key
 
 _EVENTS, _LONGEST_S, _BINS = 4000, 2000.0, 30
 _SHOWN = 5.0
-"""A picture ends at so many mean intervals: one interval in 150 is longer."""
+"""End of the picture, in mean intervals: one interval in 150 is longer."""
 
 
 def drawn_intervals_s(mean_interval_s: float) -> NDArray[np.float64]:
-    """Intervals between the impulses of a Poisson process, in s: some thousand, or those of 2000 s.
+    """Return intervals between the impulses of a Poisson process, s: some thousand, or those of 2000 s.
 
     >>> round(float(drawn_intervals_s(0.02).mean()), 3)
     0.02
@@ -27,7 +27,7 @@ def drawn_intervals_s(mean_interval_s: float) -> NDArray[np.float64]:
 
 
 def interval_laws(mean_interval_s: float) -> tuple[Drawing, ...]:
-    """How long it is from event to event: a histogram of the node's own draws, and the exponential law."""
+    """Return a drawing of the intervals: a histogram of the node's own draws, and the exponential density."""
     intervals = drawn_intervals_s(mean_interval_s)
     edges = np.linspace(0.0, _SHOWN * mean_interval_s, _BINS + 1)
     share = np.histogram(intervals, edges)[0] / max(intervals.size, 1) / np.diff(edges)

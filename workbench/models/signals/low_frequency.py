@@ -1,7 +1,6 @@
-"""A slow oscillation that moves parameters: sine, triangle, saw and square, from -1 to 1.
+"""Low-frequency oscillator for modulation: sine, triangle, saw and square, from -1 to 1.
 
-Saw and square jump. What they drive would click, so each of their edges is a straight line of `EDGE_S`; so is the way
-from where a wave was to where a restart sends it.
+To avoid clicks, the edges of saw and square, and the jump of a restart, are linear ramps of `EDGE_S`.
 """
 
 import math
@@ -11,20 +10,20 @@ from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
 
 STATE = Layout("low_frequency", "has_begun", "phase", "shift", "left", "since")
-"""The phase in periods, without the shift; the shift as it stands; what a restart left to make up, and its age."""
+"""The phase in periods, without the shift; the present shift; the remaining step of a restart, and its age."""
 
 SHAPES = ("sine", "triangle", "saw", "square")
 SINE, TRIANGLE, SAW, SQUARE = range(4)
 EDGE_S = 1e-3
-"""How long an edge takes."""
+"""Duration of an edge."""
 _WIDEST_EDGE = 0.25
 
 
 @kernel
 def wave(shape: int, phase: float, edge: float) -> float:
-    """The wave at `phase`, in periods from 0 to 1; `edge` is how long its edges are, in periods up to a quarter.
+    """Return the wave at `phase`, in periods from 0 to 1; `edge` is the duration of edges, in periods up to a quarter.
 
-    Sine and triangle begin in the middle and rise; saw and square begin at -1 and rise, the saw all the way.
+    Sine and triangle start at 0 and rise; saw and square start at -1 and rise, the saw all the way.
 
     >>> [round(wave(TRIANGLE, phase, 0.01), 6) for phase in (0.0, 0.25, 0.5, 0.75)]
     [0.0, 1.0, 0.0, -1.0]
@@ -45,10 +44,10 @@ def wave(shape: int, phase: float, edge: float) -> float:
 def run(
     restarts: Memory, shape: int, frequency_hz: float, shift: float, rate: float, frame: int, state: Memory, out: Floats
 ) -> None:
-    """Fill `out` with the wave, from -1 to 1. `shift`, in periods, goes to a new value along a span.
+    """Fill `out` with the wave, from -1 to 1. `shift`, in periods, moves to a new value over a span.
 
-    The phase counts from session frame 0, so that a row which slept goes on where it would be; each of the events
-    `restarts` sends it back to its beginning.
+    The phase counts from session frame 0, so that sleep does not change it; each event of `restarts` restarts the
+    wave.
 
     >>> import numpy as np
     >>> from underfoot.models.signals.events import event_list
@@ -83,11 +82,11 @@ def run(
 
 @kernel
 def _turned(phase: float) -> float:
-    """A phase below 2, from 0 to 1: a division would cost more than all else."""
+    """Wrap a phase below 2 to 0 to 1, without a costly division."""
     return phase - 1.0 if phase >= 1.0 else phase
 
 
 @kernel
 def _made_up(left: float, since: float, edge_frames: float) -> float:
-    """What is left of a restart's step, so many frames later."""
+    """Return what remains of a restart's step after `since` frames."""
     return left * (1.0 - since / edge_frames) if since < edge_frames else 0.0

@@ -1,7 +1,7 @@
-"""White noise, band-limited noise and the gravel texture of thesis 6.3.5, all read by position.
+"""White noise, band-limited noise and the gravel texture of thesis 6.3.5, computed by position.
 
-Nothing random is carried from frame to frame: what sounds at a frame follows from the stream's key and the frame's
-number, so the length of a block, a row that slept or another row cannot change it. All three have unit RMS.
+No random state is carried from frame to frame: the value follows from the stream's key and the frame number, so that
+block length, sleep and other rows cannot change it. All three have unit RMS.
 """
 
 import math
@@ -20,15 +20,15 @@ BAND_COEFFICIENTS = Layout(
 )
 TEXTURE_STATE = second_order.STATE
 TEXTURE_COEFFICIENTS = Layout("texture_coefficients", "interval", "burst", "gain", band_pass=second_order.COEFFICIENTS)
-"""Of the texture: the mean interval and the length of a burst in frames, and the gain before the band-pass."""
+"""Mean interval and length of a burst in frames, and the gain before the band-pass."""
 
 LOW_HZ, HIGH_HZ = 50.0, 700.0
-"""The thesis's noise band (6.3.5)."""
+"""Noise band of the thesis (6.3.5)."""
 MEAN_INTERVAL_S, BURST_S, CENTRE_HZ, WIDTH_HZ = 0.020, 0.001, 300.0, 15.0
-"""The thesis's texture (6.3.5; intervals as docs/models.md#noise-and-texture has them)."""
+"""Texture of the thesis (6.3.5; intervals as in docs/models.md#noise-and-texture)."""
 
 CELL = 32
-"""Frames in which the impulses of a Poisson process are drawn together; also the most impulses in that time."""
+"""Frames for which the impulses of a Poisson process are drawn together; also their largest number in that time."""
 _LONGEST_BURST = 1 << 16
 _BURSTS = np.uint64(0xD1B54A32D192ED03)
 _ROOT_12 = math.sqrt(12.0)
@@ -36,10 +36,10 @@ _ROOT_12 = math.sqrt(12.0)
 
 @kernel
 def white(key: np.uint64, frame: int, out: Floats) -> None:
-    """Fill `out` with white noise of unit variance, number `frame` (int64) of stream `key` (uint64) first.
+    """Fill `out` with white noise of unit variance, from sample `frame` (int64) of stream `key` (uint64) on.
 
-    Samples are uniform within +-sqrt(3): nothing for a limiter to catch, and an eighth of the cost of normal ones.
-    Band-limited, the two cannot be told apart.
+    Samples are uniform within +-sqrt(3): a small peak value, at an eighth of the cost of normal samples. After band
+    limiting the two are indistinguishable.
 
     >>> noise = np.empty(1000)
     >>> white(np.uint64(1), 0, noise)
@@ -52,7 +52,7 @@ def white(key: np.uint64, frame: int, out: Floats) -> None:
 
 @kernel
 def design_band(low_hz: float, high_hz: float, rate: float, coefficients: Memory) -> None:
-    """Noise from `low_hz` to `high_hz`: second-order Butterworth at each end, unit RMS.
+    """Design noise from `low_hz` to `high_hz`: second-order Butterworth at each end, unit RMS.
 
     The edges are kept at least 2 % apart.
     """
@@ -79,10 +79,10 @@ def run_band(key: np.uint64, frame: int, coefficients: Memory, state: Memory, ou
 
 @kernel
 def tail_band(state: Memory, coefficients: Memory) -> float:
-    """An upper bound of |output| from here on if the noise before the filters stops.
+    """Return an upper bound of |output| from here on if the noise before the filters stops.
 
     For the high-pass (k < 2) `V = x1^2 + k x1 x2 + x2^2` shrinks each frame by exactly
-    `r^2 = (1 - k g + g^2) / (1 + k g + g^2)`. As |x|^2 <= V / (1 - k/2), all it will still put out sums to at most
+    `r^2 = (1 - k g + g^2) / (1 + k g + g^2)`. As |x|^2 <= V / (1 - k/2), its remaining output sums to at most
     `|gains| |x| / (1 - r)`, and a unit of input lengthens the low-pass's state by at most 2 g.
     """
     high_pass, held = coefficients.high_pass, state.high_pass
@@ -96,9 +96,9 @@ def tail_band(state: Memory, coefficients: Memory) -> float:
 
 @kernel
 def impulses(key: np.uint64, mean_interval_s: float, rate: float, frame: int, end: int, events: Memory) -> None:
-    """Add the impulses of a Poisson process whose frames lie in [frame, end) to `events`, at strength 1.
+    """Append the impulses of a Poisson process with frames in [frame, end) to `events`, at strength 1.
 
-    Those that share a frame become one, their strengths added, at their mean time.
+    Impulses in the same frame are merged: strengths added, mean time.
 
     >>> from underfoot.models.signals.events import event_list
     >>> events = event_list(room=200)
@@ -122,10 +122,10 @@ def impulses(key: np.uint64, mean_interval_s: float, rate: float, frame: int, en
 def design_texture(
     mean_interval_s: float, burst_s: float, centre_hz: float, width_hz: float, rate: float, coefficients: Memory
 ) -> None:
-    """The texture of bursts at this mean interval and of this length, through a band-pass of this centre and width.
+    """Design the texture: bursts of this mean interval and length, through a band-pass of this centre and width.
 
-    The gain gives unit RMS over time: bursts sound a share burst / mean of it, and the band-pass lets through
-    `b / (1 + b)` of a white noise's power, b = tan(pi width / rate). It acts before the filter, where no step is felt.
+    The gain gives unit RMS over time: bursts are present for a share burst / mean of it, and the band-pass passes
+    `b / (1 + b)` of the power of white noise, b = tan(pi width / rate). It acts before the filter, which smooths steps.
     """
     band_pass = coefficients.band_pass
     second_order.design_band_pass(centre_hz, width_hz, rate, band_pass)
@@ -139,10 +139,10 @@ def design_texture(
 
 @kernel
 def bursts(key: np.uint64, frame: int, coefficients: Memory, out: Floats) -> None:
-    """Fill `out` with the texture's bursts before their filter: each impulse begins one, overlaps add.
+    """Fill `out` with the texture's bursts before the filter: each impulse starts one, overlaps add.
 
-    An impulse's burst has draws of its own. If the mean interval moves, impulses in its future are those of `impulses`
-    with the new mean; a burst that is sounding may end early.
+    Each burst has its own draws. If the mean interval changes, later impulses are those of `impulses` with the new
+    mean; a burst under way may end early.
     """
     mean, burst, gain = coefficients.interval, int(coefficients.burst), coefficients.gain
     end = frame + out.size
@@ -176,7 +176,7 @@ def run_texture(key: np.uint64, frame: int, coefficients: Memory, state: Memory,
 
 @kernel
 def tail_texture(state: Memory, coefficients: Memory) -> float:
-    """An upper bound of |output| from here on if no burst sounds any more."""
+    """Return an upper bound of |output| from here on if no burst is present."""
     return second_order.tail(state, coefficients.band_pass)
 
 
@@ -192,5 +192,5 @@ def _mean_frames(mean_interval_s: float, rate: float) -> float:
 
 @kernel
 def _low_passed_power(g: float) -> float:
-    """The power a second-order Butterworth low-pass leaves of unit white noise, (2/pi) int g^4/(W^4+g^4) dW/(1+W^2)."""
+    """Return the power of low-passed unit white noise (Butterworth), (2/pi) int g^4/(W^4+g^4) dW/(1+W^2)."""
     return (g**4 + math.sqrt(0.5) * (g - g**3)) / (1.0 + g**4)

@@ -1,4 +1,4 @@
-"""A curve of straight lines between given points."""
+"""Piecewise linear curves."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from underfoot.kernels import Floats, kernel
 
 
 def table(points: Sequence[Sequence[float]]) -> NDArray[np.float64]:
-    """Points (x, y) in any order as the array [2, point] that `value_at` takes; without a point y is 0.
+    """Return points (x, y), in any order, as the array [2, point] for `value_at`; without points y is 0.
 
     >>> table([(1.0, 5.0), (0.0, 3.0)])
     array([[0., 1.],
@@ -20,7 +20,7 @@ def table(points: Sequence[Sequence[float]]) -> NDArray[np.float64]:
 
 @kernel
 def value_at(points: Floats, x: float) -> float:
-    """The curve at `x`: on the line between its neighbours, level before the first point and after the last.
+    """Return the curve at `x`: linear between points, constant before the first and after the last.
 
     >>> curve = table([(0.0, 1.0), (10.0, 2.0), (10.0, 4.0)])
     >>> value_at(curve, -1.0), value_at(curve, 5.0), value_at(curve, 10.0), value_at(curve, 99.0)

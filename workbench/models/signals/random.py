@@ -1,7 +1,7 @@
-"""Counter-based random draws: the number for a (key, counter) pair is the same whenever, and wherever, it is asked for.
+"""Counter-based random numbers: a (key, counter) pair always gives the same number.
 
-A sequence that is read by position needs no state: a tile that slept, a block of another length or a second tile
-cannot shift it. The mixing function is the finaliser of SplitMix64 (Steele, Lea and Flood 2014), applied twice.
+A sequence read by position needs no state, so sleep, block length and other tiles cannot shift it. The mixing function
+is the finaliser of SplitMix64 (Steele, Lea and Flood 2014), applied twice.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ _30, _27, _31, _12, _32 = (np.uint64(shift) for shift in (30, 27, 31, 12, 32))
 
 
 def stream_key(*names: object) -> np.uint64:
-    """A 64-bit key for the stream of draws that `names` (seed, node id, tile id, ...) name.
+    """Return a 64-bit key for the stream of draws identified by `names` (seed, node id, tile id, ...).
 
     >>> int(stream_key(1, "noise", "t1")) == int(stream_key(1, "noise", "t1"))
     True
@@ -38,7 +38,7 @@ def _mix(z: np.uint64) -> np.uint64:
 
 @kernel
 def uniform(key: np.uint64, counter: int) -> float:
-    """A float64 in (0, 1), never 0 or 1: draw number `counter` (int64) of the stream `key` (uint64).
+    """Return a float64 in (0, 1), excluding 0 and 1: draw `counter` (int64) of stream `key` (uint64).
 
     >>> 0.0 < uniform(np.uint64(1), 0) < 1.0
     True
@@ -49,16 +49,16 @@ def uniform(key: np.uint64, counter: int) -> float:
 
 @kernel
 def open_unit(bits: np.uint64) -> float:
-    """The 64 random `bits` (uint64) as a float64 in (0, 1), in the middle of one of 2^52 equal cells.
+    """Convert 64 random `bits` (uint64) to a float64 in (0, 1), the midpoint of one of 2^52 equal cells.
 
-    One bit more, and the highest cell's middle would round to 1.
+    With one bit more, the midpoint of the highest cell would round to 1.
     """
     return (np.float64(bits >> _12) + 0.5) * 2.0**-52
 
 
 @kernel
 def exponential(key: np.uint64, counter: int) -> float:
-    """Draw `counter` of the stream `key`, exponential with mean 1.
+    """Return draw `counter` of stream `key`, exponential with mean 1.
 
     >>> exponential(np.uint64(1), 0) > 0.0
     True
@@ -68,7 +68,7 @@ def exponential(key: np.uint64, counter: int) -> float:
 
 @kernel
 def normal(key: np.uint64, counter: int) -> float:
-    """Draw `counter` of the stream `key`, normal with mean 0 and deviation 1 (Box and Muller; uses two uniforms).
+    """Return draw `counter` of stream `key`, standard normal (Box and Muller; uses two uniforms).
 
     >>> abs(normal(np.uint64(1), 0)) < 9.0
     True

@@ -1,13 +1,13 @@
-"""A random walk that keeps coming back to its middle: the Ornstein-Uhlenbeck process, read by position.
+"""Ornstein-Uhlenbeck process, computed by position.
 
-Its value at a grid point follows from the stream's key and that point alone: neither sleep, nor the length of a block,
-nor where somebody begins to read can change it. Points far apart are independent draws; between two known ones the
-process is a bridge, whose middle, h from both, is normal with
+The value at a grid point follows from the stream's key and that point alone, so that sleep, block length and the first
+frame read cannot change it. Points far apart are independent draws; between two known points the process is a bridge,
+whose midpoint, h from both, is normal with
 
     mean (a + b) / (2 cosh(h / tau)),   variance sigma^2 tanh(h / tau),
 
-which follows from its covariance sigma^2 exp(-|t| / tau). An interval of 2^21 points, halved 21 times,
-leads to any point. This is exact in law, and each value is a smooth function of tau: the time constant may move.
+which follows from its covariance sigma^2 exp(-|t| / tau). An interval of 2^21 points, halved 21 times, leads to any
+point. This is exact in distribution, and each value is a smooth function of tau: the time constant may change.
 """
 
 import math
@@ -18,19 +18,19 @@ from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.random import normal
 
 LEVELS = 21
-"""Halvings from points that are independent (23 minutes apart, at 48 kHz) to neighbours of the grid."""
+"""Number of halvings between independent points (23 minutes apart, at 48 kHz) and neighbours of the grid."""
 LONGEST_S = 30.0
-"""The longest time constant: the farthest points are e^-46 alike."""
+"""Longest time constant: the correlation of the farthest points is then e^-46."""
 STATE = Layout("random_walk", "at", "here", "there", "tau", point=(LEVELS + 1,), value=(LEVELS + 1,))
-"""The grid point behind (0: none, else one more than it), the values there and at the next; and for each level the
-point that was drawn last, counted likewise, and its value, with the time constant for which this holds."""
+"""Last grid point passed (0: none, else its index plus one), values there and at the next point; per level the last
+point drawn, counted likewise, and its value; and the time constant for which these hold."""
 COEFFICIENTS = Layout("random_walk_coefficients", "tau", weight=(LEVELS + 1,), spread=(LEVELS + 1,))
-"""The time constant; and of each level's middle the factor on the sum of its ends, and the deviation."""
+"""Time constant; per level the factor on the sum of the ends, and the standard deviation of the midpoint."""
 
 
 @kernel
 def design(time_constant_s: float, rate: float, coefficients: Memory) -> None:
-    """The bridges of a walk of unit deviation; points of the grid are a span apart."""
+    """Design the bridges of a walk with unit standard deviation; grid points are a span apart."""
     coefficients.tau = time_constant_s
     for level in range(1, LEVELS + 1):
         apart = 2.0 ** (level - 1) * SPAN / (rate * time_constant_s)
@@ -41,7 +41,7 @@ def design(time_constant_s: float, rate: float, coefficients: Memory) -> None:
 
 @kernel
 def value_at(key: int, k: int, coefficients: Memory, state: Memory) -> float:
-    """The walk at grid point `k`, from 0, in deviations. `state` remembers ways that were gone already.
+    """Return the walk at grid point `k`, from 0, in standard deviations. `state` caches points drawn before.
 
     >>> import numpy as np
     >>> coefficients = COEFFICIENTS.zeros()
@@ -71,7 +71,7 @@ def value_at(key: int, k: int, coefficients: Memory, state: Memory) -> float:
 
 @kernel
 def run(key: int, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Fill `out` with the walk, in deviations: exact at multiples of a span, straight between.
+    """Fill `out` with the walk, in standard deviations: exact at multiples of a span, linear between.
 
     >>> import numpy as np
     >>> coefficients, whole, half = COEFFICIENTS.zeros(), np.empty(64), np.empty(32)

@@ -1,18 +1,18 @@
-"""From one range to another, along a curve, without a step where the ranges move."""
+"""Mapping from one range to another along a curve, without jumps when the ranges change."""
 
 from underfoot.clock import SPAN
 from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 
 RANGES = Layout("ranges", "low", "high", "out_low", "out_high", "exponent")
-"""What becomes of what: `low` of the input becomes `out_low`, `high` becomes `out_high`."""
+"""Input `low` maps to `out_low`, input `high` to `out_high`."""
 STATE = Layout("mapped", "has_begun", "is_moving", before=RANGES, now=RANGES)
-"""The ranges of the span before, those of this one, and whether they differ."""
+"""Ranges of the previous span, those of this one, and whether they differ."""
 
 
 @kernel
 def curve(value: float, low: float, high: float, out_low: float, out_high: float, exponent: float) -> float:
-    """A value in the other range, held within it; straight with exponent 1. A range of no width has all at its low end.
+    """Map a value to the other range and clip it; linear with exponent 1. An empty range maps all to its low end.
 
     >>> [curve(force_n, 0.0, 700.0, 100.0, 900.0, 2.0) for force_n in (350.0, -1.0, 999.0)]
     [300.0, 100.0, 900.0]
@@ -26,20 +26,20 @@ def curve(value: float, low: float, high: float, out_low: float, out_high: float
 
 @kernel
 def design(low: float, high: float, out_low: float, out_high: float, exponent: float, ranges: Memory) -> None:
-    """Write the ranges down."""
+    """Store the ranges."""
     ranges.low, ranges.high, ranges.out_low, ranges.out_high = low, high, out_low, out_high
     ranges.exponent = exponent
 
 
 @kernel
 def mapped(value: float, ranges: Memory) -> float:
-    """A value by these ranges."""
+    """Map a value by these ranges."""
     return curve(value, ranges.low, ranges.high, ranges.out_low, ranges.out_high, ranges.exponent)
 
 
 @kernel
 def run(signal: Floats, ranges: Memory, frame: int, state: Memory, out: Floats) -> None:
-    """Map `signal` into `out`, from session frame `frame` on; along a span from the ranges before to moved ones."""
+    """Map `signal` into `out`, from session frame `frame` on; changed ranges are interpolated over a span."""
     if state.has_begun == 0.0:
         state.has_begun = 1.0
         state.before.values[:] = ranges.values
@@ -61,5 +61,5 @@ def run(signal: Floats, ranges: Memory, frame: int, state: Memory, out: Floats) 
 
 @kernel
 def tail(state: Memory) -> float:
-    """A bound of what the ranges of the last two spans make of zeros."""
+    """Return a bound of |output| for zero input, with the ranges of the last two spans."""
     return max(abs(mapped(0.0, state.now)), abs(mapped(0.0, state.before)))

@@ -1,4 +1,4 @@
-"""Rhythms of notes on a bar of 24 steps (thesis 3.3.7), and the events they are played as."""
+"""Rhythms of notes on a bar of 24 steps (thesis 3.3.7), and their playback as events."""
 
 import math
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from underfoot.models.signals.events import append
 STEPS = 24
 """Steps in a bar."""
 SHORTEST_BAR_S, LONGEST_BAR_S = 0.45, 0.75
-"""The thesis's range of bars."""
+"""Shortest and longest bar in the thesis."""
 ONSET, LENGTH, AMPLITUDE = range(3)
 """Columns of a table of notes: onset and length as fractions of the bar, and amplitude."""
 
 
 @dataclass(frozen=True)
 class Note:
-    """One note: it starts at `step` (0 to 23) and lasts `length` whole steps within the bar; `amplitude` 0 to 1."""
+    """Note that starts at `step` (0 to 23) and lasts `length` whole steps within the bar; `amplitude` 0 to 1."""
 
     step: int
     length: int
@@ -36,9 +36,9 @@ class Note:
 
 @dataclass(frozen=True)
 class Rhythm:
-    """A bar of notes, one at a time and in order, played `repeats` times (0: for ever).
+    """Bar of notes, one at a time and in order, played `repeats` times (0: endless).
 
-    The first note is the accent that anchors the bar: it starts at step 0 and none is stronger.
+    The first note is the accent of the bar: it starts at step 0 and none is stronger.
 
     >>> Rhythm("two", 0.5, 3, (Note(0, 6, 1.0), Note(12, 6, 0.5))).onsets_s()[:3]
     [0.0, 0.25, 0.5]
@@ -63,16 +63,16 @@ class Rhythm:
             )
 
     def onsets_s(self, bars: int = 1) -> list[float]:
-        """The onsets in seconds from the start, over all repeats, or over `bars` bars of a rhythm without end."""
+        """Return the onsets in seconds, over all repeats, or over `bars` bars of an endless rhythm."""
         return [self.bar_s * (bar + note.step / STEPS) for bar in range(self.repeats or bars) for note in self.notes]
 
     def table(self) -> Floats:
-        """The notes as the array [note, 3] that `play` takes."""
+        """Return the notes as the array [note, 3] for `play`."""
         return np.array([(note.step / STEPS, note.length / STEPS, note.amplitude) for note in self.notes])
 
 
 def rhythm(name: str, bar_s: float, repeats: int, *notes: tuple[int, int, float]) -> Rhythm:
-    """A rhythm from its notes as (step, length, amplitude)."""
+    """Return a rhythm with notes (step, length, amplitude)."""
     return Rhythm(name, bar_s, repeats, tuple(Note(*note) for note in notes))
 
 
@@ -86,20 +86,20 @@ RHYTHMS = (
     rhythm("R7", 0.75, 3, (0, 2, 1.0), (3, 2, 0.5), (6, 2, 0.5), (9, 2, 0.5), (12, 2, 0.5)),
     rhythm("R8", 0.65, 4, (0, 5, 1.0), (6, 2, 0.5), (9, 5, 0.7), (15, 2, 0.5), (18, 5, 0.7)),
 )
-"""Eight distinct rhythms. The thesis shows its own only as a picture (3.5); these are designed in its spirit: four even
-notes, long and two short, a gallop, a triplet, 3+3+2, one long with an upbeat, a run and a rest, and five notes of two
-lengths in turn."""
+"""Eight distinct rhythms. The thesis shows its own only as a picture (3.5); these follow its spirit: four even notes,
+long and two short, a gallop, a triplet, 3+3+2, one long with an upbeat, a run and a rest, and five notes of alternating
+lengths."""
 
 
 @kernel
 def play(
     notes: Floats, bar_frames: float, repeats: int, start: float, frame: int, end: int, rate: float, events: Memory
 ) -> None:
-    """Add the notes whose onset's frame lies in [frame, end) to `events`: their times, amplitudes and durations.
+    """Append the notes with onset frames in [frame, end) to `events`: times, amplitudes and durations.
 
     `notes` [note, 3] is a table (`Rhythm.table`), `start` the session frame (float64, sub-sample) of the first bar,
-    `repeats` 0 for ever. Repeat r of a note has the time `start + (r + step / 24) bar_frames`, computed afresh each
-    time, so nothing drifts. `bar_frames` below 48 count as 48; with them and `start` kept, stretches partition the
+    `repeats` 0 for endless. Repeat r of a note has the time `start + (r + step / 24) bar_frames`, computed directly, so
+    nothing drifts. `bar_frames` below 48 count as 48. For constant `bar_frames` and `start`, stretches partition the
     rhythm: no note is lost or doubled. Notes without room in `events` are left out.
 
     >>> from underfoot.models.signals.events import event_list

@@ -1,4 +1,4 @@
-"""Values that are held one after the other, with a glide from each to the next."""
+"""Held values with a glide from each to the next."""
 
 import math
 
@@ -6,14 +6,14 @@ from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 
 HELD = Layout("held", "has_begun", "begin", "target", "since", "glide")
-"""What a glide comes from, where it goes, how many frames ago it began, and how many it takes."""
+"""Start and target of a glide, the frames since it began, and its duration in frames."""
 SEQUENCE = Layout("sequence", "has_begun", "phase", "step", held=HELD)
-"""The place in the sequence in steps, and the step that is held."""
+"""Position in the sequence in steps, and the step that is held."""
 
 
 @kernel
 def value(held: Memory) -> float:
-    """What is put out now: on a straight line to what is held.
+    """Return the present output, on a line to the held value.
 
     >>> held = HELD.zeros()
     >>> take(held, 2.0, 0.0, 10.0)
@@ -29,7 +29,7 @@ def value(held: Memory) -> float:
 
 @kernel
 def take(held: Memory, target: float, since: float, glide_frames: float) -> None:
-    """Hold another value, since so many frames, after a glide of so many; the first of all is there at once."""
+    """Hold another value, begun `since` frames ago, with a glide of `glide_frames`; the first value is immediate."""
     held.begin = value(held) if held.has_begun == 1.0 else target
     held.has_begun, held.target, held.since, held.glide = 1.0, target, since, glide_frames
 
@@ -38,7 +38,7 @@ def take(held: Memory, target: float, since: float, glide_frames: float) -> None
 def sample(
     signal: Floats, triggers: Memory, glide_s: float, rate: float, frame: int, held: Memory, out: Floats
 ) -> None:
-    """Fill `out` with what `signal` was at the last of the events `triggers`; 0 before the first, which is a step."""
+    """Fill `out` with the value of `signal` at the last event of `triggers`; 0 before the first, which is a step."""
     glide = glide_s * rate
     k = 0
     for i in range(out.size):
@@ -53,9 +53,9 @@ def sample(
 def play(
     values: Floats, steps_a_frame: float, events: Memory, glide_frames: float, frame: int, state: Memory, out: Floats
 ) -> None:
-    """Fill `out` with `values`, one a step. Without a pace (`steps_a_frame` 0) each event takes one step.
+    """Fill `out` with `values`, one per step. With `steps_a_frame` 0 each event advances by one step.
 
-    With a pace, steps count from session frame 0, and each event begins with the first again.
+    Otherwise steps count from session frame 0, and each event restarts at the first.
 
     >>> import numpy as np
     >>> from underfoot.models.signals.events import event_list

@@ -1,8 +1,8 @@
-"""Harmonic tones by Chebyshev waveshaping (thesis 3.1, 3.2) on a phasor that does not drift, and their roughness.
+"""Harmonic tones by Chebyshev waveshaping (thesis 3.1, 3.2) with a drift-free phase, and their roughness.
 
-True sines, phases included: `sum a_k sin(k th) = sin(th) sum a_k U_(k-1)(cos th)`, k from 1, so there is no DC. The
-printed `T_k(sin th)` has other phases and a DC term (docs/models.md#tones). The sum over U is Clenshaw's
-recurrence: one sine, one cosine and N multiplications a frame, a span's frames side by side.
+The result is a sum of sines, phases included: `sum a_k sin(k th) = sin(th) sum a_k U_(k-1)(cos th)`, k from 1, without
+DC. The printed `T_k(sin th)` has other phases and a DC term (docs/models.md#tones). The sum over U is Clenshaw's
+recurrence: one sine, one cosine and N multiplications per frame, with the frames of a span in parallel.
 """
 
 import math
@@ -16,17 +16,17 @@ from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 
 PHASE = Layout("phase", "high", "low")
-"""A phase and its rounding remainder, in Hz times frames."""
+"""Phase and its rounding remainder, in Hz times frames."""
 LANES = 32
-"""Frames that `run` takes side by side, a span."""
+"""Frames that `run` processes in parallel, a span."""
 STATE = Layout("tone", phase=PHASE, sine=LANES, twice_cosine=LANES, sum=LANES, before=LANES, pitch=LANES)
-"""The phase, and memory to work in whose contents mean nothing between calls."""
+"""The phase, and working memory whose contents are not kept between calls."""
 
 
 def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> NDArray[np.float64]:
-    """A tone of `round(seconds * rate)` frames: `sum a_k sin(2 pi k f0 t)`, k = 1 ... len(amplitudes), t from 0.
+    """Return a tone of `round(seconds * rate)` frames: `sum a_k sin(2 pi k f0 t)`, k = 1 ... len(amplitudes), t from 0.
 
-    Harmonics at or above half the rate are left out; `audible_harmonics` tells how many remain. Raises `BadValue` for
+    Harmonics at or above half the rate are left out; `audible_harmonics` gives how many remain. Raises `BadValue` for
     f0_hz or rate not above 0, seconds below 0, and amplitudes that are not a row of finite numbers.
 
     >>> tone(50.0, [1.0], 0.02, 400.0).round(3)[:3]
@@ -43,7 +43,7 @@ def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> ND
 
 
 def peak_bound(amplitudes: ArrayLike, roughness: float = 0.0) -> float:
-    """No sample of the tone, roughened to depth `roughness`, exceeds this: `(1 + |m|) sum |a_k|`.
+    """Return a bound of the samples of a tone, roughened to depth `roughness`: `(1 + |m|) sum |a_k|`.
 
     >>> peak_bound([1.0, -0.5], 0.5)
     2.25
@@ -53,7 +53,7 @@ def peak_bound(amplitudes: ArrayLike, roughness: float = 0.0) -> float:
 
 @kernel
 def audible_harmonics(f0_hz: float, count: int, rate: float) -> int:
-    """How many of `count` harmonics of `f0_hz` lie below half the rate; the rest are left out.
+    """Return how many of `count` harmonics of `f0_hz` lie below half the rate; the rest are left out.
 
     >>> audible_harmonics(3000.0, 10, 48000.0)
     7
@@ -70,10 +70,10 @@ def audible_harmonics(f0_hz: float, count: int, rate: float) -> int:
 
 @kernel
 def run(f0_hz: Floats, amplitudes: Floats, rate: float, state: Memory, out: Floats) -> None:
-    """Fill `out` with the tone and move the phase (a state of zeros: the tone begins at phase 0).
+    """Fill `out` with the tone and advance the phase (a zero state starts at phase 0).
 
-    `f0_hz` holds one value for the whole stretch or one a frame; the phase is its running sum, so a ramp glides.
-    `amplitudes` are a_1, a_2, ... At |f0| of half the rate and above nothing is audible and the phase stands.
+    `f0_hz` holds one value for the whole stretch or one per frame; the phase is its running sum.
+    `amplitudes` are a_1, a_2, ... With |f0| at or above half the rate the output is 0 and the phase stands still.
     """
     moves = 1 if f0_hz.size > 1 else 0
     phase, sine, pitch, total = state.phase, state.sine, state.pitch, state.sum
@@ -93,9 +93,9 @@ def run(f0_hz: Floats, amplitudes: Floats, rate: float, state: Memory, out: Floa
 
 @kernel
 def _sum_harmonics(work: Memory, amplitudes: Floats, half: float) -> None:
-    """From the turns in `sine`: the sine there, and the sum over U in `sum`, of all lanes side by side.
+    """From the phases in `sine`, compute the sines there, and the sum over U in `sum`, for all lanes in parallel.
 
-    Every lane is computed, used or not, so the loops have one length and become vector instructions.
+    Every lane is computed, used or not, so that loops have constant length and are vectorised.
     """
     sines, twice, total, before, pitch = work.sine, work.twice_cosine, work.sum, work.before, work.pitch
     for j in range(LANES):
@@ -119,8 +119,8 @@ def _sum_harmonics(work: Memory, amplitudes: Floats, half: float) -> None:
 def roughen(signal: Floats, depth: Floats, frequency_hz: Floats, rate: float, phase: Memory, out: Floats) -> None:
     """Multiply `signal` by `1 + m sin(2 pi f_r t)` into `out` (they may be the same array).
 
-    `depth` (m) and `frequency_hz` (f_r; thesis: 25 Hz) each hold one value for the stretch or one a frame; `phase` is
-    the modulation's own.
+    `depth` (m) and `frequency_hz` (f_r; thesis: 25 Hz) each hold one value for the stretch or one per frame; `phase` is
+    that of the modulation.
     """
     deepens = 1 if depth.size > 1 else 0
     moves = 1 if frequency_hz.size > 1 else 0
@@ -134,10 +134,10 @@ def roughen(signal: Floats, depth: Floats, frequency_hz: Floats, rate: float, ph
 
 @kernel
 def next_phase(high: float, low: float, frequency_hz: float, rate: float) -> tuple[float, float]:
-    """The phase one frame later, as `high + low` within half a rate of 0, in Hz times frames (a turn is `rate`).
+    """Return the phase one frame later, as `high + low` within half a rate of 0, in Hz times frames (a turn is `rate`).
 
-    Frequencies are summed as they are given, undivided, and what each addition rounds off is kept in `low`; the turn
-    is taken off where that subtraction is exact. So a constant frequency does not drift.
+    Frequencies are summed undivided, and the rounding error of each addition is kept in `low`; a full turn is
+    subtracted where that is exact. So a constant frequency does not drift.
     """
     half = 0.5 * rate
     if not abs(frequency_hz) < half:
@@ -154,7 +154,7 @@ def next_phase(high: float, low: float, frequency_hz: float, rate: float) -> tup
 
 @kernel
 def sin_cos(turns: float) -> tuple[float, float]:
-    """Sine and cosine of `2 pi turns`, |turns| at most 1: Taylor series on an eighth of a turn, within 3e-16.
+    """Return sine and cosine of `2 pi turns`, |turns| at most 1: Taylor series on an eighth of a turn, within 3e-16.
 
     >>> sin_cos(0.5)[1]
     -1.0

@@ -1,1 +1,1 @@
-"""Stick-slip as first passage (chapter 8): `distribution` has the functions that a script calls."""
+"""Stick-slip as a first-passage problem (chapter 8); `distribution` has the functions for scripts."""

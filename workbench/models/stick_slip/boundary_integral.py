@@ -1,21 +1,21 @@
-"""The first-passage density as a Volterra integral equation on the line v = v_b: one dimension less than Fokker-Planck.
+"""First-passage density from a Volterra integral equation on the line v = v_b, one dimension less than Fokker-Planck.
 
-Without absorption at the belt velocity, the state would follow its free Gaussian density G. A path that reaches the
-line at (x', s) would go on from there, so what is still slipping at t has the density
+Without absorption at the belt velocity, the state would have its free Gaussian density G. A path that reaches the
+line at (x', s) would continue from there, so the density of paths still slipping at t is
 
     P(x, v, t) = G(x, v, t | start) - int ds dx' F(x', s) G(x, v, t - s | x', v_b).
 
-F is the first-passage density, of the time and the position of the slip's end: the probability flux through the line
+F is the first-passage density, over time and position of the slip's end: the probability flux through the line
 (8.6: F = -D dP/dv there, where P = 0). Twice the derivative of P on the line plus the deceleration
 a = w0^2 x + zeta v_b times its value gives an equation of the second kind,
 
     F = R(start) + int F R,   R = -(2 D d/dv + a) G for the start, (2 D d/dv + a) G for the line,
 
-whose kernel R goes to 0 as sqrt(t - s). (The equation of Fortet and of Buonocore et al. for one dimension, here for
-two.)
+whose kernel R goes to 0 as sqrt(t - s). (Fortet and Buonocore et al. have the equation for one dimension; here it is
+used for two.)
 
-F is held as `panels` has it. A normal component stays normal under the free motion, so that R of a component is known
-in closed form however short the lag t - s.
+F is represented as in `panels`. A normal component stays normal under the free motion, so R of a component is known in
+closed form for any lag t - s.
 """
 
 import math
@@ -36,10 +36,10 @@ from underfoot.models.stick_slip.panels import (
 )
 
 _LARGEST_LAG_RATIO = 3.0
-"""A panel is integrated over its own nodes where its lags differ by at most this factor, else it is subdivided."""
+"""Largest ratio of lags within a panel for which its own nodes are used; beyond, it is subdivided."""
 _MOST_LAGS = 64 * NODES_PER_PANEL
 _RESTART = 16
-"""Components after which the recurrence of `_response` starts anew."""
+"""Components after which the recurrence of `_response` restarts."""
 
 
 class Grid(NamedTuple):
@@ -68,7 +68,7 @@ class _Response(NamedTuple):
 def add_source_term(
     block: BlockOnBelt, grid: Grid, since: float, times: NDArray[np.float64], out: NDArray[np.float64]
 ) -> None:
-    """Add R of the start to `out[time, point]` at `times`, on the points of `grid`, which is there at `since`."""
+    """Add R of the start to `out[time, point]` at `times`, on the points of `grid`, positioned at time `since`."""
     for i in range(times.size):
         free = transition(block.w0, block.zeta, block.noise, times[i])
         inverse = 1.0 / (free.s_xx * free.s_vv - free.s_xv * free.s_xv)
@@ -99,7 +99,8 @@ def add_history_term(
 ) -> None:
     """Add the integral of F R over `panels`, all before `times`, to `out[time, point]`.
 
-    `shortest_lag` s: the lag below which R is a power series in the square root of the lag. `grid` is there at `since`.
+    Below the lag `shortest_lag`, s, R is a power series in the square root of the lag. `grid` is positioned at time
+    `since`.
     """
     most, points = _most_components(panels), out.shape[1]
     lags, lag_weights, basis = np.empty(_MOST_LAGS), np.empty(_MOST_LAGS), np.empty(NODES_PER_PANEL)
@@ -127,7 +128,7 @@ def add_history_term(
 def collocation_matrix(
     block: BlockOnBelt, grid: Grid, length: float, shortest_lag: float, out: NDArray[np.float64]
 ) -> None:
-    """The integral of F R over a panel up to its own nodes: `out[source node, component, target node, point]`."""
+    """Fill `out[source node, component, target node, point]` with the integral of F R over a panel up to its nodes."""
     lags, lag_weights, basis = np.empty(_MOST_LAGS), np.empty(_MOST_LAGS), np.empty(NODES_PER_PANEL)
     response = _Response(np.empty((grid.points, grid.points)), np.empty(grid.points), np.empty(grid.points))
     out[:] = 0.0
@@ -154,10 +155,10 @@ def subtract_exceedance(
     times: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Subtract from `out` the probability of having ended before `times` and, going on freely, being above v_b then.
+    """Subtract from `out` the probability that a slip ended before `times` and its free continuation is above v_b then.
 
-    With the probability that the free motion from the start is above v_b in `out`, what remains is the residual of an
-    equation that F solves and that was not used to find it.
+    If `out` holds the probability that the free motion from the start is above v_b, the difference is the residual of
+    an equation that F satisfies and that was not used to find it.
     """
     lags, lag_weights, basis = np.empty(_MOST_LAGS), np.empty(_MOST_LAGS), np.empty(NODES_PER_PANEL)
     source_weights = np.empty(_most_components(panels))
@@ -196,8 +197,8 @@ def _most_components(panels: Panels) -> int:
 @kernel
 def _response(block: BlockOnBelt, lag: float, source: Grid, target: Grid, out: _Response) -> None:
     # R of unit components on `source`, a lag earlier, at the points of `target`. From one component to the next the
-    # exponent has constant second differences, so that the density is carried on by two products. It is computed anew
-    # now and then, because a value that began in underflow would stay 0.
+    # exponent has constant second differences, so the density is updated by two products. It is recomputed now and
+    # then, because a value that starts in underflow would stay 0.
     density, ratio = out.density, out.ratio
     w0, zeta, noise, belt_velocity = block.w0, block.zeta, block.noise, block.belt_velocity
     a_xx, a_xv, a_vx, a_vv, s_xx, s_xv, s_vv = transition(w0, zeta, noise, lag)
@@ -239,8 +240,8 @@ def _response(block: BlockOnBelt, lag: float, source: Grid, target: Grid, out: _
 def _lag_quadrature(
     nearest: float, farthest: float, shortest_lag: float, lags: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> int:
-    # A rule over the lags from nearest to farthest, to `lags` and `weights`, its length returned: Gauss-Legendre rules,
-    # each over at most a certain ratio of lags; in the square root of the lag where the lag starts at 0.
+    # Quadrature over the lags from nearest to farthest, into `lags` and `weights`; returns its length. Gauss-Legendre
+    # rules, each over at most a certain ratio of lags; in the square root of the lag if the lag starts at 0.
     if farthest <= _LARGEST_LAG_RATIO * nearest:
         _gauss_rule(nearest, farthest, lags, weights)
         return NODES_PER_PANEL
@@ -265,6 +266,6 @@ def _lag_quadrature(
 @kernel
 def _gauss_rule(low: float, high: float, points: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
     for n in range(NODES_PER_PANEL):
-        # From the far end on: the lags of a whole panel are then those to its own nodes, in their order.
+        # From the far end on, so that the lags of a whole panel are those to its own nodes, in order.
         points[n] = high - 0.5 * (high - low) * (1.0 + GAUSS_NODES[n])
         weights[n] = 0.5 * (high - low) * GAUSS_WEIGHTS[n]

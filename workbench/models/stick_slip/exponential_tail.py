@@ -1,4 +1,4 @@
-"""The end of a long slip: once the hazard rate is constant, the rest of the first-passage density is exponential."""
+"""Exponential tail of long slips: once the hazard rate is constant, the first-passage density is exponential."""
 
 import math
 
@@ -11,10 +11,10 @@ from underfoot.models.stick_slip.panels import GAUSS_NODES, GAUSS_WEIGHTS, NODES
 
 
 def constant_hazard(buffer: PanelBuffer, block: BlockOnBelt, time: float, t_end: float, error: float) -> float:
-    """The hazard rate, 1/s, if it has been constant for two relaxation times before `time` s; else 0.
+    """Return the hazard rate, 1/s, if it was constant for two relaxation times before `time` s; else 0.
 
-    Its means over each of the two, tapered so that its oscillation cancels, must not differ by what would matter when
-    most slips have ended; nor may the oscillation that is left matter within one period.
+    Its means over each of the two, tapered to cancel its oscillation, must agree well enough for the time when most
+    slips have ended; and the remaining oscillation must not matter within one period.
     """
     relaxation = relaxation_time(block)
     if time < 2.0 * relaxation or buffer.count == 0:
@@ -52,7 +52,7 @@ def append_exponential(buffer: PanelBuffer, time: float, t_end: float, rate: flo
 
 
 def relaxation_time(block: BlockOnBelt) -> float:
-    """How long the free motion remembers its start, s: a period, or the slowest decay; inf without damping.
+    """Return the memory of the free motion, s: a period, or the slowest decay time; inf without damping.
 
     >>> round(relaxation_time(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, 0.0)), 1)
     20.0

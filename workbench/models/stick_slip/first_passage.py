@@ -1,9 +1,9 @@
-"""The first-passage density of a slip, solved panel by panel to an asked error; nothing else is to be chosen.
+"""Solver of the first-passage density of a slip, panel by panel, to an asked error without further parameters.
 
-A panel is tried at a length, judged by how fast its Legendre coefficients (time) and its spectrum (position) fall off,
-and kept or halved. Once the hazard rate is constant, an exponential tail takes the rest. In the end the solution is
-checked by an equation that was not used to find it (`subtract_exceedance`); where that misses the asked error, all is
-done again at a tighter tolerance.
+A panel is tried at a length, judged by the decay of its Legendre coefficients (time) and of its spectrum (position),
+and kept or halved. Once the hazard rate is constant, an exponential tail replaces the rest. Finally the solution is
+checked with an equation that was not used to find it (`subtract_exceedance`); if that misses the asked error, the
+solution is repeated at a tighter tolerance.
 """
 
 import math
@@ -31,16 +31,16 @@ _MOST_STEPS = 100_000
 _MOST_TRIALS = 60
 _LEAST_SPACING_RATIO = 0.03
 _ERROR_TO_RESIDUAL = 10.0
-"""The largest CDF error was 1 to 10 times the largest residual in all sets tried; it is taken as 10."""
+"""Assumed ratio of CDF error to largest residual; it was 1 to 10 in all sets tried."""
 
 _TOLERANCE_TO_ERROR = 4.0
-"""What one panel's Legendre coefficients may leave out, over the asked error, which is then met 2 to 50 times over."""
+"""Tolerance of a panel's Legendre coefficients over the asked error, which is then met 2 to 50 times over."""
 
 
 def solve(block: BlockOnBelt, t_end: float, error: float) -> Panels:
     """Solve for the first-passage density up to `t_end` s, to `error` (largest CDF difference; 1e-6 to 0.1).
 
-    `BadValue` for values out of range, and where the work would be out of all proportion.
+    `BadValue` for values out of range, and if the work would be excessive.
 
     >>> panels = solve(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0, 1e-2)
     >>> panels.rates.shape == (len(panels.table), NODES_PER_PANEL)
@@ -51,7 +51,7 @@ def solve(block: BlockOnBelt, t_end: float, error: float) -> Panels:
     for left in reversed(range(4)):
         solver = _Solver(block, t_end, target)
         panels, residual = solver.run()
-        # A tail's growth is the worst that can be: it is a reason to try again, and none to refuse.
+        # The growth in a tail is a worst case: a reason to try again, but not to refuse.
         growth = solver.growth_in_tail if left else 1.0
         if _ERROR_TO_RESIDUAL * residual * growth <= error:
             return Panels(panels.table.copy(), panels.weights.copy(), panels.rates.copy())
@@ -60,7 +60,7 @@ def solve(block: BlockOnBelt, t_end: float, error: float) -> Panels:
 
 
 class _Solver:
-    """One pass through time, from the slip's onset to `t_end` or to where all slips have ended."""
+    """One pass through time, from slip onset to `t_end` or until all slips have ended."""
 
     def __init__(self, block: BlockOnBelt, t_end: float, error: float) -> None:
         self.block, self.t_end, self.error = block, t_end, error
@@ -71,12 +71,12 @@ class _Solver:
         self.equation: _PanelEquation | None = None
         self.shortest_lag = shortest_time(block)
         self.growth = 32.0
-        """By how much the last Legendre coefficients are expected to grow when a panel is twice as long."""
+        """Expected growth of the last Legendre coefficients when a panel is doubled in length."""
         self.growth_in_tail = 1.0
-        """By how much an error of the hazard rate grows while the exponential tail lasts."""
+        """Growth of an error of the hazard rate during the exponential tail."""
 
     def run(self) -> tuple[Panels, float]:
-        """The panels, and the largest residual, a probability."""
+        """Return the panels, and the largest residual, a probability."""
         time = self.crossings.earliest()
         length = 0.5 * time
         steps = 0
@@ -100,7 +100,7 @@ class _Solver:
         return self.buffer.panels(), self.residual()
 
     def negligible_time(self, time: float, crossing: Crossing) -> float:
-        """For how long, from `crossing` at `time` on, crossings are negligible, s; 0 if they are not."""
+        """Return how long, from `crossing` at `time` on, crossings are negligible, s; 0 if they are not."""
         if crossing.reach >= 0.0:
             return 0.0
         most = min(0.5 * time, 0.3 / self.block.w0, self.t_end - time)
@@ -108,7 +108,7 @@ class _Solver:
         return skipped if self.crossings.at(time + skipped).reach < 0.0 else 0.0
 
     def advance(self, time: float, length: float) -> tuple[float, float]:
-        """Append one panel from `time` s on, about `length` s long; return its end and a length for the next."""
+        """Append one panel at `time` s, about `length` s long; return its end and a length for the next."""
         left = self.t_end - time
         trial = left if left < 1.4 * length else 0.5 * left if left < 2.0 * length else length
         for _ in range(_MOST_TRIALS):
@@ -125,9 +125,9 @@ class _Solver:
         raise BadValue(f"error is {self.error!r}; allowed for these values: larger (it stalls at {time:.3g} s)")
 
     def try_panel(self, time: float, length: float) -> tuple[float, float]:
-        """Solve one panel and append it if it is good enough; return its truncation and aliasing errors.
+        """Solve one panel and append it if it is accurate enough; return its truncation and aliasing errors.
 
-        Both are probabilities: of the last two Legendre coefficients, and of what the grid is too coarse for.
+        Both are probabilities: of the last two Legendre coefficients, and of what the grid does not resolve.
         """
         grid = self.grids.choose(time, length)
         if grid is None:
@@ -151,14 +151,14 @@ class _Solver:
         return truncation, aliasing
 
     def shortest_lag_on(self, grid: Grid) -> float:
-        """The lag, s, below which the integral kernel on `grid` is a power series in the square root of the lag."""
+        """Return the lag, s, below which the kernel on `grid` is a power series in the square root of the lag."""
         w0, zeta, noise, belt_velocity, _, _ = self.block
         ends = (grid.first, grid.first + grid.points * grid.spacing)
         deceleration = max(abs(w0 * w0 * x + zeta * belt_velocity) for x in ends)
         return 0.5 * min(shortest_time(self.block), 4.0 * noise / (deceleration * deceleration))
 
     def residual(self) -> float:
-        """The largest difference between the probability that the free motion is above v_b and what its slips say."""
+        """Return the largest difference of P(v > v_b) of the free motion, directly and from the solved slips."""
         panels = self.buffer.panels()
         start, length = panels.table["start"], panels.table["length"]
         times = np.sort(np.concatenate([start + 0.5 * length, start + length]))
@@ -168,7 +168,7 @@ class _Solver:
 
 
 class _PanelEquation:
-    """The integral equation on one panel, for any terms known from before it."""
+    """Integral equation on one panel, for any known terms from before it."""
 
     def __init__(self, block: BlockOnBelt, grid: Grid, length: float, shortest_lag: float) -> None:
         self._grid, self._length = grid, length
@@ -179,11 +179,11 @@ class _PanelEquation:
         self._to_weights = np.linalg.inv(np.exp(-0.5 * apart * apart) / (math.sqrt(2.0 * math.pi) * grid.width))
 
     def holds_for(self, grid: Grid, length: float) -> bool:
-        """Whether this is the equation of a panel on `grid` that is `length` s long."""
+        """Return whether this is the equation of a panel on `grid` that is `length` s long."""
         return (self._grid, self._length) == (grid, length)
 
     def solve(self, known: NDArray[np.float64], good: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Weights and density, both [node, point], by fixed-point iteration until the density changes by `good`."""
+        """Return weights and density, both [node, point], by fixed-point iteration until the change is below `good`."""
         density = known
         for _ in range(60):
             weights = density @ self._to_weights

@@ -1,7 +1,7 @@
-"""Where and when the free motion crosses the belt velocity: a bound on the first passage, since absorption takes away.
+"""Crossings of the belt velocity by the free motion (without absorption): an upper bound of the first passage.
 
-The free motion is the one without absorption; its state is Gaussian at any time. These bounds say which times and
-positions the solution needs, and how fast it can change there.
+The state of the free motion is Gaussian at any time. The bounds tell which times and positions the solution needs, and
+how fast it can change there.
 """
 
 import math
@@ -12,30 +12,30 @@ from underfoot.models.stick_slip.oscillator import BlockOnBelt, transition
 
 
 class Crossing(NamedTuple):
-    """Where the free motion crosses the belt velocity at one time."""
+    """Crossing of the belt velocity by the free motion at one time."""
 
     mean: float
-    """Of x, given v = v_b, m."""
+    """Mean of x, given v = v_b, m."""
     deviation: float
-    """Of x, given v = v_b, m."""
+    """Standard deviation of x, given v = v_b, m."""
     reach: float
-    """Half-width of the range of x that matters, in deviations; negative: the crossing is negligible."""
+    """Half-width of the relevant range of x, in standard deviations; negative: the crossing is negligible."""
     time_scale: float
-    """Time in which the mean velocity can move by one of its standard deviations, s."""
+    """Time in which the mean velocity can change by one of its standard deviations, s."""
     negligible_for: float
     """Time for which the crossing stays negligible, s."""
 
 
 @dataclass(frozen=True)
 class FreeCrossings:
-    """Bounds for a block that is followed for `t_end` s, where a probability of `negligible` does not matter."""
+    """Bounds for a block that is observed for `t_end` s, where a probability of `negligible` does not matter."""
 
     block: BlockOnBelt
     t_end: float
     negligible: float
 
     def earliest(self) -> float:
-        """A time, s, before which no crossing matters."""
+        """Return a time, s, before which no crossing matters."""
         w0, zeta, noise, belt_velocity, x0, v0 = self.block
         gap = belt_velocity - v0
         diffusing = gap * gap / (4.0 * noise) / (2.0 * math.log(1.0 / self.negligible) + 10.0)
@@ -43,7 +43,7 @@ class FreeCrossings:
         return min(diffusing, moving, 0.02 * shortest_time(self.block), 0.01 * self.t_end)
 
     def at(self, time: float) -> Crossing:
-        """The crossing at `time` s."""
+        """Return the crossing at `time` s."""
         w0, zeta, noise, belt_velocity, x0, v0 = self.block
         free = transition(w0, zeta, noise, time)
         mean_x = free.a_xx * x0 + free.a_xv * v0
@@ -51,7 +51,7 @@ class FreeCrossings:
         gap = belt_velocity - mean_v
         deviation = math.sqrt(free.s_xx - free.s_xv * free.s_xv / free.s_vv)
         mean = mean_x + free.s_xv / free.s_vv * gap
-        # Velocities within the boundary layer of the diffusion count as being at the belt velocity.
+        # Velocities within the diffusion's boundary layer count as at the belt velocity.
         layer = math.sqrt(noise * min(time, shortest_time(self.block)))
         distance = max(0.0, gap - layer) if gap > 0.0 else -gap
         spread = math.sqrt(free.s_vv)
@@ -60,7 +60,7 @@ class FreeCrossings:
         log_ratio = math.log(most / self.negligible)
         excess = log_ratio - 0.5 * (distance / spread) ** 2
         reach = math.sqrt(2.0 * excess) + 0.3 if excess > 0.0 else -1.0
-        # In a time t the mean velocity moves by at most about |a| t + w0^2 |v| t^2; its deviation grows ever slower.
+        # In a time t the mean velocity changes by at most about |a| t + w0^2 |v| t^2; its deviation grows ever slower.
         acceleration = abs(w0 * w0 * mean_x + zeta * mean_v)
         jerk = w0 * w0 * abs(mean_v)
         needed = math.sqrt(2.0 * max(log_ratio, 0.0))
@@ -76,7 +76,7 @@ def shortest_time(block: BlockOnBelt) -> float:
 
 
 def exceedance(block: BlockOnBelt, time: float) -> float:
-    """The probability that the velocity of the free motion is above the belt's at `time` s.
+    """Return the probability that the velocity of the free motion is above the belt's at `time` s.
 
     >>> round(exceedance(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, 0.0), 100.0), 3)
     0.309
@@ -87,7 +87,7 @@ def exceedance(block: BlockOnBelt, time: float) -> float:
 
 
 def _time_to_cover(distance: float, speed: float, acceleration: float) -> float:
-    """The time t in which speed t + acceleration t^2 comes to `distance`; 0 where that is negative."""
+    """Return the time t in which speed t + acceleration t^2 reaches `distance`; 0 if that is negative."""
     if distance <= 0.0:
         return 0.0
     root = speed + math.sqrt(speed * speed + 4.0 * acceleration * distance)

@@ -10,7 +10,7 @@ from underfoot.kernels import kernel
 
 
 class NormalMixture(NamedTuple):
-    """Components of a mixture of normal densities, all arrays [components]. The weights need not sum to 1."""
+    """Mixture of normal densities, all arrays [components]. The weights need not sum to 1."""
 
     means: NDArray[np.float64]
     widths: NDArray[np.float64]
@@ -20,7 +20,7 @@ class NormalMixture(NamedTuple):
 
 @kernel
 def density_and_cdf(mixture: NormalMixture, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Density and CDF of a mixture at `points`, as [2, points].
+    """Return density and CDF of a mixture at `points`, as [2, points].
 
     >>> mixture = NormalMixture(np.array([1.0, 9.0]), np.array([0.5, 0.5]), np.array([0.3, 0.7]))
     >>> round(float(density_and_cdf(mixture, np.array([1.0]))[1, 0]), 3)
@@ -44,13 +44,13 @@ def density_and_cdf(mixture: NormalMixture, points: NDArray[np.float64]) -> NDAr
 
 @kernel
 def normal_density(z: float) -> float:
-    """Of the standard normal distribution."""
+    """Return the density of the standard normal distribution."""
     return math.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
 
 
 @kernel
 def normal_cdf(z: float) -> float:
-    """Of the standard normal distribution.
+    """Return the CDF of the standard normal distribution.
 
     >>> normal_cdf(0.0)
     0.5

@@ -1,4 +1,4 @@
-"""The slipping block: a damped oscillator in white noise, whose transition density is Gaussian.
+"""Slipping block: a damped oscillator in white noise, whose transition density is Gaussian.
 
 `dx = v dt`, `dv = (-w0^2 x - zeta v) dt + sqrt(2 D) dW` (8.23). From (x, v) the state after a time t is normal with
 mean `A(t) (x, v)` and covariance `S(t)`.
@@ -16,9 +16,9 @@ _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
 class BlockOnBelt(NamedTuple):
-    """A block on a spring, in white noise, that a belt drags along; and the state in which its slip begins.
+    """Block on a spring, in white noise, carried by a belt; and the state in which its slip begins.
 
-    Any consistent units will do; those given here are SI. `require_slip` has the ranges.
+    Any consistent units; those given here are SI. `require_slip` has the ranges.
 
     >>> block = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0)
     """
@@ -51,11 +51,11 @@ class Transition(NamedTuple):
 
 @kernel
 def transition(w0: float, zeta: float, noise: float, t: float) -> Transition:
-    """The propagator and the covariance after `t` > 0 s.
+    """Return the propagator and the covariance after `t` > 0 s.
 
-    The matrix exponential and covariance of 8.23 (8.24 to 8.26, corrected), for any damping. Where the
-    closed form would cancel (small t, small or large zeta) the covariance is integrated over a part of t, as a sum of
-    positive terms, and the part is doubled until it is t.
+    Matrix exponential and covariance of 8.23 (8.24 to 8.26, corrected), for any damping. Where the closed form would
+    cancel (small t, small or large zeta) the covariance is integrated over a part of t, as a sum of positive terms, and
+    the part is doubled until it is t.
 
     >>> abs(transition(1.0, 0.1, 0.4, 1e-3).s_vv / (2 * 0.4 * 1e-3) - 1) < 1e-3
     True
@@ -92,10 +92,10 @@ def transition(w0: float, zeta: float, noise: float, t: float) -> Transition:
 
 
 def require_slip(block: BlockOnBelt, t_end: float, error: float) -> tuple[BlockOnBelt, float, float]:
-    """What every slip needs, as float64; `BadValue` names the first value that is out of range.
+    """Return the arguments as float64; `BadValue` names the first value that is out of range.
 
-    `t_end`: how long the slip is followed, s; `error`: the largest CDF difference. Ranges are wide, and relative to
-    the units 1/w0 and v_b/w0; beyond them float64 or the time to compute would not suffice.
+    `t_end` is the observation time, s; `error` the largest CDF difference. Ranges are wide, and relative to the units
+    1/w0 and v_b/w0; beyond them float64 or the computing time would not suffice.
 
     >>> require_slip(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, 1.0), 20.0, 1e-4)
     Traceback (most recent call last):
@@ -119,7 +119,7 @@ def require_slip(block: BlockOnBelt, t_end: float, error: float) -> tuple[BlockO
 
 @kernel
 def _propagator(w0: float, zeta: float, t: float) -> tuple[float, float, float, float]:
-    # A_xx, A_xv, A_vx and A_vv after t: a series where the damping is nearly critical, else sine or hyperbolic sine.
+    # A_xx, A_xv, A_vx and A_vv after t: a series if the damping is nearly critical, else sine or hyperbolic sine.
     half = 0.5 * zeta
     square = (w0 * w0 - half * half) * t * t
     if abs(square) < 1e-6:

@@ -12,26 +12,26 @@ _Item = TypeVar("_Item", np.float64, np.record)
 
 
 class PanelBuffer:
-    """Panels that are appended one after the other. `negligible`: a probability that does not matter."""
+    """Appendable panels. `negligible` is a probability that does not matter."""
 
     def __init__(self, negligible: float) -> None:
         self.negligible = negligible
         self.count = 0
         self.weight_count = 0
-        """Of all components, at all nodes of all panels."""
+        """Number of weights: all components, at all nodes of all panels."""
         self.ended = 0.0
-        """The probability that the slip has ended by the end of the last panel."""
+        """Probability that the slip has ended by the end of the last panel."""
         self._table = cast(NDArray[np.record], np.zeros(64, PANEL))
         self._weights = np.zeros(1 << 14)
         self._rates = np.zeros((64, NODES_PER_PANEL))
         self._hazards = np.zeros((64, NODES_PER_PANEL))
 
     def panels(self) -> Panels:
-        """The panels so far; they share the buffer's memory."""
+        """Return the panels so far; they share the buffer's memory."""
         return Panels(self._table[: self.count], self._weights[: self.weight_count], self._rates[: self.count])
 
     def hazards(self) -> NDArray[np.float64]:
-        """[panels, NODES_PER_PANEL]: the hazard rate, 1/s, at the panels' nodes."""
+        """Return the hazard rate at the panels' nodes, 1/s, [panels, NODES_PER_PANEL]."""
         return self._hazards[: self.count]
 
     def append(self, time: float, length: float, grid: Grid, weights: NDArray[np.float64]) -> None:
@@ -58,7 +58,7 @@ class PanelBuffer:
         self.count += 1
 
     def _significant(self, probabilities: NDArray[np.float64]) -> tuple[int, int]:
-        """From and up to which component the `probabilities` matter; at least one component."""
+        """Return the range of components whose `probabilities` matter; at least one component."""
         least = 0.01 * self.negligible
         begin = int(np.searchsorted(np.cumsum(probabilities), least))
         end = probabilities.size - int(np.searchsorted(np.cumsum(probabilities[::-1]), least))

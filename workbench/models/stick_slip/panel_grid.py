@@ -1,4 +1,4 @@
-"""Which grid of positions a panel gets: its range, its spacing and whether it moves with the belt."""
+"""Choice of a panel's grid of positions: its range, its spacing and whether it moves with the belt."""
 
 import math
 
@@ -17,20 +17,20 @@ _MOST_POINTS = 600
 
 
 class PanelGrids:
-    """Chooses the grids of one solution, panel after panel. `error`: the largest CDF difference asked for."""
+    """Chooses the grids of one solution, panel after panel. `error` is the asked largest CDF difference."""
 
     def __init__(self, crossings: FreeCrossings, error: float) -> None:
         self._crossings, self._error = crossings, error
         w0, _, noise, belt_velocity, _, _ = crossings.block
         # Where the deceleration on the line changes sign, the density varies over the distance that the belt covers
-        # while noise and deceleration are even: sqrt(2 D t) = w0^2 v_b t^2 / 2.
+        # until noise and deceleration balance: sqrt(2 D t) = w0^2 v_b t^2 / 2.
         self._shortest_length = belt_velocity * (8.0 * noise / (w0**4 * belt_velocity * belt_velocity)) ** (1.0 / 3.0)
         self._last: Grid | None = None
         self.spacing_ratio = 0.7
         """Spacing over the shortest length on which the density varies."""
 
     def choose(self, time: float, length: float) -> Grid | None:
-        """A grid for the panel from `time` s on, `length` s long; None where nothing that matters ends then."""
+        """Return a grid for the panel from `time` s on, `length` s long; None if the probability is negligible."""
         times = [time, *(time + 0.5 * length * (1.0 + GAUSS_NODES)), time + length]
         crossings = [self._crossings.at(at) for at in times]
         speed = self._speed(time, crossings[len(crossings) // 2].deviation)
@@ -46,7 +46,7 @@ class PanelGrids:
         return self._last
 
     def adapt(self, aliasing: float) -> None:
-        """Choose finer or coarser grids from now on, by the `aliasing` of a panel that was solved."""
+        """Refine or coarsen later grids, by the `aliasing` of a solved panel."""
         if aliasing > 0.1 * self._error:
             octaves = 0.125 if aliasing <= self._error else 0.25 if aliasing < 10.0 * self._error else 0.5
             self.spacing_ratio *= 2.0**-octaves
@@ -54,19 +54,19 @@ class PanelGrids:
             self.spacing_ratio = min(self.spacing_ratio * 2.0**0.125, 0.9)
 
     def _speed(self, time: float, deviation: float) -> float:
-        """While the density is narrower than the distance that the belt has covered, its grid moves with the belt."""
+        """Return the grid's speed: the belt's while the density is narrower than the distance the belt has covered."""
         _, zeta, _, belt_velocity, _, _ = self._crossings.block
         damped = 2.0 * belt_velocity / zeta if zeta > 0.0 else math.inf
         covered = min(belt_velocity * time, self._shortest_length, damped)
         return belt_velocity if deviation < 0.4 * covered else 0.0
 
     def _spacing(self, crossings: list[Crossing]) -> float:
-        """A spacing, rounded down to quarters of an octave, so that neighbouring panels often share a grid."""
+        """Return a spacing, rounded down to quarters of an octave, so that neighbouring panels often share a grid."""
         spacing = self.spacing_ratio * min(self._shortest_length, *(crossing.deviation for crossing in crossings))
         return float(2.0 ** (math.floor(4.0 * math.log2(spacing)) / 4.0))
 
     def _covering(self, low: float, high: float, speed: float, spacing: float, time: float) -> Grid:
-        """A grid from `low` to `high` m: the last one where it will do, for its equations are solved already."""
+        """Return a grid from `low` to `high` m: the last one if it fits, as its equations are solved already."""
         step = 3.0 * spacing
         edge = math.floor(low / step) - 1
         points = 3 * (math.ceil(high / step) + 1 - edge) + 1
@@ -81,14 +81,14 @@ class PanelGrids:
 
 
 def aliasing_of(density: NDArray[np.float64], spacing: float, length: float) -> float:
-    """How much of a panel's `density` [node, point] its grid is too coarse for, as a probability, from its spectrum."""
+    """Return the part of a panel's `density` [node, point] that its grid does not resolve, as a probability."""
     spectrum = np.abs(np.fft.rfft(density, axis=1))
-    # The components take a wave of this part of the highest wavenumber for its alias, by this share.
+    # The components mistake a wave at this part of the highest wavenumber for its alias, by this share.
     part = 2.0 * np.arange(spectrum.shape[1]) / density.shape[1]
     share = 1.0 / (1.0 + np.exp(2.0 * math.pi**2 * WIDTH_TO_SPACING**2 * (1.0 - part)))
     return math.sqrt(2.0) * length * spacing * float(np.sqrt(((spectrum * share) ** 2).sum(axis=1)).max())
 
 
 def too_much_work(t_end: float, time: float) -> BadValue:
-    """The error to raise where following the slip beyond `time` s would take work out of all proportion."""
+    """Return the error for slips whose observation beyond `time` s would take an excessive amount of work."""
     return BadValue(f"t_end is {t_end!r}; allowed for these values: up to {time:.3g}, or a larger error")

@@ -1,8 +1,8 @@
-"""How the first-passage density F(x, t) is stored: panels in time, and in each a mixture of normal densities in x.
+"""Representation of the first-passage density F(x, t): panels in time, with a mixture of normal densities in x.
 
 A panel is an interval of time with `NODES_PER_PANEL` Gauss-Legendre nodes; between them F is their interpolating
-polynomial. At each node F is a mixture of normal densities of one width, their means evenly spaced; the grid of means
-may move at a constant speed.
+polynomial. At each node F is a mixture of normal densities of one width with evenly spaced means; the grid of means may
+move at a constant speed.
 """
 
 from typing import NamedTuple
@@ -15,18 +15,18 @@ from underfoot.kernels import kernel
 
 NODES_PER_PANEL = 8
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(NODES_PER_PANEL)
-"""Of the Gauss-Legendre rule on [-1, 1]."""
+"""Nodes and weights of the Gauss-Legendre rule on [-1, 1]."""
 
 _BARYCENTRIC = np.array([1.0 / np.prod(node - np.delete(GAUSS_NODES, i)) for i, node in enumerate(GAUSS_NODES)])
 
 TO_LEGENDRE = np.linalg.inv(legvander(GAUSS_NODES, NODES_PER_PANEL - 1))
-"""[term, node]: from values at the nodes to Legendre coefficients."""
+"""[term, node]: values at the nodes to Legendre coefficients."""
 
 TO_LEGENDRE_OF_INTEGRAL = legint(TO_LEGENDRE, lbnd=-1)
-"""[term, node]: from values at the nodes to the Legendre coefficients of their integral from -1 on."""
+"""[term, node]: values at the nodes to the Legendre coefficients of their integral from -1."""
 
 TO_INTEGRAL = legvander(GAUSS_NODES, NODES_PER_PANEL) @ TO_LEGENDRE_OF_INTEGRAL
-"""[node, node]: from values at the nodes to their integrals from -1 to each node."""
+"""[node, node]: values at the nodes to their integrals from -1 to each node."""
 
 PANEL = np.dtype(
     [
@@ -41,8 +41,9 @@ PANEL = np.dtype(
     ],
     align=True,
 )
-"""One panel: from `start` s on, `length` s. Its components have means from `first` m on (at the panel's start),
-`spacing` m apart, that move at `speed` m/s, and standard deviation `width` m. `offset`: index of its first weight."""
+"""One panel, from `start` s, `length` s long. The means of its components start at `first` m (at the panel's start),
+`spacing` m apart, and move at `speed` m/s; `width` is their standard deviation, m.
+`offset` is the index of the first weight."""
 
 
 class Panels(NamedTuple):
@@ -58,7 +59,7 @@ class Panels(NamedTuple):
 
 @kernel
 def lagrange_basis(z: float, basis: NDArray[np.float64]) -> None:
-    """The Lagrange polynomials of a panel's nodes at `z` in [-1, 1] (its ends), to `basis` [NODES_PER_PANEL].
+    """Write the Lagrange polynomials of a panel's nodes at `z` in [-1, 1] (its ends) to `basis` [NODES_PER_PANEL].
 
     >>> basis = np.empty(NODES_PER_PANEL)
     >>> lagrange_basis(0.3, basis)
@@ -80,7 +81,7 @@ def lagrange_basis(z: float, basis: NDArray[np.float64]) -> None:
 
 @kernel
 def interpolate_weights(panels: Panels, index: int, basis: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-    """The weights of all components of panel `index` where its Lagrange polynomials are `basis`, to `out`."""
+    """Write the weights of all components of panel `index` at the point with Lagrange polynomials `basis` to `out`."""
     components = panels.table[index].components
     offset = panels.table[index].offset
     out[:components] = 0.0

@@ -1,9 +1,9 @@
-"""The joint distribution of a slip's duration and distance as a table of quantiles: one look-up draws a slip.
+"""Quantile table of the joint distribution of a slip's duration and distance; one look-up draws a slip.
 
-The distribution depends on four numbers only, the units of time and length being 1/w0 and v_b/w0. A table is flat,
-float64: a head; a guide, the index to begin at for each 256th of the quantile levels; quantile levels and the durations
-there, to be joined by straight lines; and for each duration a row of distances, at the quantile levels
-sin^2(pi y / 2) with y in even steps.
+The distribution depends on four numbers only, in the units 1/w0 of time and v_b/w0 of length. A table is flat, float64:
+a header; a guide, the start index for each 256th of the quantile levels; quantile levels and the durations there, to be
+interpolated linearly; and for each duration a row of distances, at the quantile levels sin^2(pi y / 2) with y in even
+steps.
 """
 
 import math
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from underfoot.models.stick_slip.tabulated import Distribution
 
 LONGEST = 800.0
-"""How long slips are followed, in 1/w0: those that still last then are taken to end then."""
+"""Observation time of slips, in 1/w0; longer slips are taken to end then."""
 
 MEAN, _DURATIONS, _DISTANCES, _GUIDE = range(4)
-"""The head of a table: the mean size of a distance, and how many durations and distances there are; then the guide."""
+"""Header of a table: mean size of a distance, number of durations, number of distances; then the guide."""
 
 _GUIDES = 256
 _CHANCES = _GUIDE + _GUIDES
@@ -36,9 +36,9 @@ def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: flo
     """Tabulate the joint distribution of a slip's duration and distance for `draw`.
 
     All in units of 1/w0 and v_b/w0: `zeta` is the damping rate over w0, `noise` D/(w0 v_b^2), `x0` and `v0` (< 1) the
-    slip's start. `error`, 3e-4 to 0.1: the largest CDF difference of durations, distances and periods; it sets the size
-    of the table. `BadValue` for values out of range, or where this error would take work out of all proportion. Takes
-    0.02 to 0.3 s at an error of 1e-3: not for the audio callback.
+    slip's start. `error`, 3e-4 to 0.1, is the largest CDF difference of durations, distances and periods; it determines
+    the size of the table. `BadValue` for values out of range, or if this error would take an excessive amount of work.
+    Takes 0.02 to 0.3 s at an error of 1e-3: not for the audio callback.
 
     >>> table = slip_table(0.4, 0.5, 2.0, error=1e-2)
     >>> round(float(table[MEAN]), 1), table.size < 2000
@@ -49,8 +49,8 @@ def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: flo
 
     number("error", error, 3e-4, 0.1, "3e-4 to 0.1")
     solved = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, v0), LONGEST, error)
-    dense = error * min(1.0, (error / 1e-3) ** 1.5)  # next to a small error what lies between the rows counts more
-    slip = replace(solved, error=0.25 * dense)  # tabulated more densely than its own error needs
+    dense = error * min(1.0, (error / 1e-3) ** 1.5)  # for small errors interpolation between rows matters more
+    slip = replace(solved, error=0.25 * dense)  # tabulated more densely than its own error requires
     some_last = slip.survival > slip.error
     levels, times = _duration_quantiles(slip.duration, some_last)
     count = 2 + math.ceil(1.5 / math.sqrt(dense))
@@ -73,7 +73,7 @@ def draw(table: Floats, key: int, counter: int) -> tuple[float, float]:
 
 @kernel
 def look_up(table: Floats, first: float, second: float) -> tuple[float, float]:
-    """The duration that the chance `first`, in (0, 1), stands for, and the distance that `second` then stands for."""
+    """Return the duration at the quantile `first`, in (0, 1), and the distance at the quantile `second` given it."""
     durations, distances = int(table[_DURATIONS]), int(table[_DISTANCES])
     i = int(table[_GUIDE + int(first * _GUIDES)])
     while table[_CHANCES + i + 1] <= first and i < durations - 2:
@@ -94,7 +94,7 @@ def look_up(table: Floats, first: float, second: float) -> tuple[float, float]:
 
 
 def _duration_quantiles(duration: "Distribution", some_last: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Quantile levels from 0 to 1 and durations; where `some_last`, the last two durations are `LONGEST`, for those."""
+    """Return quantile levels from 0 to 1 and durations; with `some_last`, the last two durations are `LONGEST`."""
     cdf, times = duration.cdf, duration.points
     begin = int(np.flatnonzero(cdf == 0.0)[-1])
     end = int(np.flatnonzero(cdf < cdf[-1])[-1]) + 2 if cdf[-1] > 0.0 else begin + 1
@@ -107,9 +107,9 @@ def _duration_quantiles(duration: "Distribution", some_last: bool) -> tuple[NDAr
 def _distance_quantiles(
     positions: "NormalMixture", x0: float, count: int, points_per_component: float
 ) -> NDArray[np.float64] | None:
-    """Distances, rising, at `count` quantile levels, of slips that end at these positions; None where next to none do.
+    """Return rising distances at `count` quantile levels, for slips that end at these positions; None if hardly any do.
 
-    `points_per_component`: how densely the CDF is read.
+    `points_per_component` is the sampling density of the CDF.
     """
     means, widths, weights = positions
     if weights.sum() <= 1e-9:
@@ -120,15 +120,15 @@ def _distance_quantiles(
 
 
 def _lasting_distances(slip: "SlipDistribution", count: int, points_per_component: float) -> NDArray[np.float64]:
-    """Distances, rising, at `count` quantile levels, of slips that last for `LONGEST`, up to there."""
+    """Return rising distances at `count` quantile levels, for slips that still last at `LONGEST`."""
     positions = slip.lasting_positions()
-    reach = 6.0 * positions.widths[0]  # of all blocks, had nothing stopped them
+    reach = 6.0 * positions.widths[0]  # of all blocks under free motion
     x = positions.means[0] + np.linspace(-reach, reach, int(60.0 * points_per_component))
     return _quantiles_at(positions, x, slip.block.x0, count)
 
 
 def _quantiles_at(positions: "NormalMixture", x: NDArray[np.float64], x0: float, count: int) -> NDArray[np.float64]:
-    """Distances from x0, rising, at `count` quantile levels of `positions`, whose CDF is read at `x`."""
+    """Return rising distances from x0 at `count` quantile levels of `positions`, whose CDF is sampled at `x`."""
     from underfoot.models.stick_slip.mixture import density_and_cdf
 
     cdf = density_and_cdf(positions, x)[1]
@@ -138,7 +138,7 @@ def _quantiles_at(positions: "NormalMixture", x: NDArray[np.float64], x0: float,
 
 
 def _filled(rows: list[NDArray[np.float64] | None], count: int) -> NDArray[np.float64]:
-    """Rows of distances; where there is none, the next known one's, or else the last known one's."""
+    """Return the rows of distances, with missing rows replaced by the next known one, or else the last known one."""
     known = [k for k, row in enumerate(rows) if row is not None]
     if not known:
         return np.zeros((len(rows), count))
@@ -147,7 +147,7 @@ def _filled(rows: list[NDArray[np.float64] | None], count: int) -> NDArray[np.fl
 
 
 def _mean_distance(table: NDArray[np.float64]) -> float:
-    """The mean size of a distance, over evenly spaced quantile levels."""
+    """Return the mean size of a distance, over evenly spaced quantile levels."""
     sizes = np.empty((256, 64))
     _distance_sizes(table, sizes)
     return float(sizes.mean())

@@ -1,4 +1,4 @@
-"""Single slips, drawn: exact Gaussian steps, and a Brownian bridge for what happens within a step."""
+"""Sample paths of slips: exact Gaussian steps, with a Brownian bridge for the crossing within a step."""
 
 import math
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from underfoot.kernels import kernel
 from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, transition
 
 _MOST_STEPS = 1e8
-"""In t_end, of the shortest."""
+"""Largest `t_end`, in shortest steps."""
 
 _STEP = np.dtype(
     [
@@ -22,25 +22,25 @@ _STEP = np.dtype(
     ],
     align=True,
 )
-"""A step of `length` s: propagator; standard deviation of v; of x, the part that goes with v's and the part that is
-independent of it. From a `clearance` m/s below the belt velocity the noise cannot reach it in one step."""
+"""A step of `length` s: propagator; standard deviation of v; for x, the part correlated with v and the independent
+part. At least `clearance` m/s below the belt velocity, the noise cannot reach it in one step."""
 
 
 class Paths(NamedTuple):
-    """One entry per slip."""
+    """Sample of slips, one entry per slip."""
 
     duration: NDArray[np.float64]
-    """s; inf where the slip still lasts at t_end."""
+    """Duration, s; inf if the slip still lasts at t_end."""
     position: NDArray[np.float64]
-    """x at its end, m; nan where it still lasts."""
+    """x at the end, m; nan if the slip still lasts."""
 
 
 def paths(block: BlockOnBelt, t_end: float, count: int, error: float = 1e-4, seed: int = 0) -> Paths:
-    """Draw `count` slips: their durations and the positions of their ends. The same `seed` gives the same slips.
+    """Draw `count` slips: durations and end positions. The same `seed` gives the same slips.
 
-    `t_end`: how long each slip is followed, s. `error` is that of the method (largest CDF difference of an endless
-    sample), 1e-6 to 0.1, and sets the step; the sample's own noise is about 1/sqrt(count) whatever the step.
-    `BadValue` for values out of range.
+    `t_end` is the observation time, s. `error` is that of the method (largest CDF difference of an infinite sample),
+    1e-6 to 0.1, and determines the step; the sampling noise is about 1/sqrt(count) for any step. `BadValue` for values
+    out of range.
 
     >>> drawn = paths(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0, count=2000, seed=1)
     >>> bool(abs(np.mean(drawn.duration < 3.0) - 0.814) < 0.04)
@@ -59,7 +59,7 @@ def paths(block: BlockOnBelt, t_end: float, count: int, error: float = 1e-4, see
 
 
 def _steps(block: BlockOnBelt, lengths: list[float]) -> NDArray[np.void]:
-    """What is drawn in steps of these `lengths`, each twice the one before: [lengths] of `_STEP`."""
+    """Return the coefficients for steps of these `lengths`, each twice the one before: [lengths] of `_STEP`."""
     steps = np.empty(len(lengths), _STEP)
     for i, length in enumerate(lengths):
         free = transition(block.w0, block.zeta, block.noise, length)
@@ -71,11 +71,11 @@ def _steps(block: BlockOnBelt, lengths: list[float]) -> NDArray[np.void]:
 
 
 def _shortest_step(block: BlockOnBelt, error: float) -> float:
-    """The step near the belt velocity, s, from the bias measured against `SlipDistribution` with 2e6 slips.
+    """Return the step near the belt velocity, s, from the bias measured against `SlipDistribution` with 2e6 slips.
 
-    Drift that changes within a step costs 0.12 (max(w0, zeta) h)^2. That survivors' positions are drawn as if the belt
-    velocity were not there costs 0.06 (2 D h / gap^2)^1.3. An acceleration that carries further in a step than noise
-    does changes by max(w0, zeta) h of itself, and shifts the crossing by some 0.2 of that in deviations of the noise.
+    Drift that changes within a step costs 0.12 (max(w0, zeta) h)^2. Drawing the positions of survivors without regard
+    to the belt velocity costs 0.06 (2 D h / gap^2)^1.3. An acceleration that moves further in a step than the noise
+    changes by a share of max(w0, zeta) h, and shifts the crossing by some 0.2 of that in deviations of the noise.
     """
     w0, zeta, noise, belt_velocity, x0, v0 = block
     gap = belt_velocity - v0
@@ -101,7 +101,7 @@ def _draw(
         level = 0
         while done < count:
             acceleration = w0 * w0 * abs(x) + zeta * abs(v)
-            # As long a step, of 1, 2, 4, ... short ones, as leaves the belt velocity out of reach, or else a short one.
+            # The longest step, of 1, 2, 4, ... short ones, that cannot reach the belt velocity, or else a short one.
             level = min(level + 1, steps.size - 1)
             while level > 0:
                 length = steps[level].length
@@ -131,9 +131,9 @@ def _draw(
 
 @kernel
 def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np.random.Generator) -> float:
-    # When, as a part of the step, the bridge first crosses the belt velocity: r / (1 + r), with r inverse Gaussian of
-    # mean gap / next_gap and shape gap^2 / variance (drawn as Michael, Schucany and Haas do, the root without
-    # cancellation).
+    # Share of the step at which the bridge first crosses the belt velocity: r / (1 + r), with r inverse Gaussian of
+    # mean gap / next_gap and shape gap^2 / variance (algorithm of Michael, Schucany and Haas, with the root written
+    # without cancellation).
     if gap <= 1e-12 * next_gap:
         return 0.0
     shape = gap * gap / variance
@@ -152,8 +152,8 @@ def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np
 
 @kernel
 def _bridge_area(gap: float, part: float, noise: float, generator: np.random.Generator) -> float:
-    # How far the belt moves ahead of a block that first reaches its velocity after `part` s: the area under a Bessel
-    # bridge, the length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0. Taken from its middle, with
+    # Distance that the belt gains on a block that first reaches its velocity after `part` s: the area under a Bessel
+    # bridge, the length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0. Computed from its midpoint, with
     # weights that give the mean area both without noise and without gap.
     spread = math.sqrt(0.5 * noise * part)
     along = 0.5 * gap + spread * generator.standard_normal()

@@ -1,4 +1,4 @@
-"""What the first-passage density says of a stick-slip cycle: duration, distance, period (8.2 to 8.4, 8.15, 8.16)."""
+"""Distributions of a stick-slip cycle: duration, distance, period (8.2 to 8.4, 8.15, 8.16)."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,9 +25,9 @@ from underfoot.models.stick_slip.tabulated import Distribution, tabulate
 
 @dataclass(frozen=True, repr=False)
 class SlipDistribution:
-    """The joint distribution of where and when a slip ends: F(x, t), and the marginal distributions that follow.
+    """Joint distribution F(x, t) of position and time of a slip's end, and its marginal distributions.
 
-    `error`: the largest CDF difference; `t_end` s: how long slips are followed.
+    `error` is the largest CDF difference; `t_end` the observation time, s.
 
     >>> slip = SlipDistribution.solve(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0, 1e-2)
     >>> round(float(np.interp(3.0, slip.duration.points, slip.duration.cdf)), 2)
@@ -44,13 +44,13 @@ class SlipDistribution:
 
     @classmethod
     def solve(cls, block: BlockOnBelt, t_end: float, error: float = 1e-4) -> "SlipDistribution":
-        """Solve for the slips of `block`; `distribution.first_passage` has the arguments."""
+        """Solve for the slips of `block`; for the arguments see `distribution.first_passage`."""
         block, t_end, error = require_slip(block, t_end, error)
         return cls(block, t_end, error, solve(block, t_end, error))
 
     @property
     def survival(self) -> float:
-        """The probability that the slip still lasts at `t_end`."""
+        """Probability that the slip still lasts at `t_end`."""
         return max(0.0, float(1.0 - self._ended[-1]))
 
     @cached_property
@@ -66,7 +66,7 @@ class SlipDistribution:
 
     @cached_property
     def distance_in_the_end(self) -> Distribution:
-        """Distribution of the distance of all slips, those that still last at `t_end` taken to end then, m."""
+        """Distribution of the distance of all slips, m; slips that still last at `t_end` are taken to end then."""
         both = zip(self._components[1], self.lasting_positions(), strict=True)
         return self._distance_of(NormalMixture(*map(np.concatenate, both)), 0.0)
 
@@ -90,7 +90,9 @@ class SlipDistribution:
         belt_velocity = self.block.belt_velocity
         periods = times + (self.block.x0 - means) / belt_velocity
         table = self.panels.table
-        last = float((table["start"] + table["length"]).max(initial=0.0))  # a tail's panel is long behind its last node
+        last = float(
+            (table["start"] + table["length"]).max(initial=0.0)
+        )  # a tail's panel extends far beyond its last node
         high = last + float((self.block.x0 - means + 6.0 * widths).max(initial=0.0)) / belt_velocity
         return tabulate(
             lambda points: _period_density_and_cdf(self.panels, belt_velocity, self.block.x0, points),
@@ -103,15 +105,15 @@ class SlipDistribution:
 
     @cached_property
     def negative_stick(self) -> float:
-        """The probability that a slip ends ahead of x0: its stick time (x0 - x)/v_b would be negative, so no period."""
+        """Probability that a slip ends ahead of x0: its stick time (x0 - x)/v_b would be negative, so no period."""
         _, positions = self._components
         up_to_start = density_and_cdf(positions, np.array([self.block.x0]))[1, 0]
         return max(0.0, float(positions.weights.sum() - up_to_start))
 
     def end_positions(self, t: float) -> NormalMixture:
-        """F(., t): where slips end at `t` s, 0 to t_end. The weights are densities in time, 1/s.
+        """Return F(., t): end positions of slips at `t` s, 0 to t_end. The weights are densities in time, 1/s.
 
-        No components where nothing ends.
+        No components if nothing ends then.
         """
         number("t", t, 0.0, self.t_end, "0 to t_end")
         nothing = NormalMixture(np.empty(0), np.empty(0), np.empty(0))
@@ -130,9 +132,9 @@ class SlipDistribution:
         return NormalMixture(means, np.full(count, panel["width"]), basis @ self._weights(panel))
 
     def lasting_positions(self) -> NormalMixture:
-        """Where blocks are at `t_end` whose slips still last then; the weights sum to `survival`.
+        """Return the positions at `t_end` of blocks that still slip; the weights sum to `survival`.
 
-        That is where all blocks would be, had nothing stopped them, less where those would be that have been stopped.
+        These are the positions of all blocks under free motion, less those of blocks whose slip has ended.
         """
         w0, zeta, noise, belt_velocity, x0, v0 = self.block
         free = transition(w0, zeta, noise, self.t_end)
@@ -148,19 +150,19 @@ class SlipDistribution:
         )
 
     def _weights(self, panel: np.void) -> NDArray[np.float64]:
-        """[node, component]."""
+        """Return the weights of a panel, [node, component]."""
         size = NODES_PER_PANEL * panel["components"]
         return self.panels.weights[panel["offset"] :][:size].reshape(NODES_PER_PANEL, -1)
 
     @cached_property
     def _ended(self) -> NDArray[np.float64]:
-        """[panels + 1]: the probability of having ended at each panel's start, and in the end."""
+        """Return the probability that the slip has ended at each panel's start, and at the end, [panels + 1]."""
         lengths = self.panels.table["length"]
         return np.concatenate([[0.0], np.cumsum(0.5 * lengths * (self.panels.rates @ GAUSS_WEIGHTS))])
 
     @cached_property
     def _components(self) -> tuple[NDArray[np.float64], NormalMixture]:
-        """The times of all nodes' components, and the components; the weights are probabilities."""
+        """Return the times of all nodes' components, and the components; the weights are probabilities."""
         pieces = []
         for panel in self.panels.table:
             length, speed = float(panel["length"]), float(panel["speed"])
@@ -181,7 +183,7 @@ class SlipDistribution:
         return times, NormalMixture(*mixture)
 
     def _duration(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Density and CDF of the duration at `points` s, [2, points]."""
+        """Return density and CDF of the duration at `points` s, [2, points]."""
         table, _, rates = self.panels
         found = np.zeros((2, points.size))
         if len(table) == 0:
@@ -200,7 +202,7 @@ class SlipDistribution:
 
 
 def _quantiles(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values that have about half a per cent of the weight between neighbours."""
+    """Return values with about half a per cent of the weight between neighbours."""
     order = np.argsort(values)
     cumulated = np.cumsum(np.maximum(weights[order], 0.0))
     if cumulated.size == 0 or cumulated[-1] <= 0.0:
@@ -210,8 +212,8 @@ def _quantiles(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDA
 
 @kernel
 def _subdivision(travel: float, width: float) -> tuple[int, float]:
-    # Into how many parts to divide a panel whose grid moves by `travel`, and how wide to take its components. Widening
-    # them to 1/128 of the travel blurs what is spread as evenly over it as a panel's density by some 1e-5 of it.
+    # Number of parts to divide a panel whose grid moves by `travel` into, and the width of their components. Widening
+    # them to 1/128 of the travel blurs a density that is spread evenly over it by some 1e-5.
     parts = min(32, 1 + int(travel / (4.0 * width)))
     return parts, max(width, travel / (4.0 * parts))
 
@@ -221,7 +223,7 @@ def _period_density_and_cdf(
     panels: Panels, belt_velocity: float, x0: float, points: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     # A slip that ended at time s and position x has the period s + (x0 - x)/v_b: up to the period T count the positions
-    # from x0 - v_b (T - s) to x0. The panel that holds T is integrated up to T only.
+    # from x0 - v_b (T - s) to x0. The panel that contains T is integrated up to T only.
     found = np.empty((2, points.size))
     basis = np.empty(NODES_PER_PANEL)
     for i in range(points.size):
@@ -232,7 +234,7 @@ def _period_density_and_cdf(
             if within <= 0.0:
                 break
             parts, wide = _subdivision(panel.speed * within, panel.width)
-            # On a grid at rest the lowest position moves over the density instead.
+            # On a grid at rest, the lowest position moves over the density instead.
             covered = (belt_velocity - panel.speed) * within
             parts = max(parts, 1 + int(covered / (0.3 * panel.components * panel.spacing)))
             for m in range(NODES_PER_PANEL * parts):

@@ -1,4 +1,4 @@
-"""The laws of stick-slip as pictures: how long slips last, how far they go, how long a cycle is (8.12 to 8.16)."""
+"""Distributions of stick-slip as pictures: slip duration, slip distance, and period of the cycle (8.12 to 8.16)."""
 
 import math
 from collections.abc import Mapping
@@ -15,13 +15,13 @@ from underfoot.models.stick_slip.upcrossings import Upcrossings, white_upcrossin
 
 _PERIODS, _TIMES = 12.0, 600
 _STEP = 0.002
-"""The thesis's step, 1/w0, over which its white noise is averaged."""
+"""Step of the thesis, 1/w0, over which its white noise is averaged."""
 _SHOWN = 0.995
-"""Pictures end where so much of what was observed lies."""
+"""Quantile of the observed values at which pictures end."""
 
 
 def block_of(values: Mapping[str, Any]) -> BlockOnBelt:
-    """The block on the belt that a node of these `values` plays; velocities from 0.1 mm/s on.
+    """Return the block of a node with these `values`; velocities are at least 0.1 mm/s.
 
     >>> block_of({"frequency": 100.0, "damping": 40, "noise": 30, "start": 150, "velocity": 0.1}).zeta.__round__(1)
     251.3
@@ -32,9 +32,10 @@ def block_of(values: Mapping[str, Any]) -> BlockOnBelt:
 
 
 def slip_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
-    """Duration, distance and period of a node's slips, exact to its asked error; the thesis's approximation beside.
+    """Return duration, distance and period of a node's slips, exact to its asked error, and the thesis's approximation.
 
-    That takes upcrossings of the belt's velocity for independent (8.12, 8.14), with the errors of its equations mended.
+    The approximation takes upcrossings of the belt velocity as independent (8.12, 8.14); errors of its equations are
+    corrected.
     """
     block = block_of(values)
     t_end = _PERIODS * 2.0 * math.pi / block.w0
@@ -48,7 +49,7 @@ def slip_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
 
 
 def _law(title: str, label: str, scale: float, exact: Distribution, near: Upcrossings, name: str) -> Drawing:
-    """One density: exact, and approximated; where next to nothing is, nothing is shown."""
+    """Return a drawing of one density, exact and approximated; negligible ends are cut off."""
     seen = exact.cdf <= exact.cdf[-1] - (1.0 - _SHOWN) * exact.cdf[-1]
     points: NDArray[np.float64] = exact.points[seen]
     lines = [Series("exact", scale * points, exact.density[seen] / scale)]

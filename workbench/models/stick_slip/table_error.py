@@ -1,4 +1,4 @@
-"""What the table of a stick-slip node costs to make, and how far its draws are from the laws."""
+"""Cost and accuracy of the table of a stick-slip node."""
 
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -16,17 +16,17 @@ from underfoot.models.stick_slip.tabulated import Distribution
 _TIGHT = 3e-5
 _DRAWS = 400_000
 _FIRST, _SECOND = 0.7548776662466927, 0.5698402909980532
-"""Steps of the plastic number's recurrence, which fills a square evenly."""
+"""Steps of the plastic number's recurrence, a low-discrepancy sequence in the unit square."""
 
 
 def work(values: Mapping[str, Any]) -> Callable[[], NDArray[np.float64]]:
-    """What makes the table of a node of these values, each time anew."""
+    """Return a function that makes the table of a node with these values."""
     numbers = _numbers(values)
     return lambda: slip_table(*numbers, error=float(values["error"]))
 
 
 def error_found(values: Mapping[str, Any]) -> float:
-    """The largest CDF difference of durations, distances and periods that the table gives from the laws.
+    """Return the largest CDF difference between table and exact distributions, of durations, distances and periods.
 
     >>> 0.0 < error_found({"damping": 40, "noise": 50, "start": 200, "error": "0.01"}) <= 0.01
     True
@@ -35,7 +35,7 @@ def error_found(values: Mapping[str, Any]) -> float:
     _draw_evenly(work(values)(), drawn)
     durations, distances = drawn.T
     slip = _solved(*_numbers(values))
-    ended = durations < LONGEST * (1.0 - 1e-12)  # which a straight line between two of them rounds to
+    ended = durations < LONGEST * (1.0 - 1e-12)  # linear interpolation between two of them rounds to this
     return max(
         _difference(durations[ended], slip.duration),
         _difference(distances[ended], slip.distance),
@@ -55,7 +55,7 @@ def _solved(zeta: float, noise: float, x0: float) -> SlipDistribution:
 
 
 def _difference(drawn: NDArray[np.float64], law: Distribution) -> float:
-    """The largest difference of the draws' distribution function from a law's, of all slips."""
+    """Return the largest difference of the draws' CDF from that of a distribution, over all slips."""
     if drawn.size == 0 or law.points.size == 0:
         return 0.0
     rising = np.sort(drawn)

@@ -1,4 +1,4 @@
-"""A distribution as a table, its points as dense as straight lines between them need."""
+"""Tabulated distribution, dense enough for linear interpolation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _MOST_HALVINGS = 12
 
 @dataclass(frozen=True, repr=False)
 class Distribution:
-    """The distribution of one quantity, tabulated so densely that linear interpolation keeps the asked error.
+    """Distribution of one quantity, tabulated so densely that linear interpolation keeps the asked error.
 
     >>> Distribution(np.array([0.0, 2.0]), np.array([0.5, 0.5]), np.array([0.0, 1.0]), 0.0, "duration, s")
     <Distribution of duration, s: median 1, 2 points>
@@ -25,23 +25,23 @@ class Distribution:
     density: NDArray[np.float64]
     """Probability density at the points, 1/s or 1/m."""
     cdf: NDArray[np.float64]
-    """Probability, of all slips, up to each point; it ends at 1 - `unobserved`."""
+    """Probability, over all slips, up to each point; it ends at 1 - `unobserved`."""
     unobserved: float
-    """Probability that the quantity has no value: the slip still lasts at the end of the observation, say."""
+    """Probability that the quantity has no value, e.g. because the slip still lasts at the end of the observation."""
     name: str = "value"
-    """What the quantity is, and its unit."""
+    """Name of the quantity, with its unit."""
 
     def __repr__(self) -> str:
         half = f"{self.quantile(0.5):.4g}" if self.cdf.size and self.cdf[-1] >= 0.5 else "none"
         return f"<Distribution of {self.name}: median {half}, {self.points.size} points>"
 
     def quantile(self, probability: float) -> float:
-        """The value up to which there is so much of the probability; NaN where that is never reached."""
+        """Return the value at this cumulative probability; NaN if it is never reached."""
         reached = self.cdf.size > 0 and 0.0 <= probability <= self.cdf[-1]
         return float(np.interp(probability, self.cdf, self.points)) if reached else float("nan")
 
     def plot(self) -> Picture:
-        """Density and distribution function."""
+        """Return a picture of density and distribution function."""
         density = Drawing("Density", self.name, "density, 1/unit", (series("", self.points, self.density),))
         cdf = Drawing("Distribution", self.name, "probability", (series("", self.points, self.cdf, colour="force"),))
         return Picture((density, cdf))
@@ -55,9 +55,9 @@ def tabulate(
     unobserved: float,
     name: str = "value",
 ) -> Distribution:
-    """Tabulate a distribution between its `ends`, halving intervals until the CDF is straight to `tolerance`.
+    """Tabulate a distribution between its `ends`, halving intervals until the CDF is linear to `tolerance`.
 
-    `density_and_cdf(points)` gives [2, points]. `seeds`: points to begin with, beside evenly spaced ones.
+    `density_and_cdf(points)` returns [2, points]. `seeds` are initial points, added to evenly spaced ones.
     """
     low, high = ends
     points = np.unique(np.concatenate([np.linspace(low, high, 65), np.clip(seeds, low, high)]))
@@ -68,7 +68,7 @@ def tabulate(
         middles = 0.5 * (points[1:] + points[:-1])
         between = density_and_cdf(middles)
         curved = np.abs(between[1] - 0.5 * (values[1, 1:] + values[1, :-1])) > tolerance
-        # Neighbours too: a curve with its inflection in the middle looks straight there.
+        # Neighbours too: a curve with its inflection at the midpoint looks straight there.
         curved = (np.convolve(curved, np.ones(3), mode="same") > 0.0) & (np.diff(points) > 2.0 * least)
         if not curved.any():
             break

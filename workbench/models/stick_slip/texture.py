@@ -1,14 +1,14 @@
-"""Stick-slip as a texture: slips drawn from the tabulated joint law of duration and distance, one look-up an event.
+"""Stick-slip in real time: slips drawn from the tabulated joint distribution of duration and distance.
 
-While the drive is above 0 the block is carried by the belt, slips, is carried again: onset, slip duration, stick time
-d/v_b (0 where d < 0), next onset. Draws are numbered by the frame of the onset. The units of a table are 1/w0 and
-v_b/w0, so that w0 and v_b may move while it plays.
+While the drive is above 0 the block sticks and slips in turn: onset, slip duration, stick time d/v_b (0 if d < 0), next
+onset. Draws are numbered by the frame of the onset. The units of a table are 1/w0 and v_b/w0, so that w0 and v_b may
+change in between.
 
-What is heard is the block's acceleration. While it is carried there is none; a slip of duration T is one cycle of a
-sine, which takes the block back by its distance d and leaves it at the belt velocity: its velocity falls below v_b by
-`(d + v_b T)/T (1 - cos 2 pi s/T)`. Each frame has the mean over it, so that slips begin and end between frames.
+The output is the block's acceleration. It is 0 during sticks; a slip of duration T is one cycle of a sine, which moves
+the block back by its distance d and leaves it at the belt velocity: its velocity falls below v_b by
+`(d + v_b T)/T (1 - cos 2 pi s/T)`. Each frame has its mean, so that slips begin and end between frames.
 
-Real time: `design`, `run` for one tile; the table is `quantile_table.slip_table`'s. Nothing is left behind.
+Real time: `design`, `run` for one tile; the table comes from `quantile_table.slip_table`. There is no tail.
 """
 
 import math
@@ -21,15 +21,15 @@ from underfoot.models.signals.events import append
 from underfoot.models.stick_slip.quantile_table import MEAN, draw
 
 STATE = Layout("stick_slip", "is_carried", "next_onset", "onset", "length", "depth")
-"""Zeros are no contact. The onset of the next slip; the last one's onset, length (frames) and depth."""
+"""Zeros are no contact. Onset of the next slip; onset, length (frames) and depth of the last one."""
 
 COEFFICIENTS = Layout("stick_slip_coefficients", "frames", "seconds", "rate")
-"""Frames and seconds in the table's unit of time, and the frame rate."""
+"""Frames and seconds per unit of time of the table, and the frame rate."""
 
 
 @kernel
 def design(w0: float, rate_hz: float, coefficients: Memory) -> None:
-    """`w0` is in rad/s. May be called at any time; a slip that runs goes on."""
+    """Set w0, in rad/s. May be called at any time; a slip under way is not changed."""
     coefficients.frames = rate_hz / w0
     coefficients.seconds = 1.0 / w0
     coefficients.rate = rate_hz
@@ -46,12 +46,12 @@ def run(
     acceleration: Floats,
     events: Memory,
 ) -> None:
-    """One tile, `drive.size` frames from session frame `frame` on; slips are added to `events`.
+    """Run one tile, `drive.size` frames from session frame `frame` on; slips are appended to `events`.
 
-    `drive` is a gate and a factor: the block is carried while it is above 0, and all that comes out goes with it.
-    `acceleration` [frames] is that of the block, in units of v_b a second; it may be the same array as `drive`. The
-    strength of a slip is its distance over the mean one, its duration in s; onsets are at least one frame apart. `key`
-    is the row's `stream_key(seed, node, tile)`. A contact begins with a whole stick.
+    `drive` is a gate and a factor: the block moves while it is above 0, and all outputs are proportional to it.
+    `acceleration` [frames] is that of the block, in units of v_b per second; it may be the same array as `drive`. The
+    strength of a slip is its distance over the mean distance, its duration in s; onsets are at least one frame apart.
+    `key` is the row's `stream_key(seed, node, tile)`. A contact begins with a complete stick.
     """
     c, s = coefficients, state
     is_carried, next_onset = s.is_carried, s.next_onset
@@ -88,7 +88,7 @@ def run(
 
 @kernel
 def _lag(since: float, length: float, depth: float) -> float:
-    # What a slip's velocity lacks of v_b, `since` frames after its onset.
+    # Velocity of a slip below v_b, `since` frames after its onset.
     if since <= 0.0 or since >= length:
         return 0.0
     return depth * (1.0 - math.cos(2.0 * math.pi * since / length))

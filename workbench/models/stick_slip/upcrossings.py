@@ -1,10 +1,9 @@
-"""The thesis's approximations by upcrossings (8.2.1 to 8.3.2), corrected (docs/models.md#stick-slip): for
-comparison only.
+"""Upcrossing approximations of the thesis (8.2.1 to 8.3.2), corrected (docs/models.md#stick-slip), for comparison.
 
-The density n1 of upcrossings of v_b without absorption, and the distribution of first ones if upcrossings were
-independent (8.12, 8.14). An upcrossing needs an acceleration. White noise has none: either it is averaged over a step
-h, with variance 2 D / h, as the thesis's simulations do, or it gets a correlation time. Only the latter has a limit as
-h goes to 0. `distribution.first_passage` has the exact distribution.
+The density n1 of upcrossings of v_b without absorption, and the distribution of first upcrossings if they were
+independent (8.12, 8.14). An upcrossing needs an acceleration, which white noise does not have: either it is averaged
+over a step h, with variance 2 D / h, as in the thesis's simulations, or it gets a correlation time. Only the latter has
+a limit as h goes to 0. `distribution.first_passage` has the exact distribution.
 """
 
 import math
@@ -20,7 +19,7 @@ from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, tr
 
 @dataclass(frozen=True)
 class Upcrossings:
-    """Means and covariances of (x, v, a) of the free block, and the upcrossings of the belt velocity that they imply.
+    """Means and covariances of (x, v, a) of the free block, and the resulting upcrossings of the belt velocity.
 
     >>> block = BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0)
     >>> crossings = white_upcrossings(block, np.array([20.0]), step=0.002)
@@ -30,11 +29,11 @@ class Upcrossings:
 
     block: BlockOnBelt
     t: NDArray[np.float64]
-    """[times], s."""
+    """Times, s [times]."""
     mean: NDArray[np.float64]
-    """[times, 3]: of x (m), v (m/s) and a (m/s^2)."""
+    """Means of x (m), v (m/s) and a (m/s^2), [times, 3]."""
     covariance: NDArray[np.float64]
-    """[times, 3, 3]."""
+    """Covariances, [times, 3, 3]."""
 
     @property
     def density(self) -> NDArray[np.float64]:
@@ -46,9 +45,9 @@ class Upcrossings:
         return _normal_density(gap, s[:, 1, 1]) * _positive_part(mean, variance)
 
     def joint(self, x: ArrayLike) -> NDArray[np.float64]:
-        """n1(x, t), upcrossings per second and metre, [times, positions] (8.20, 8.27 to 8.29).
+        """Return n1(x, t), upcrossings per second and metre, [times, positions] (8.20, 8.27 to 8.29).
 
-        `x`: positions, m, [positions] or [times, positions].
+        `x` are positions, m, [positions] or [times, positions].
         """
         s = self.covariance
         dx = np.broadcast_to(x, (self.t.size, np.shape(x)[-1])) - self.mean[:, :1]
@@ -68,16 +67,16 @@ class Upcrossings:
         return -np.expm1(-np.cumsum(0.5 * np.diff(times) * (n1[1:] + n1[:-1])))
 
     def durations(self) -> NDArray[np.float64]:
-        """Density of the slip duration, 1/s [times], if upcrossings were independent (8.12)."""
+        """Return the density of the slip duration, 1/s [times], if upcrossings were independent (8.12)."""
         return self.density * (1.0 - self.escaped)
 
     def distances(self, d: ArrayLike) -> NDArray[np.float64]:
-        """Density of the slip distance x0 - x at `d` m, 1/m, if upcrossings were independent (8.14, 8.16)."""
+        """Return the density of the distance x0 - x at `d` m, 1/m, if upcrossings were independent (8.14, 8.16)."""
         density = self.joint(self.block.x0 - np.asarray(d, float)) * (1.0 - self.escaped)[:, None]
         return np.asarray(np.trapezoid(density, self.t, axis=0))
 
     def periods(self, periods: ArrayLike) -> NDArray[np.float64]:
-        """Density of the period at `periods` s, 1/s, if upcrossings were independent (8.14, 8.15 with v_b)."""
+        """Return the density of the period at `periods` s, 1/s, for independent upcrossings (8.14, 8.15 with v_b)."""
         survival = 1.0 - self.escaped
         found = []
         for period in np.atleast_1d(np.asarray(periods, float)):
@@ -89,10 +88,10 @@ class Upcrossings:
 
 
 def white_upcrossings(block: BlockOnBelt, t: ArrayLike, step: float) -> Upcrossings:
-    """Upcrossings with white noise averaged over `step` s: an acceleration of variance 2 D / step.
+    """Return the upcrossings with white noise averaged over `step` s: an acceleration of variance 2 D / step.
 
-    `t`: rising times above 0, [times] s. The thesis prints the variance 2 D, which is that of step = 1 s whatever its
-    simulations' step was. `BadValue` for values out of range.
+    `t` are rising times above 0, [times] s. The thesis prints the variance 2 D, which is that of step = 1 s, whatever
+    the step of its simulations. `BadValue` for values out of range.
     """
     block, times = _checked(block, t)
     number("step", step, TINY, HUGE, "above 0 s")
@@ -109,9 +108,9 @@ def white_upcrossings(block: BlockOnBelt, t: ArrayLike, step: float) -> Upcrossi
 
 
 def coloured_upcrossings(block: BlockOnBelt, t: ArrayLike, correlation_time: float) -> Upcrossings:
-    """Upcrossings with an Ornstein-Uhlenbeck force of `correlation_time` s and variance D / correlation_time.
+    """Return upcrossings with an Ornstein-Uhlenbeck force of `correlation_time` s and variance D / correlation_time.
 
-    The force begins in its stationary distribution. `t` as for `white_upcrossings`; zeta must be above 0. `BadValue`
+    The force starts in its stationary distribution. `t` as for `white_upcrossings`; zeta must be above 0. `BadValue`
     for values out of range.
     """
     from scipy.linalg import solve_continuous_lyapunov
@@ -131,9 +130,9 @@ def coloured_upcrossings(block: BlockOnBelt, t: ArrayLike, correlation_time: flo
 
 
 def escape_time(block: BlockOnBelt, step: float) -> float:
-    """The mean time between upcrossings of the stationary free block, T_R in s (8.47 for v instead of x).
+    """Return the mean time between upcrossings of the stationary free block, T_R in s (8.47 for v instead of x).
 
-    White noise averaged over `step` s; the block's x0 and v0 do not matter. `BadValue` for values out of range.
+    White noise is averaged over `step` s; the block's x0 and v0 have no effect. `BadValue` for values out of range.
 
     >>> block = BlockOnBelt(1.0, 0.11, 0.04, 1.0, 0.0, 0.0)
     >>> escape_time(block, step=1e-4) < escape_time(block, step=1e-2)
@@ -157,7 +156,7 @@ def _checked(block: BlockOnBelt, t: ArrayLike) -> tuple[BlockOnBelt, NDArray[np.
 
 
 def _exponentials(matrix: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """exp(matrix t) at each of the rising `times`, [times, n, n]: by scaling and squaring of a power series."""
+    """Return exp(matrix t) at each of the rising `times`, [times, n, n], by scaling and squaring of a power series."""
     halvings = max(0, 3 + math.ceil(math.log2(np.abs(matrix).sum(axis=1).max() * times[-1])))
     scaled = matrix * np.ldexp(times, -halvings)[:, None, None]
     identity = np.eye(len(matrix))
@@ -174,7 +173,7 @@ def _normal_density(distance: NDArray[np.float64], variance: NDArray[np.float64]
 
 
 def _positive_part(mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """int_0^inf a N(a; mean, variance) da (8.28 with its sign corrected)."""
+    """Return int_0^inf a N(a; mean, variance) da (8.28 with its sign corrected)."""
     from scipy.special import ndtr
 
     return variance * _normal_density(mean, variance) + mean * ndtr(mean / np.sqrt(variance))

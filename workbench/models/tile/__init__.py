@@ -1,1 +1,1 @@
-"""What a tile is made of: plate, suspension, shaker, sensors, and all of them as one body."""
+"""Parts of a tile: plate, suspension, shaker, sensors, and their assembly."""

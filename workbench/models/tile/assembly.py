@@ -1,11 +1,11 @@
-"""A whole tile in motion: plate, frame, suspension and shaker as one body of many modes, and a foot that stands on it.
+"""Dynamics of a whole tile: plate, frame, suspension and shaker as one modal system, with or without a foot.
 
 The plate hangs by hinged edges in a stiff frame that heaves and tilts on the mounts; the shaker is bolted to the plate.
-The shaker's mass matters as much as the plate's stiffness: with the textbook's stiffness and 1.1 kg at the centre the
-thesis's tile has an antiresonance at 775 Hz where its figure 4.13 has one, which neither has alone.
+The shaker's mass matters as much as the plate's stiffness: with the textbook stiffness and 1.1 kg at the centre the
+thesis's tile has an antiresonance at 775 Hz, as in figure 4.13; neither alone produces it.
 
-Coordinates: heave of the frame, its tilts about both axes (as the displacement of the edge's middle), the plate's modes
-relative to it (`plate.modes`), then foot and body if there are any.
+Coordinates: heave of the frame, its tilts about both axes (as displacement of the edge's midpoint), the plate's modes
+relative to it (`plate.modes`), then foot and body if present.
 """
 
 import math
@@ -26,11 +26,11 @@ _RIGID = 3
 
 
 class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A standing foot (figure 4.12): its own mass on sole and flesh, and a body above it on the leg. `BadValue` outside
-    `FOOT_RANGES`.
+    """Standing foot (figure 4.12): its mass on sole and flesh, and a body above it on the leg.
 
     The thesis takes a leg of 30 kN/m and 50 kg and finds 150 Hz; that is 3.9 Hz (docs/models.md#whole-tile-and-foot).
-    Near 150 Hz, where the measured response changes with load, it is the foot itself on its sole that moves.
+    Near 150 Hz, where the measured response changes with load, the foot resonates on its sole. Raises `BadValue`
+    outside `FOOT_RANGES`.
 
     >>> round(Foot().leg_hz(), 1), round(Foot().sole_hz())
     (3.9, 145)
@@ -49,11 +49,11 @@ class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 
     def leg_hz(self) -> float:
-        """The resonance of the body on the leg."""
+        """Resonance of the body on the leg."""
         return math.sqrt(self.leg_n_m / self.body_kg) / (2.0 * math.pi)
 
     def sole_hz(self) -> float:
-        """The resonance of the foot on its sole."""
+        """Resonance of the foot on its sole."""
         return math.sqrt(self.sole_n_m / self.mass_kg) / (2.0 * math.pi)
 
 
@@ -65,15 +65,15 @@ FOOT_RANGES = {
     "leg_n_m": (1e2, 1e7),
     "leg_damping": (0.0, 5.0),
 }
-"""The allowed range of each of a foot's parameters."""
+"""Allowed range of each parameter of a foot."""
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A tile of `size_m` with mounts (4, 2) and shakers (n, 2), each of `shaker_kg`, in the tile's frame, metres.
+    """Tile of `size_m` with mounts (4, 2) and shakers (n, 2), each of `shaker_kg`, in the tile's frame, metres.
 
-    What the suspension carries and is neither plate nor shaker is the frame. A `foot` stands at `foot_m`. Raises
-    `BadValue` where the suspension's mass is less than plate and shakers weigh, and for a place off the tile.
+    The frame is the suspended mass less plate and shakers. A `foot` stands at `foot_m`. Raises `BadValue` if the
+    suspended mass is less than plate and shakers, and for a position off the tile.
     """
 
     plate: Plate
@@ -94,14 +94,14 @@ class Assembly:
         require(mass > least, "mass_kg", mass, f"more than plate and shakers weigh, {least:.3g} kg")
 
     def shape(self, at_m: ArrayLike) -> NDArray[np.float64]:
-        """How far each coordinate moves the surface at places (..., 2): (..., coordinates)."""
+        """Return the displacement of the surface at positions (..., 2) per coordinate: (..., coordinates)."""
         at = np.asarray(at_m, dtype=np.float64)
         rigid = np.concatenate([np.ones((*at.shape[:-1], 1)), at / (0.5 * np.array(self.size_m))], axis=-1)
         beyond = np.zeros((*at.shape[:-1], 2 if self.foot else 0))
         return np.concatenate([rigid, plates.shapes(at, self.size_m, self.orders), beyond], axis=-1)
 
     def matrices(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Mass, damping and stiffness, each (coordinates, coordinates)."""
+        """Return mass, damping and stiffness, each (coordinates, coordinates)."""
         modal = slice(_RIGID, _RIGID + self.orders**2)
         n = modal.stop + (2 if self.foot else 0)
         mass, damping, stiffness = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
@@ -117,7 +117,7 @@ class Assembly:
         for place in self.shakers_m:
             moved = self.shape(place)
             mass += self.shaker_kg * np.outer(moved, moved)
-        # A mount stands under the frame, which is stiff: the plate's modes do not press on it.
+        # Mounts support the frame, which is stiff: they do not act on the plate's modes.
         mount = self.suspension.stiffness_n_m
         loss = self.suspension.damping * math.sqrt(mount * self.suspension.mass_kg)
         for place in self.mounts_m:
@@ -130,7 +130,7 @@ class Assembly:
         return mass, damping, stiffness
 
     def transfer(self, frequencies_hz: ArrayLike, at_m: ArrayLike, shaker: int = 0) -> NDArray[np.complex128]:
-        """Acceleration at `at_m` a newton of a shaker: complex, one value a frequency, solved at each.
+        """Return acceleration at `at_m` per newton of a shaker: complex, one value per frequency.
 
         >>> tile = Assembly(Plate(), Suspension(), (0.304, 0.304), ((0.13, 0.13), (-0.13, 0.13), (-0.13, -0.13),
         ...     (0.13, -0.13)))
@@ -145,31 +145,31 @@ class Assembly:
         return np.asarray(-(omega[:, 0, 0] ** 2) * (moved[..., 0] @ heard))
 
     def undamped(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Angular frequencies in ascending order, 1/s, and mode shapes as columns, of unit modal mass."""
+        """Return angular frequencies in ascending order, 1/s, and mode shapes as columns, of unit modal mass."""
         mass, _, stiffness = self.matrices()
         inverse = np.linalg.inv(np.linalg.cholesky(mass))
         squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
         return np.sqrt(np.maximum(squares, 0.0)), inverse.T @ vectors
 
     def poles(self, at_m: ArrayLike, shaker: int = 0) -> Poles:
-        """The same as `transfer`, as poles that `poles.run` plays in real time."""
+        """Return `transfer` as poles, which `poles.run` runs in real time."""
         return self.poles_at([at_m], shaker)[0]
 
     def poles_at(self, places_m: Iterable[ArrayLike], shaker: int = 0) -> list[Poles]:
-        """The same at each of several places, for the time of one."""
+        """Return `poles` for several positions from one solution."""
         own, vectors = self.undamped()
         _, damping, _ = self.matrices()
         lost = vectors.T @ damping @ vectors
         n = len(own)
         driven = vectors.T @ self.shape(self.shakers_m[shaker])
-        # States are displacements times their own angular frequency, and velocities: one size, well conditioned.
+        # States: displacements times angular frequency, and velocities. Equal units keep the system well conditioned.
         a = np.block([[np.zeros((n, n)), np.diag(own)], [-np.diag(own), -lost]])
         b = np.concatenate([np.zeros(n), driven])
         heard = [vectors.T @ self.shape(at_m) for at_m in places_m]
         return of_outputs(a, b, [(one @ a[n:], float(one @ driven)) for one in heard])
 
     def _frame_kg(self) -> NDArray[np.float64]:
-        """The frame's mass in heave and in both tilts, spread evenly along the edges."""
+        """Return the frame's mass in heave and in both tilts, distributed evenly along the edges."""
         x, y = self.size_m
         kg = self.suspension.mass_kg - self.plate.mass_kg(self.size_m) - len(self.shakers_m) * self.shaker_kg
         return kg * np.array([1.0, (y + x / 3.0) / (x + y), (x + y / 3.0) / (x + y)])
@@ -177,7 +177,7 @@ class Assembly:
     def _stand(
         self, foot: Foot, mass: NDArray[np.float64], damping: NDArray[np.float64], stiffness: NDArray[np.float64]
     ) -> None:
-        """Let a foot stand on the plate: tile - sole - foot - leg - body."""
+        """Add a standing foot to the plate: tile - sole - foot - leg - body."""
         n = len(mass)
         mass[n - 2, n - 2], mass[n - 1, n - 1] = foot.mass_kg, foot.body_kg
         sole, leg = -self.shape(self.foot_m), np.zeros(n)
@@ -191,5 +191,5 @@ class Assembly:
 
 
 def first_modes_hz(assembly: Assembly, count: int) -> Sequence[float]:
-    """The lowest resonances, heave and tilts included, without damping."""
+    """Return the lowest resonances without damping, heave and tilts included."""
     return [float(own) / (2.0 * math.pi) for own in assembly.undamped()[0][:count]]

@@ -1,7 +1,7 @@
-"""A square plate whose edges are free, with a mass at its middle: the modes that figure 4.10 shows (section 4.4.4).
+"""Free square plate with a mass at its centre: the modes of figure 4.10 (section 4.4.4).
 
-Rayleigh's and Ritz's method on products of Legendre polynomials; strain energy of a thin plate (Leissa 1969). The first
-mode has its nodal lines along both middle axes, and does not move the shaker; the ring moves it.
+Rayleigh-Ritz method on products of Legendre polynomials; strain energy of a thin plate (Leissa 1969). The first mode
+has its nodal lines along both centre lines and does not move the shaker; the ring mode does.
 """
 
 import math
@@ -13,19 +13,19 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 ORDERS = 10
-"""Polynomials along each axis, from a constant on."""
+"""Number of polynomials along each axis, from the constant on."""
 
 
 @dataclass(frozen=True)
 class FreeModes:
-    """Modes of a free plate, those that bend it alone: frequencies (n,), and coefficients (ORDERS^2, n) of products."""
+    """Bending modes of a free plate: frequencies (n,), and coefficients (ORDERS^2, n) of the polynomial products."""
 
     frequencies_hz: NDArray[np.float64]
     vectors: NDArray[np.float64]
     side_m: float
 
     def shape(self, at_m: ArrayLike, mode: int) -> NDArray[np.float64]:
-        """How far a mode moves places (..., 2) of the plate, its middle the origin; the largest of them moves by 1."""
+        """Return the shape of a mode at positions (..., 2), origin at the centre; normalised to a maximum of 1."""
         at = 2.0 * np.asarray(at_m, dtype=np.float64) / self.side_m
         moved = legendre.legval2d(at[..., 0], at[..., 1], self.vectors[:, mode].reshape(ORDERS, ORDERS))
         return np.asarray(moved / np.abs(moved).max())
@@ -34,7 +34,7 @@ class FreeModes:
 def free_modes(
     side_m: float, rigidity_nm: float, kg_m2: float, middle_kg: float = 0.0, poisson: float = 0.3
 ) -> FreeModes:
-    """The modes in which a free square plate bends, with `middle_kg` fixed to its middle.
+    """Return the bending modes of a free square plate with `middle_kg` fixed to its centre.
 
     >>> bare = free_modes(1.0, 1.0, 1.0)  # Leissa: 13.47, 19.60, 24.27
     >>> (2.0 * math.pi * bare.frequencies_hz[:3]).round(2)
@@ -61,10 +61,10 @@ def free_modes(
     stiffness *= rigidity_nm * area * (2.0 / side_m) ** 4
     inverse = np.linalg.inv(np.linalg.cholesky(mass))
     squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
-    bends = slice(3, None)  # a free plate also moves as a whole: up, and in two tilts
+    bends = slice(3, None)  # the first three are rigid: heave and two tilts
     return FreeModes(np.sqrt(squares[bends]) / (2.0 * math.pi), (inverse.T @ vectors)[:, bends], side_m)
 
 
 def _products(along: Any, across: Any) -> Any:
-    """Integrals of products of polynomials, from those along each axis."""
+    """Return integrals of products of polynomials, from those along each axis."""
     return np.kron(along, across)

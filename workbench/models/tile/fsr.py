@@ -1,12 +1,12 @@
-"""Force sensing resistors (section 4.3.2): conductance grows with force, with a soft start, hysteresis and creep.
+"""Force sensing resistors (section 4.3.2): conductance rises with force, with a soft start, hysteresis and creep.
 
-The thesis's parts (Interlink 402) are sold with these figures: up to 25 % from part to part (6 % within a batch), a
-resistance 10 % lower when force falls than when it rises, under 5 % of drift a decade of time, 20 N at most. A part is
-one side of a divider, read by a 16-bit converter.
+Data sheet of the thesis's part (Interlink 402): up to 25 % spread from part to part (6 % within a batch), resistance
+10 % lower on falling than on rising force, under 5 % drift per decade of time, 20 N at most. A part is one side of a
+voltage divider, read by a 16-bit converter.
 
 The static model is `R = Rs / Fe + R0`, with `Fe = F (F / 10 N)^(p-1) F / (F + Fs)`: conductance about proportional to
-force, a soft start, and a series resistance that remains. Before it come play operators whose width is a share of the
-force (hysteresis), then first-order lags in parallel, two a decade of time (creep).
+force, a soft start, and a residual series resistance. It is preceded by play operators whose width is a share of the
+force (hysteresis), then first-order lags in parallel, two per decade of time (creep).
 """
 
 import math
@@ -21,24 +21,24 @@ from underfoot.kernels import kernel
 from underfoot.models.signals.random import normal, stream_key, uniform
 
 FULL_COUNTS = 65_535
-"""The highest reading of 16 bits."""
+"""Highest 16-bit reading."""
 RATED_N = 20.0
-"""What a part may carry (data sheet)."""
+"""Largest rated force of a part (data sheet)."""
 _BEND_N = 10.0
 _PLAYS = 4
 _FIRST_LAG_S, _LAGS = 0.03, 12
 _LAGS_A_DECADE = 2
 _REFERENCE_S = 1.0
-"""A load held for this long reads as the static model says; sooner it reads less, later more."""
+"""Time after which a constant load reads as the static model; earlier it reads less, later more."""
 
 
 class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A kind of part, its divider and its converter. Raises `BadValue` outside the ranges of `FSR_RANGES`.
+    """Type of sensor with its divider and converter. Raises `BadValue` outside the ranges of `FSR_RANGES`.
 
-    `spread` is how far a part's own values lie from these at most, as a share; `hysteresis` how much more force it
-    seems to carry while force falls; `creep` how much more a decade of time. `noise_counts` is the deviation of a
-    reading. `share` is the part of a corner's load that the tile's mechanics lets through to the sensor: a sixtieth
-    keeps 1000 N on a tile's outermost corner (1147 N on that sensor, for the other side lifts) below 20 N.
+    `spread` is the largest relative deviation of an individual part from these values; `hysteresis` the relative excess
+    of apparent force while force falls; `creep` that per decade of time. `noise_counts` is the standard deviation of a
+    reading. `share` is the part of a corner's load that the tile's mechanics passes to the sensor: a sixtieth keeps
+    1000 N on a tile's outermost corner (1147 N on that sensor, because the other side lifts) below 20 N.
 
     >>> Fsr(spread=2.0)
     Traceback (most recent call last):
@@ -62,7 +62,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 
     def part(self, *names: object) -> "Fsr":
-        """A part of this kind, drawn by `names` (seed, tile, sensor): its own static model, hysteresis and creep.
+        """Return an individual part, drawn by `names` (seed, tile, sensor): static model, hysteresis and creep.
 
         The exponent varies by a tenth of `spread`, the rest by all of it.
 
@@ -84,7 +84,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def resistance_ohm(self, force_n: ArrayLike) -> NDArray[np.float64]:
-        """The resistance under a force on the part, newtons; infinite at 0.
+        """Return the resistance under a force on the part, newtons; infinite at 0.
 
         >>> Fsr(soft_start_n=0.0, exponent=1.0).resistance_ohm([0.0, 1.0, 20.0])
         array([   inf, 10200.,   700.])
@@ -94,7 +94,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return found.reshape(force.shape)
 
     def counts(self, corner_n: ArrayLike) -> NDArray[np.float64]:
-        """What the converter reads, not rounded, of a force that rises on a corner: no hysteresis, creep or noise.
+        """Return the unrounded reading for rising corner forces, without hysteresis, creep or noise.
 
         >>> Fsr().counts([0.0, 100.0, 1000.0]).round()
         array([    0., 15112., 46370.])
@@ -103,7 +103,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return FULL_COUNTS * self.divider_ohm / (self.divider_ohm + resistance)
 
     def corner_n(self, counts: ArrayLike) -> NDArray[np.float64]:
-        """The inverse of `counts`, up to twice the force that a part is rated for.
+        """Return corner forces from readings: the inverse of `counts`, up to twice the rated force of a part.
 
         >>> Fsr().corner_n(Fsr().counts([0.0, 0.5, 100.0, 1000.0])).round(3)
         array([0.e+00, 5.e-01, 1.e+02, 1.e+03])
@@ -124,10 +124,10 @@ FSR_RANGES = {
     "creep": (0.0, 0.5),
     "noise_counts": (0.0, 1e4),
 }
-"""The allowed range of each of a sensor's parameters."""
+"""Allowed range of each parameter of a sensor."""
 
 STATE = np.dtype([("plays", np.float64, (_PLAYS,)), ("lags", np.float64, (_LAGS,))], align=True)
-"""What a part has kept of the forces before, newtons: outputs of its play operators and of its lags."""
+"""Memory of a part, newtons: outputs of its play operators and of its lags."""
 
 COEFFICIENTS = np.dtype(
     [
@@ -145,12 +145,12 @@ COEFFICIENTS = np.dtype(
     ],
     align=True,
 )
-"""A part as kernels read it. Of a steady force `at_once` is felt without delay and `each_lag` after each lag, whose
-one-pole steps are `lag_steps`; the other fields are as in `Fsr`."""
+"""Coefficients of a part for kernels. Of a steady force, the share `at_once` acts without delay and `each_lag` after
+each lag, whose one-pole steps are `lag_steps`; the other fields are as in `Fsr`."""
 
 
 def coefficients(parts: Sequence[Fsr], rate_hz: float) -> NDArray[np.void]:
-    """The coefficients of parts that are read `rate_hz` times a second: shape (parts,) of `COEFFICIENTS`."""
+    """Return the coefficients of parts read at `rate_hz`: shape (parts,) of `COEFFICIENTS`."""
     lags_s = _FIRST_LAG_S * 10.0 ** (np.arange(_LAGS) / _LAGS_A_DECADE)
     found = np.zeros(len(parts), COEFFICIENTS)
     for c, part in zip(found, parts, strict=True):
@@ -166,7 +166,7 @@ def coefficients(parts: Sequence[Fsr], rate_hz: float) -> NDArray[np.void]:
 
 @kernel
 def settle(states: NDArray[np.void], coefficients: NDArray[np.void], corner_n: float) -> None:
-    """Set the states (parts,) as they are once `corner_n` newtons have risen on each corner and rested for ever."""
+    """Set the states (parts,) to those after `corner_n` newtons have risen on each corner and acted indefinitely."""
     for j in range(len(states)):
         state = states[j]
         force = max(corner_n, 0.0) * coefficients[j].share
@@ -186,10 +186,10 @@ def sense(
     sample: int,
     n: int,
 ) -> None:
-    """Write n readings `counts` (n, parts), whole numbers 0 to 65535, of the corners' forces (n, parts), newtons.
+    """Write n readings `counts` (n, parts), whole numbers 0 to 65535, of the corner forces (n, parts), newtons.
 
-    Forces below 0 count as 0; the two arrays may be the same. `sample` is the absolute number of the first reading;
-    with `keys` (parts,) it decides the noise, so that readings do not depend on how they are cut into calls.
+    Forces below 0 count as 0; the two arrays may be the same. `sample` is the absolute index of the first reading;
+    with `keys` (parts,) it determines the noise, so that readings do not depend on how they are split into calls.
     """
     for j in range(len(states)):
         _sense_part(states[j], coefficients[j], keys[j], corners_n[:, j], counts[:, j], sample, n)

@@ -1,9 +1,9 @@
-"""Curves from a force sensing resistor's reading to newtons: families of curves, and how each is fitted.
+"""Curve families that map a force sensing resistor's reading to newtons, and their fits.
 
-Each fit takes `x`, the reading less that of the unloaded sensor (0 and above, shape (n,)), the force `f` in newtons and
-a weight `w`, and gives a `FittedCurve` through 0: knots with slopes, between which a cubic runs; None where the data
-allow none. Errors are squared in newtons, because that is what a curve is used for: a straight line in log-log that is
-fitted to logarithms is best for the lightest touch, and errs where forces are large.
+Each fit takes `x`, the reading above that of the unloaded sensor (0 or more, shape (n,)), the force `f` in newtons and
+a weight `w`, and returns a `FittedCurve` through 0: knots with slopes, cubic between; or None where the data do not
+determine one. Errors are squared in newtons, as the curve is used: a log-log fit to logarithms is best for the lightest
+touch and errs where forces are large.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ _KNOTS = 49
 
 @dataclass(frozen=True)
 class FittedCurve:
-    """A fitted curve: its family, its constants, and knots `x`, `f` with slopes, all rising from (0, 0)."""
+    """Fitted curve: its family, its constants, and knots `x`, `f` with slopes, all rising from (0, 0)."""
 
     family: str
     parameters: dict[str, float]
@@ -27,14 +27,14 @@ class FittedCurve:
     slope: Values
 
     def force(self, x: Values) -> Values:
-        """Newtons at readings `x` above that of the unloaded sensor; beyond the knots along the last slope."""
+        """Return newtons at readings `x` above that of the unloaded sensor; linear beyond the knots."""
         return cubic_hermite(self.x, self.f, self.slope, x)
 
 
 def cubic_hermite(x: Values, y: Values, slope: Values, at: Values) -> Values:
-    """The cubic Hermite spline through knots (`x`, `y`) with slopes, at points of any shape. NaN stays NaN.
+    """Evaluate the cubic Hermite spline through knots (`x`, `y`) with slopes at points of any shape. NaN stays NaN.
 
-    Beyond the knots it goes on along the first and the last slope.
+    It is extrapolated along the first and the last slope.
 
     >>> cubic_hermite(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([-1.0, 0.5, 2.0]))
     array([0.  , 0.25, 3.  ])
@@ -50,14 +50,14 @@ def cubic_hermite(x: Values, y: Values, slope: Values, at: Values) -> Values:
 
 
 def straight(x: Values, f: Values, w: Values) -> FittedCurve:
-    """F = a x: the first approximation."""
+    """Fit F = a x, the first approximation."""
     a = max(float((w * f * x).sum() / max((w * x * x).sum(), 1e-300)), 1e-12)
     ends = np.array([0.0, float(x.max())])
     return FittedCurve("straight", {"factor": a}, ends, a * ends, np.full(2, a))
 
 
 def power(x: Values, f: Values, w: Values) -> FittedCurve | None:
-    """F = a x^b, a straight line in log-log, weighted so that errors count in newtons.
+    """Fit F = a x^b, a straight line in log-log, weighted so that errors count in newtons.
 
     >>> x = np.linspace(0.0, 1000.0, 50)
     >>> curve = power(x, 1e-3 * x**1.5, np.ones(50))
@@ -75,7 +75,7 @@ def power(x: Values, f: Values, w: Values) -> FittedCurve | None:
 
 
 def rational(x: Values, f: Values, w: Values) -> FittedCurve | None:
-    """F = a x / (1 - x / c): a conductance that rises with force, read across a divider. c is above all readings.
+    """Fit F = a x / (1 - x / c): conductance proportional to force, read across a divider. c is above all readings.
 
     >>> x = np.linspace(0.0, 900.0, 50)
     >>> curve = rational(x, 0.01 * x / (1.0 - x / 1200.0), np.ones(50))
@@ -83,12 +83,12 @@ def rational(x: Values, f: Values, w: Values) -> FittedCurve | None:
     1200
     """
     top = float(x.max())
-    # 1/c = s / top: s from 0 (straight) towards 1 (the reading's ceiling is just above the last one).
+    # 1/c = s / top: s from 0 (linear) towards 1 (the ceiling is just above the largest reading).
     return _best_of("rational", ("factor", "ceiling"), x, f, w, 1.0 - np.geomspace(1.0, 1e-3, 60), _rational(top))
 
 
 def exponential(x: Values, f: Values, w: Values) -> FittedCurve | None:
-    """F = a (exp(x / c) - 1): a reading that goes with the logarithm of the force.
+    """Fit F = a (exp(x / c) - 1): a reading proportional to the logarithm of the force.
 
     >>> x = np.linspace(0.0, 900.0, 50)
     >>> curve = exponential(x, 0.5 * np.expm1(x / 250.0), np.ones(50))
@@ -104,7 +104,7 @@ def exponential(x: Values, f: Values, w: Values) -> FittedCurve | None:
 
 
 def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Values]) -> FittedCurve | None:
-    """R = Rs / F + R0, where the divider is known: `conductance` gives siemens above those of the unloaded sensor.
+    """Fit R = Rs / F + R0 for a known divider: `conductance` gives siemens above those of the unloaded sensor.
 
     >>> x = np.linspace(1.0, 900.0, 50)
     >>> siemens = lambda v: v / (1e4 * (1000.0 - v))
@@ -116,7 +116,7 @@ def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Va
     if np.count_nonzero(good) < 2:
         return None
     g = conductance(x[good])
-    # Rs G + R0 F G = F, linear in both, with errors in newtons as it stands.
+    # Rs G + R0 F G = F is linear in both constants, with errors in newtons.
     terms, weight = np.stack([g, f[good] * g], axis=1), np.sqrt(w[good])
     (rs, r0), *_ = np.linalg.lstsq(terms * weight[:, None], f[good] * weight, rcond=None)
     r0 = max(float(r0), 0.0)
@@ -134,10 +134,10 @@ def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Va
 
 
 def spline(x: Values, f: Values, w: Values, pieces: int) -> FittedCurve | None:
-    """A monotone cubic spline of `pieces` pieces: I-splines with weights of 0 and above (Ramsay 1988).
+    """Fit a monotone cubic spline of `pieces` pieces: I-splines with non-negative weights (Ramsay 1988).
 
-    The pieces are short in newtons where forces are small: a centroid is made of ratios of forces, and a sensor starts
-    softly. It rises by construction.
+    Pieces are short in newtons where forces are small: a centroid is made of ratios of forces, and a sensor starts
+    softly. It is monotone by construction.
 
     >>> x = np.linspace(0.0, 1.0, 200)
     >>> curve = spline(x, 10.0 * x**3, np.ones(200), 6)
@@ -153,13 +153,13 @@ def spline(x: Values, f: Values, w: Values, pieces: int) -> FittedCurve | None:
     knots = _knots(x, f, w, pieces)
     if knots.size < 3:
         return None
-    # Integrals of the quadratic splines: one for each, from 0 to 1 and never falling.
+    # Integrals of the quadratic B-splines, each rising from 0 to 1.
     padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
     count = padded.size - 4
     basis = [BSpline(padded, np.r_[np.zeros(i), np.ones(count - i)], 3) for i in range(1, count)]
     at = np.clip(x, knots[0], knots[-1])
     terms = np.stack([one(at) for one in basis], axis=1)
-    # A little smoothing, so that a weight for which there is no reading follows its neighbours.
+    # A little smoothing, so that a weight without readings follows its neighbours.
     smoothing = np.diff(np.eye(count - 1), 2, axis=0) * 1e-3 * np.sqrt(w.sum() / max(1, count - 3))
     left = np.concatenate([terms * np.sqrt(w)[:, None], smoothing])
     right = np.concatenate([f * np.sqrt(w), np.zeros(len(smoothing))])
@@ -171,7 +171,7 @@ def spline(x: Values, f: Values, w: Values, pieces: int) -> FittedCurve | None:
 
 
 def rising(values: Values, weights: Values) -> Values:
-    """The nearest sequence that never falls: isotonic regression by weighted least squares.
+    """Return the nearest non-decreasing sequence: isotonic regression by weighted least squares.
 
     >>> rising(np.array([1.0, 3.0, 2.0, 4.0]), np.ones(4))
     array([1. , 2.5, 2.5, 4. ])
@@ -190,7 +190,7 @@ def _best_of(
     shapes: Values,
     made: Callable[[float], tuple[dict[str, float], Callable[[Values], Values]]],
 ) -> FittedCurve | None:
-    """The best of F = a h(x) over one shape constant; a is linear, so a scan and one golden section do."""
+    """Return the best F = a h(x) over one shape constant: a is linear, so a scan and one golden-section search do."""
 
     def error(s: float) -> tuple[float, float]:
         h = made(s)[1](x)
@@ -219,22 +219,21 @@ def _rational(top: float) -> Callable[[float], tuple[dict[str, float], Callable[
 
 
 def _sampled(family: str, parameters: dict[str, float], force: Callable[[Values], Values], top: float) -> FittedCurve:
-    """A curve in closed form as knots that lie close where it turns: evenly in force and reading together."""
+    """Sample a closed-form curve at knots, dense where it bends: evenly in force and reading together."""
     fine = top * np.linspace(0.0, 1.0, 4001) ** 2
     y = force(fine)
     length = fine / fine[-1] + y / y[-1]
     at = np.interp(np.linspace(0.0, 1.0, _KNOTS) ** 1.5 * length[-1], length, fine)
     f, step = force(at), 1e-6 * top
     slope = (force(at + step) - force(np.maximum(at - step, 0.0))) / (at + step - np.maximum(at - step, 0.0))
-    # A cubic through rising points rises where no slope is more than three times its secants (Fritsch and Carlson
-    # 1980).
+    # A cubic through rising points is monotone if no slope exceeds three times its secants (Fritsch and Carlson 1980).
     secants = np.diff(f) / np.diff(at)
     most = 3.0 * np.minimum(np.r_[secants[0], secants], np.r_[secants, secants[-1]])
     return FittedCurve(family, parameters, at, f, np.clip(slope, 0.0, most))
 
 
 def _knots(x: Values, f: Values, w: Values, pieces: int) -> Values:
-    """Readings at which a smoothed, rising curve reaches equal steps of force, and half the first step."""
+    """Return readings at which a smoothed, rising curve reaches equal steps of force, and half the first step."""
     order = np.argsort(x, kind="stable")
     curve = rising(f[order], w[order])
     levels = curve[-1] * np.linspace(0.0, 1.0, pieces + 1) ** 2

@@ -1,10 +1,10 @@
-"""Hysteresis and creep of force sensing resistors, compensated: creep by lags, hysteresis by play operators.
+"""Compensation of hysteresis and creep of force sensing resistors: play operators for hysteresis, lags for creep.
 
-A static curve gives an apparent force u. Creep first: it is modelled by lags of equal strength, two a decade of time,
-and solved for sample by sample. Then hysteresis: the force is a weighted sum of the force without creep and of play
-operators of it (the inverse of a Prandtl-Ishlinskii operator is one again, Krejci and Kuhnen 2001). A play operator of
-width q keeps its value while the force moves by less than q; q is a share of the force itself where the hysteresis loop
-is (`relative`), else newtons. Nothing is solved backwards in time, and the result is bounded by the weights.
+A static curve gives an apparent force u. Creep is compensated first: it is modelled by lags of equal strength, two per
+decade of time, and solved sample by sample. Then hysteresis: the force is a weighted sum of the creep-free force and of
+play operators on it (the inverse of a Prandtl-Ishlinskii operator is again one, Krejci and Kuhnen 2001). A play
+operator of width q keeps its value while the force moves by less than q; q is a share of the force itself where the
+hysteresis loop is (`relative`), else newtons. Nothing is solved backwards in time, and the weights bound the result.
 """
 
 import math
@@ -20,19 +20,19 @@ Values = NDArray[np.float64]
 LAGS_S = 0.03 * 10.0 ** (np.arange(12) / 2.0)
 """Time constants of creep, 30 ms to 9500 s."""
 _REFERENCE_S = 1.0
-"""A load held for this long is taken as it reads; creep is what comes before and after."""
+"""Time after which a constant load reads as its static value; creep is the deviation before and after."""
 MOST_PLAYS = 12
-"""Play operators for which a `STATE` has room."""
+"""Largest number of play operators in a `STATE`."""
 WIDTHS = (0.006, 0.015, 0.03, 0.05, 0.08, 0.12, 0.17, 0.25)
-"""Widths of the play operators that are fitted: shares of the force, or of full scale."""
+"""Widths of the fitted play operators: shares of the force, or of full scale."""
 KINDS = ("creep", "relative", "absolute")
 _RIDGE = 1e-4
 
 STATE = np.dtype(
     [("plays", np.float64, (MOST_PLAYS,)), ("lags", np.float64, (LAGS_S.size,)), ("clock_s", np.float64)], align=True
 )
-"""What one sensor has kept of the forces before: outputs of its play operators and of its lags, newtons, and the time
-of its last sample plus 1 s. All zero is a sensor that has rested without a load, before its first sample."""
+"""Memory of one sensor: outputs of its play operators and of its lags, newtons, and the time of its last sample plus
+1 s. All zeros are a sensor at rest without load, before its first sample."""
 
 
 MODEL = np.dtype(
@@ -45,15 +45,15 @@ MODEL = np.dtype(
     ],
     align=True,
 )
-"""A `HysteresisModel` as kernels read it: `plays` is how many play operators there are."""
+"""A `HysteresisModel` for kernels: `plays` is the number of play operators."""
 
 
 @dataclass(frozen=True)
 class HysteresisModel:
     """Hysteresis and creep of one sensor.
 
-    `creep` is a share of the force a decade of time. `widths` (plays,) are those of the play operators, shares of the
-    force where `relative`, else newtons; `weights` (1 + plays,) are of the force itself, then of each play operator.
+    `creep` is a share of the force per decade of time. `widths` (plays,) are those of the play operators, shares of the
+    force where `relative`, else newtons; `weights` (1 + plays,) apply to the force itself, then to each play operator.
     """
 
     creep: float
@@ -62,7 +62,7 @@ class HysteresisModel:
     weights: Values
 
     def record(self) -> np.void:
-        """The model as kernels read it."""
+        """Return the model as a record for kernels."""
         plays, found = self.widths.size, np.zeros(1, MODEL)[0]
         found["creep"], found["relative"], found["plays"] = self.creep, self.relative, plays
         found["widths"][:plays], found["weights"][: 1 + plays] = self.widths, self.weights
@@ -70,7 +70,7 @@ class HysteresisModel:
 
 
 def compensate(apparent_n: Values, time_s: Values, model: HysteresisModel, state: np.void) -> Values:
-    """Newtons (n,) from apparent forces (n,) at `time_s` (n,); `state`, of `STATE`, is carried on. NaN stays NaN.
+    """Return newtons (n,) from apparent forces (n,) at `time_s` (n,); updates `state` (a `STATE`). NaN stays NaN.
 
     >>> nothing = HysteresisModel(0.0, False, np.empty(0), np.ones(1))
     >>> compensate(np.array([0.0, 5.0]), np.array([0.0, 0.1]), nothing, np.zeros(1, STATE)[0])
@@ -85,7 +85,7 @@ def compensate(apparent_n: Values, time_s: Values, model: HysteresisModel, state
 
 @kernel
 def weighted_sum(terms: Values, model: np.record, newtons: Values) -> None:
-    """Newtons (n,) of the terms (n, 1 + plays). Below 0 only the force itself counts: noise of an empty tile stays."""
+    """Sum the terms (n, 1 + plays) into newtons (n,). Below 0 only the force itself counts: an empty tile's noise."""
     for i in range(newtons.size):
         total = min(terms[i, 0], 0.0)
         for k in range(1 + model.plays):
@@ -97,10 +97,9 @@ def weighted_sum(terms: Values, model: np.record, newtons: Values) -> None:
 def play_operators(
     apparent_n: Values, time_s: Values, model: np.record, state: np.record, steps: Values, terms: Values
 ) -> None:
-    """Write the force without creep and each play operator of it, (n, 1 + plays): what the weights are of.
+    """Write the creep-free force and each play operator of it, (n, 1 + plays): the terms to be weighted.
 
-    `model` is of `MODEL`; `state`, of `STATE`, is carried on; `steps` is a place to work in, a number for each of
-    `LAGS_S`.
+    `model` is a `MODEL`; `state`, a `STATE`, is updated; `steps` is working memory, one number for each of `LAGS_S`.
     """
     each = model.creep / 2.0
     lags = LAGS_S.size
@@ -142,7 +141,7 @@ def play_operators(
 
 @kernel
 def reset(state: np.record) -> None:
-    """Make a state that of a sensor that has rested, before its first sample."""
+    """Reset a state to that of a sensor at rest, before its first sample."""
     for k in range(MOST_PLAYS):
         state.plays[k] = 0.0
     for k in range(LAGS_S.size):
@@ -153,10 +152,10 @@ def reset(state: np.record) -> None:
 def fit(
     apparent_n: Values, time_s: Values, force_n: Values, weight: Values, full_scale_n: float, kind: str, creep: float
 ) -> tuple[HysteresisModel, float]:
-    """The model of this `creep` that explains `force_n` (n,) best, and the weighted squares that it leaves.
+    """Return the best model of `force_n` (n,) with this `creep`, and its weighted sum of squared residuals.
 
-    `kind` is "creep" alone, or with "relative" or "absolute" play operators. `weight` (n,) is what each sample counts;
-    0 is a sample that the fit does not see, though its past counts. `BadValue` for another kind.
+    `kind` is "creep" alone, or "relative" or "absolute" for play operators too. `weight` (n,) weights the samples; the
+    fit ignores samples of weight 0, except as history. `BadValue` for another kind.
     """
     require(kind in KINDS, "kind", kind, ", ".join(KINDS))
     relative = kind == "relative"
@@ -167,7 +166,7 @@ def fit(
     seen = weight > 0.0
     root = np.sqrt(weight[seen])
     left, right = terms[seen] * root[:, None], force_n[seen] * root
-    # Play operators that hardly differ share their weight instead of cancelling one another (ridge regression).
+    # Ridge regression: play operators that hardly differ share their weight instead of cancelling one another.
     square = left.T @ left
     ridge = np.diag([1e-12] + [_RIDGE] * widths.size) * max(square[0, 0], 1e-300)
     weights = np.linalg.solve(square + ridge, left.T @ right)

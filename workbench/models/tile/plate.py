@@ -1,7 +1,7 @@
-"""The plate of a tile (section 4.4.2): a stiff, light rectangle, hinged along its edges, and its bending modes.
+"""Plate of a tile (section 4.4.2): a stiff, light rectangle with hinged edges, and its bending modes.
 
 Equations 4.3, 4.8 and 4.9 are corrected (docs/models.md#plate): no factor h in the frequency, modal coordinates with
-their norm 4 / (rho h Lx Ly), and damping. Two stiffnesses of a sandwich are kept: the thesis's, with which equation
+their norm 4 / (rho h Lx Ly), and damping. A sandwich has two choices of stiffness: the thesis's, with which equation
 4.5 gives 860.7 Hz for the panel of 2.54 cm, and the textbook's for thin facings, 5.196 times larger.
 """
 
@@ -16,18 +16,18 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.errors import require
 
 ORDERS = 5
-"""Modes (m, n) with m and n up to this are kept where nothing else is said."""
+"""Default largest m and n of the modes (m, n)."""
 
 
 class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a plate is made of. Raises `BadValue` outside the ranges of `PLATE_RANGES`.
+    """Material and thickness of a plate. Raises `BadValue` outside the ranges of `PLATE_RANGES`.
 
-    `stiffness` says how it resists bending: "thesis" and "textbook" are sandwiches with two facings of `modulus_pa` and
-    `facing_m` on a core that only holds them apart; "solid" is one material throughout. `density_kg_m3` is the mean of
-    the whole panel, `damping` the modes' ratio.
+    `stiffness` selects the bending stiffness: "thesis" and "textbook" are sandwiches with two facings of `modulus_pa`
+    and `facing_m` on a core that only separates them; "solid" is homogeneous. `density_kg_m3` is the mean of the whole
+    panel, `damping` the damping ratio of the modes.
 
-    The default is the thesis's panel: 210 kg/m3 is what it computes with (its 400 g would be 170). Its facings are
-    0.081 cm in the computation and 0.08 cm in the description.
+    The default is the thesis's panel: its computation uses 210 kg/m3 (its 400 g would be 170), and facings of 0.081 cm
+    where the description says 0.08 cm.
 
     >>> round(Plate(stiffness="thesis").frequency_hz((0.304, 0.304)), 1)
     860.7
@@ -49,33 +49,33 @@ class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 
     def rigidity_nm(self) -> float:
-        """The flexural rigidity D, newton metres."""
+        """Return the flexural rigidity D, N m."""
         if self.stiffness == "solid":
             return self.modulus_pa * self.thickness_m**3 / (12.0 * (1.0 - self.poisson**2))
         faces = self.modulus_pa * self.facing_m * self.thickness_m**2
         return faces / (2.0 if self.stiffness == "textbook" else 6.0 * math.sqrt(3.0))
 
     def mass_kg(self, size_m: Sequence[float]) -> float:
-        """The mass of a plate of this size."""
+        """Return the mass of a plate of this size."""
         return self.density_kg_m3 * self.thickness_m * size_m[0] * size_m[1]
 
     def frequency_hz(self, size_m: Sequence[float], m: int = 1, n: int = 1) -> float:
-        """The frequency of mode (m, n), both from 1 (equation 4.3, without its h)."""
+        """Return the frequency of mode (m, n), both from 1 (equation 4.3, without its h)."""
         square = (m * math.pi / size_m[0]) ** 2 + (n * math.pi / size_m[1]) ** 2
         return square / (2.0 * math.pi) * math.sqrt(self.rigidity_nm() / (self.density_kg_m3 * self.thickness_m))
 
     def frequencies_hz(self, size_m: Sequence[float], orders: int = ORDERS) -> NDArray[np.float64]:
-        """The frequencies of `modes(orders)`."""
+        """Return the frequencies of `modes(orders)`."""
         return np.array([self.frequency_hz(size_m, m, n) for m, n in modes(orders)])
 
     def modal_mass_kg(self, size_m: Sequence[float]) -> float:
-        """The mass of every mode: a quarter of the plate's."""
+        """Return the modal mass, the same for every mode: a quarter of the plate's mass."""
         return self.mass_kg(size_m) / 4.0
 
     def static_deflection_m(
         self, size_m: Sequence[float], at_m: ArrayLike, load_at_m: ArrayLike, force_n: float, orders: int = 199
     ) -> float:
-        """How far the plate sags at one place under a force at another, the edges held.
+        """Return the deflection at one position under a force at another, with the edges fixed.
 
         >>> plate = Plate()
         >>> sag = plate.static_deflection_m((0.3, 0.3), (0.0, 0.0), (0.0, 0.0), 1000.0)
@@ -89,9 +89,9 @@ class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         self, frequencies_hz: ArrayLike, size_m: Sequence[float], at_m: ArrayLike, shakers_m: ArrayLike,
         orders: int = ORDERS,
     ) -> NDArray[np.complex128]:  # fmt: skip
-        """Acceleration at `at_m` a newton of each shaker, the edges held still: complex, shape (n, shakers).
+        """Return acceleration at `at_m` per newton of each shaker, with the edges fixed: complex, (n, shakers).
 
-        `shakers_m` is (shakers, 2); equation 4.9 with its norm and damping.
+        `shakers_m` is (shakers, 2). Equation 4.9 with its norm and damping.
         """
         omega = 2.0 * math.pi * np.asarray(frequencies_hz, dtype=np.float64)[:, None]
         own = 2.0 * math.pi * self.frequencies_hz(size_m, orders)
@@ -108,11 +108,11 @@ PLATE_RANGES = {
     "density_kg_m3": (1.0, 2e4),
     "damping": (1e-4, 0.9),
 }
-"""The allowed range of each of a plate's parameters."""
+"""Allowed range of each parameter of a plate."""
 
 
 def modes(orders: int = ORDERS) -> list[tuple[int, int]]:
-    """The modes (m, n), m and n from 1 to `orders`, n fastest: the order of every array of modes.
+    """Return the modes (m, n), m and n from 1 to `orders`, n fastest: the order of all arrays of modes.
 
     >>> modes(2)
     [(1, 1), (1, 2), (2, 1), (2, 2)]
@@ -121,10 +121,10 @@ def modes(orders: int = ORDERS) -> list[tuple[int, int]]:
 
 
 def shapes(at_m: ArrayLike, size_m: Sequence[float], orders: int = ORDERS) -> NDArray[np.float64]:
-    """Each mode's shape (equation 4.4) at places of the tile's frame, shape (..., 2): (..., orders^2).
+    """Return the mode shapes (equation 4.4) at positions (..., 2) in the tile's frame: (..., orders^2).
 
-    Equation 4.4 has its origin at a corner; here it is the tile's centre, as everywhere. At the centre mode (1, 1) has
-    its antinode, and every mode with an even number a node.
+    The origin is the tile's centre (equation 4.4 has it at a corner). At the centre mode (1, 1) has its antinode, and
+    every mode with an even number a node.
 
     >>> shapes((0.0, 0.0), (0.3, 0.3), 2).round(12) + 0.0
     array([1., 0., 0., 0.])
@@ -137,9 +137,9 @@ def shapes(at_m: ArrayLike, size_m: Sequence[float], orders: int = ORDERS) -> ND
 
 
 def rigid_overlaps(orders: int = ORDERS) -> NDArray[np.float64]:
-    """The mean over the plate of each mode's shape times 1, x / (Lx/2) and y / (Ly/2): shape (3, orders^2).
+    """Return the mean over the plate of each mode shape times 1, x / (Lx/2) and y / (Ly/2): shape (3, orders^2).
 
-    It couples a plate to the frame that it hangs in: shape (1, 1) is 4 / pi^2 of a plate that moves as a whole.
+    These couple the plate to its frame: for mode (1, 1) and heave it is 4 / pi^2.
 
     >>> rigid_overlaps(1)[:, 0].round(4) + 0.0
     array([0.4053, 0.    , 0.    ])

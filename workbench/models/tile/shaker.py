@@ -1,8 +1,8 @@
-"""The shaker under a tile (sections 4.3.3 and 4.4.1): an inertial motor, from full-scale drive to force.
+"""Shaker under a tile (sections 4.3.3 and 4.4.1): inertial motor, from full-scale drive to force.
 
-Its moving mass resonates near 70 Hz, its case colours the response above 380 Hz and its coil's inductance takes the
-top (figure 4.6, and what the thesis says of figure 4.13). Large forces are compressed: at 30 N the thesis measured
-slightly more than 5 % of error at 300 Hz, and 40 N could be reached at all frequencies from 50 to 750 Hz.
+Its moving mass resonates near 70 Hz, its case colours the response above 380 Hz and the coil's inductance attenuates
+high frequencies (figure 4.6, and the thesis's text on figure 4.13). Large forces are compressed: at 30 N the thesis
+measured slightly more than 5 % of error at 300 Hz, and reached 40 N at all frequencies from 50 to 750 Hz.
 """
 
 import cmath
@@ -18,12 +18,12 @@ from underfoot.models.filtering.poles import Poles, of_biquads
 
 
 class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A motor and its amplifier. Raises `BadValue` outside the ranges of `SHAKER_RANGES`.
+    """Motor and amplifier. Raises `BadValue` outside the ranges of `SHAKER_RANGES`.
 
-    `force_n` is what a full-scale drive asks for in the middle of the band; compressed it is 49 N, on 2.7 kg about the
-    20 m/s^2 that an uncalibrated tile is taken to give. `resonance_hz` and `damping` are the moving mass's;
-    `colour_hz`, `colour` (the factor there, below 1 a notch) and `colour_damping` the case's; `corner_hz` is the
-    coil's. Forces saturate softly at `ceiling_n`, `bias` of it off the middle, which makes even harmonics too.
+    `force_n` is the uncompressed force at full-scale drive in mid-band; compressed it is 49 N, on 2.7 kg about the
+    20 m/s^2 assumed for an uncalibrated tile. `resonance_hz` and `damping` describe the moving mass; `colour_hz`,
+    `colour` (gain there; below 1 a notch) and `colour_damping` the case; `corner_hz` the coil. Forces saturate softly
+    at `ceiling_n`; an offset of `bias` times that adds even harmonics.
     """
 
     force_n: float = 64.0
@@ -42,7 +42,7 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 
     def poles(self) -> Poles:
-        """From drive (full scale) to force (N), small signals.
+        """Return the small-signal system from drive (full scale) to force (N).
 
         >>> round(float(abs(Shaker(colour=1.0, corner_hz=1e5).poles().transfer(400.0))), 1)
         65.6
@@ -56,11 +56,11 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return of_biquads([0.0, 0.0, *less], [*moving, *case, -coil], self.force_n * coil)
 
     def transfer(self, frequencies_hz: ArrayLike) -> NDArray[np.complex128]:
-        """Force a full-scale drive, small signals."""
+        """Return force per full-scale drive, for small signals."""
         return self.poles().transfer(frequencies_hz)
 
     def compressed_n(self, force_n: ArrayLike) -> NDArray[np.float64]:
-        """What comes of a force that is asked for.
+        """Return the force after compression.
 
         >>> Shaker(bias=0.0).compressed_n([0.1, 30.0, 78.0]).round(3)
         array([ 0.1  , 28.   , 55.154])
@@ -71,7 +71,7 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return out.reshape(force.shape)
 
     def compression(self) -> NDArray[np.void]:
-        """The coefficients of `compress`: shape (1,) of `COMPRESSION`."""
+        """Return the coefficients of `compress`: shape (1,) of `COMPRESSION`."""
         found = np.zeros(1, COMPRESSION)
         found["ceiling_n"], found["bias"] = self.ceiling_n, self.bias
         found["gain"] = (1.0 + self.bias**2) ** 1.5
@@ -90,18 +90,18 @@ SHAKER_RANGES = {
     "ceiling_n": (0.1, 1e6),
     "bias": (0.0, 0.5),
 }
-"""The allowed range of each of a shaker's parameters."""
+"""Allowed range of each parameter of a shaker."""
 
 
 COMPRESSION = np.dtype(
     [("ceiling_n", np.float64), ("bias", np.float64), ("gain", np.float64), ("offset", np.float64)], align=True
 )
-"""A soft saturation: its ceiling and bias as in `Shaker`, and the gain and offset that make 0 of 0 with slope 1."""
+"""Soft saturation: ceiling and bias as in `Shaker`, and the gain and offset that map 0 to 0 with slope 1."""
 
 
 @kernel
 def compress(compression: NDArray[np.void], given: NDArray[np.float64], out: NDArray[np.float64], n: int) -> None:
-    """Saturate n forces softly towards the ceiling, both ways, slope 1 at 0; the two arrays may be the same."""
+    """Saturate n forces softly at the ceiling in both directions, slope 1 at 0; the arrays may be the same."""
     c = compression[0]
     ceiling_n, bias, gain, offset = c.ceiling_n, c.bias, c.gain, c.offset
     for i in range(n):
@@ -110,7 +110,7 @@ def compress(compression: NDArray[np.void], given: NDArray[np.float64], out: NDA
 
 
 def _pair(frequency_hz: float, damping: float) -> list[complex]:
-    """The two roots of s^2 + 2 d w s + w^2."""
+    """Return the two roots of s^2 + 2 d w s + w^2."""
     own = 2.0 * math.pi * frequency_hz
     swing = cmath.sqrt(damping**2 - 1.0)
     return [own * (swing - damping), own * (-swing - damping)]

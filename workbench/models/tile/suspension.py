@@ -1,7 +1,6 @@
-"""The suspension of a tile (section 4.4.3): four rubber mounts under a rigid plate, its resonance and its deflections.
+"""Suspension of a tile (section 4.4.3): four rubber mounts under a rigid plate, resonance and deflections.
 
-The thesis finds f0 = 49 Hz, which is right, and 4.5 mm of deflection at 1000 N on one corner, which is not
-(docs/models.md#suspension).
+The thesis's f0 = 49 Hz is right; its deflection of 4.5 mm at 1000 N on one corner is not (docs/models.md#suspension).
 """
 
 import math
@@ -16,7 +15,7 @@ MOUNTS = 4
 
 
 class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One mount's area, height and Young's modulus, and the mass that the four carry. `damping` is the heave's ratio.
+    """Area, height and Young's modulus of one mount, the mass on all four, and the damping ratio of heave.
 
     Raises `BadValue` outside the ranges of `SUSPENSION_RANGES`.
 
@@ -40,25 +39,25 @@ class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def stiffness_n_m(self) -> float:
-        """The stiffness K = E A / h of one mount, N/m."""
+        """Stiffness K = E A / h of one mount, N/m."""
         return self.modulus_pa * self.area_m2 / self.height_m
 
     def resonance_hz(self) -> float:
-        """The frequency f0 at which the unloaded tile heaves."""
+        """Return the heave resonance f0 of the unloaded tile."""
         return math.sqrt(MOUNTS * self.stiffness_n_m / self.mass_kg) / (2.0 * math.pi)
 
     def deflection_m(self, force_n: float, load: str = "shared") -> float:
-        """How far the tile sinks where the force stands.
+        """Return the deflection of the tile under the force.
 
-        `load` is "shared" (in the middle: F / 4K), "corner" (a rigid plate, the force over one mount, the one opposite
-        pulling back: 3F / 4K) or "one mount" (the others bear nothing: F / K).
+        `load` is "shared" (at the centre: F / 4K), "corner" (rigid plate, force over one mount, the opposite mount in
+        tension: 3F / 4K) or "one mount" (the others carry nothing: F / K).
         """
         shares = {"shared": 1.0 / MOUNTS, "corner": 3.0 / MOUNTS, "one mount": 1.0}
         require(load in shares, "load", load, ", ".join(shares))
         return shares[load] * force_n / self.stiffness_n_m
 
     def transfer(self, frequencies_hz: ArrayLike) -> NDArray[np.complex128]:
-        """Acceleration a newton of a rigid tile that only heaves: 1 / M far above f0."""
+        """Return acceleration per newton of a rigid tile in heave: 1 / M far above f0."""
         omega = 2.0 * math.pi * np.asarray(frequencies_hz, dtype=np.float64)
         own = 2.0 * math.pi * self.resonance_hz()
         return np.asarray(-(omega**2) / (own**2 - omega**2 + 2j * self.damping * own * omega) / self.mass_kg)
@@ -71,13 +70,13 @@ SUSPENSION_RANGES = {
     "mass_kg": (0.05, 500.0),
     "damping": (1e-4, 0.9),
 }
-"""The allowed range of each of a suspension's parameters."""
+"""Allowed range of each parameter of a suspension."""
 
 
 def deflection_at_resonance_m(resonance_hz: ArrayLike, mass_kg: float, force_n: float) -> NDArray[np.float64]:
-    """The deflection, shared by four mounts, that a resonance forces: F / (M w0^2). One mount sinks four times as far.
+    """Return the deflection, shared by four mounts, implied by a resonance: F / (M w0^2); on one mount four times that.
 
-    f0 at most 50 Hz forces 3.75 mm at 1000 N on 2.7 kg; the thesis's 4.5 mm belong to 45.7 Hz.
+    At f0 = 50 Hz or less it is at least 3.75 mm for 1000 N on 2.7 kg; the thesis's 4.5 mm correspond to 45.7 Hz.
 
     >>> deflection_at_resonance_m([50.0, 45.7], 2.7, 1000.0).round(5)
     array([0.00375, 0.00449])
